@@ -1,0 +1,107 @@
+"""The exceptions of this package: one root, each carrying what a caller needs to act on.
+
+A message says what is wrong, where, with which value, what is allowed, and the way out.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class HexapodError(Exception):
+    """Root of every exception this package raises on purpose."""
+
+
+class ParameterError(HexapodError, ValueError):
+    """A parameter is outside its allowed range.
+
+    Attributes:
+        name: dotted name of the parameter.
+        value: what was given.
+        allowed: the allowed range, in words, with its unit.
+    """
+
+    def __init__(self, name: str, value: Any, allowed: str, hint: str = "") -> None:
+        """Compose the message from its parts; `hint` is the way out."""
+        self.name, self.value, self.allowed, self.hint = name, value, allowed, hint
+        super().__init__(f"{name} = {value!r}: must be {allowed}." + (f" {hint}" if hint else ""))
+
+
+class UrdfError(HexapodError):
+    """A URDF cannot be used; `findings` lists every reason, each naming its link or joint."""
+
+    def __init__(self, source: str, findings: list[str]) -> None:
+        """List all findings at once, so that one edit of the file can mend them all."""
+        self.source, self.findings = source, list(findings)
+        super().__init__(f"{source}: " + "; ".join(self.findings))
+
+
+class UnknownNameError(HexapodError, KeyError):
+    """A robot, joint, link, foot or gait of that name does not exist."""
+
+    def __init__(self, kind: str, name: str, known: list[str]) -> None:
+        """Say which names of this kind exist."""
+        self.kind, self.name, self.known = kind, name, list(known)
+        super().__init__(f"no {kind} named {name!r}; known: {', '.join(self.known) or 'none'}.")
+
+    def __str__(self) -> str:
+        """Return the message itself (KeyError would print its repr)."""
+        return str(self.args[0])
+
+
+class StateError(HexapodError, ValueError):
+    """A state (q, v) has the wrong shape, is not finite, or its quaternion is off unit norm."""
+
+
+class ReachError(HexapodError, ValueError):
+    """A foot target is outside a leg's reach or its joint limits.
+
+    Attributes:
+        leg: name of the leg.
+        excess: how far the target lies outside the reach [m] (0 where a joint limit stops it).
+    """
+
+    def __init__(self, leg: str, message: str, excess: float = 0.0) -> None:
+        """Name the leg in front of the message."""
+        self.leg, self.excess = leg, excess
+        super().__init__(f"leg {leg}: {message}")
+
+
+class GaitError(HexapodError, ValueError):
+    """A gait request that this robot cannot walk, with the largest (or smallest) that it can.
+
+    Attributes:
+        quantity: what to change: "stroke", "duty", "lift", "cycle_time", ...
+        limit: the largest or smallest value of `quantity` that works; None where none does.
+    """
+
+    def __init__(self, message: str, quantity: str, limit: float | None) -> None:
+        """Keep the limit beside the message."""
+        self.quantity, self.limit = quantity, limit
+        super().__init__(message)
+
+
+class DivergenceError(HexapodError):
+    """A simulation left the finite world; `trace` holds all samples up to the last good one."""
+
+    def __init__(self, message: str, trace: Any) -> None:
+        """Keep the trace up to the failure."""
+        self.trace = trace
+        super().__init__(message)
+
+
+class SimulationInterrupted(HexapodError):
+    """Ctrl-C during a simulation; `trace` holds what was done."""
+
+    def __init__(self, message: str, trace: Any) -> None:
+        """Keep the trace up to the interruption."""
+        self.trace = trace
+        super().__init__(message)
+
+
+class TraceFileError(HexapodError):
+    """A result file cannot be written or read: missing, truncated, or of another schema."""
+
+
+class ViewerError(HexapodError):
+    """The browser viewer could not be started or reached; results are not affected."""

@@ -1,0 +1,47 @@
+"""Frozen, validated parameter sets that know their TOML form."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from hexapod_pin.errors import ParameterError
+
+
+class Spec(BaseModel):
+    """Base of all parameter sets: frozen, no unknown fields, finite numbers, our own error type.
+
+    Raises:
+        ParameterError: on construction, naming the field, the value and the allowed range.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def __init__(self, /, **fields: Any) -> None:
+        """Validate `fields`."""
+        try:
+            super().__init__(**fields)
+        except ValidationError as error:
+            raise _parameter_error(type(self).__name__, error) from error
+
+    def __str__(self) -> str:
+        """Return the call that builds this parameter set."""
+        return repr(self)
+
+
+def _parameter_error(owner: str, error: ValidationError) -> ParameterError:
+    """Turn pydantic's first finding into this package's error."""
+    first = error.errors()[0]
+    cause = first.get("ctx", {}).get("error")
+    if isinstance(cause, ParameterError):
+        return cause
+    where = ".".join([owner, *(str(part) for part in first["loc"])])
+    allowed = first["msg"][0].lower() + first["msg"][1:]
+    for prefix in ("input should be ", "value error, "):
+        allowed = allowed.removeprefix(prefix)
+    if first["type"] == "extra_forbidden":
+        allowed = "left out: there is no such parameter"
+    if first["type"] == "missing":
+        return ParameterError(where, None, "given: it has no default")
+    return ParameterError(where, first["input"], allowed)
