@@ -45,3 +45,24 @@ def _parameter_error(owner: str, error: ValidationError) -> ParameterError:
     if first["type"] == "missing":
         return ParameterError(where, None, "given: it has no default")
     return ParameterError(where, first["input"], allowed)
+
+
+def read_toml(text: str, *, required: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Parse TOML text and require top-level keys.
+
+    Raises:
+        ParameterError: bad syntax or a missing key.
+    """
+    try:
+        import tomllib
+    except ModuleNotFoundError:  # Python 3.10
+        import tomli as tomllib
+
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ParameterError("TOML text", text[:40], f"valid TOML ({error})") from error
+    for key in required:
+        if key not in data:
+            raise ParameterError(key, None, "present in the TOML text")
+    return data

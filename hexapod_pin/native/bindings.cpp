@@ -1,0 +1,208 @@
+// The border to Python: plain arrays in, plain arrays out. The interpreter is never held in a run.
+#include <nanobind/eigen/dense.h>
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/vector.h>
+
+#include <pinocchio/serialization/model.hpp>
+
+#include "arrow.hpp"
+#include "batch.hpp"
+#include "dense.hpp"
+#include "rollout.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using namespace hexapod;
+
+namespace {
+
+struct PlantSettings {  // everything a plant is made of
+  pinocchio::Model model;
+  std::vector<FootMount> mounts;
+  ContactLaw law;
+  Flat terrain;
+  Servo servo;
+  bool dense = false;
+
+  bool arrow() const { return !dense && ArrowSystem::fits(model); }
+  template <class System>
+  Plant<System> make() const { return {model, mounts, law, terrain, servo}; }
+};
+
+PlantSettings make_settings(const std::string& model, const Vec3& gravity,
+                            const std::vector<std::tuple<std::size_t, Vec3, double>>& feet,
+                            const NormalLaw& normal, const FrictionLaw& friction, double height,
+                            const VectorXd& kp, const VectorXd& kd, const VectorXd& limit,
+                            const VectorXd& damping, bool dense) {
+  PlantSettings s;
+  s.model.loadFromString(model);
+  require_supported(s.model);
+  s.model.gravity.linear() = gravity;
+  for (const auto& [joint, offset, radius] : feet) {
+    if (joint < 1 || joint >= std::size_t(s.model.njoints))
+      throw std::invalid_argument("a foot names a joint that does not exist");
+    s.mounts.push_back({joint, offset, radius});
+  }
+  for (const VectorXd* x : {&kp, &kd, &limit, &damping})
+    if (x->size() != s.model.nv - 6) throw std::invalid_argument("one servo entry per joint needed");
+  s.law = {normal, friction};
+  s.terrain = {height};
+  s.servo = {kp, kd, limit, damping};
+  s.dense = dense;
+  return s;
+}
+
+template <class PlantT>
+nb::dict evaluation(PlantT plant, const VectorXd& q, const VectorXd& v, const VectorXd& torque) {
+  plant.evaluate(q, v);
+  const int nv = plant.model.nv, feet = int(plant.feet.size());
+  Eigen::MatrixXd mass = plant.mass_upper().template selfadjointView<Eigen::Upper>();
+  RowMatrix jacobian = RowMatrix::Zero(3 * feet, nv), drift = jacobian;
+  RowMatrix force = RowMatrix::Zero(feet, 3), velocity = force, position = force, stiffness = force;
+  RowMatrix damping = RowMatrix::Zero(3 * feet, 3);
+  VectorXd gap(feet), column(nv), acceleration(nv);
+  for (int i = 0; i < feet; ++i) {
+    const auto& foot = plant.feet[i];
+    gap[i] = foot.ground.gap;
+    position.row(i) = (q.head<3>() + foot.center).transpose();
+    if (!foot.active) continue;
+    force.row(i) = foot.contact.force.transpose();
+    velocity.row(i) = foot.velocity.transpose();
+    damping.middleRows(3 * i, 3) = foot.contact.minus_du;
+    stiffness.row(i) = foot.contact.minus_dz.transpose();
+    for (int k = 0; k < 3; ++k) {
+      column.setZero();
+      plant.add_transposed(i, Vec3::Unit(k), column);
+      jacobian.row(3 * i + k) = column.transpose();
+    }
+    for (int k = 0; k < nv; ++k)
+      drift.block(3 * i, k, 3, 1) = plant.along(i, foot.qb, foot.ql, VectorXd::Unit(nv, k));
+  }
+  plant.acceleration(v, torque, acceleration);
+  nb::dict out;
+  out["mass"] = mass;
+  out["bias"] = VectorXd(plant.bias());
+  out["foot_jacobian"] = jacobian;
+  out["foot_drift"] = drift;
+  out["foot_force"] = force;
+  out["foot_velocity"] = velocity;
+  out["foot_position"] = position;
+  out["foot_gap"] = gap;
+  out["foot_damping"] = damping;
+  out["foot_stiffness"] = stiffness;
+  out["acceleration"] = acceleration;
+  out["com"] = Vec3(q.head<3>() + plant.center_of_mass());
+  return out;
+}
+
+nb::dict evaluate(const PlantSettings& s, const VectorXd& q, const VectorXd& v, const VectorXd& torque) {
+  return s.arrow() ? evaluation(s.make<ArrowSystem>(), q, v, torque)
+                   : evaluation(s.make<DenseSystem>(), q, v, torque);
+}
+
+// Pinocchio's share of a step and nothing else, for benchmarks/.
+double repeat_dynamics(const PlantSettings& s, const VectorXd& q, const VectorXd& v, long count) {
+  pinocchio::Data data(s.model);
+  double sum = 0.0;
+  for (long k = 0; k < count; ++k) {
+    pinocchio::crba(s.model, data, q, pinocchio::Convention::WORLD);
+    pinocchio::nonLinearEffects(s.model, data, q, v);
+    sum += data.nle[0];
+  }
+  return sum;
+}
+
+std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>& time,
+                               const RowMatrix& position, const RowMatrix& rate, const VectorXd& q,
+                               const VectorXd& v, double t0, double step, long stride,
+                               const std::string& method) {
+  if (q.size() != s.model.nq || v.size() != s.model.nv)
+    throw std::invalid_argument("state of the wrong size");
+  const auto rows = Eigen::Index(time.size()), columns = Eigen::Index(s.model.nv - 6);
+  if (rows < 1 || position.rows() != rows || rate.rows() != rows || position.cols() != columns ||
+      rate.cols() != columns)
+    throw std::invalid_argument("set-points of the wrong size");
+  Reference reference(time, position, rate);
+  return s.arrow() ? make_rollout(method, s.make<ArrowSystem>(), reference, q, v, t0, step, stride)
+                   : make_rollout(method, s.make<DenseSystem>(), reference, q, v, t0, step, stride);
+}
+
+nb::dict record(const Rollout& rollout) {
+  nb::dict out;
+  const auto channels = rollout.record().channels();
+  const std::size_t rows = channels.front().second->values.size();  // one time per sample
+  for (const auto& [name, channel] : channels) {
+    auto* copy = new std::vector<double>(channel->values);
+    nb::capsule owner(copy, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
+    out[name.c_str()] =
+        nb::ndarray<nb::numpy, double>(copy->data(), {rows, channel->width}, owner);
+  }
+  return out;
+}
+
+}  // namespace
+
+NB_MODULE(_native, m) {
+  m.doc() = "Inner loop of hexapod_pin: plant, contact, integrators, rollouts.";
+
+  nb::enum_<NormalKind>(m, "NormalKind")
+      .value("hunt_crossley", NormalKind::hunt_crossley)
+      .value("adams_impact", NormalKind::adams_impact);
+  nb::class_<NormalLaw>(m, "NormalLaw")
+      .def(nb::init<>())
+      .def_rw("kind", &NormalLaw::kind)
+      .def_rw("stiffness", &NormalLaw::stiffness)
+      .def_rw("exponent", &NormalLaw::exponent)
+      .def_rw("dissipation", &NormalLaw::dissipation)
+      .def_rw("damping", &NormalLaw::damping)
+      .def_rw("damping_depth", &NormalLaw::damping_depth)
+      .def("energy", &NormalLaw::energy, "depth"_a)
+      .def("__call__", [](const NormalLaw& law, double depth, double rate) {
+        const NormalForce f = law(depth, rate);
+        return std::make_tuple(f.force, f.d_depth, f.d_rate, f.elastic);
+      }, "depth"_a, "rate"_a, "(force, dF/ddepth, dF/drate, elastic part)");
+
+  nb::enum_<FrictionKind>(m, "FrictionKind")
+      .value("none", FrictionKind::none)
+      .value("tanh_coulomb", FrictionKind::tanh_coulomb)
+      .value("adams_coulomb", FrictionKind::adams_coulomb);
+  nb::class_<FrictionLaw>(m, "FrictionLaw")
+      .def(nb::init<>())
+      .def_rw("kind", &FrictionLaw::kind)
+      .def_rw("mu", &FrictionLaw::mu)
+      .def_rw("slip_slope", &FrictionLaw::slip_slope)
+      .def_rw("mu_dynamic", &FrictionLaw::mu_dynamic)
+      .def_rw("stiction_speed", &FrictionLaw::stiction_speed)
+      .def_rw("transition_speed", &FrictionLaw::transition_speed)
+      .def("__call__", [](const FrictionLaw& law, double speed) {
+        const FrictionFactor f = law(speed);
+        return std::make_tuple(f.ratio, f.slope);
+      }, "speed"_a, "(m/s, (d(m/s)/ds)/s) at slip speed s");
+
+  nb::class_<PlantSettings>(m, "PlantSettings")
+      .def_prop_ro("arrow", &PlantSettings::arrow, "true: block-arrow LU; false: dense LU");
+  m.def("plant_settings", &make_settings, "model"_a, "gravity"_a, "feet"_a, "normal"_a, "friction"_a,
+        "height"_a, "kp"_a, "kd"_a, "limit"_a, "damping"_a, "dense"_a = false);
+  m.def("evaluate", &evaluate, "plant"_a, "q"_a, "v"_a, "torque"_a,
+        "Dynamics and feet of one state; joint torques given.");
+
+  m.def("repeat_dynamics", &repeat_dynamics, "plant"_a, "q"_a, "v"_a, "count"_a,
+        nb::call_guard<nb::gil_scoped_release>(),
+        "Runs the Pinocchio calls of one evaluation `count` times, for benchmarks.");
+
+  nb::class_<Rollout>(m, "Rollout")
+      .def("advance", &Rollout::advance, "steps"_a, nb::call_guard<nb::gil_scoped_release>())
+      .def("record", &record)
+      .def("counters", &Rollout::counters)
+      .def_prop_ro("q", &Rollout::q)
+      .def_prop_ro("v", &Rollout::v);
+  m.def("start", &start, "plant"_a, "time"_a, "position"_a, "rate"_a, "q"_a, "v"_a, "t0"_a, "step"_a,
+        "stride"_a, "method"_a);
+  m.def("advance_all", &advance_all, "rollouts"_a, "steps"_a, "threads"_a,
+        nb::call_guard<nb::gil_scoped_release>());
+}

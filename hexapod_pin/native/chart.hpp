@@ -1,0 +1,42 @@
+// Local coordinates xi = (r, phi, joints) about a configuration q0 = (p0, R0, joints0):
+// p = p0 + R0 r, R = R0 exp(phi^), joints = joints0 + xi_j. The quaternion stays unit by construction.
+#pragma once
+
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+namespace hexapod {
+
+using Eigen::VectorXd;
+using ConstVector = Eigen::Ref<const VectorXd>;
+
+inline Eigen::Quaterniond exp_quaternion(const Eigen::Vector3d& phi) {
+  const double t2 = phi.squaredNorm();
+  const double t = std::sqrt(t2);
+  const double half_sinc = t < 1e-2 ? 0.5 - t2 / 48.0 + t2 * t2 / 3840.0 : std::sin(0.5 * t) / t;
+  return {std::cos(0.5 * t), half_sinc * phi.x(), half_sinc * phi.y(), half_sinc * phi.z()};
+}
+
+inline void retract(const VectorXd& q0, const VectorXd& xi, VectorXd& q) {
+  const Eigen::Quaterniond base(Eigen::Map<const Eigen::Vector4d>(q0.data() + 3));
+  q.head<3>() = q0.head<3>() + base * xi.head<3>();
+  const Eigen::Quaterniond turned = (base * exp_quaternion(xi.segment<3>(3))).normalized();
+  q.segment<4>(3) = turned.coeffs();
+  q.tail(q.size() - 7) = q0.tail(q0.size() - 7) + xi.tail(xi.size() - 6);
+}
+
+// xi' from the body-frame velocity v: r' = exp(phi^) v_lin, phi' = Jr^-1(phi) w, joints' = v_j.
+inline void chart_rate(const VectorXd& xi, const VectorXd& v, VectorXd& rate) {
+  const Eigen::Vector3d phi = xi.segment<3>(3), w = v.segment<3>(3);
+  const double t2 = phi.squaredNorm();
+  const double t = std::sqrt(t2);
+  const double c = t < 1e-2 ? 1.0 / 12.0 + t2 / 720.0 + t2 * t2 / 30240.0
+                            : 1.0 / t2 - (1.0 + std::cos(t)) / (2.0 * t * std::sin(t));
+  const Eigen::Vector3d cross = phi.cross(w);
+  rate = v;
+  rate.head<3>() = exp_quaternion(phi) * v.head<3>();
+  rate.segment<3>(3) += 0.5 * cross + c * phi.cross(cross);
+}
+
+}  // namespace hexapod

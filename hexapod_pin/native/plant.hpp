@@ -1,0 +1,169 @@
+// The robot on its ground: mass matrix, bias, feet with Jacobians, servos, at one state (q, v).
+#pragma once
+
+#include <vector>
+
+#include <pinocchio/algorithm/crba.hpp>
+#include <pinocchio/algorithm/rnea.hpp>
+#include <pinocchio/multibody/data.hpp>
+#include <pinocchio/multibody/model.hpp>
+
+#include "account.hpp"
+#include "chart.hpp"
+#include "feet.hpp"
+#include "servo.hpp"
+
+namespace hexapod {
+
+template <class SystemT>
+class Plant {
+ public:
+  using System = SystemT;
+  using Foot = FootState<typename System::LegJacobian>;
+
+  Plant(const pinocchio::Model& model, std::vector<FootMount> mounts, ContactLaw law, Flat terrain,
+        Servo servo)
+      : model(model), data(model), mounts(std::move(mounts)), law(law), terrain(terrain),
+        servo(std::move(servo)), system(model, this->mounts), feet(this->mounts.size()),
+        q_local_(VectorXd::Zero(model.nq)) {
+    total_mass = 0.0;
+    for (const auto& inertia : model.inertias) total_mass += inertia.mass();
+    data.M.setZero();
+    for (std::size_t i = 0; i < feet.size(); ++i) {
+      columns_.push_back(system.columns(model, this->mounts[i]));
+      feet[i].jl.setZero(3, System::kLegColumns == Eigen::Dynamic ? columns_[i].size() : 3);
+      feet[i].ql = feet[i].jl;
+    }
+  }
+
+  // Everything below refers to the state of the last call. Dynamics do not depend on the base
+  // position, so they are evaluated with the base at the origin: no digits are lost far away.
+  void evaluate(const VectorXd& q, const VectorXd& v) {
+    q_local_.tail(model.nq - 3) = q.tail(model.nq - 3);
+    pinocchio::crba(model, data, q_local_, pinocchio::Convention::WORLD);
+    pinocchio::nonLinearEffects(model, data, q_local_, v);
+    for (std::size_t i = 0; i < feet.size(); ++i) place_foot(i, q, v);
+    ++evaluations;
+  }
+
+  const Eigen::MatrixXd& mass_upper() const { return data.M; }
+  const VectorXd& bias() const { return data.nle; }
+  int joints() const { return model.nv - 6; }
+  Vec3 center_of_mass() const { return data.oYcrb[0].lever(); }  // relative to the base origin
+
+  double kinetic_energy(const VectorXd& v) const {  // the upper triangle holds all of M
+    double twice = 0.0;
+    for (int c = 0; c < model.nv; ++c)
+      twice += v[c] * (2.0 * data.M.col(c).head(c).dot(v.head(c)) + data.M(c, c) * v[c]);
+    return 0.5 * twice;
+  }
+
+  template <class Force>
+  void add_transposed(std::size_t i, const Force& f, VectorXd& out) const {
+    const Foot& foot = feet[i];
+    out.head<6>().noalias() += foot.jb.transpose() * f;
+    for (std::size_t k = 0; k < columns_[i].size(); ++k)
+      out[model.idx_vs[columns_[i][k]]] += foot.jl.col(k).dot(f);
+  }
+
+  // [xb xl] v for a foot's 3 x (6 + leg) matrix, e.g. (jb, jl) or (qb, ql)
+  Vec3 along(std::size_t i, const Eigen::Matrix<double, 3, 6>& xb,
+             const typename System::LegJacobian& xl, const VectorXd& v) const {
+    Vec3 sum = xb * v.head<6>();
+    for (std::size_t k = 0; k < columns_[i].size(); ++k)
+      sum += xl.col(k) * v[model.idx_vs[columns_[i][k]]];
+    return sum;
+  }
+
+  // Servo torques at the evaluated state for set-points (q_ref, v_ref).
+  void servo_torque(const VectorXd& q, const VectorXd& v, const VectorXd& q_ref,
+                    const VectorXd& v_ref, VectorXd& torque) const {
+    for (int j = 0; j < joints(); ++j)
+      torque[j] = servo.torque(j, q_ref[j] - q[7 + j], v_ref[j] - v[6 + j]);
+  }
+
+  // Adds dt of every power at the evaluated state to the account.
+  void add_to(Account& account, const VectorXd& v, const VectorXd& torque, double dt) const {
+    account.servo += dt * torque.dot(v.tail(joints()));
+    account.joint_damping += dt * v.tail(joints()).cwiseAbs2().dot(servo.damping);
+    for (std::size_t i = 0; i < feet.size(); ++i)
+      if (feet[i].active)
+        account.add_contact(i, feet[i].contact.force, feet[i].velocity, feet[i].ground.normal, dt);
+  }
+
+  // v' at the evaluated state under the given servo torques.
+  void acceleration(const VectorXd& v, const VectorXd& torque, VectorXd& out) {
+    out = -bias();
+    out.tail(joints()) += torque - servo.damping.cwiseProduct(v.tail(joints()));
+    for (std::size_t i = 0; i < feet.size(); ++i)
+      if (feet[i].active) add_transposed(i, feet[i].contact.force, out);
+    system.load(mass_upper());
+    system.factor();
+    system.solve(out);
+  }
+
+  pinocchio::Model model;
+  pinocchio::Data data;
+  std::vector<FootMount> mounts;
+  ContactLaw law;
+  Flat terrain;
+  Servo servo;
+  System system;
+  std::vector<Foot> feet;
+  double total_mass;
+  long evaluations = 0;
+
+ private:
+  Vec3 axis(std::size_t j) const { return data.J.template block<3, 1>(3, model.idx_vs[j]); }
+
+  void place_foot(std::size_t i, const VectorXd& q, const VectorXd& v) {
+    Foot& foot = feet[i];
+    const FootMount& mount = mounts[i];
+    foot.center = data.oMi[mount.joint].act(mount.offset);
+    foot.ground = terrain.under(q.head<3>() + foot.center, mount.radius);
+    foot.active = foot.ground.gap < 0.0;
+    foot.contact = ContactForce();
+    if (!foot.active) return;
+    differentiate_foot(i, v);
+    foot.contact = contact_force(law, foot.ground, foot.velocity);
+  }
+
+  // J: velocity of the contact point; Q: its derivative to the chart coordinates, with the point of
+  // contact staying below the centre while the link turns.
+  void differentiate_foot(std::size_t i, const VectorXd& v) {
+    Foot& foot = feet[i];
+    const Vec3 arm = -mounts[i].radius * foot.ground.normal;
+    const Mat3 rotation = data.oMi[1].rotation();
+    const Vec3 point = foot.center + arm;
+    Vec3 spin = rotation * v.template segment<3>(3);
+    Vec3 at_center = rotation * v.template head<3>() + spin.cross(foot.center);
+    for (int k = 0; k < 3; ++k) {
+      foot.jb.col(k) = rotation.col(k);
+      foot.jb.col(3 + k) = rotation.col(k).cross(point);
+    }
+    for (std::size_t k = 0; k < columns_[i].size(); ++k) {
+      const std::size_t j = columns_[i][k];
+      if (j > mounts[i].joint) break;
+      const Vec3 z = axis(j), lever = foot.center - data.oMi[j].translation();
+      const double rate = v[model.idx_vs[j]];
+      foot.jl.col(k) = z.cross(lever + arm);
+      // first the parent's part; the part of the foot's own velocity follows when it is known
+      foot.ql.col(k) = spin.cross(z.cross(lever)) - z.cross(at_center) + z.cross(spin).cross(arm) * -1.0;
+      at_center += z.cross(lever) * rate;
+      spin += z * rate;
+    }
+    foot.velocity = at_center + spin.cross(arm);
+    foot.qb.template leftCols<3>().setZero();
+    for (int k = 0; k < 3; ++k)
+      foot.qb.col(3 + k) = rotation.col(k).cross(at_center) + rotation.col(k).cross(spin).cross(arm);
+    for (std::size_t k = 0; k < columns_[i].size() && columns_[i][k] <= mounts[i].joint; ++k) {
+      const Vec3 z = axis(columns_[i][k]);
+      foot.ql.col(k) += z.cross(at_center) + z.cross(spin).cross(arm);
+    }
+  }
+
+  VectorXd q_local_;
+  std::vector<std::vector<std::size_t>> columns_;
+};
+
+}  // namespace hexapod

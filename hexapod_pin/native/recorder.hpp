@@ -1,0 +1,92 @@
+// Samples of a run, one growing row-major table per quantity. A foot force is the mean over the
+// sampling interval that ends at its sample (impulse over time: momentum adds up exactly); the first
+// is the law's.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "plant.hpp"
+
+namespace hexapod {
+
+struct Channel {
+  std::size_t width = 1;
+  std::vector<double> values;
+
+  template <class Vector>
+  void append(const Vector& v) {
+    values.insert(values.end(), v.data(), v.data() + v.size());
+  }
+  void append(double x) { values.push_back(x); }
+};
+
+class Recorder {
+ public:
+  template <class PlantT>
+  explicit Recorder(const PlantT& plant) {
+    const std::size_t n = plant.joints(), feet = plant.feet.size();
+    q_.width = plant.model.nq;
+    v_.width = plant.model.nv;
+    torque_.width = q_ref_.width = v_ref_.width = n;
+    foot_position_.width = foot_force_.width = foot_normal_.width = 3 * feet;
+    foot_gap_.width = feet;
+    com_.width = 3;
+  }
+
+  template <class PlantT>
+  void sample(const PlantT& plant, double t, const VectorXd& q, const VectorXd& v,
+              const VectorXd& torque, const VectorXd& q_ref, const VectorXd& v_ref,
+              const Account& account, double interval) {
+    time_.append(t);
+    q_.append(q);
+    v_.append(v);
+    torque_.append(torque);
+    q_ref_.append(q_ref);
+    v_ref_.append(v_ref);
+    const double elastic = sample_feet(plant, q, account, interval);
+    if (time_.values.size() == 1) first_elastic_ = elastic;
+    elastic_.append(elastic);
+    const Vec3 com = q.head<3>() + plant.center_of_mass();
+    com_.append(com);
+    kinetic_.append(plant.kinetic_energy(v));
+    potential_.append(-plant.total_mass * plant.model.gravity.linear().dot(com));
+    servo_work_.append(account.servo);
+    joint_damping_loss_.append(account.joint_damping);
+    normal_loss_.append(account.normal - (elastic - first_elastic_));
+    friction_loss_.append(account.friction);
+  }
+
+  std::vector<std::pair<std::string, const Channel*>> channels() const {
+    return {{"time", &time_}, {"q", &q_}, {"v", &v_}, {"torque", &torque_}, {"q_ref", &q_ref_},
+            {"v_ref", &v_ref_}, {"foot_position", &foot_position_}, {"foot_force", &foot_force_},
+            {"foot_normal", &foot_normal_}, {"foot_gap", &foot_gap_}, {"com", &com_},
+            {"kinetic", &kinetic_}, {"potential", &potential_}, {"elastic", &elastic_},
+            {"servo_work", &servo_work_}, {"joint_damping_loss", &joint_damping_loss_},
+            {"normal_loss", &normal_loss_}, {"friction_loss", &friction_loss_}};
+  }
+
+ private:
+  template <class PlantT>
+  double sample_feet(const PlantT& plant, const VectorXd& q, const Account& account,
+                     double interval) {
+    double elastic = 0.0;
+    for (std::size_t i = 0; i < plant.feet.size(); ++i) {
+      const auto& foot = plant.feet[i];
+      foot_position_.append(Vec3(q.head<3>() + foot.center));
+      foot_force_.append(interval > 0.0 ? Vec3(account.impulse[i] / interval) : foot.contact.force);
+      foot_normal_.append(foot.ground.normal);
+      foot_gap_.append(foot.ground.gap);
+      elastic += plant.law.normal.energy(-foot.ground.gap);
+    }
+    return elastic;
+  }
+
+  Channel time_, q_, v_, torque_, q_ref_, v_ref_, foot_position_, foot_force_, foot_normal_,
+      foot_gap_, com_, kinetic_, potential_, elastic_, servo_work_, joint_damping_loss_,
+      normal_loss_, friction_loss_;
+  double first_elastic_ = 0.0;
+};
+
+}  // namespace hexapod
