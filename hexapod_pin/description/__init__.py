@@ -1,0 +1,1 @@
+"""URDF files: reading, checking, and writing them from tables of dimensions."""

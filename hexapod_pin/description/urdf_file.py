@@ -1,0 +1,248 @@
+"""Reading a URDF into plain links and joints, before any parser of a library sees it."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from xml.parsers import expat
+
+from hexapod_pin.errors import UrdfError
+
+MAX_BYTES = 50_000_000
+"""Largest file that is read [bytes]."""
+
+MOVED = ("revolute", "continuous", "prismatic", "planar", "floating")
+JOINT_TYPES = (*MOVED, "fixed")
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A collision sphere: radius [m] and centre in the link's frame [m]."""
+
+    radius: float
+    centre: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Link:
+    """A <link>; numbers that cannot be read are NaN. Its element keeps the rest."""
+
+    name: str
+    element: ET.Element = field(repr=False, compare=False)
+
+    @property
+    def mass(self) -> float | None:
+        """Mass [kg]; None without an <inertial>."""
+        if self.element.find("inertial") is None:
+            return None
+        return attribute(self.element.find("inertial/mass"), "value", math.nan)
+
+    @property
+    def com(self) -> tuple[float, ...]:
+        """Centre of mass in the link's frame [m]."""
+        return origin(self.element.find("inertial"))[0]
+
+    @property
+    def inertia_rpy(self) -> tuple[float, ...]:
+        """Roll, pitch, yaw from the link's axes to the inertia's axes [rad]."""
+        return origin(self.element.find("inertial"))[1]
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """(ixx, iyy, izz, ixy, ixz, iyz) about the centre of mass [kg m^2]."""
+        names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+        inertia = self.element.find("inertial/inertia")
+        return tuple(attribute(inertia, name, math.nan) for name in names)
+
+    @property
+    def collision_sphere(self) -> Sphere | None:
+        """The first collision sphere."""
+        for collision in self.element.findall("collision"):
+            sphere = collision.find("geometry/sphere")
+            if sphere is not None:
+                return Sphere(attribute(sphere, "radius", math.nan), origin(collision)[0])
+        return None
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A <joint>; numbers that cannot be read are NaN. Its element keeps the rest."""
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    element: ET.Element = field(repr=False, compare=False)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the joint lets its child move."""
+        return self.kind in MOVED
+
+    @property
+    def xyz(self) -> tuple[float, ...]:
+        """Origin of the child's frame in the parent's frame [m]."""
+        return origin(self.element)[0]
+
+    @property
+    def rpy(self) -> tuple[float, ...]:
+        """Roll, pitch, yaw of the child's frame in the parent's [rad]."""
+        return origin(self.element)[1]
+
+    @property
+    def axis(self) -> tuple[float, ...]:
+        """Axis as written; (1, 0, 0) where the file gives none."""
+        element = self.element.find("axis")
+        return (1.0, 0.0, 0.0) if element is None else triple(element.get("xyz"))
+
+    def limit(self, name: str, default: float = math.nan) -> float:
+        """Return lower, upper [rad], effort [N m] or velocity [rad/s] of <limit>."""
+        return attribute(self.element.find("limit"), name, default)
+
+    def dynamics(self, name: str) -> float:
+        """Return damping [N m s/rad] or friction [N m] of <dynamics>; 0 where not given."""
+        return attribute(self.element.find("dynamics"), name, 0.0)
+
+
+@dataclass(frozen=True)
+class UrdfFile:
+    """The text of a URDF and its XML tree."""
+
+    source: str
+    text: str
+    root: ET.Element = field(repr=False)
+
+    @property
+    def name(self) -> str:
+        """Name of the robot."""
+        return self.root.get("name") or "unnamed"
+
+    @cached_property
+    def links(self) -> tuple[Link, ...]:
+        """All links in file order."""
+        return tuple(Link(e.get("name") or "", e) for e in self.root.findall("link"))
+
+    @cached_property
+    def joints(self) -> tuple[Joint, ...]:
+        """All joints in file order."""
+        return tuple(_joint(element) for element in self.root.findall("joint"))
+
+    @cached_property
+    def link_by_name(self) -> dict[str, Link]:
+        """Links by name."""
+        return {link.name: link for link in self.links}
+
+    @cached_property
+    def joints_below(self) -> dict[str, tuple[Joint, ...]]:
+        """Joints whose parent is this link, for every link."""
+        below: dict[str, list[Joint]] = {link.name: [] for link in self.links}
+        for joint in self.joints:
+            below.setdefault(joint.parent, []).append(joint)
+        return {name: tuple(joints) for name, joints in below.items()}
+
+    @cached_property
+    def base(self) -> str:
+        """The root link: the one that is no joint's child."""
+        children = {joint.child for joint in self.joints}
+        return next(link.name for link in self.links if link.name not in children)
+
+    def rigid_group(self, link: str) -> list[str]:
+        """Return `link` and every link fixed to it, directly or through other fixed joints."""
+        group = [link]
+        for name in group:
+            group += [joint.child for joint in self.joints_below[name] if not joint.moves]
+        return group
+
+    def moved_joints_below(self, link: str) -> list[Joint]:
+        """Return the joints that move something relative to the rigid group of `link`."""
+        group = self.rigid_group(link)
+        return [joint for name in group for joint in self.joints_below[name] if joint.moves]
+
+
+def read_urdf(path: str | Path, *, max_bytes: int = MAX_BYTES) -> UrdfFile:
+    """Read a URDF from disk; `check_urdf` then judges its content.
+
+    Raises:
+        UrdfError: the file is missing, too large, not UTF-8, not XML (with line and column), has
+            a document type declaration, or is not a <robot>.
+    """
+    source = str(path)
+    file = Path(path).expanduser()
+    if not file.is_file():
+        raise UrdfError(source, ["no such file; give the path of a URDF"])
+    try:
+        with file.open("rb") as stream:
+            data = stream.read(max_bytes + 1)
+    except OSError as error:
+        raise UrdfError(source, [f"cannot be read: {error.strerror}"]) from error
+    if len(data) > max_bytes:
+        raise UrdfError(source, [f"more than {max_bytes} bytes: too large for a URDF"])
+    return parse_urdf(data, source)
+
+
+def parse_urdf(data: bytes, source: str) -> UrdfFile:
+    """Parse the bytes of a URDF; raises as `read_urdf`."""
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise UrdfError(source, [f"not UTF-8 text (byte {error.start})"]) from error
+    _refuse_doctype(text, source)
+    root = ET.fromstring(text)
+    if root.tag != "robot":
+        raise UrdfError(source, [f"the outermost element is <{root.tag}>: must be <robot>"])
+    return UrdfFile(source, text, root)
+
+
+def _refuse_doctype(text: str, source: str) -> None:
+    """Walk the XML once, refusing document types (entities) and saying where it breaks."""
+
+    def refuse(*_: object) -> None:
+        raise UrdfError(source, ["has a <!DOCTYPE ...>: remove it (entities are not expanded)"])
+
+    parser = expat.ParserCreate(encoding="utf-8")
+    parser.StartDoctypeDeclHandler = refuse
+    try:
+        parser.Parse(text.encode(), True)
+    except expat.ExpatError as error:
+        where = f"line {error.lineno}, column {error.offset}"
+        raise UrdfError(source, [f"not XML: {expat.ErrorString(error.code)} ({where})"]) from error
+
+
+def attribute(element: ET.Element | None, name: str, default: float) -> float:
+    """Return a numeric attribute; `default` where it is absent, NaN where it is no number."""
+    text = None if element is None else element.get(name)
+    if text is None:
+        return default
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def triple(text: str | None) -> tuple[float, ...]:
+    """Return three numbers from text such as "0 0 1"; zeros without text, else NaN."""
+    if text is None:
+        return (0.0, 0.0, 0.0)
+    try:
+        values = tuple(float(word) for word in text.split())
+    except ValueError:
+        values = ()
+    return values if len(values) == 3 else (math.nan,) * 3
+
+
+def origin(element: ET.Element | None) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return xyz [m] and rpy [rad] of an element's <origin>; zeros where it has none."""
+    found = None if element is None else element.find("origin")
+    if found is None:
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    return triple(found.get("xyz")), triple(found.get("rpy"))
+
+
+def _joint(element: ET.Element) -> Joint:
+    """Read a <joint>."""
+    ends = [element.find(tag) for tag in ("parent", "child")]
+    parent, child = ("" if end is None else end.get("link") or "" for end in ends)
+    return Joint(element.get("name") or "", element.get("type") or "", parent, child, element)

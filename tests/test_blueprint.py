@@ -1,0 +1,199 @@
+"""The parameter tables, the solids behind them, and the URDFs written from them."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from hexapod_pin.description.blueprint import Blueprint
+from hexapod_pin.description.paper_robots import ATHENA, KHARAGPUR, PAPER_ROBOTS
+from hexapod_pin.description.segments import Segment, Trunk, six_hips
+from hexapod_pin.description.solids import box_inertia, kg_mm2, mm, rod_inertia
+from hexapod_pin.description.urdf_file import Link, parse_urdf
+from hexapod_pin.description.urdf_writer import number
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.robot import load_robot, urdf_path
+
+
+def links(blueprint: Blueprint) -> dict[str, Link]:
+    return parse_urdf(blueprint.urdf().encode(), blueprint.name).link_by_name
+
+
+def test_kg_mm2_is_a_millionth_of_kg_m2() -> None:
+    """1 kg at 1 m is 1 kg m^2 or 1e6 kg mm^2."""
+    assert kg_mm2(1e6, 2e6, 0.5) == (1.0, 2.0, 5e-7)
+    assert mm(83.5, 1000.0) == (0.0835, 1.0)
+
+
+def test_solids_equal_a_cloud_of_points() -> None:
+    """Solid-body inertias agree with the sum over a fine grid of points."""
+    axis = (np.arange(200) + 0.5) / 200 - 0.5
+    x, y, z = 0.4 * axis, 0.24 * axis, 0.1 * axis
+    squares = [np.mean(c**2) for c in (x, y, z)]
+    sums = [squares[1] + squares[2], squares[0] + squares[2], squares[0] + squares[1]]
+    # The midpoint rule of n cells misses 1/n^2 of the second moment: 2.5e-5.
+    assert box_inertia(4.5, (0.4, 0.24, 0.1)) == pytest.approx(4.5 * np.array(sums), rel=3e-5)
+    r = 0.015 * np.sqrt((np.arange(200) + 0.5) / 200)
+    along, across = np.mean((0.2 * axis) ** 2), np.mean(r**2) / 2
+    expected = 0.15 * np.array([2 * across, across + along, across + along])
+    assert rod_inertia(0.15, 0.2, 0.015) == pytest.approx(expected, rel=3e-5)
+
+
+def test_total_masses() -> None:
+    """S2 states 3.08746 kg; the assumed ATHENA-like set adds up to 8.25 kg."""
+    for name, mass in (("kharagpur", 3.08746), ("athena", 8.25)):
+        assert PAPER_ROBOTS[name].total_mass == pytest.approx(mass, rel=1e-12)
+        assert load_robot(name).total_mass == pytest.approx(mass, rel=1e-12)
+
+
+def test_kharagpur_inertias_are_remapped() -> None:
+    """Table 1's y is forward; the tibia's x runs along it: values in kg m^2 as in the file."""
+    expected = {
+        "base_link": (1.28146, (0.0025185, 0.0166529, 0.0168972)),
+        "lf_coxa": (0.15, (70.827e-6, 108.377e-6, 56.745e-6)),
+        "rm_femur": (0.041, (20.188e-6, 86.698e-6, 100.265e-6)),
+        "rr_tibia": (0.11, (20.777e-6, 87.515e-6, 98.446e-6)),
+    }
+    written = links(KHARAGPUR)
+    for name, (mass, moments) in expected.items():
+        assert written[name].mass == pytest.approx(mass, rel=1e-15)
+        assert written[name].moments == pytest.approx((*moments, 0, 0, 0), rel=1e-14)
+
+
+def test_kharagpur_geometry() -> None:
+    """Standing: foot 202.84 mm from the yaw axis, hip 98.79 mm above the foot's centre."""
+    robot = load_robot("kharagpur")
+    assert robot.stand().q[2] == pytest.approx(0.09879 + 0.010, abs=1e-12)
+    assert KHARAGPUR.coxa.length + KHARAGPUR.femur.length == pytest.approx(0.20284, abs=1e-15)
+    assert robot.effort.tolist() == [6.0] * 18
+
+
+def test_athena_is_the_assumed_set() -> None:
+    """The printed inertias of the assumed set, and its standing height."""
+    printed = {
+        "base_link": (0.02535, 0.06375, 0.08160),
+        "lf_coxa": (9.375e-5, 1.144e-4, 1.144e-4),
+        "lf_femur": (7.55e-5, 3.333e-4, 3.422e-4),
+        "lf_tibia": (1.69e-5, 5.084e-4, 5.084e-4),
+    }
+    written = links(ATHENA)
+    for name, moments in printed.items():
+        # Printed with three to four digits.
+        assert written[name].moments[:3] == pytest.approx(moments, rel=2e-3)
+    assert load_robot("athena").stand().q[2] == pytest.approx(0.156 + 0.020, abs=1e-4)
+    assert all("assumed" in text for text in (ATHENA.title, ATHENA.source))
+
+
+def test_additional_mass_at_the_joints() -> None:
+    """18 point masses: same total; coxa and trunk as the parallel-axis theorem says."""
+    spread = KHARAGPUR.model_copy(update={"additional_mass_placement": "joints"})
+    share, written = 0.63146 / 18, links(spread)
+    total = math.fsum(link.mass or 0.0 for link in written.values())
+    assert total == pytest.approx(3.08746, rel=1e-12)
+    coxa, length = written["lf_coxa"], 0.0835
+    reduced = 0.15 * share / (0.15 + share) * (length / 2) ** 2
+    assert coxa.com[0] == pytest.approx((0.15 * length / 2 + share * length) / (0.15 + share))
+    assert coxa.moments[:3] == pytest.approx((70.827e-6, 108.377e-6 + reduced, 56.745e-6 + reduced))
+    trunk = written["base_link"]
+    assert trunk.com == pytest.approx((0, 0, 0), abs=1e-17)
+    arms = 6 * share * 0.1025**2, 4 * share * 0.2**2
+    expected = 2518.5e-6 + arms[0], 16652.9e-6 + arms[1], 16897.2e-6 + sum(arms)
+    assert trunk.moments[:3] == pytest.approx(expected)
+
+
+def test_hexapod_of_your_own(tmp_path: Path) -> None:
+    """Dimensions go in, a robot that loads and stands comes out."""
+    segment = {"limits": (-1.0, 1.5), "effort": 3.0, "velocity": 5.0}
+    mine = Blueprint.from_dimensions(
+        "mine", trunk=Trunk.solid(1.0, (0.3, 0.2, 0.05)),
+        coxa=Segment.box(0.1, (0.05, 0.03, 0.03), **segment),
+        femur=Segment.box(0.1, (0.1, 0.03, 0.02), **segment),
+        tibia=Segment.rod(0.1, 0.15, 0.01, **segment),
+        hip_x=0.12, hip_y=0.1, foot_radius=0.0, posture=(0.0, -0.2, 1.4),
+    )  # fmt: skip
+    path = tmp_path / "mine.urdf"
+    path.write_text(mine.urdf())
+    robot = load_robot(path)
+    assert robot.total_mass == pytest.approx(1.0 + 18 * 0.1, rel=1e-14)
+    height = 0.1 * math.sin(-0.2) + 0.15 * math.sin(-0.2 + 1.4)
+    assert robot.stand().q[2] == pytest.approx(height, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "culprit"),
+    [
+        ({"mass": 0.0}, "mass"),
+        ({"length": -0.1}, "length"),
+        ({"inertia": (1.0, 0.0, 1.0)}, "inertia"),
+        ({"lower": 2.0, "upper": 1.0}, "lower"),
+        ({"effort": -1.0}, "effort"),
+        ({"velocity": 0.0}, "velocity"),
+    ],
+)
+def test_impossible_segments_are_refused(change: dict[str, object], culprit: str) -> None:
+    """The message names the field."""
+    fields = KHARAGPUR.coxa.model_dump() | change
+    with pytest.raises(ParameterError, match=culprit):
+        Segment(**fields)
+
+
+def test_posture_and_hips_are_checked() -> None:
+    """A standing angle outside its limits and a missing leg are refused."""
+    fields = {name: getattr(KHARAGPUR, name) for name in Blueprint.model_fields}
+    with pytest.raises(ParameterError, match="posture"):
+        Blueprint(**fields | {"posture": (0.0, 0.0, -0.1)})
+    hips = six_hips(0.2, 0.1)
+    del hips["rm"]
+    with pytest.raises(ParameterError, match="hips"):
+        Blueprint(**fields | {"hips": hips})
+
+
+def test_numbers_read_back_exactly() -> None:
+    """Shortest round-trip text, no negative zero."""
+    assert [number(x) for x in (-0.0, 6.0, 0.1, math.pi / 2)] == [
+        "0", "6", "0.1", "1.5707963267948966",
+    ]  # fmt: skip
+
+
+def script() -> ModuleType:
+    path = Path(__file__).parent.parent / "scripts" / "build_urdf.py"
+    spec = importlib.util.spec_from_file_location("build_urdf", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_files_agree_with_their_tables() -> None:
+    """`build_urdf.py --check` passes on the files in the repository."""
+    assert script().main(["--check"]) == 0
+
+
+def test_check_names_the_stale_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Written, then one number changed: exit 1 and the file's name; writing mends it."""
+    build = script()
+    assert build.main(["--check", "--folder", str(tmp_path)]) == 1
+    assert build.main(["--folder", str(tmp_path)]) == 0
+    stale = tmp_path / "athena.urdf"
+    stale.write_text(stale.read_text().replace("4.5", "4.6"))
+    capsys.readouterr()
+    assert build.main(["--check", "--folder", str(tmp_path)]) == 1
+    message = capsys.readouterr().err
+    assert "athena.urdf" in message
+    assert "kharagpur" not in message
+
+
+def test_readme_gives_every_assumption_of_the_files() -> None:
+    """Each robot's file and README carry the word assumed, and the README each table's numbers."""
+    text = (urdf_path("athena").parent / "README.md").read_text()
+    for value in ("2518.5, 16652.9, 16897.2", "20.777, 87.515, 98.446", "0.63146", "8.25 kg"):
+        assert value in text
+    for name in PAPER_ROBOTS:
+        assert f"{name}.urdf" in text
+        assert "<assumed>" in urdf_path(name).read_text()

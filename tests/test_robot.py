@@ -1,0 +1,369 @@
+"""Loading robots: names, limits, feet, standing, states; other people's URDFs."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from hexapod_pin.description.leg_names import LEG_NAMES, joint_role, leg_of_chain
+from hexapod_pin.description.paper_robots import KHARAGPUR
+from hexapod_pin.description.urdf_file import read_urdf
+from hexapod_pin.description.urdf_inertia import body_inertia, rotation
+from hexapod_pin.errors import ParameterError, StateError, UnknownNameError, UrdfError
+from hexapod_pin.loading.limbs import leg_chains
+from hexapod_pin.loading.pin_model import placement
+from hexapod_pin.robot import Robot, load_robot, urdf_path
+
+DATA = Path(__file__).parent / "data"
+HARD_CASES: dict[str, Any] = json.loads((DATA / "hardcases.json").read_text())
+TEXT = KHARAGPUR.urdf()
+
+
+@pytest.fixture(scope="module")
+def kharagpur() -> Robot:
+    return load_robot("kharagpur")
+
+
+def saved(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "robot.urdf"
+    path.write_text(text)
+    return path
+
+
+def foot_points(robot: Robot, q: np.ndarray) -> np.ndarray:
+    """Return (F, 3) sphere centres in the world [m]."""
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, q)
+    joints = [robot.model.getJointId(foot.joint) for foot in robot.feet]
+    return np.array([data.oMi[j].act(f.offset) for j, f in zip(joints, robot.feet, strict=True)])
+
+
+def test_names_and_order(kharagpur: Robot) -> None:
+    """Legs in our order; joint k of joint_names is q[7 + k] and v[6 + k] of Pinocchio."""
+    assert tuple(leg.name for leg in kharagpur.legs) == LEG_NAMES
+    assert kharagpur.leg("rm").joints == ("rm_coxa_joint", "rm_femur_joint", "rm_tibia_joint")
+    assert [foot.name for foot in kharagpur.feet] == [f"{leg}_foot" for leg in LEG_NAMES]
+    assert (kharagpur.model.nq, kharagpur.model.nv) == (25, 24)
+    for k, name in enumerate(kharagpur.joint_names):
+        joint = kharagpur.model.joints[kharagpur.model.getJointId(name)]
+        assert (joint.idx_q, joint.idx_v) == (7 + k, 6 + k)
+        assert kharagpur.joint_index(name) == k
+
+
+def test_limits_agree_with_pinocchio(kharagpur: Robot) -> None:
+    """What we read from the file is what Pinocchio reads."""
+    model = kharagpur.model
+    np.testing.assert_array_equal(kharagpur.lower, model.lowerPositionLimit[7:])
+    np.testing.assert_array_equal(kharagpur.upper, model.upperPositionLimit[7:])
+    np.testing.assert_array_equal(kharagpur.velocity, model.upperVelocityLimit[6:])
+    np.testing.assert_array_equal(kharagpur.effort, model.upperEffortLimit[6:])
+    np.testing.assert_array_equal(kharagpur.damping, np.zeros(18))
+
+
+def test_pinocchio_reads_what_was_checked(tmp_path: Path) -> None:
+    """Lumped masses and inertias of our own check equal Pinocchio's bodies, also when rotated."""
+    turned = TEXT.replace('<origin xyz="0.05967 0 0" rpy="0 0 0"/>\n      <mass',
+                          '<origin xyz="0.06 0.01 0" rpy="0.1 0.2 0.3"/>\n      <mass')  # fmt: skip
+    weight = (
+        '<link name="rr_foot"><inertial><origin xyz="0 0 0.01" rpy="0 0 1"/><mass value="0.02"/>'
+        '<inertia ixx="1e-6" iyy="2e-6" izz="2e-6" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    path = saved(tmp_path, turned.replace('<link name="rr_foot">', weight))
+    robot, file = load_robot(path), read_urdf(path)
+    for joint in (j for j in file.joints if j.moves):
+        theirs = robot.model.inertias[robot.model.getJointId(joint.name)].inertia
+        ours = body_inertia(file, file.rigid_group(joint.child))
+        assert ours == pytest.approx(theirs, abs=1e-15)
+    assert rotation((0.1, 0.2, 0.3)) == pytest.approx(pin.rpy.rpyToMatrix(0.1, 0.2, 0.3))
+
+
+def test_standing_pose(kharagpur: Robot) -> None:
+    """Femurs level, tibias down: each foot 202.84 mm straight out from its hip, touching z = 0."""
+    state = kharagpur.stand()
+    x, y = np.array([0.2, 0.0, -0.2] * 2), 0.1025 + 0.0835 + 0.11934
+    expected = np.column_stack([x, np.repeat([y, -y], 3), np.full(6, 0.010)])
+    assert foot_points(kharagpur, state.q) == pytest.approx(expected, abs=1e-15)
+    assert not state.v.any()
+
+
+def test_positive_angles_lower_the_foot(kharagpur: Robot) -> None:
+    """Femur down by 0.1 rad raises the standing trunk; a coxa turn is counter-clockwise."""
+    femurs = {f"{leg}_femur_joint": 0.1 for leg in LEG_NAMES}
+    raised = kharagpur.stand(femurs).q[2] - kharagpur.stand().q[2]
+    assert raised == pytest.approx(0.11934 * np.sin(0.1) + 0.09879 * (np.cos(0.1) - 1), rel=1e-12)
+    turned = foot_points(kharagpur, kharagpur.stand({"lf_coxa_joint": 0.1, "rf_coxa_joint": 0.1}).q)
+    assert turned[0, 0] < 0.2 < turned[3, 0]
+
+
+def test_stand_reference() -> None:
+    """HC16: mass, height, feet and centre of mass of the reference hexapod."""
+    ref = HARD_CASES["HC16_hexapod_static_torques"]
+    robot = load_robot(DATA / "hexa_ref.urdf")
+    angles = [0.0, -0.3, 0.3] * 6
+    q = robot.stand(angles).q
+    tol = ref["tol_rel"]
+    assert robot.total_mass == pytest.approx(ref["ref"]["total_mass"], rel=tol)
+    assert q[2] == pytest.approx(ref["ref"]["base_z"], rel=tol)
+    assert foot_points(robot, q) == pytest.approx(np.array(ref["ref"]["feet"]), abs=1e-12)
+    com = pin.centerOfMass(robot.model, robot.model.createData(), q)
+    assert com == pytest.approx(np.array(ref["ref"]["com"]), abs=1e-12)
+    assert list(robot.joint_names) == ref["ref"]["joint_order"]
+    assert [foot.radius for foot in robot.feet] == [0.0] * 6
+    assert "point feet" in "".join(robot.notes)
+
+
+SEGMENTS = {"coxa": 1, "femur": 2, "tibia": 3}
+ROWS = {"f": 1, "m": 2, "r": 3}
+HABITS = {
+    "PhantomX": lambda leg, seg: (
+        f"j_{ {'coxa': 'c1', 'femur': 'thigh', 'tibia': 'tibia'}[seg] }_{leg}"
+    ),
+    "OpenSHC": lambda leg, seg: f"{'ABC'[ROWS[leg[1]] - 1]}{leg[0].upper()}_{seg}_joint",
+    "L1_1": lambda leg, seg: f"{leg[0].upper()}{ROWS[leg[1]]}_{SEGMENTS[seg]}",
+    "leg1_j1": lambda leg, seg: f"leg{2 * ROWS[leg[1]] - (leg[0] == 'l')}_j{SEGMENTS[seg]}",
+}
+
+
+@pytest.mark.parametrize("habit", HABITS)
+def test_other_naming_habits(tmp_path: Path, habit: str) -> None:
+    """Each habit's names, put on the right joints, give the same legs."""
+    text, rename = TEXT, HABITS[habit]
+    for leg in LEG_NAMES:
+        for segment in SEGMENTS:
+            text = text.replace(f"{leg}_{segment}_joint", rename(leg, segment))
+    robot = load_robot(saved(tmp_path, text))
+    for leg in robot.legs:
+        assert leg.joints == tuple(rename(leg.name, segment) for segment in SEGMENTS)
+        assert leg.foot == f"{leg.name}_foot"
+
+
+def test_published_names() -> None:
+    """Names as the published files have them."""
+    assert leg_of_chain(("j_c1_rm", "j_thigh_rm", "j_tibia_rm")) == "rm"
+    assert leg_of_chain(("AR_coxa_joint", "AR_femur_joint", "AR_tibia_joint")) == "rf"
+    assert leg_of_chain(("L3_1", "L3_2", "L3_3")) == "lr"
+    assert leg_of_chain(("leg4_j1", "leg4_j2", "leg4_j3")) == "rm"
+    assert leg_of_chain(("lf_coxa_joint", "lm_femur_joint", "lf_tibia_joint")) is None
+    assert leg_of_chain(("lf_femur_joint", "lf_coxa_joint", "lf_tibia_joint")) is None
+    assert joint_role("elbow") is None
+
+
+def test_unknown_names_go_by_the_hips(tmp_path: Path) -> None:
+    """Without a known habit, legs are named by where their hips are, and a note says so."""
+    text = TEXT
+    for k, leg in enumerate(("rm", "lf", "rr", "lm", "rf", "lr")):
+        for segment in SEGMENTS:
+            text = text.replace(f"{leg}_{segment}_joint", f"servo_{k}_{segment}")
+    robot = load_robot(saved(tmp_path, text))
+    assert robot.leg("rm").joints == ("servo_0_coxa", "servo_0_femur", "servo_0_tibia")
+    assert robot.leg("lr").foot == "lr_foot"
+    assert "named by where their hips are" in "".join(robot.notes)
+
+
+def test_feet_by_name(tmp_path: Path) -> None:
+    """Explicit feet are assigned to legs by the tree, whatever their order."""
+    text = TEXT.replace("_foot", "_end")
+    path = saved(tmp_path, text)
+    with pytest.raises(UrdfError, match="leg rm: no link fixed to 'rm_tibia'"):
+        load_robot(path)
+    feet = [f"{leg}_end" for leg in reversed(LEG_NAMES)]
+    robot = load_robot(path, feet=feet, foot_radius=0.015)
+    assert [foot.name for foot in robot.feet] == [f"{leg}_end" for leg in LEG_NAMES]
+    assert {foot.radius for foot in robot.feet} == {0.015}
+    with pytest.raises(UrdfError, match="leg rr: 0 of the given feet"):
+        load_robot(path, feet=["lf_end", "lm_end", "lr_end", "rf_end", "rm_end", "base_link"])
+    with pytest.raises(UrdfError, match="foot 'base_link': not on the last link"):
+        load_robot(path, feet=[*feet, "base_link"])
+    with pytest.raises(UrdfError, match="lf_end given twice"):
+        load_robot(path, feet=["lf_end", "lf_end"])
+    with pytest.raises(UnknownNameError, match="'lf_foot'"):
+        load_robot(path, feet=["lf_foot"])
+
+
+def test_sphere_centre_is_the_foot(tmp_path: Path) -> None:
+    """A collision sphere away from its link's origin: the offset counts, rotated with the link."""
+    moved = TEXT.replace(
+        '<collision><origin xyz="0 0 0"', '<collision><origin xyz="0.001 0.002 0.003"'
+    )
+    turned = moved.replace('<child link="lf_foot"/>\n    <origin xyz="0.09879 0 0" rpy="0 0 0"/>',
+                           '<child link="lf_foot"/>\n    <origin xyz="0.09879 0 0" '
+                           'rpy="0 0 1.5707963267948966"/>')  # fmt: skip
+    robot = load_robot(saved(tmp_path, turned))
+    assert robot.foot("rr_foot").offset == pytest.approx([0.09979, 0.002, 0.003], abs=1e-15)
+    assert robot.foot("lf_foot").offset == pytest.approx([0.09679, 0.001, 0.003], abs=1e-15)
+    assert robot.foot("lf_foot").radius == 0.010
+
+
+def without_leg(leg: str) -> str:
+    """Return the file with one leg's moved joints made fixed."""
+    text = TEXT
+    for segment in SEGMENTS:
+        text = text.replace(f'name="{leg}_{segment}_joint" type="revolute"',
+                            f'name="{leg}_{segment}_joint" type="fixed"')  # fmt: skip
+        angle = "1.5707963267948966" if segment == "tibia" else "0"
+        text = text.replace(f'    <posture joint="{leg}_{segment}_joint" angle="{angle}"/>\n', "")
+    return text
+
+
+def test_wrong_leg_count_prints_the_tree(tmp_path: Path) -> None:
+    """Five legs are refused with the tree; with explicit feet they load, without legs."""
+    path = saved(tmp_path, without_leg("rr"))
+    with pytest.raises(UrdfError) as refused:
+        load_robot(path)
+    message = str(refused.value)
+    assert "5 three-joint legs on 'base_link'" in message
+    assert "  rr_coxa <- rr_coxa_joint (fixed)" in message
+    assert "feet=[...]" in message
+    robot = load_robot(path, feet=["lf_foot", "rm_foot", "lr_foot"])
+    assert robot.legs == ()
+    assert [(foot.name, foot.leg) for foot in robot.feet] == [
+        ("lf_foot", None), ("rm_foot", None), ("lr_foot", None),
+    ]  # fmt: skip
+
+
+def test_an_extra_joint_is_named(tmp_path: Path) -> None:
+    """Six legs and an antenna that moves: refused, naming the joint."""
+    antenna = (
+        '<link name="antenna"><inertial><mass value="0.1"/>'
+        '<inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        '<joint name="antenna_joint" type="revolute"><parent link="base_link"/>'
+        '<child link="antenna"/><limit lower="1" upper="2" effort="1" velocity="1"/></joint>'
+    )
+    path = saved(tmp_path, TEXT.replace("</robot>", antenna + "</robot>"))
+    with pytest.raises(UrdfError, match="other moved joints \\(antenna_joint\\)"):
+        load_robot(path)
+    robot = load_robot(path, feet=["lf_foot"])
+    # Zero is outside the antenna's limits.
+    assert robot.posture[robot.joint_index("antenna_joint")] == 1.0
+    assert "antenna_joint: zero is outside its limits" in "".join(robot.notes)
+
+
+def test_single_body(tmp_path: Path) -> None:
+    """One link and no joints: the base itself is the foot."""
+    mass = (
+        '<inertial><mass value="2"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    text = f'<robot name="particle"><link name="base_link">{mass}</link></robot>'
+    robot = load_robot(saved(tmp_path, text), feet=["base_link"], foot_radius=0.1)
+    assert (robot.joint_names, robot.legs, robot.total_mass) == ((), (), 2.0)
+    assert robot.feet[0].joint == "root_joint"
+    assert robot.stand().q.tolist() == [0, 0, 0.1, 0, 0, 0, 1]
+
+
+EXAMPLES = Path(
+    sys.prefix, "lib", f"python3.{sys.version_info.minor}", "site-packages",
+    "cmeel.prefix/share/example-robot-data/robots",
+)  # fmt: skip
+
+
+@pytest.mark.skipif(not EXAMPLES.is_dir(), reason="example-robot-data is not installed")
+@pytest.mark.parametrize(
+    ("file", "legs", "mass", "radius"),
+    [
+        ("solo_description/robots/solo12.urdf", ("FL", "FR", "HL", "HR"), 2.50000279, 0.0),
+        ("anymal_b_simple_description/robots/anymal.urdf", ("LF", "RF", "LH", "RH"),
+         30.475397462, 0.031),
+    ],
+)  # fmt: skip
+def test_quadrupeds(file: str, legs: tuple[str, ...], mass: float, radius: float) -> None:
+    """Other people's floating-base robots load with named feet and stand on them."""
+    path = EXAMPLES / file
+    with pytest.raises(UrdfError, match="4 three-joint legs"):
+        load_robot(path)
+    robot = load_robot(path, feet=[f"{leg}_FOOT" for leg in legs])
+    assert robot.total_mass == pytest.approx(mass, rel=1e-9)
+    assert len(leg_chains(read_urdf(path))[0]) == 4
+    assert [foot.radius for foot in robot.feet] == [radius] * 4
+    heights = foot_points(robot, robot.stand().q)[:, 2]
+    assert heights == pytest.approx([radius] * 4, abs=1e-12)
+
+
+def test_unknown_names(kharagpur: Robot) -> None:
+    """Robots, legs, feet, joints and links: the message has the name and the known ones."""
+    for call, name in (
+        (load_robot, "karagpur"), (urdf_path, "nope"), (kharagpur.leg, "l1"),
+        (kharagpur.foot, "lf_toe"), (kharagpur.joint_index, "lf_knee"),
+        (lambda name: kharagpur.stand({name: 0.1}), "lf_elbow"),
+        (lambda name: placement(kharagpur.model, name), "lf_nothing"),
+    ):  # fmt: skip
+        with pytest.raises(UnknownNameError, match=f"'{name}'; known: ."):
+            call(name)  # type: ignore[operator]
+
+
+def test_bad_arguments() -> None:
+    """Foot radius and posture out of range are refused, naming the joint."""
+    for radius in (-0.01, float("nan")):
+        with pytest.raises(ParameterError, match="foot_radius"):
+            load_robot("kharagpur", foot_radius=radius)
+    with pytest.raises(ParameterError, match="posture\\[rr_tibia_joint\\]"):
+        load_robot("kharagpur", posture={"rr_tibia_joint": -0.1})
+    with pytest.raises(StateError, match="posture has shape"):
+        load_robot("kharagpur", posture=[0.0, 1.0])
+    robot = load_robot("kharagpur", posture={"rr_tibia_joint": 1.2})
+    assert robot.posture[17] == 1.2
+    assert robot.posture[16] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("index", "value", "words"),
+    [
+        (6, 1.01, "quaternion"),
+        (6, 1 + 2e-6, "quaternion"),
+        (6, 0.0, "quaternion"),
+        (2, np.nan, "q\\[2\\] = nan"),
+        (9, np.inf, "q\\[9\\] = inf"),
+    ],
+)
+def test_bad_configurations(kharagpur: Robot, index: int, value: float, words: str) -> None:
+    """A quaternion off unit norm and values that are not finite are refused by name."""
+    q = kharagpur.stand().q.copy()
+    q[index] = value
+    with pytest.raises(StateError, match=words):
+        kharagpur.check_state(q, np.zeros(24))
+
+
+def test_states_are_checked(kharagpur: Robot) -> None:
+    """Shapes and rates; round-off in the quaternion is taken away."""
+    q, v = kharagpur.stand().q.copy(), np.zeros(24)
+    with pytest.raises(StateError, match="q has shape"):
+        kharagpur.check_state(q[:-1], v)
+    with pytest.raises(StateError, match="v has shape"):
+        kharagpur.check_state(q, v[:-1])
+    with pytest.raises(StateError, match="v\\[3\\] = nan"):
+        kharagpur.check_state(q, np.where(np.arange(24) == 3, np.nan, v))
+    with pytest.raises(StateError, match="not an array"):
+        kharagpur.check_state("upright", v)
+    q[3:7] = np.array([0.5, 0.5, 0.5, 0.5]) * (1 + 5e-7)
+    checked = kharagpur.check_state(list(q), list(v))
+    assert np.linalg.norm(checked.q[3:7]) == pytest.approx(1, abs=1e-15)
+    assert q[3] != 0.5  # the argument is not touched
+
+
+def test_frozen(kharagpur: Robot) -> None:
+    """Neither fields nor arrays of a robot or a state can be changed."""
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        kharagpur.name = "other"  # type: ignore[misc]
+    state = kharagpur.stand()
+    for array in (kharagpur.lower, kharagpur.posture, kharagpur.feet[0].offset, state.q, state.v):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
+def test_provenance(kharagpur: Robot) -> None:
+    """Title, source and assumptions come with the robot; two loads have the same digest."""
+    assert "S2 Table 1" in kharagpur.provenance
+    assert any("hips at" in text for text in kharagpur.assumed)
+    assert kharagpur.notes == ()
+    assert kharagpur.digest == load_robot(urdf_path("kharagpur")).digest
+    athena = load_robot("athena")
+    assert athena.name == "athena_like"
+    assert "assumed" in athena.provenance
+    assert len(athena.assumed) > 0

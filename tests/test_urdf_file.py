@@ -1,0 +1,205 @@
+"""Refusals: each broken URDF is refused by our own error, which names the culprit."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from hexapod_pin.description.paper_robots import KHARAGPUR
+from hexapod_pin.description.urdf_check import check_urdf
+from hexapod_pin.description.urdf_file import parse_urdf, read_urdf
+from hexapod_pin.errors import UrdfError
+from hexapod_pin.robot import load_robot
+from hexapod_pin.urdf_report import inspect
+
+GOOD = KHARAGPUR.urdf()
+
+
+def inside(tag: str, name: str, old: str, new: str) -> str:
+    """Return the good file with `old` replaced by `new` inside one link or joint."""
+    pattern = re.compile(rf'<{tag} name="{name}".*?</{tag}>', re.S)
+    found = pattern.search(GOOD)
+    assert found is not None
+    changed = re.sub(old, new, found[0], count=1, flags=re.S)
+    assert changed != found[0]
+    return GOOD.replace(found[0], changed)
+
+
+def link(name: str, old: str, new: str) -> str:
+    return inside("link", name, old, new)
+
+
+def joint(name: str, old: str, new: str) -> str:
+    return inside("joint", name, old, new)
+
+
+def refusal(tmp_path: Path, text: str) -> list[str]:
+    """Return the findings, and check that a good file still loads afterwards."""
+    path = tmp_path / "broken.urdf"
+    path.write_text(text)
+    with pytest.raises(UrdfError) as refused:
+        load_robot(path)
+    assert "broken.urdf" in str(refused.value)
+    load_robot("kharagpur")
+    return refused.value.findings
+
+
+@pytest.mark.parametrize(
+    ("text", "culprit", "value"),
+    [
+        (link("lm_femur", "<inertial>.*</inertial>", ""), "lm_femur", "no <inertial>"),
+        (link("base_link", "<inertial>.*</inertial>", ""), "base_link", "floating base"),
+        (link("lm_femur", 'mass value="0.041"', 'mass value="0"'), "lm_femur", "mass 0 kg"),
+        (link("lm_femur", 'mass value="0.041"', 'mass value="-1"'), "lm_femur", "-1"),
+        (link("lm_femur", 'mass value="0.041"', 'mass value="nan"'), "lm_femur", "nan"),
+        (link("lm_femur", 'mass value="0.041"', 'mass value="0,041"'), "lm_femur", "0,041"),
+        (link("lm_femur", '<mass value="0.041"/>', ""), "lm_femur", "mass None"),
+        (link("rr_coxa", 'ixx="[^"]*"', 'ixx="-1e-5"'), "rr_coxa", "not positive definite"),
+        (link("rr_coxa", 'ixx="[^"]*"', 'ixx="0"'), "rr_coxa", "triangle inequality"),
+        (link("rr_coxa", "<inertia .*?/>",
+              '<inertia ixx="0" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/>'),
+         "rr_coxa", "not positive definite"),
+        (link("rr_coxa", 'iyz="0"', 'iyz="1e-3"'), "rr_coxa", "not positive definite"),
+        (link("rr_coxa", 'izz="[^"]*"', 'izz="2e-4"'), "rr_coxa", "triangle inequality"),
+        (link("rr_coxa", 'izz="[^"]*"', ""), "rr_coxa", "missing or non-finite"),
+        (joint("rf_tibia_joint", "0 1 0", "0 0 0"), "rf_tibia_joint", "axis 0 0 0"),
+        (joint("rf_tibia_joint", "0 1 0", "0 1"), "rf_tibia_joint", "axis"),
+        (joint("rf_tibia_joint", 'lower="0"', 'lower="3"'), "rf_tibia_joint", "lower limit 3"),
+        (joint("rf_tibia_joint", 'lower="0"', 'lower="inf"'), "rf_tibia_joint", "finite"),
+        (joint("rf_tibia_joint", 'effort="6"', 'effort="-6"'), "rf_tibia_joint", "effort -6"),
+        (joint("rf_tibia_joint", 'velocity="6"', 'velocity="0"'), "rf_tibia_joint", "velocity 0"),
+        (joint("rf_tibia_joint", "<limit[^>]*>", ""), "rf_tibia_joint", "no <limit>"),
+        (joint("rf_tibia_joint", 'damping="0"', 'damping="-1"'), "rf_tibia_joint", "damping -1"),
+        (joint("rf_tibia_joint", "revolute", "continuous"), "rf_tibia_joint", "make it revolute"),
+        (joint("rf_tibia_joint", "revolute", "prismatic"), "rf_tibia_joint", "sliding"),
+        (joint("rf_tibia_joint", "revolute", "hinge"), "rf_tibia_joint", "unknown type 'hinge'"),
+        (joint("rf_tibia_joint", "<axis", '<mimic joint="lf_tibia_joint"/><axis'),
+         "rf_tibia_joint", "mimic"),
+        (joint("rf_tibia_joint", 'xyz="0.1', 'xyz="x'), "rf_tibia_joint", "origin"),
+        (joint("rf_tibia_joint", 'parent link="rf_femur"', 'parent link="nowhere"'),
+         "rf_tibia_joint", "parent link 'nowhere'"),
+        (joint("rf_tibia_joint", 'child link="rf_tibia"', 'child link="nowhere"'),
+         "rf_tibia_joint", "child link 'nowhere'"),
+        (joint("rf_tibia_joint", 'child link="rf_tibia"', 'child link="lf_tibia"'),
+         "lf_tibia", "child of 2 joints"),
+        (joint("rf_coxa_joint", 'parent link="base_link"', 'parent link="rf_tibia"'),
+         "rf_tibia", "loop"),
+        (GOOD.replace("</robot>", '<link name="island"/></robot>'), "island", "2 roots"),
+        (GOOD.replace("</robot>", '<link name="lf_coxa"/></robot>'), "lf_coxa", "unique"),
+        (joint("rf_tibia_joint", 'joint name="rf_tibia_joint"', 'joint name="lf_tibia_joint"'),
+         "lf_tibia_joint", "unique"),
+        (GOOD.replace("lf_coxa_joint", "root_joint"), "root_joint", "kept for the floating base"),
+        (GOOD.replace('posture joint="lf_coxa_joint"', 'posture joint="nope"'), "nope", "posture"),
+        (link("lf_foot", 'collision>.*?radius="0.01"',
+              'collision><origin xyz="0 0 0"/><geometry><sphere radius="-0.01"'),
+         "lf_foot", "radius -0.01"),
+    ],
+)  # fmt: skip
+def test_refused_by_name(tmp_path: Path, text: str, culprit: str, value: str) -> None:
+    """The finding names link or joint and what is wrong with it."""
+    findings = refusal(tmp_path, text)
+    assert any(culprit in finding and value in finding for finding in findings), findings
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "not XML"),
+        ("not xml at all", "line 1"),
+        (GOOD[:2000], "not XML"),
+        ("<sdf/>", "<sdf>"),
+        ('<robot name="empty"/>', "no <link>"),
+        ('<!DOCTYPE robot [<!ENTITY a "b">]>' + GOOD.split("\n", 1)[1], "DOCTYPE"),
+        ('<!DOCTYPE r SYSTEM "file:///etc/hostname"><robot name="&x;"/>', "DOCTYPE"),
+    ],
+)
+def test_no_urdf_at_all(tmp_path: Path, text: str, words: str) -> None:
+    """Refused before any parser of a library sees the file, with the place where it breaks."""
+    assert words in refusal(tmp_path, text)[0]
+
+
+def test_all_findings_at_once(tmp_path: Path) -> None:
+    """Three faults give three findings in one error."""
+    text = joint("rf_tibia_joint", "0 1 0", "0 0 0")
+    text = text.replace('<mass value="0.041"/>', '<mass value="-1"/>', 2)
+    findings = refusal(tmp_path, text)
+    assert len(findings) == 3
+    assert [name in str(findings) for name in ("rf_tibia_joint", "lf_femur", "lm_femur")] == [
+        True, True, True,
+    ]  # fmt: skip
+
+
+def test_unreadable_files(tmp_path: Path) -> None:
+    """Missing, a folder, not UTF-8, too large."""
+    for path in (tmp_path / "missing.urdf", tmp_path):
+        with pytest.raises(UrdfError, match="no such file"):
+            load_robot(path)
+    latin = tmp_path / "latin.urdf"
+    latin.write_bytes(GOOD.replace("kharagpur", "käfer").encode("latin-1"))
+    with pytest.raises(UrdfError, match="UTF-8"):
+        load_robot(latin)
+    big = tmp_path / "big.urdf"
+    big.write_text(GOOD)
+    with pytest.raises(UrdfError, match="more than 1000 bytes"):
+        read_urdf(big, max_bytes=1000)
+
+
+def test_long_chain_is_refused(tmp_path: Path) -> None:
+    """3000 joints would need gigabytes for the mass matrix's workspace."""
+    mass = (
+        '<inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    parts = [f'<link name="l{k}">{mass}</link>' for k in range(3001)]
+    parts += [
+        f'<joint name="j{k}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        for k in range(3000)
+    ]
+    findings = refusal(tmp_path, f'<robot name="chain">{"".join(parts)}</robot>')
+    assert findings == ["3000 moved joints; at most 300 are simulated"]
+
+
+def notes(text: str) -> str:
+    findings, found = check_urdf(parse_urdf(text.encode(), "test"))
+    assert findings == []
+    return "\n".join(found)
+
+
+def test_suspicious_is_noted_not_refused() -> None:
+    """An inertia in kg mm^2 taken as kg m^2, a long axis, dry friction."""
+    large = '<inertia ixx="70.8" iyy="108.4" izz="56.7" ixy="0" ixz="0" iyz="0"/>'
+    unit_slip = link("rr_coxa", "<inertia .*?/>", large)
+    assert "rr_coxa" in notes(unit_slip)
+    assert "unit of its inertia" in notes(unit_slip)
+    assert "rf_tibia_joint: axis 0 10 0" in notes(joint("rf_tibia_joint", "0 1 0", "0 10 0"))
+    friction = joint("rf_tibia_joint", 'friction="0"', 'friction="0.1"')
+    assert "rf_tibia_joint: dry friction 0.1 N m is not simulated" in notes(friction)
+    assert notes(GOOD) == ""
+
+
+def test_mass_may_come_from_a_fixed_link() -> None:
+    """A moved link without inertial is fine when a link fixed to it has mass."""
+    found = re.search('<link name="rm_tibia">\\s*(<inertial>.*?</inertial>)', GOOD, re.S)
+    assert found is not None
+    text = GOOD.replace(found[0], '<link name="rm_tibia">')
+    text = text.replace('<link name="rm_foot">', f'<link name="rm_foot">{found[1]}')
+    assert notes(text) == ""
+
+
+@pytest.mark.parametrize("change", [lambda text: text, lambda text: text.replace("0 1 0", "0 0 0")])
+def test_inspection_reports(tmp_path: Path, change: Callable[[str], str]) -> None:
+    """`inspect` reports instead of raising: content, then accepted or every refusal."""
+    path = tmp_path / "robot.urdf"
+    path.write_text(change(GOOD))
+    report = inspect(path)
+    assert report.ok == (change("0 1 0") == "0 1 0")
+    assert (report.links, report.joints, report.moved_joints, report.chains) == (25, 24, 18, 6)
+    assert report.total_mass == pytest.approx(3.08746, rel=1e-12)
+    text = str(report)
+    assert ("accepted" in text) == report.ok
+    assert (text.count("REFUSED") == 12) == (not report.ok)
+    assert len(report.legs) == (6 if report.ok else 0)
