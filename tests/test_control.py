@@ -1,0 +1,356 @@
+"""Controllers: the planned reference, and what is refused before anything runs."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline
+
+from hexapod_pin.control import Hold, KinematicControl, Plan
+from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
+from hexapod_pin.footpath import FootPath
+from hexapod_pin.gait import LEG_ORDER, Gait
+from hexapod_pin.leg import LegKinematics
+from hexapod_pin.robot import Robot, load_robot, urdf_path
+
+MakeGait = Callable[..., Gait]
+
+MAKERS: dict[str, MakeGait] = {
+    "tripod": Gait.tripod,
+    "ripple": Gait.ripple,
+    "tetrapod": Gait.tetrapod,
+    "wave 2/3": lambda **fields: Gait.wave(2 / 3, **fields),
+    "wave 3/4": lambda **fields: Gait.wave(3 / 4, **fields),
+    "wave 5/6": lambda **fields: Gait.wave(5 / 6, **fields),
+}
+every_gait = pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS.keys())
+
+
+@pytest.fixture(scope="module", params=["kharagpur", "athena"])
+def robot(request: pytest.FixtureRequest) -> Robot:
+    return load_robot(request.param)
+
+
+@pytest.fixture(scope="module")
+def kharagpur() -> Robot:
+    return load_robot("kharagpur")
+
+
+def leg_columns(robot: Robot, leg: str) -> list[int]:
+    """Return the columns of a plan that belong to a leg, proximal joint first."""
+    return [robot.joint_index(joint) for joint in robot.leg(leg).joints]
+
+
+def foot_path(robot: Robot, gait: Gait, stop_at: float | None = None) -> FootPath:
+    """Return the path the plan should follow."""
+    legs = [LegKinematics.of(robot, name) for name in LEG_ORDER]
+    return FootPath(gait, np.array([leg.forward(leg.posture) for leg in legs]), stop_at=stop_at)
+
+
+@every_gait
+def test_joints_put_the_feet_on_the_planned_paths(robot: Robot, make: MakeGait) -> None:
+    gait = make(stroke=0.1)
+    plan = KinematicControl(gait).plan(robot, 8.0)
+    path = foot_path(robot, gait)
+    p_BF, v_BF = path.positions(plan.time), path.velocities(plan.time)
+    for index, name in enumerate(LEG_ORDER):
+        leg, columns = LegKinematics.of(robot, name), leg_columns(robot, name)
+        q, v = plan.q[:, columns], plan.v[:, columns]
+        np.testing.assert_allclose(leg.forward(q), p_BF[:, index], atol=1e-14)
+        moved = (leg.jacobian(q) @ v[..., None])[..., 0]
+        np.testing.assert_allclose(moved, v_BF[:, index], atol=1e-13)
+
+
+@every_gait
+def test_cubic_between_knots_is_within_a_microradian(robot: Robot, make: MakeGait) -> None:
+    gait = make(stroke=0.1, lift=0.03)
+    plan = KinematicControl(gait).plan(robot, 7.5)
+    assert np.diff(plan.time).max() <= 0.01 + 1e-12
+    spline = CubicHermiteSpline(plan.time, plan.q, plan.v, axis=0)
+    time = np.random.default_rng(0).uniform(0.0, 7.5, 3000)
+    time.sort()
+    p_BF = foot_path(robot, gait).positions(time)
+    for index, name in enumerate(LEG_ORDER):
+        exact = LegKinematics.of(robot, name).inverse(p_BF[:, index])
+        planned = spline(time)[:, leg_columns(robot, name)]
+        np.testing.assert_allclose(planned, exact, atol=1e-6)
+
+
+def test_knots_are_closer_for_a_fast_gait(robot: Robot) -> None:
+    """Ten times faster needs shorter spans to keep the same error."""
+    quick = dataclasses.replace(robot, velocity=np.full(len(robot.joint_names), 1e3))
+    gait = Gait.tripod(cycle_time=0.24)
+    plan = KinematicControl(gait).plan(quick, 1.0)
+    assert np.diff(plan.time).max() < 0.005
+    spline = CubicHermiteSpline(plan.time, plan.q, plan.v, axis=0)
+    time = np.linspace(0.0, 1.0, 3001)
+    exact = LegKinematics.of(quick, "lm").inverse(foot_path(quick, gait).positions(time)[:, 1])
+    planned = spline(time)[:, leg_columns(quick, "lm")]
+    np.testing.assert_allclose(planned, exact, atol=1e-6)
+
+
+@every_gait
+def test_plan_starts_standing_and_says_when_it_is_steady(robot: Robot, make: MakeGait) -> None:
+    gait = make(stroke=0.08, heading=0.5)
+    plan = KinematicControl(gait).plan(robot, 10.0)
+    assert (plan.time[0], plan.time[-1]) == (0.0, 10.0)
+    np.testing.assert_allclose(plan.q[0], robot.posture, atol=1e-13)
+    np.testing.assert_allclose(plan.v[0], 0.0, atol=1e-13)
+    assert (plan.cycle_time, plan.steady_from, plan.steady_until) == (2.4, 4.8, 4 * 2.4)
+    assert plan.speed == gait.speed
+    np.testing.assert_allclose(plan.travel_direction, [np.cos(0.5), np.sin(0.5)])
+
+
+def test_steady_window_repeats_every_cycle(robot: Robot) -> None:
+    plan = KinematicControl(Gait.ripple(stroke=0.1, turn_rate=0.05)).plan(robot, 12.0)
+    spline = CubicHermiteSpline(plan.time, plan.q, plan.v, axis=0)
+    time = np.linspace(plan.steady_from, plan.steady_until - 2.4, 700)
+    np.testing.assert_allclose(spline(time + 2.4), spline(time), atol=2e-6)  # knots differ
+    before = spline(np.array([plan.steady_from - 2.4]))
+    assert np.abs(before - spline(np.array([plan.steady_from]))).max() > 1e-3
+
+
+def test_stop_ends_standing_and_ends_the_steady_window_early(robot: Robot) -> None:
+    plan = KinematicControl(Gait.tetrapod(stroke=0.1), stop_at=14.4).plan(robot, 16.0)
+    late = plan.time >= 14.4
+    assert late.sum() > 10
+    np.testing.assert_allclose(plan.q[late] - robot.posture, 0.0, atol=1e-12)
+    np.testing.assert_allclose(plan.v[late], 0.0, atol=1e-12)
+    # The first leg prepares 3.25 - 2/3 cycles before the stop: 3.42, so 3 whole cycles.
+    assert plan.steady_until == pytest.approx(3 * 2.4)
+
+
+def test_run_that_ends_before_the_first_steady_cycle_has_an_empty_window(kharagpur: Robot) -> None:
+    plan = KinematicControl(Gait.tripod()).plan(kharagpur, 3.0)
+    assert plan.time[-1] == 3.0
+    assert plan.steady_until <= plan.steady_from
+
+
+def test_wave_is_the_same_on_both_sides_half_a_cycle_apart(robot: Robot) -> None:
+    """Mirror symmetry: the right leg does what the left one did half a cycle ago, yaw reversed."""
+    plan = KinematicControl(Gait.wave(3 / 4, stroke=0.1)).plan(robot, 12.0)
+    spline = CubicHermiteSpline(plan.time, plan.q, plan.v, axis=0)
+    time = np.linspace(7.2, 9.6, 300)
+    for left, right in (("lf", "rf"), ("lm", "rm"), ("lr", "rr")):
+        before = spline(time - 1.2)[:, leg_columns(robot, left)]
+        now = spline(time)[:, leg_columns(robot, right)]
+        np.testing.assert_allclose(now * [-1, 1, 1], before, atol=2e-6)  # knots differ
+
+
+def test_middle_legs_of_s2_swing_by_twenty_degrees(kharagpur: Robot) -> None:
+    """[S2] yaws its stiff stance leg by 20 degrees each way for the same 0.14 m.
+
+    On a straight line the foot at the ends of the stance is 0.07 m ahead and 0.20284 m aside.
+    """
+    gait = Gait.tetrapod()
+    plan = KinematicControl(gait).plan(kharagpur, 9.6)
+    steady = plan.time >= plan.steady_from
+    down = foot_path(kharagpur, gait).stance(plan.time)
+    for leg, index in (("lm", 1), ("rm", 4)):
+        yaw = np.degrees(plan.q[steady & down[:, index], leg_columns(kharagpur, leg)[0]])
+        edge = np.degrees(np.arctan2(0.07, 0.20284))  # 19.04
+        np.testing.assert_allclose([yaw.min(), yaw.max()], [-edge, edge], atol=0.3)  # one knot
+        assert yaw.max() == pytest.approx(20.0, abs=1.3)
+
+
+@every_gait
+def test_stroke_too_long_names_the_leg_and_the_largest(robot: Robot, make: MakeGait) -> None:
+    with pytest.raises(GaitError, match=r"leg \w\w: foot target .* outside the reach") as refused:
+        KinematicControl(make(stroke=0.8)).plan(robot, 10.0)
+    limit = refused.value.limit
+    assert refused.value.quantity == "stroke"
+    assert limit is not None and 0.1 < limit < 0.5
+    assert f"{limit:.4g} m" in str(refused.value)
+    KinematicControl(make(stroke=0.9999 * limit)).plan(robot, 10.0)
+    with pytest.raises(GaitError):
+        KinematicControl(make(stroke=1.002 * limit)).plan(robot, 10.0)
+
+
+def test_lift_too_high_names_the_leg_and_the_largest(robot: Robot) -> None:
+    with pytest.raises(GaitError, match=r"leg \w\w: .*(reach|would need)") as refused:
+        KinematicControl(Gait.tetrapod(stroke=0.05, lift=0.6)).plan(robot, 10.0)
+    limit = refused.value.limit
+    assert refused.value.quantity == "lift"
+    assert limit is not None and 0.02 < limit < 0.6
+    # Slow, so that the joints' speed is not what limits it.
+    gait = Gait.tetrapod(stroke=0.05, lift=0.9999 * limit)
+    KinematicControl(gait).plan(robot, 10.0)
+    with pytest.raises(GaitError):
+        KinematicControl(Gait.tetrapod(stroke=0.05, lift=1.005 * limit)).plan(robot, 10.0)
+
+
+def test_joint_too_fast_names_it_and_the_shortest_cycle(robot: Robot) -> None:
+    pattern = r"joint \w\w_\w+_joint would turn at [\d.]+ rad/s; its limit is (6|3\.14) rad/s"
+    with pytest.raises(GaitError, match=pattern) as refused:
+        KinematicControl(Gait.tetrapod(cycle_time=0.3)).plan(robot, 3.0)
+    limit = refused.value.limit
+    assert refused.value.quantity == "cycle_time"
+    assert limit is not None and 0.3 < limit < 2.4
+    plan = KinematicControl(Gait.tetrapod(cycle_time=1.0001 * limit)).plan(robot, 4 * limit)
+    share = np.abs(plan.v / robot.velocity).max()
+    assert 0.995 < share < 1.002  # at the limit; the start of a cycle is sampled elsewhere
+    with pytest.raises(GaitError):
+        KinematicControl(Gait.tetrapod(cycle_time=0.998 * limit)).plan(robot, 3.0)
+
+
+def test_joint_limit_names_joint_value_and_range(kharagpur: Robot) -> None:
+    row = kharagpur.joint_index("rm_coxa_joint")
+    upper = kharagpur.upper.copy()
+    upper[row] = np.radians(10)
+    narrow = dataclasses.replace(kharagpur, upper=upper)
+    pattern = r"leg rm: joint rm_coxa_joint would need 0\.\d+ rad; its limits .* to 0\.1745 rad"
+    with pytest.raises(GaitError, match=pattern) as refused:
+        KinematicControl(Gait.tetrapod()).plan(narrow, 10.0)
+    limit = refused.value.limit
+    assert refused.value.quantity == "stroke"
+    assert limit is not None
+    # 2 R tan(10 deg) without the overshoot of the swing, which takes up to a tenth.
+    assert 0.85 * 2 * 0.20284 * np.tan(np.radians(10)) < limit < 0.0716
+    plan = KinematicControl(Gait.tetrapod(stroke=limit)).plan(narrow, 10.0)
+    assert plan.q[:, row].max() <= np.radians(10) + 1e-9
+
+
+def test_robot_with_legs_of_another_shape_walks_too(tmp_path: Path) -> None:
+    """Femur axes 12 mm aside: no closed form, the feet follow their paths all the same."""
+    old, new = (f'<origin xyz="0.0835 {aside} 0" rpy="0 0 0"/>' for aside in ("0", "0.012"))
+    path = tmp_path / "offset.urdf"
+    path.write_text(urdf_path("kharagpur").read_text().replace(old, new))
+    robot, gait = load_robot(path), Gait.ripple(stroke=0.1)
+    plan = KinematicControl(gait).plan(robot, 6.0)
+    p_BF = foot_path(robot, gait).positions(plan.time)
+    for index, name in enumerate(LEG_ORDER):
+        leg = LegKinematics.of(robot, name)
+        assert leg.closed_form is None
+        planned = leg.forward(plan.q[:, leg_columns(robot, name)])
+        np.testing.assert_allclose(planned, p_BF[:, index], atol=1e-9)
+
+
+def test_turning_too_fast_names_the_turn_rate(kharagpur: Robot) -> None:
+    """On the spot there is no stroke to shorten."""
+    with pytest.raises(GaitError, match="turn_rate can be at most") as refused:
+        KinematicControl(Gait.tripod(stroke=0.0, turn_rate=-1.5)).plan(kharagpur, 10.0)
+    limit = refused.value.limit
+    assert refused.value.quantity == "turn_rate"
+    assert limit is not None and -1.5 < limit < -0.1
+    KinematicControl(Gait.tripod(stroke=0.0, turn_rate=limit)).plan(kharagpur, 10.0)
+
+
+def test_almost_straight_knee_is_refused_even_without_joint_limits(kharagpur: Robot) -> None:
+    posture = kharagpur.posture.copy()
+    posture[[kharagpur.joint_index(f"{leg}_tibia_joint") for leg in LEG_ORDER]] = 0.02
+    n = len(kharagpur.joint_names)
+    inf = np.full(n, np.inf)
+    free = dataclasses.replace(kharagpur, lower=-inf, upper=inf, velocity=inf, posture=posture)
+    pattern = r"leg lf: .*singular posture of lf_coxa_joint, lf_femur_joint, lf_tibia_joint"
+    with pytest.raises(GaitError, match=pattern) as refused:
+        KinematicControl(Gait.tripod(stroke=0.0)).plan(free, 10.0)
+    assert (refused.value.quantity, refused.value.limit) == ("posture", None)
+
+
+def test_feet_at_different_heights_are_refused(kharagpur: Robot) -> None:
+    posture = kharagpur.posture.copy()
+    posture[kharagpur.joint_index("rr_femur_joint")] -= 0.2
+    uneven = dataclasses.replace(kharagpur, posture=posture)
+    with pytest.raises(GaitError, match="foot rr 0.02.* m above foot") as refused:
+        KinematicControl(Gait.tripod()).plan(uneven, 10.0)
+    assert refused.value.quantity == "posture"
+
+
+def test_robot_without_six_legs_cannot_walk(kharagpur: Robot) -> None:
+    without = dataclasses.replace(kharagpur, legs=())
+    with pytest.raises(GaitError, match="has 0 legs .* needs the six legs lf, lm"):
+        KinematicControl(Gait.tripod()).plan(without, 10.0)
+
+
+@pytest.mark.parametrize("controller", [Hold(), KinematicControl(Gait.tripod())])
+@pytest.mark.parametrize("duration", [0.0, -1.0, np.nan, np.inf])
+def test_bad_duration_is_named(kharagpur: Robot, controller: Any, duration: float) -> None:
+    with pytest.raises(ParameterError, match="duration"):
+        controller.plan(kharagpur, duration)
+
+
+def test_stop_too_early_is_named(kharagpur: Robot) -> None:
+    with pytest.raises(ParameterError, match="stop_at = 3.0: must be at least 7.6 s"):
+        KinematicControl(Gait.tetrapod(), stop_at=3.0).plan(kharagpur, 10.0)
+
+
+def test_settings_rebuild_the_controller() -> None:
+    control = KinematicControl(Gait.wave(0.7, heading=0.2), stop_at=20.0)
+    settings = control.to_dict()
+    assert settings["kind"] == "kinematic"
+    assert KinematicControl(Gait(**settings["gait"]), stop_at=settings["stop_at"]) == control
+    assert "stop_at" not in KinematicControl(Gait.tripod()).to_dict()
+
+
+def test_hold_takes_posture_array_or_names(robot: Robot) -> None:
+    n = len(robot.joint_names)
+    some = robot.posture + 0.01 * np.sin(np.arange(n) + 1.0) ** 2
+    row = robot.joint_index("rm_femur_joint")
+    expected = {None: robot.posture.copy(), "array": some, "names": robot.posture.copy()}
+    expected["names"][row] = 0.2
+    given: dict[str | None, Any] = {None: None, "array": some, "names": {"rm_femur_joint": 0.2}}
+    for case, q in given.items():
+        plan = Hold(q).plan(robot, 3.0)
+        np.testing.assert_array_equal(plan.q, np.tile(expected[case], (2, 1)))
+        np.testing.assert_array_equal(plan.v, np.zeros((2, n)))
+        assert (plan.cycle_time, plan.steady_from, plan.steady_until) == (None, 0.0, 3.0)
+        assert list(plan.time) == [0.0, 3.0]
+
+
+def test_hold_is_data() -> None:
+    assert Hold().to_dict() == {"kind": "hold"}
+    assert Hold({"a": 1}).to_dict() == {"kind": "hold", "q": {"a": 1.0}}
+    angles = np.array([0.1, 0.2])
+    hold = Hold(angles)
+    angles[0] = 9.0
+    assert hold.to_dict() == {"kind": "hold", "q": [0.1, 0.2]}
+
+
+def test_hold_refuses_what_the_robot_cannot_take(kharagpur: Robot) -> None:
+    with pytest.raises(ParameterError, match=r"Hold.q\[lf_tibia_joint\] = -0.5"):
+        Hold({"lf_tibia_joint": -0.5}).plan(kharagpur, 1.0)
+    with pytest.raises(ParameterError, match=r"Hold.q\[lf_coxa_joint\] = nan"):
+        Hold({"lf_coxa_joint": np.nan}).plan(kharagpur, 1.0)
+    with pytest.raises(UnknownNameError, match="'elbow'"):
+        Hold({"elbow": 0.0}).plan(kharagpur, 1.0)
+    with pytest.raises(ParameterError, match=re.escape("Hold.q = (3,): must be 18 joint angles")):
+        Hold([0.0, 0.0, 0.0]).plan(kharagpur, 1.0)
+
+
+def plan_fields(**changes: Any) -> dict[str, Any]:
+    """Return valid fields of a two-joint plan, with changes."""
+    fields: dict[str, Any] = {
+        "time": [0.0, 1.0, 2.0], "q": np.ones((3, 2)), "v": np.zeros((3, 2)), "cycle_time": None,
+        "steady_from": 0.0, "steady_until": 2.0, "travel_direction": [1.0, 0.0], "speed": 0.0,
+    }  # fmt: skip
+    return {**fields, **changes}
+
+
+@pytest.mark.parametrize(
+    ("changes", "culprit"),
+    [
+        ({"time": [0.0, 1.0, 1.0]}, "Plan.time"),
+        ({"time": [0.1, 1.0, 2.0]}, "Plan.time"),
+        ({"time": [0.0, 1.0]}, "Plan shapes"),
+        ({"q": np.full((3, 2), np.nan)}, "Plan.q"),
+        ({"v": np.zeros((3, 1))}, "Plan shapes"),
+    ],
+)
+def test_malformed_plan_is_refused(changes: dict[str, Any], culprit: str) -> None:
+    with pytest.raises(ParameterError, match=culprit):
+        Plan(**plan_fields(**changes))
+
+
+def test_plan_owns_its_arrays() -> None:
+    q = np.ones((3, 2))
+    plan = Plan(**plan_fields(q=q))
+    q[:] = 5.0
+    assert plan.q.max() == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        plan.q[0, 0] = 2.0

@@ -1,0 +1,267 @@
+"""Planned foot paths: continuity, no scrub, start and stop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.footpath import RAMP_CYCLES, FootPath
+from hexapod_pin.gait import Gait
+
+Array = NDArray[np.float64]
+
+# The standing feet of S2's robot: hips at +-0.2, 0 by +-0.1025 m, feet 0.20284 m further out.
+NEUTRAL = np.array([(x, y, -0.09879) for y in (0.30534, -0.30534) for x in (0.2, 0.0, -0.2)])
+
+STRAIGHT = Gait.tetrapod()
+GAITS = {
+    "tripod": Gait.tripod(),
+    "tetrapod": STRAIGHT,
+    "ripple": Gait.ripple(),
+    "wave 2/3": Gait.wave(2 / 3),
+    "wave 3/4": Gait.wave(3 / 4),
+    "wave 5/6": Gait.wave(5 / 6),
+    "sideways": Gait.tetrapod(heading=1.1),
+    "turning": Gait.ripple(stroke=0.1, turn_rate=0.15, heading=-0.4),
+    "on the spot": Gait.wave(3 / 4, stroke=0.0, turn_rate=-0.2),
+}
+every_gait = pytest.mark.parametrize("gait", GAITS.values(), ids=GAITS.keys())
+
+
+def to_world(path: FootPath, time: Array, p_BF: Array) -> Array:
+    """Put base-frame points (K, 6, 3) into the world with explicit rotation matrices."""
+    world = np.empty_like(p_BF)
+    for k, (x, y, yaw) in enumerate(path.body_pose(time)):
+        rotation = np.array(
+            [[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]
+        )
+        world[k] = p_BF[k] @ rotation.T + (x, y, 0.0)
+    return world
+
+
+def walking(gait: Gait, *, cycles: float = 8.0) -> tuple[FootPath, Array]:
+    """Return a path that stops after 7 cycles and a fine time grid over `cycles`."""
+    path = FootPath(gait, NEUTRAL, stop_at=7 * gait.cycle_time)
+    return path, np.linspace(0.0, cycles * gait.cycle_time, 4001)
+
+
+@every_gait
+def test_footholds_do_not_move_in_the_world(gait: Gait) -> None:
+    """No scrub, straight or turning, also while starting and stopping."""
+    path, time = walking(gait)
+    world = to_world(path, time, path.positions(time))
+    down = path.stance(time)
+    both = down[1:] & down[:-1]
+    slid = np.linalg.norm(np.diff(world, axis=0), axis=-1)
+    assert slid[both].max() < 1e-12  # rounding of metres
+    np.testing.assert_allclose(world[..., 2][down], -0.09879, atol=1e-15)
+
+
+@every_gait
+def test_velocity_is_the_derivative_of_position(gait: Gait) -> None:
+    path, time = walking(gait)
+    h = 1e-6
+    slope = (path.positions(time + h) - path.positions(time - h)) / (2 * h)
+    # Central differences: rounding 1e-16 / h = 1e-10, truncation h^2 x''' / 6 < 1e-10.
+    np.testing.assert_allclose(path.velocities(time), slope, atol=2e-9)
+
+
+@every_gait
+def test_paths_are_twice_continuously_differentiable(gait: Gait) -> None:
+    """Acceleration just before and just after every event of the plan agree."""
+    path, time = walking(gait)
+    h = 1e-5
+    at = path.events(float(time[-1]))
+    before = (path.velocities(at - h) - path.velocities(at - 2 * h)) / h
+    after = (path.velocities(at + 2 * h) - path.velocities(at + h)) / h
+    # Apart by about 3 h times a third derivative of up to 500 m/s^3.
+    np.testing.assert_allclose(after, before, atol=0.02)
+    swing = (1 - gait.duty) * gait.cycle_time
+    biggest = 6 * (gait.stroke / gait.duty + gait.lift) / swing**2
+    if gait.stroke > 0:
+        assert biggest > 10 * 0.02  # a jump of the acceleration itself would be seen
+
+
+@every_gait
+def test_feet_land_and_lift_without_velocity_relative_to_the_ground(gait: Gait) -> None:
+    path, time = walking(gait)
+    at = path.events(float(time[-1]))
+    down = path.stance(at - 1e-9) != path.stance(at + 1e-9)
+    h = 1e-4
+    world = [to_world(path, at + k * h, path.positions(at + k * h)) for k in (-1, 1)]
+    moved = np.linalg.norm(world[1] - world[0], axis=-1)[down]
+    assert moved.max() < 1e-7  # cubic in h: 10 (h / 0.4 s)^3 0.2 m; 1e-5 m if it had 0.1 m/s
+    assert down.sum() > 20
+
+
+@every_gait
+def test_the_robot_starts_standing(gait: Gait) -> None:
+    path, _ = walking(gait)
+    np.testing.assert_allclose(path.positions(np.zeros(1))[0], NEUTRAL, atol=1e-16)
+    assert np.abs(path.velocities(np.zeros(1))).max() < 1e-16
+    assert np.abs(path.body_pose(np.zeros(1))).max() == 0.0
+
+
+@every_gait
+def test_the_robot_ends_standing_where_it_stopped(gait: Gait) -> None:
+    path, _ = walking(gait)
+    after = 7 * gait.cycle_time + np.array([0.0, 0.1, 1.0, 5.0])
+    np.testing.assert_allclose(path.positions(after), np.tile(NEUTRAL, (4, 1, 1)), atol=1e-15)
+    assert np.abs(path.velocities(after)).max() == 0.0
+    assert path.stance(after).all()
+    assert np.abs(np.diff(path.body_pose(after), axis=0)).max() == 0.0
+
+
+@every_gait
+def test_steady_walk_repeats_every_cycle(gait: Gait) -> None:
+    path, _ = walking(gait)
+    assert path.steady_from == 2 * gait.cycle_time
+    last = path.steady_until - gait.cycle_time
+    assert last > path.steady_from
+    time = np.linspace(path.steady_from, last, 500)
+    once, again = path.positions(time), path.positions(time + gait.cycle_time)
+    np.testing.assert_allclose(again, once, atol=1e-14)
+    scheduled = gait.feet_down(time / gait.cycle_time)
+    assert (path.stance(time) != scheduled).sum() <= 6  # samples on an event, either is right
+
+
+@pytest.mark.parametrize("name", ["tripod", "tetrapod", "ripple", "wave 2/3", "wave 5/6"])
+def test_straight_stance_is_a_straight_line_of_one_stroke_at_constant_speed(name: str) -> None:
+    gait = GAITS[name]
+    path = FootPath(gait, NEUTRAL)
+    time = np.linspace(2, 3, 2401) * gait.cycle_time
+    down = path.stance(time)
+    v = path.velocities(time)[down]
+    np.testing.assert_allclose(v[:, 0], -gait.stroke / (gait.duty * gait.cycle_time), atol=1e-14)
+    np.testing.assert_allclose(v[:, 1:], 0.0, atol=1e-14)
+    offset = path.positions(time) - NEUTRAL
+    for leg in range(6):
+        reach = offset[down[:, leg], leg, 0]
+        # The grid may miss either end of the stance by one sample, 1/2400 of a cycle.
+        assert np.ptp(reach) == pytest.approx(gait.stroke, rel=2.01 / 2400 / gait.duty)
+        assert reach.max() == pytest.approx(-reach.min(), abs=0.002 * gait.stroke)
+
+
+def test_steady_speed_of_the_body() -> None:
+    path = FootPath(Gait.tetrapod(heading=0.6), NEUTRAL)
+    travelled = np.diff(path.body_pose(np.array([4.8, 7.2])), axis=0)[0]
+    ahead = 2.4 * 0.0875  # S2: 0.21 m per cycle
+    np.testing.assert_allclose(travelled, (ahead * np.cos(0.6), ahead * np.sin(0.6), 0), atol=1e-14)
+
+
+def test_turning_body_follows_a_circle() -> None:
+    """The plan of the body satisfies x' = v cos, y' = v sin, yaw' = rate (finite differences)."""
+    gait = Gait.tetrapod(turn_rate=0.2, heading=0.3)
+    path = FootPath(gait, NEUTRAL)
+    time, h = np.linspace(4.0, 9.0, 50), 1e-6
+    x, y, yaw = ((path.body_pose(time + h) - path.body_pose(time - h)) / (2 * h)).T
+    course = path.body_pose(time)[:, 2] + 0.3
+    np.testing.assert_allclose(x, gait.speed * np.cos(course), atol=1e-9)
+    np.testing.assert_allclose(y, gait.speed * np.sin(course), atol=1e-9)
+    np.testing.assert_allclose(yaw, 0.2, atol=1e-9)
+
+
+def test_swing_rises_to_the_lift_and_only_then() -> None:
+    path = FootPath(STRAIGHT, NEUTRAL)
+    time = np.linspace(4.8, 7.2, 4801)
+    height = path.positions(time)[..., 2] + 0.09879
+    np.testing.assert_allclose(height.max(axis=0), 0.02, atol=1e-8)  # flat top, 0.5 ms grid
+    assert height.min() >= -1e-16
+    assert height[path.stance(time)].max() < 1e-15
+
+
+def test_a_swing_that_goes_nowhere_does_not_lift() -> None:
+    path = FootPath(Gait.tripod(stroke=0.0), NEUTRAL)
+    time = np.linspace(0.0, 10.0, 101)
+    np.testing.assert_array_equal(path.positions(time), np.tile(NEUTRAL, (101, 1, 1)))
+    assert path.stance(time).all()
+
+
+def test_legs_already_swinging_at_the_start_wait_for_their_next_swing() -> None:
+    """Placed at 0.1 cycles with a swing of 1/3: on the ground until 0.1 + 2/3 cycles."""
+    phases = (0.1, 0.4, 0.7, 0.6, 0.9, 0.2)
+    path = FootPath(Gait.custom(phases, 2 / 3), NEUTRAL)
+    early = path.stance(np.linspace(0.0, 0.1 + 2 / 3 - 1e-6, 200) * 2.4)
+    assert early[:, 0].all()
+    assert not path.stance(np.array([(0.1 + 2 / 3 + 0.1) * 2.4]))[0, 0]
+    assert not early[:, 3].all()
+
+
+@pytest.mark.parametrize("name", list(GAITS)[:6])
+def test_starting_and_stopping_reach_as_far_as_steady_walking(name: str) -> None:
+    """Within 2 % of the stroke: the body changes speed while a swing is under way."""
+    path, time = walking(GAITS[name])
+    ahead = (path.positions(time) - NEUTRAL)[..., 0]
+    steady = ahead[(time >= path.steady_from) & (time <= path.steady_from + 2.4)]
+    assert ahead.max() <= steady.max() + 0.02 * 0.14
+    assert ahead.min() >= steady.min() - 0.02 * 0.14
+
+
+def test_tetrapod_first_cycle_lifts_the_pairs_of_s2_in_order() -> None:
+    """Legs lf lm lr rf rm rr are S2's 1 3 5 2 4 6; four feet are down throughout."""
+    path = FootPath(STRAIGHT, NEUTRAL)
+    down = path.stance(np.array([0.4, 1.2, 2.0]))
+    number = np.array([1, 3, 5, 2, 4, 6])
+    assert [set(number[~row]) for row in down] == [{2, 3}, {1, 6}, {4, 5}]
+    assert path.stance(np.linspace(0, 12, 5003)).sum(axis=1).min() == 4
+
+
+def distance_inside(feet: Array) -> float:
+    """Return the distance of the origin to the nearest edge of the feet's convex hull (n, 2)."""
+    hull = feet[ConvexHull(feet).vertices]  # counter-clockwise
+    edge = np.roll(hull, -1, axis=0) - hull
+    return float(np.min((edge[:, 1] * hull[:, 0] - edge[:, 0] * hull[:, 1]) / np.hypot(*edge.T)))
+
+
+MARGINS = {"tripod": 28.7, "tetrapod": 63.7, "wave 2/3": 79.8, "wave 3/4": 97.1, "wave 5/6": 111.1}
+
+
+@pytest.mark.parametrize(("name", "margin"), MARGINS.items())
+def test_static_stability_margin_is_the_reference(name: str, margin: float) -> None:
+    """Physics 6.3: straight-line stance of S2's robot, centre of mass centred, in mm."""
+    path = FootPath(GAITS[name], NEUTRAL)
+    instants = np.linspace(4.8, 7.2, 2401)
+    time = np.concatenate([instants - 1e-9, instants + 1e-9])  # both sides of every exchange
+    feet, down = path.positions(time)[..., :2], path.stance(time)
+    least = min(distance_inside(p[on]) for p, on in zip(feet, down, strict=True))
+    # The reference was sampled: half a sample before the worst instant is 0.2 mm of travel.
+    assert 1e3 * least == pytest.approx(margin, abs=0.2)
+
+
+def test_static_stability_margin_of_the_tripod_in_closed_form() -> None:
+    """The worst instant is the exchange: feet 0.07 m behind, edge from lf to rm."""
+    front, middle = (0.2 - 0.07) * 0.30534, 0.07 * 0.30534
+    expected = (front - middle) / np.hypot(0.2, 2 * 0.30534)
+    path = FootPath(GAITS["tripod"], NEUTRAL)
+    feet = path.positions(np.array([6.0 - 1e-9]))[0, [0, 2, 4], :2]
+    assert distance_inside(feet) == pytest.approx(expected, abs=1e-9)
+
+
+def test_yaw_of_the_start_does_not_matter() -> None:
+    """A robot built rotated by 0.7 rad and told to walk 0.7 rad to the side plans the same."""
+    c, s = np.cos(0.7), np.sin(0.7)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    time = np.linspace(0, 12, 301)
+    plain = FootPath(Gait.ripple(turn_rate=0.1), NEUTRAL).positions(time)
+    turned = FootPath(Gait.ripple(turn_rate=0.1, heading=0.7), NEUTRAL @ turn.T).positions(time)
+    np.testing.assert_allclose(turned, plain @ turn.T, atol=1e-15)
+
+
+def test_earliest_stop_works_and_anything_earlier_is_refused() -> None:
+    earliest = FootPath.earliest_stop(STRAIGHT)
+    assert earliest == pytest.approx((2 * RAMP_CYCLES + 2 / 3) * 2.4)
+    path = FootPath(STRAIGHT, NEUTRAL, stop_at=earliest)
+    np.testing.assert_allclose(path.positions(np.array([earliest]))[0], NEUTRAL, atol=1e-15)
+    for bad in (earliest - 0.01, np.nan, np.inf, -1.0):
+        with pytest.raises(ParameterError, match="stop_at"):
+            FootPath(STRAIGHT, NEUTRAL, stop_at=bad)
+
+
+def test_feet_of_the_wrong_shape_or_not_finite_are_refused() -> None:
+    with pytest.raises(ParameterError, match="neutral_feet"):
+        FootPath(STRAIGHT, NEUTRAL[:4])
+    with pytest.raises(ParameterError, match="neutral_feet"):
+        FootPath(STRAIGHT, NEUTRAL * np.nan)

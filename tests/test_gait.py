@@ -1,0 +1,166 @@
+"""Gait tables, feet on the ground, and refusals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
+from hexapod_pin.gait import LEG_ORDER, Gait, smallest_duty, wave_phases
+
+S2_NUMBER = {"lf": 1, "rf": 2, "lm": 3, "rm": 4, "lr": 5, "rr": 6}
+
+# Placements in S2's leg order 1..6, typed from the literature tables, relative to leg 1.
+TABLES = [
+    (Gait.tripod(), (0, 1 / 2, 1 / 2, 0, 0, 1 / 2), 3),
+    (Gait.tetrapod(), (0, 2 / 3, 2 / 3, 1 / 3, 1 / 3, 0), 4),
+    (Gait.wave(2 / 3), (0, 1 / 2, 2 / 3, 1 / 6, 1 / 3, 5 / 6), 4),
+    (Gait.wave(3 / 4), (0, 1 / 2, 3 / 4, 1 / 4, 1 / 2, 0), 4),
+    (Gait.wave(5 / 6), (0, 1 / 2, 5 / 6, 1 / 3, 2 / 3, 1 / 6), 5),
+    (Gait.ripple(), (0, 1 / 2, 1 / 3, 5 / 6, 2 / 3, 1 / 6), 4),
+]
+GAITS = [pytest.param(*row, id=f"{row[0].name}-{row[0].duty:.2f}") for row in TABLES]
+
+
+def swinging(gait: Gait, phase: float) -> set[int]:
+    """Return S2's numbers of the legs in the air."""
+    down = gait.feet_down(phase)
+    return {S2_NUMBER[leg] for leg, is_down in zip(LEG_ORDER, down, strict=True) if not is_down}
+
+
+@pytest.mark.parametrize(("gait", "table", "fewest"), GAITS)
+def test_placements_are_those_of_the_published_table(
+    gait: Gait, table: tuple[float, ...], fewest: int
+) -> None:
+    del fewest
+    ours = np.array([gait.phases[LEG_ORDER.index(leg)] for leg in S2_NUMBER])
+    apart = np.mod(ours - ours[0] - np.array(table) + 0.5, 1.0) - 0.5
+    np.testing.assert_allclose(apart, 0.0, atol=1e-15)  # thirds and sixths in binary
+
+
+@pytest.mark.parametrize(("gait", "table", "fewest"), GAITS)
+def test_fewest_feet_down_by_count_and_by_sampling(
+    gait: Gait, table: tuple[float, ...], fewest: int
+) -> None:
+    """The closed form, the literature (physics 6.3) and a brute-force count agree."""
+    del table
+    sampled = gait.feet_down(np.linspace(0.0, 1.0, 10_007)).sum(axis=-1)
+    assert gait.minimum_feet_down == fewest == sampled.min()
+
+
+@pytest.mark.parametrize(("gait", "table", "fewest"), GAITS)
+def test_each_foot_is_down_for_the_duty(gait: Gait, table: tuple[float, ...], fewest: int) -> None:
+    del table, fewest
+    share = gait.feet_down((np.arange(12_000) + 0.5) / 12_000).mean(axis=0)
+    np.testing.assert_allclose(share, gait.duty, atol=1.5 / 12_000)  # one sample at each end
+
+
+def test_tetrapod_swings_the_pairs_of_s2_in_order() -> None:
+    """[S2]: legs (2, 3), then (1, 6), then (4, 5), each for a third of the cycle."""
+    pairs = [swinging(Gait.tetrapod(), phase) for phase in (1 / 6, 3 / 6, 5 / 6)]
+    assert pairs == [{2, 3}, {1, 6}, {4, 5}]
+
+
+def test_ripple_lifts_one_leg_after_the_other() -> None:
+    """OpenSHC's step order AR, CL, BR, AL, CR, BL: rf lr rm lf rr lm."""
+    gait = Gait.ripple()
+    order = np.argsort(np.array(gait.phases))
+    assert [LEG_ORDER[i] for i in order] == ["rf", "lr", "rm", "lf", "rr", "lm"]
+    np.testing.assert_allclose(np.diff(np.sort(gait.phases)), 1 / 6)
+
+
+@pytest.mark.parametrize("duty", [0.5, 0.55, 2 / 3, 0.7, 3 / 4, 5 / 6, 0.9])
+def test_wave_runs_from_rear_to_front(duty: float) -> None:
+    """Each leg follows the one in front of it by the duty, modulo a cycle (Song and Waldron)."""
+    lf, lm, lr, rf, rm, rr = wave_phases(duty)
+    for front, behind in ((lf, lm), (lm, lr), (rf, rm), (rm, rr)):
+        assert np.mod(behind - front - duty + 0.5, 1.0) == pytest.approx(0.5)
+    assert Gait.wave(duty).minimum_feet_down >= 3
+
+
+def test_speed_is_stroke_over_stance_time() -> None:
+    assert Gait.tetrapod().speed == pytest.approx(0.0875)  # S2: 0.14 / (2/3 * 2.4)
+    assert Gait.wave(3 / 4, stroke=0.09, cycle_time=2.0).speed == pytest.approx(0.06)
+
+
+def test_defaults_are_those_of_s2() -> None:
+    gait = Gait.tetrapod()
+    assert (gait.stroke, gait.cycle_time, gait.lift, gait.duty) == (0.14, 2.4, 0.02, 2 / 3)
+
+
+@pytest.mark.parametrize("name", ["tripod", "ripple", "tetrapod", "wave"])
+def test_by_name_is_the_constructor_of_that_name(name: str) -> None:
+    assert Gait.by_name(name, stroke=0.1) == getattr(Gait, name)(stroke=0.1)
+    assert Gait.by_name(name).name == name
+
+
+def test_unknown_gait_lists_the_known() -> None:
+    with pytest.raises(UnknownNameError, match="'gallop'.*tripod, ripple, tetrapod, wave"):
+        Gait.by_name("gallop")
+
+
+def test_a_gait_survives_its_dictionary() -> None:
+    gait = Gait.wave(0.7, stroke=0.1, heading=0.3, turn_rate=-0.1)
+    assert Gait(**gait.model_dump()) == gait
+
+
+def test_custom_table() -> None:
+    gait = Gait.custom(np.arange(6) / 6, 5 / 6, name="one by one", stroke=0.05)
+    assert (gait.name, gait.minimum_feet_down, gait.stroke) == ("one by one", 5, 0.05)
+
+
+@pytest.mark.parametrize("phases", [(0, 0.5, 0, 0.5, 0, 0.5), (0, 0, 0.3, 0.3, 0.7, 0.7)])
+def test_duty_too_small_to_stand_reports_the_smallest(phases: tuple[float, ...]) -> None:
+    with pytest.raises(GaitError, match="duty = 0.4 leaves .* feet") as refused:
+        Gait.custom(phases, 0.4)
+    limit = refused.value.limit
+    assert refused.value.quantity == "duty"
+    assert limit == smallest_duty(phases)
+    assert limit is not None
+    assert Gait.custom(phases, limit).minimum_feet_down >= 3
+    with pytest.raises(GaitError):
+        Gait.custom(phases, limit - 1e-6)
+
+
+def test_smallest_duty_of_the_tripod_is_one_half() -> None:
+    assert smallest_duty(Gait.tripod().phases) == 0.5
+
+
+def test_wave_below_one_half_is_refused() -> None:
+    with pytest.raises(GaitError, match="duty = 0.45") as refused:
+        Gait.wave(0.45)
+    assert (refused.value.quantity, refused.value.limit) == ("duty", 0.5)
+
+
+@pytest.mark.parametrize(
+    ("fields", "culprit"),
+    [
+        ({"stroke": -0.1}, "Gait.stroke = -0.1"),
+        ({"stroke": np.nan}, "Gait.stroke = nan"),
+        ({"cycle_time": 0.0}, "Gait.cycle_time = 0"),
+        ({"cycle_time": np.inf}, "Gait.cycle_time = inf"),
+        ({"lift": -0.01}, "Gait.lift = -0.01"),
+        ({"heading": np.nan}, "Gait.heading = nan"),
+        ({"turn_rate": np.inf}, "Gait.turn_rate = inf"),
+        ({"height": 0.1}, "Gait.height"),
+    ],
+)
+def test_a_bad_parameter_is_named(fields: dict[str, Any], culprit: str) -> None:
+    with pytest.raises(ParameterError, match=culprit):
+        Gait.tripod(**fields)
+
+
+@pytest.mark.parametrize("duty", [np.nan, 0.0, 1.0, -0.2])
+def test_a_bad_duty_is_named(duty: float) -> None:
+    with pytest.raises(ParameterError, match="Gait.duty"):
+        Gait.wave(duty)
+    with pytest.raises(ParameterError, match="Gait.duty"):
+        Gait.custom(Gait.tripod().phases, duty)
+
+
+@pytest.mark.parametrize("phases", [(0, 0, 0, 0, 0, 1.0), (0, 0.5), (0, 0, 0, 0, 0, np.nan)])
+def test_a_bad_phase_table_is_named(phases: tuple[float, ...]) -> None:
+    with pytest.raises(ParameterError, match="Gait.phases"):
+        Gait.custom(phases, 0.7)

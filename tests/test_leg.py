@@ -1,0 +1,310 @@
+"""Leg kinematics against Pinocchio, the textbook formulas and finite differences."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from numpy.typing import NDArray
+
+from hexapod_pin.errors import ReachError, UnknownNameError
+from hexapod_pin.gait import LEG_ORDER
+from hexapod_pin.leg import LegKinematics
+from hexapod_pin.robot import Robot, load_robot, urdf_path
+
+Array = NDArray[np.float64]
+
+L1, L2, L3 = 0.0835, 0.11934, 0.09879  # S2 Table 1 [m]
+
+# HC38: knee angle for a target eps short of full stretch, from the exact half-angle formula.
+STRAIGHT_KNEE = {
+    1e-2: 0.6107432552737001,
+    1e-3: 0.1924399401520512,
+    1e-6: 0.006083077645381947,
+    1e-9: 0.0001923637293845363,
+}
+
+
+@pytest.fixture(scope="module", params=["kharagpur", "athena"])
+def robot(request: pytest.FixtureRequest) -> Robot:
+    return load_robot(request.param)
+
+
+@pytest.fixture(scope="module")
+def kharagpur() -> Robot:
+    return load_robot("kharagpur")
+
+
+@pytest.fixture(scope="module")
+def s2_leg(kharagpur: Robot) -> LegKinematics:
+    return LegKinematics.of(kharagpur, "lm")
+
+
+def variant(folder: Path, old: str, new: str) -> LegKinematics:
+    """Return leg lf of S2's robot after one replacement in its URDF."""
+    text = urdf_path("kharagpur").read_text()
+    assert old in text
+    path = folder / "variant.urdf"
+    path.write_text(text.replace(old, new, 1))
+    return LegKinematics.of(load_robot(path), "lf")
+
+
+@pytest.fixture(scope="module")
+def offset_leg(tmp_path_factory: pytest.TempPathFactory) -> LegKinematics:
+    """A leg whose femur axis stands 12 mm aside and tilted: no closed form of our class."""
+    folder = tmp_path_factory.mktemp("offset")
+    old = '<origin xyz="0.0835 0 0" rpy="0 0 0"/>'
+    return variant(folder, old, '<origin xyz="0.0835 0.012 0" rpy="0.2 0 0.1"/>')
+
+
+def random_angles(count: int, seed: int = 1) -> Array:
+    """Return joint angles all around the circle. Shape (count, 3)."""
+    return np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, 3))
+
+
+def clear_of_singularities(leg: LegKinematics, q: Array) -> Array:
+    """Keep the postures whose Jacobian is well conditioned."""
+    kept: Array = q[np.linalg.cond(leg.jacobian(q)) < 50]
+    return kept
+
+
+def turns_apart(a: Array, b: Array) -> Array:
+    """Return a - b modulo full turns."""
+    apart: Array = np.mod(a - b + np.pi, 2 * np.pi) - np.pi
+    return apart
+
+
+def pinocchio_foot(robot: Robot, name: str, q_leg: Array) -> tuple[Array, Array]:
+    """Return the foot frame's position and its Jacobian with respect to the leg's joints."""
+    model, data = robot.model, robot.model.createData()
+    q = pin.neutral(model)
+    rows = [robot.joint_index(joint) for joint in robot.leg(name).joints]
+    q[7 + np.array(rows)] = q_leg
+    frame = model.getFrameId(robot.leg(name).foot)
+    full = pin.computeFrameJacobian(model, data, q, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+    pin.framesForwardKinematics(model, data, q)
+    return data.oMf[frame].translation.copy(), full[:3, 6 + np.array(rows)]
+
+
+@pytest.mark.parametrize("name", LEG_ORDER)
+def test_forward_and_jacobian_equal_pinocchio(robot: Robot, name: str) -> None:
+    leg = LegKinematics.of(robot, name)
+    for q in random_angles(30):
+        position, jacobian = pinocchio_foot(robot, name, q)
+        np.testing.assert_allclose(leg.forward(q), position, atol=1e-15)
+        np.testing.assert_allclose(leg.jacobian(q), jacobian, atol=1e-15)
+
+
+@pytest.mark.parametrize(("name", "side"), [("lf", 1.0), ("rf", -1.0)])
+def test_forward_is_the_textbook_formula(kharagpur: Robot, name: str, side: float) -> None:
+    """Physics section 7, hip frame x outward; its z axis turned by +-90 degrees to the side."""
+    q = random_angles(100)
+    c1, s1 = np.cos(q[:, 0]), np.sin(q[:, 0])
+    radius = L1 + L2 * np.cos(q[:, 1]) + L3 * np.cos(q[:, 1] + q[:, 2])
+    drop = L2 * np.sin(q[:, 1]) + L3 * np.sin(q[:, 1] + q[:, 2])
+    hip = np.array([0.2, side * 0.1025, 0.0])
+    expected = hip + np.stack([-side * radius * s1, side * radius * c1, -drop], axis=-1)
+    leg = LegKinematics.of(kharagpur, name)
+    np.testing.assert_allclose(leg.forward(q), expected, atol=1e-15)
+
+
+def test_jacobian_is_the_derivative_of_forward(robot: Robot) -> None:
+    leg = LegKinematics.of(robot, "rr")
+    q, h = random_angles(50), 1e-6
+    steps = h * np.eye(3)
+    columns = [(leg.forward(q + s) - leg.forward(q - s)) / (2 * h) for s in steps]
+    # Central differences of lengths below 1 m: 1e-16 / 1e-6.
+    np.testing.assert_allclose(leg.jacobian(q), np.stack(columns, axis=-1), atol=1e-9)
+
+
+def test_determinant_is_the_textbook_formula(s2_leg: LegKinematics) -> None:
+    """|det J| = L2 L3 sin(q3) r."""
+    q = random_angles(100)
+    radius = L1 + L2 * np.cos(q[:, 1]) + L3 * np.cos(q[:, 1] + q[:, 2])
+    expected = np.abs(L2 * L3 * np.sin(q[:, 2]) * radius)
+    np.testing.assert_allclose(np.abs(np.linalg.det(s2_leg.jacobian(q))), expected, atol=1e-16)
+
+
+@pytest.mark.parametrize("name", LEG_ORDER)
+def test_every_branch_reaches_the_target_and_one_is_the_posture(robot: Robot, name: str) -> None:
+    leg = LegKinematics.of(robot, name)
+    seen = set()
+    for q in clear_of_singularities(leg, random_angles(300, seed=2)):
+        target = leg.forward(q)
+        found = leg.branches(target)
+        seen.add(len(found))
+        np.testing.assert_allclose(leg.forward(found), np.tile(target, (len(found), 1)), atol=1e-14)
+        # Rounding of 1e-16 m times the condition allowed above, over 0.1 m.
+        assert np.abs(turns_apart(found, q)).max(axis=1).min() < 1e-12
+    assert seen == {2, 4}
+
+
+def test_branches_are_different_and_ordered(s2_leg: LegKinematics) -> None:
+    """Near the yaw axis all four exist: knee up and down, then the same folded over the axis."""
+    target = s2_leg.forward([0.3, 1.2, 1.8])
+    found = s2_leg.branches(target)
+    assert found.shape == (4, 3)
+    assert list(np.sign(found[:, 2])) == [1, -1, 1, -1]
+    assert np.abs(turns_apart(found[2:, 0], found[:2, 0] + np.pi)).max() < 1e-12
+
+
+def test_inverse_round_trip_from_nearby(robot: Robot) -> None:
+    for name in LEG_ORDER:
+        leg = LegKinematics.of(robot, name)
+        q = np.random.default_rng(3).uniform(leg.lower, leg.upper, (200, 3))
+        for posture in clear_of_singularities(leg, q)[:60]:
+            again = leg.inverse(leg.forward(posture), near=posture)
+            np.testing.assert_allclose(again, posture, atol=1e-12)
+
+
+def test_inverse_of_a_path_is_the_path(s2_leg: LegKinematics) -> None:
+    """Vectorised, on one branch, and continuous when the yaw passes pi."""
+    s = np.linspace(0.0, 1.0, 400)
+    q = np.stack([2.0 + 3.0 * s, -0.4 + 0.5 * np.sin(5 * s), 1.2 + 0.5 * np.cos(4 * s)], axis=-1)
+    again = s2_leg.inverse(s2_leg.forward(q), near=q[0], limits=False)
+    np.testing.assert_allclose(again, q, atol=1e-13)
+
+
+def test_near_chooses_the_branch(s2_leg: LegKinematics) -> None:
+    target = s2_leg.forward([0.1, -0.2, 1.4])
+    for branch in s2_leg.branches(target):
+        near = branch + [0.1, -0.1, 0.1]
+        np.testing.assert_allclose(s2_leg.inverse(target, near=near, limits=False), branch)
+
+
+def test_standing_posture_is_the_default_reference(robot: Robot) -> None:
+    for name in LEG_ORDER:
+        leg = LegKinematics.of(robot, name)
+        np.testing.assert_allclose(leg.inverse(leg.forward(leg.posture)), leg.posture, atol=1e-13)
+
+
+@pytest.mark.parametrize(("left", "right"), [("lf", "rf"), ("lm", "rm"), ("lr", "rr")])
+def test_mirrored_targets_give_mirrored_angles(robot: Robot, left: str, right: str) -> None:
+    """The right side follows from geometry: opposite yaw, equal pitch."""
+    one, other = LegKinematics.of(robot, left), LegKinematics.of(robot, right)
+    shift = np.random.default_rng(4).uniform(-0.03, 0.03, (50, 3))
+    q_left = one.inverse(one.forward(one.posture) + shift)
+    q_right = other.inverse(other.forward(other.posture) + shift * [1, -1, 1])
+    np.testing.assert_allclose(q_right * [-1, 1, 1], q_left, atol=1e-13)
+
+
+@pytest.mark.parametrize("eps", STRAIGHT_KNEE)
+def test_almost_straight_knee_keeps_its_digits(s2_leg: LegKinematics, eps: float) -> None:
+    """HC38, through the whole leg: target straight out from the hip, eps short of the reach."""
+    target = np.array([0.0, 0.1025 + L1 + (L2 + L3) - eps, 0.0])
+    knee = s2_leg.branches(target)[0, 2]
+    assert knee == pytest.approx(STRAIGHT_KNEE[eps], rel=1e-6)  # one ulp of the target: 3e-8
+
+
+def test_fully_stretched_target_is_reached_without_nan(s2_leg: LegKinematics) -> None:
+    straight = np.array([0.2, -0.3, 0.0])
+    found = s2_leg.branches(s2_leg.forward(straight))
+    # An ulp of the target turns a straight knee by sqrt(2 ulp (L2 + L3) / (L2 L3)) < 1e-7.
+    np.testing.assert_allclose(found[:2], np.tile(straight, (2, 1)), atol=1e-7)
+
+
+def test_straight_knee_has_the_known_singular_values(s2_leg: LegKinematics) -> None:
+    """HC38b (its tibia zero is 90 degrees off ours)."""
+    values = np.linalg.svd(s2_leg.jacobian([0.0, -0.3, 0.0]), compute_uv=False)
+    np.testing.assert_allclose(values[:2], [0.2918875483729684, 0.23945805687009145], rtol=1e-12)
+    assert values[2] < 1e-15
+
+
+@pytest.mark.parametrize("beyond", [1e-9, 1e-3, 0.2])
+def test_target_beyond_reach_says_by_how_much(s2_leg: LegKinematics, beyond: float) -> None:
+    target = np.array([0.0, 0.1025 + L1 + L2 + L3 + beyond, 0.0])
+    with pytest.raises(ReachError, match=r"leg lm: .* 0\.0206 to 0\.2181 m .*lm_femur_joint") as no:
+        s2_leg.inverse(target)
+    assert no.value.leg == "lm"
+    assert no.value.excess == pytest.approx(beyond, abs=1e-15)
+    assert s2_leg.excess(target) == pytest.approx(beyond, abs=1e-15)
+    with pytest.raises(ReachError):
+        s2_leg.branches(target)
+
+
+def test_target_too_near_says_by_how_much(s2_leg: LegKinematics) -> None:
+    """On the femur axis itself: L2 - L3 short of the reach; folded, 2 L1 from it, it reaches."""
+    target = np.array([[0.0, 0.1025 + L1, 0.0]])
+    with pytest.raises(ReachError) as refused:
+        s2_leg.inverse(np.vstack([s2_leg.forward(s2_leg.posture), target]), limits=False)
+    assert refused.value.excess == pytest.approx(L2 - L3, abs=1e-15)
+
+
+def test_excess_is_zero_inside_and_vectorised(s2_leg: LegKinematics) -> None:
+    q = random_angles(20).reshape(4, 5, 3)
+    inside = s2_leg.excess(s2_leg.forward(q))
+    assert inside.shape == (4, 5)
+    assert np.abs(inside).max() == 0.0
+
+
+def test_foot_on_the_yaw_axis_is_refused(s2_leg: LegKinematics) -> None:
+    target = np.array([0.0, 0.1025, -0.1])
+    with pytest.raises(ReachError, match="on the axis of lm_coxa_joint"):
+        s2_leg.inverse(target, limits=False)
+    beside = s2_leg.inverse(target + [0.0, 1e-6, 0.0], limits=False)
+    np.testing.assert_allclose(s2_leg.forward(beside), target + [0.0, 1e-6, 0.0], atol=1e-15)
+
+
+def test_joint_limit_is_named_with_value_and_range(s2_leg: LegKinematics) -> None:
+    target = s2_leg.forward([1.3, 0.0, 1.5])
+    with pytest.raises(ReachError, match=r"lm_coxa_joint would need 1\.3000 rad; .* -1\.0472 to"):
+        s2_leg.inverse(target)
+    free = s2_leg.inverse(target, limits=False)
+    np.testing.assert_allclose(free, [1.3, 0.0, 1.5], atol=1e-14)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_target_that_is_not_finite_is_refused(s2_leg: LegKinematics, bad: float) -> None:
+    with pytest.raises(ReachError, match="not finite"):
+        s2_leg.inverse([0.1, bad, 0.0])
+
+
+def test_unknown_leg_lists_the_known(kharagpur: Robot) -> None:
+    with pytest.raises(UnknownNameError, match="'left'.*lf, lm, lr, rf, rm, rr"):
+        LegKinematics.of(kharagpur, "left")
+
+
+def test_other_signs_and_zeros_are_still_solved_in_closed_form(tmp_path: Path) -> None:
+    """A femur axis that points the other way, with its zero turned by 0.3 rad."""
+    old = '<origin xyz="0.0835 0 0" rpy="0 0 0"/>\n    <axis xyz="0 1 0"/>'
+    new = '<origin xyz="0.0835 0 0" rpy="0 0.3 0"/>\n    <axis xyz="0 -1 0"/>'
+    leg = variant(tmp_path, old, new)
+    assert leg.closed_form is not None
+    np.testing.assert_array_equal(leg.closed_form.sign, [1, -1, 1])
+    np.testing.assert_allclose(leg.closed_form.offset, [0, 0.3, 0], atol=1e-15)
+    np.testing.assert_allclose(leg.closed_form.lengths, [L1, L2, L3], rtol=1e-14)
+    for q in clear_of_singularities(leg, random_angles(100)):
+        np.testing.assert_allclose(leg.inverse(leg.forward(q), near=q, limits=False), q, atol=1e-12)
+
+
+def test_leg_of_another_shape_has_no_closed_form(offset_leg: LegKinematics) -> None:
+    assert offset_leg.closed_form is None
+    with pytest.raises(ReachError, match="leg lf: has no closed form"):
+        offset_leg.branches(offset_leg.foot)
+
+
+def test_leg_of_another_shape_is_solved_numerically(offset_leg: LegKinematics) -> None:
+    q = np.random.default_rng(5).uniform(offset_leg.lower, offset_leg.upper, (60, 3))
+    for posture in clear_of_singularities(offset_leg, q)[:25]:
+        target = offset_leg.forward(posture)
+        found = offset_leg.inverse(target, near=posture + 0.1 * np.sign(posture[::-1]))
+        np.testing.assert_allclose(offset_leg.forward(found), target, atol=1e-9)
+        assert np.abs(found - posture).max() < 1e-7  # 1e-9 m times the condition over 0.1 m
+
+
+def test_path_of_a_leg_of_another_shape(offset_leg: LegKinematics) -> None:
+    s = np.linspace(0.0, 2 * np.pi, 500)
+    q = np.stack([0.5 * np.sin(s), 0.3 * np.cos(s), 1.5 + 0.4 * np.sin(2 * s)], axis=-1)
+    again = offset_leg.inverse(offset_leg.forward(q), near=q[0])
+    np.testing.assert_allclose(again, q, atol=1e-9)
+
+
+def test_numerical_solution_tells_what_it_cannot_reach(offset_leg: LegKinematics) -> None:
+    far = offset_leg.forward([0.0, 0.0, 0.0]) + np.array([0.0, 0.05, 0.0])
+    with pytest.raises(ReachError, match="leg lf: .* outside the reach") as refused:
+        offset_leg.inverse(far, limits=False)
+    assert 0.03 < refused.value.excess < 0.06
+    assert offset_leg.excess(far) == pytest.approx(refused.value.excess, rel=1e-6)
+    assert offset_leg.excess(offset_leg.forward([0.2, 0.1, 1.2])) == 0.0
