@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -53,9 +54,9 @@ def read_toml(text: str, *, required: tuple[str, ...] = ()) -> dict[str, Any]:
     Raises:
         ParameterError: bad syntax or a missing key.
     """
-    try:
+    if sys.version_info >= (3, 11):
         import tomllib
-    except ModuleNotFoundError:  # Python 3.10
+    else:
         import tomli as tomllib
 
     try:

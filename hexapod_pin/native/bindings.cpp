@@ -147,7 +147,7 @@ nb::dict record(const Rollout& rollout) {
 
 }  // namespace
 
-NB_MODULE(_native, m) {
+NB_MODULE(_core, m) {
   m.doc() = "Inner loop of hexapod_pin: plant, contact, integrators, rollouts.";
 
   nb::enum_<NormalKind>(m, "NormalKind")

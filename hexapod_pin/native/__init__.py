@@ -1,0 +1,16 @@
+"""The C++17 inner loop: plant, contact, integrators, rollouts; compiled into `_core`.
+
+One header per concept beside this file; `bindings.cpp` is the border.
+"""
+
+from hexapod_pin.native._core import FrictionKind as FrictionKind
+from hexapod_pin.native._core import FrictionLaw as FrictionLaw
+from hexapod_pin.native._core import NormalKind as NormalKind
+from hexapod_pin.native._core import NormalLaw as NormalLaw
+from hexapod_pin.native._core import PlantSettings as PlantSettings
+from hexapod_pin.native._core import Rollout as Rollout
+from hexapod_pin.native._core import advance_all as advance_all
+from hexapod_pin.native._core import evaluate as evaluate
+from hexapod_pin.native._core import plant_settings as plant_settings
+from hexapod_pin.native._core import repeat_dynamics as repeat_dynamics
+from hexapod_pin.native._core import start as start

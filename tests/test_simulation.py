@@ -1,0 +1,258 @@
+"""Whole runs: every robot, gait and contact set walks; momentum, symmetry, threads, restarts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+import vehicles
+
+import hexapod_pin as hp
+from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted, StateError
+from hexapod_pin.simulation import Grid
+
+GAITS = {
+    "tripod": hp.Gait.tripod,
+    "ripple": hp.Gait.ripple,
+    "tetrapod": hp.Gait.tetrapod,
+    "wave23": lambda **kw: hp.Gait.wave(2 / 3, **kw),
+    "wave34": lambda **kw: hp.Gait.wave(3 / 4, **kw),
+    "wave56": lambda **kw: hp.Gait.wave(5 / 6, **kw),
+}
+STROKE = {"kharagpur": 0.14, "athena": 0.10}
+
+
+def walk(robot: str, gait: str, contact: str, **kwargs) -> hp.Trace:
+    """Ten seconds of walking at the paper's cycle time, 1 ms."""
+    scene = hp.Scene(hp.load_robot(robot), contact=hp.Contact.preset(contact))
+    plan = GAITS[gait](stroke=STROKE[robot], cycle_time=2.4)
+    return hp.simulate(scene, hp.KinematicControl(plan), **{"duration": 10.0, **kwargs})
+
+
+def steady(trace: hp.Trace) -> np.ndarray:
+    """Mask of the whole cycles after the start-up transient."""
+    time = trace.time
+    return (time >= trace.meta["steady_from"] - 1e-9) & (time <= trace.meta["steady_until"] + 1e-9)
+
+
+@pytest.mark.parametrize("contact", ["s1", "s2"])
+@pytest.mark.parametrize("gait", GAITS)
+@pytest.mark.parametrize("robot", STROKE)
+def test_every_robot_gait_and_contact_set_walks(robot: str, gait: str, contact: str) -> None:
+    """10 s at 1 ms: upright, at height, forward at the gait's speed, carrying its weight."""
+    trace = walk(robot, gait, contact)
+    height = trace.q[0, 2]
+    assert np.abs(trace.q[:, 2] - height).max() < 0.05 * height
+    tilt = 2.0 * np.hypot(trace.q[:, 3], trace.q[:, 4])
+    assert tilt.max() < np.radians(2.0)
+    window = steady(trace)
+    time, position = trace.time[window], trace.q[window, :2]
+    cycles = (time[-1] - time[0]) / 2.4
+    assert cycles == pytest.approx(round(cycles), abs=1e-9) and cycles >= 2.0 - 1e-9
+    speed = (position[-1, 0] - position[0, 0]) / (time[-1] - time[0])
+    # the servos' compliance takes up to 2.2 % (0.1 % at eight times their stiffness)
+    assert speed == pytest.approx(trace.meta["nominal_speed"], rel=0.03)
+    assert abs(position[-1, 1] - position[0, 1]) < 5e-3
+    # a foot force is the mean over its sampling interval: the sum over samples is the impulse
+    mean = trace.normal_force[window][1:].sum(axis=1).mean()
+    weight = trace.meta["total_mass"] * 9.81
+    assert mean == pytest.approx(weight, rel=1e-3)
+
+
+def test_impulse_of_the_feet_is_the_change_of_momentum() -> None:
+    """Newton's second law over a whole walk, all three axes, to the order of the step."""
+    trace = walk("kharagpur", "tetrapod", "s1")
+    robot = hp.load_robot("kharagpur")
+    data = robot.model.createData()
+
+    def momentum(k: int) -> np.ndarray:
+        pin.centerOfMass(robot.model, data, trace.q[k], trace.v[k])
+        return robot.total_mass * data.vcom[0]
+
+    impulse = trace.foot_force[1:].sum(axis=(0, 1)) * 1e-3
+    gravity = np.array([0.0, 0.0, -9.81]) * robot.total_mass * trace.time[-1]
+    change = momentum(-1) - momentum(0)
+    assert impulse + gravity == pytest.approx(change, abs=2e-3)  # of 303 N s
+
+
+def test_refinement_shows_first_order() -> None:
+    """Halving the step halves the error of a 1 s walk: position against a 1/32 ms run."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    control = hp.KinematicControl(hp.Gait.tetrapod(stroke=0.14, cycle_time=2.4))
+
+    def path(step: float) -> np.ndarray:
+        return hp.simulate(scene, control, duration=1.0, step=step, sample=0.01).q[:, :3]
+
+    truth = path(1e-3 / 64)
+    errors = [np.abs(path(step) - truth).max() for step in (1e-3, 2.5e-4, 6.25e-5)]
+    assert errors[0] < 5e-4
+    assert errors[0] > 2.5 * errors[1] > 6.25 * errors[2]
+
+
+def test_threads_do_not_change_a_bit() -> None:
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    cases = [
+        hp.Case(scene, hp.KinematicControl(hp.Gait.tetrapod(stroke=stroke)))
+        for stroke in (0.08, 0.10, 0.12, 0.14)
+    ]
+    one = hp.simulate_batch(cases, duration=1.0, threads=1)
+    two = hp.simulate_batch(cases, duration=1.0, threads=2)
+    alone = hp.simulate(scene, cases[2].controller, duration=1.0)
+    for a, b in zip(one, two, strict=True):
+        assert np.array_equal(a.q, b.q) and np.array_equal(a.foot_force, b.foot_force)
+    assert np.array_equal(one[2].q, alone.q)
+
+
+def test_shifted_and_turned_scenes_give_the_same_walk() -> None:
+    """Metamorphic: a shift of 1 km and a yaw of 1 rad change nothing but the frame."""
+    robot = hp.load_robot("kharagpur")
+    scene = hp.Scene(robot)
+    control = hp.KinematicControl(hp.Gait.tetrapod())
+    straight = hp.simulate(scene, control, duration=1.0)
+    start = straight.q[0].copy()
+    start[:2] = 1000.0, -1000.0
+    start[3:7] = pin.Quaternion(pin.exp3(np.array([0.0, 0.0, 1.0]))).coeffs()
+    moved = hp.simulate(
+        scene, control, duration=1.0, initial=robot.check_state(start, np.zeros(24))
+    )
+    turn = pin.exp3(np.array([0.0, 0.0, 1.0]))
+    expected = straight.q[:, :3] @ turn.T + [1000.0, -1000.0, 0.0]
+    assert np.abs(moved.q[:, :3] - expected).max() < 1e-9
+    assert np.abs(moved.q[:, 7:] - straight.q[:, 7:]).max() < 1e-9
+
+
+def test_mirrored_walk_is_the_mirror_image() -> None:
+    """Left and right exchanged: lateral motion changes sign, nothing else."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    gait = hp.Gait.tetrapod()
+    left = hp.simulate(scene, hp.KinematicControl(gait), duration=1.0)
+    swap = [3, 4, 5, 0, 1, 2]  # lf lm lr <-> rf rm rr
+    phases = tuple(gait.phases[k] for k in swap)
+    mirrored = hp.Gait.custom(phases, gait.duty, stroke=gait.stroke, cycle_time=gait.cycle_time)
+    right = hp.simulate(scene, hp.KinematicControl(mirrored), duration=1.0)
+    assert right.q[:, :3] == pytest.approx(left.q[:, :3] * [1.0, -1.0, 1.0], abs=1e-9)
+    assert right.normal_force == pytest.approx(left.normal_force[:, swap], abs=1e-5)
+
+
+def test_standing_still_stays_still() -> None:
+    trace = hp.simulate(hp.Scene(hp.load_robot("athena")), hp.Hold(), duration=3.0)
+    assert trace.normal_force[-1].sum() == pytest.approx(8.25 * 9.81, rel=1e-4)
+    assert np.abs(trace.v[-1]).max() < 1e-3  # tanh friction lets it settle slowly
+
+
+def test_servo_torque_never_passes_the_effort_limit() -> None:
+    """A robot too heavy for its servos sags; torques stay at the limit, and the run survives."""
+    robot = hp.load_robot("kharagpur")
+    scene = hp.Scene(robot, gravity=(0.0, 0.0, -120.0))
+    trace = hp.simulate(scene, hp.Hold(), duration=1.0)
+    assert np.abs(trace.torque).max() <= robot.effort.max()
+    assert np.abs(trace.torque).max() == pytest.approx(robot.effort.max())
+    assert trace.counters["solved_again"] > 0
+
+
+@pytest.mark.parametrize("name", ["solo12", "anymal"])
+def test_any_floating_base_with_named_feet_stands(name: str) -> None:
+    """Quadrupeds of example-robot-data drop onto their feet and carry their weight."""
+    robot = quadruped(name)
+    effort = float(np.median(robot.effort))
+    scene = hp.Scene(robot, servo=hp.Servo(kp=20 * effort, kd=0.4 * effort, limited=False))
+    trace = hp.simulate(scene, hp.Hold(), duration=2.0)
+    weight = robot.total_mass * 9.81
+    # what is left of the bounce after 1.5 s, averaged over 0.5 s
+    assert trace.normal_force[1500:].sum(axis=1).mean() == pytest.approx(weight, rel=2e-3)
+    assert trace.q[-1, 2] > 0.9 * trace.q[0, 2]
+
+
+def quadruped(name: str) -> hp.Robot:
+    """A four-legged robot from the data package's folder, standing with bent knees."""
+    from pathlib import Path
+
+    robots = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"
+    if name == "solo12":
+        feet = ["FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT"]
+        path = robots / "solo_description" / "robots" / "solo12.urdf"
+        bend = (0.0, 0.8, -1.6)
+        return hp.load_robot(path, feet=feet, posture=bend * 4, foot_radius=0.016)
+    feet = ["LF_FOOT", "LH_FOOT", "RF_FOOT", "RH_FOOT"]
+    path = robots / "anymal_b_simple_description" / "robots" / "anymal.urdf"
+    bend = [(side, fore * 0.7, -fore * 1.0) for side in (-0.1, 0.1) for fore in (1.0, -1.0)]
+    return hp.load_robot(path, feet=feet, posture=np.ravel(bend), foot_radius=0.03)
+
+
+def test_zero_duration_returns_the_initial_sample() -> None:
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    trace = hp.simulate(scene, hp.Hold(), duration=0.0)
+    assert trace.time.tolist() == [0.0]
+
+
+def test_time_stamps_are_exact_multiples() -> None:
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    trace = hp.simulate(scene, hp.Hold(), duration=1.0, sample=0.01)
+    assert np.array_equal(trace.time, np.arange(101) * 10 * 1e-3)
+
+
+def test_scene_survives_its_toml() -> None:
+    scene = hp.Scene(hp.load_robot("athena"), contact=hp.Contact.s2(), gravity=(1.0, 0.0, -9.0))
+    again = hp.Scene.from_toml(scene.to_toml())
+    assert again.to_toml() == scene.to_toml()
+    assert again.contact == scene.contact and again.servo == scene.servo
+
+
+def test_trace_carries_its_scene() -> None:
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    trace = hp.simulate(scene, hp.Hold(), duration=0.01)
+    assert hp.Scene.from_toml(trace.meta["scene"]).contact == scene.contact
+    assert any("servo gains" in line for line in trace.meta["assumed"])
+
+
+@pytest.mark.parametrize(
+    ("change", "culprit"),
+    [
+        ({"step": 0.0}, "step"),
+        ({"step": float("nan")}, "step"),
+        ({"duration": -1.0}, "duration"),
+        ({"step": 3e-4}, "duration/step"),
+        ({"sample": 1.5e-3}, "sample/step"),
+        ({"sample": 0.3}, "duration"),
+        ({"method": "euler"}, "method"),
+    ],
+)
+def test_bad_run_settings_are_refused_by_name(change: dict, culprit: str) -> None:
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    with pytest.raises(ParameterError, match=culprit):
+        hp.simulate(scene, hp.Hold(), **{"duration": 1.0, **change})
+
+
+def test_initial_state_must_fit() -> None:
+    robot = hp.load_robot("kharagpur")
+    state = vehicles.state(vehicles.hexa_ref(), 0.2)
+    bad = hp.State(np.r_[state.q[:3], 0, 0, 0, 2.0, state.q[7:]], state.v)
+    with pytest.raises(StateError, match="quaternion"):
+        hp.simulate(hp.Scene(robot), hp.Hold(), duration=0.1, initial=bad)
+
+
+def test_divergence_keeps_the_good_samples_and_names_the_culprits() -> None:
+    """Explicit steps far beyond the contact's time scale blow up; the trace up to then stays."""
+    robot = hp.load_robot("kharagpur")
+    scene = hp.Scene(robot, contact=hp.Contact.s2())
+    with pytest.raises(DivergenceError, match=r"fastest joint \w+_joint.*foot \w+_foot") as caught:
+        hp.simulate(scene, hp.Hold(), duration=1.0, method="rk4", step=5e-3)
+    trace = caught.value.trace
+    assert np.isfinite(trace.q).all() and trace.time[-1] < 1.0
+
+
+def test_interrupt_keeps_what_was_done() -> None:
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+
+    def press(fraction: float) -> None:
+        if fraction > 0.3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(SimulationInterrupted) as caught:
+        hp.simulate(scene, hp.Hold(), duration=10.0, progress=press)
+    assert 3.0 < caught.value.trace.time[-1] < 10.0
+
+
+def test_grid_counts_steps_and_samples() -> None:
+    assert Grid.of(10.0, 1e-3, None) == Grid(1e-3, 10000, 1)
+    assert Grid.of(1.0, 1e-5, 0.01) == Grid(1e-5, 100000, 1000)

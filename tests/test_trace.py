@@ -1,0 +1,301 @@
+"""The trace: shapes, derived quantities, and a file that is whole or refused."""
+
+from __future__ import annotations
+
+import errno
+import os
+import resource
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import h5netcdf
+import numpy as np
+import pytest
+from synthetic import FEET, JOINTS, WEIGHT, synthetic_trace
+
+from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
+from hexapod_pin.trace import ENERGIES, Trace, load_trace
+
+
+@pytest.fixture
+def trace() -> Trace:
+    """A short trace with a different number everywhere, odd ones included."""
+    still = synthetic_trace(duration=0.05, effort_limit=[5.0] * 17 + [float("inf")])
+    noise = np.random.default_rng(0)
+    torque = noise.normal(size=still.torque.shape)
+    torque[0, :4] = np.nan, -0.0, 5e-324, np.inf
+    force = noise.normal(size=still.foot_force.shape)
+    energy = {name: noise.normal(size=len(still.time)) for name in ENERGIES}
+    return replace(still, torque=torque, foot_force=force, energy=energy)
+
+
+@pytest.fixture
+def saved(trace: Trace, tmp_path: Path) -> Path:
+    """The file of that trace."""
+    return trace.save(tmp_path / "walk.nc")
+
+
+def edit(path: Path, change: str, name: str, value: object = None) -> None:
+    """Change a saved file as another program might."""
+    with h5netcdf.File(path, "a") as file:
+        if change == "attribute":
+            file.attrs[name] = value
+        elif change == "remove":
+            del file._h5group[name]
+        else:
+            file.variables[name][0] = value
+
+
+# --- data ---------------------------------------------------------------------------------------
+
+
+def test_arrays_are_read_only_copies() -> None:
+    """Neither the trace nor the caller's array can change the other."""
+    torque = np.ones((401, 18))
+    trace = synthetic_trace(torque=torque)
+    torque[:] = 7.0
+    assert np.all(trace.torque == 1.0)
+    for array in (trace.torque, trace.foot_normal, trace.energy["kinetic"]):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+    with pytest.raises(TypeError):
+        trace.energy["kinetic"] = np.zeros(3)  # type: ignore[index]
+
+
+@pytest.mark.parametrize("name", ["q", "v", "torque", "q_ref", "foot_force", "foot_gap", "com"])
+def test_a_wrong_shape_is_refused_by_name(name: str) -> None:
+    trace = synthetic_trace()
+    with pytest.raises(ParameterError, match=rf"Trace\.{name}\b.*shape"):
+        replace(trace, **{name: getattr(trace, name)[:-1]})
+
+
+def test_times_must_increase() -> None:
+    trace = synthetic_trace()
+    with pytest.raises(ParameterError, match="increasing"):
+        replace(trace, time=np.zeros_like(trace.time))
+    with pytest.raises(ParameterError, match="times"):
+        replace(trace, time=np.zeros(0))
+
+
+def test_a_missing_energy_is_refused_by_name() -> None:
+    trace = synthetic_trace()
+    energy = {name: trace.energy[name] for name in ENERGIES if name != "normal_loss"}
+    with pytest.raises(ParameterError, match="normal_loss"):
+        replace(trace, energy=energy)
+
+
+def test_meta_that_json_cannot_hold_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"meta.*set"):
+        synthetic_trace(oddity={1, 2})
+    assert synthetic_trace(array=np.arange(2), pair=(1, 2)).meta["array"] == [0, 1]
+
+
+def test_joints_and_feet_are_found_by_name() -> None:
+    trace = synthetic_trace()
+    assert trace.joint("rf_femur_joint") == JOINTS.index("rf_femur_joint")
+    assert trace.foot("rr_foot") == FEET.index("rr_foot")
+    with pytest.raises(UnknownNameError, match="no joint named 'knee'.*lf_coxa_joint"):
+        trace.joint("knee")
+    with pytest.raises(UnknownNameError, match="no foot named 'paw'"):
+        trace.foot("paw")
+
+
+def test_forces_split_along_the_ground_normal() -> None:
+    """On a 30 degree slope a vertical force W has W cos 30 normal and W sin 30 downhill parts."""
+    slope = np.array([np.sin(np.pi / 6), 0.0, np.cos(np.pi / 6)])
+    trace = replace(synthetic_trace(), foot_normal=slope)
+    force = WEIGHT / 6
+    np.testing.assert_allclose(trace.normal_force, force * np.cos(np.pi / 6), rtol=1e-15)
+    downhill = trace.tangential_force @ np.array([-np.cos(np.pi / 6), 0.0, np.sin(np.pi / 6)])
+    np.testing.assert_allclose(downhill, force * np.sin(np.pi / 6), rtol=1e-14)
+    np.testing.assert_allclose(trace.tangential_force @ slope, 0.0, atol=1e-14)
+
+
+def test_contact_needs_a_push() -> None:
+    """A foot without force, or pulled, is not in contact."""
+    trace = synthetic_trace()
+    force = np.array(trace.foot_force)
+    force[:, 0], force[:, 1, 2] = 0.0, -1.0
+    assert replace(trace, foot_force=force).contact[5].tolist() == [False] * 2 + [True] * 4
+
+
+def test_energy_residual_of_a_damped_drive_is_zero() -> None:
+    """Servo work 3t feeds kinetic energy t (from 2), heat t in a joint, heat t by slip."""
+    trace = synthetic_trace()
+    t, zero = trace.time, np.zeros(len(trace.time))
+    energy = {
+        "kinetic": 2.0 + t + np.sin(t),
+        "potential": 5.0 - np.sin(t),
+        "elastic": zero,
+        "servo_work": 3.0 * t,
+        "joint_damping_loss": t,
+        "normal_loss": zero,
+        "friction_loss": t,
+    }
+    # round-off of sums of size 10
+    np.testing.assert_allclose(replace(trace, energy=energy).energy_residual, 0.0, atol=1e-14)
+    for name, sign in (("servo_work", -1), ("friction_loss", 1), ("elastic", 1)):
+        changed = replace(trace, energy=energy | {name: energy[name] + t})
+        np.testing.assert_allclose(changed.energy_residual, sign * t, atol=1e-14)
+
+
+# --- the file -----------------------------------------------------------------------------------
+
+
+def test_a_saved_trace_comes_back_bit_for_bit(trace: Trace, saved: Path) -> None:
+    back = load_trace(saved)
+    assert back == trace
+    assert back.torque.tobytes() == trace.torque.tobytes()  # NaN, -0.0 and subnormals included
+    assert dict(back.meta) == dict(trace.meta)
+    assert (back.joint_names, back.foot_names) == (JOINTS, FEET)
+    assert dict(back.counters) == dict(trace.counters)
+
+
+def test_one_bit_makes_traces_unequal(trace: Trace) -> None:
+    com = np.array(trace.com)
+    com[2, 1] = np.nextafter(com[2, 1], 1.0)
+    assert replace(trace, com=com) != trace
+    assert replace(trace, meta={**trace.meta, "method": "other"}) != trace
+    assert trace != "a trace"
+
+
+def test_the_file_opens_in_xarray_with_names_and_units(trace: Trace, saved: Path) -> None:
+    xarray = pytest.importorskip("xarray")
+    with xarray.open_dataset(saved, engine="h5netcdf") as dataset:
+        assert dataset.identical(trace.to_dataset())
+        knee = dataset.torque.sel(joint="lm_tibia_joint")
+        assert knee.attrs["units"] == "N m"
+        np.testing.assert_array_equal(knee, trace.torque[:, trace.joint("lm_tibia_joint")])
+        up = dataset.foot_force.sel(foot="rr_foot", axis="z")
+        np.testing.assert_array_equal(up, trace.foot_force[:, 5, 2])
+        assert dataset.q.sel(q_name="base_qw").values.tolist() == [1.0] * len(trace.time)
+        assert dataset.contact.dtype == bool
+
+
+def test_long_texts_fit(tmp_path: Path) -> None:
+    """An HDF5 attribute ends at 64 KiB; a URDF does not."""
+    trace = synthetic_trace(duration=0.01, urdf="ü" * 200_000)
+    assert load_trace(trace.save(tmp_path / "long.nc")).meta["urdf"] == "ü" * 200_000
+
+
+def test_a_missing_file_is_refused_by_name(tmp_path: Path) -> None:
+    with pytest.raises(TraceFileError, match=r"nowhere\.nc: no such file"):
+        load_trace(tmp_path / "nowhere.nc")
+
+
+@pytest.mark.parametrize("keep", [0, 7, 100, 0.5, 0.999])
+def test_a_truncated_file_is_refused(saved: Path, keep: float) -> None:
+    content = saved.read_bytes()
+    saved.write_bytes(content[: keep if isinstance(keep, int) else int(keep * len(content))])
+    with pytest.raises(TraceFileError, match=r"walk\.nc: (not a netCDF|truncated|damaged)"):
+        load_trace(saved)
+
+
+def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "notes.nc"
+    path.write_text("time,torque\n0,1\n" * 100)
+    with pytest.raises(TraceFileError, match=r"notes\.nc: not a netCDF-4 file"):
+        load_trace(path)
+    with h5netcdf.File(path, "w") as file:
+        file.attrs["title"] = "weather"
+    with pytest.raises(TraceFileError, match=r"notes\.nc: not a trace"):
+        load_trace(path)
+
+
+def test_a_newer_schema_is_refused_with_the_way_out(saved: Path) -> None:
+    edit(saved, "attribute", "schema_version", 2)
+    with pytest.raises(TraceFileError, match="schema version 2; .* up to 1: use the release"):
+        load_trace(saved)
+
+
+@pytest.mark.parametrize("name", ["torque", "meta", "energy_servo_work"])
+def test_a_missing_variable_is_named(saved: Path, name: str) -> None:
+    edit(saved, "remove", name)
+    with pytest.raises(TraceFileError, match=name.removeprefix("energy_")):
+        load_trace(saved)
+
+
+def test_a_changed_number_does_not_pass_the_digest(saved: Path) -> None:
+    edit(saved, "number", "com", 1.0)
+    with pytest.raises(TraceFileError, match="digest"):
+        load_trace(saved)
+
+
+def test_flipped_bytes_are_refused_or_harmless(trace: Trace, saved: Path) -> None:
+    """Whatever byte a disk corrupts, the result is the same trace or a typed refusal."""
+    content, places = saved.read_bytes(), np.random.default_rng(1)
+    refused = 0
+    for place in places.integers(0, len(content), 60):
+        broken = bytearray(content)
+        broken[place] ^= 0xFF
+        saved.write_bytes(broken)
+        try:
+            assert load_trace(saved) == trace  # the byte held nothing, or a derived quantity
+        except TraceFileError:
+            refused += 1
+    assert refused > 10
+
+
+def refuse_to_write(monkeypatch: pytest.MonkeyPatch, call: str) -> None:
+    """Let one system call fail as on a full disk."""
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, call, full)
+
+
+@pytest.mark.parametrize("call", ["replace", "fsync"])
+def test_a_failed_save_keeps_the_old_file(
+    trace: Trace, saved: Path, monkeypatch: pytest.MonkeyPatch, call: str
+) -> None:
+    """Disk full: the error tells the bytes needed, the old file is intact, no litter is left."""
+    before, size = saved.read_bytes(), saved.stat().st_size
+    refuse_to_write(monkeypatch, call)
+    other = replace(trace, meta={**trace.meta, "method": "xxxx"})  # "none" before: same length
+    with pytest.raises(TraceFileError, match=rf"walk\.nc: .*No space left.* {size} bytes"):
+        other.save(saved)
+    assert saved.read_bytes() == before
+    assert os.listdir(saved.parent) == ["walk.nc"]
+
+
+def test_a_real_size_limit_keeps_the_old_file(trace: Trace, saved: Path) -> None:
+    """The system itself stops the write half-way (file size limit of this process)."""
+    before = saved.read_bytes()
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, hard))
+    try:
+        with pytest.raises(TraceFileError, match="too large"):
+            trace.save(saved)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert saved.read_bytes() == before
+    assert os.listdir(saved.parent) == ["walk.nc"]
+
+
+def test_a_missing_directory_is_a_typed_error(trace: Trace, tmp_path: Path) -> None:
+    with pytest.raises(TraceFileError, match=r"walk\.nc: cannot be written"):
+        trace.save(tmp_path / "none" / "walk.nc")
+    (tmp_path / "file").touch()
+    with pytest.raises(TraceFileError, match=r"walk\.nc: cannot be written"):
+        trace.save(tmp_path / "file" / "walk.nc")
+
+
+def test_save_follows_links_and_gives_usual_permissions(trace: Trace, saved: Path) -> None:
+    link = saved.with_name("latest.nc")
+    link.symlink_to(saved)
+    assert trace.save(link) == saved.resolve()
+    assert link.is_symlink()
+    plain = saved.with_name("plain")
+    plain.touch()
+    assert saved.stat().st_mode == plain.stat().st_mode
+
+
+def test_a_trace_needs_no_simulator_or_viewer() -> None:
+    """Importing the trace imports neither dynamics, nor viewer, nor the heavy file libraries."""
+    heavy = "pinocchio meshcat xarray h5py h5netcdf scipy hexapod_pin.simulation".split()
+    code = f"import sys, hexapod_pin.trace\nprint([m for m in {heavy} if m in sys.modules])"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"
