@@ -1,0 +1,206 @@
+"""The torque budget against closed forms: sine torque and rate of known amplitude and phase."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic import JOINTS, WEIGHT, synthetic_trace
+
+from hexapod_pin.budget import torque_budget
+from hexapod_pin.budget_rows import joint_kinds, steady_window
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.trace import Trace
+
+TORQUE, RATE = 2.0, 3.0  # amplitudes [N m], [rad/s]
+CYCLE = 1.0  # of the synthetic trace [s]
+
+# Trapezoids over whole periods of a smooth signal are exact to round-off; |.| and max(., 0) have
+# corners, which cost about (pi h / T)^2 / 3 of the value.
+SAMPLE = 1e-3
+CORNER = 1e-5
+
+
+def wave(amplitude: float, phase: float, duration: float, sample: float = SAMPLE) -> np.ndarray:
+    """Return (T, 18): a sine of one period per cycle, joint k scaled by (k + 1) / 18."""
+    time = np.arange(round(duration / sample) + 1) * sample
+    scale = np.arange(1, len(JOINTS) + 1) / len(JOINTS)
+    return amplitude * np.sin(2.0 * np.pi * time / CYCLE + phase)[:, None] * scale
+
+
+def swinging(lag: float = 0.0, duration: float = 4.0, **meta: object) -> Trace:
+    """Return a walk whose torques lag the rates by `lag` [rad]; start-up (t < 1 s) is violent."""
+    torque, rate = wave(TORQUE, -lag, duration), wave(RATE, 0.0, duration)
+    violent = np.arange(len(torque)) * SAMPLE < 0.9
+    torque[violent], rate[violent] = 50.0, 70.0
+    return synthetic_trace(duration=duration, sample=SAMPLE, torque=torque, rate=rate, **meta)
+
+
+def test_peak_rms_and_percentile_of_a_sine() -> None:
+    """Peak A, RMS A / sqrt 2, 99th percentile A sin(0.99 pi / 2); the start-up does not count."""
+    row = torque_budget(swinging()).joint(JOINTS[17])
+    assert row.peak_torque == pytest.approx(TORQUE, rel=1e-12)
+    assert row.peak_time % 0.5 == pytest.approx(0.25, abs=1e-9)
+    assert row.rms_torque == pytest.approx(TORQUE / math.sqrt(2), rel=1e-12)
+    # a percentile of samples is good to one spacing: 2 pi h A cos(0.99 pi / 2)
+    assert row.p99_torque == pytest.approx(TORQUE * math.sin(0.99 * math.pi / 2), abs=2e-4)
+    assert row.peak_speed == pytest.approx(RATE, rel=1e-12)
+    assert row.rms_speed == pytest.approx(RATE / math.sqrt(2), rel=1e-12)
+    assert row.at_limit == 0.0
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.7, math.pi / 2, math.pi])
+def test_energies_of_a_sine(lag: float) -> None:
+    """P = AB/2 (cos lag - cos(2wt - lag)): net AB T cos(lag)/2, absolute by Pythagoras' arc.
+
+    The absolute integral over a period is AB T/pi (sin lag + (pi/2 - lag) cos lag), lag in 0..pi.
+    """
+    row = torque_budget(swinging(lag)).joint(JOINTS[17])
+    size = TORQUE * RATE * CYCLE
+    net = 0.5 * size * math.cos(lag)
+    absolute = size / math.pi * (math.sin(lag) + (math.pi / 2 - lag) * math.cos(lag))
+    assert row.positive_energy + row.negative_energy == pytest.approx(net, abs=CORNER * size)
+    assert row.absolute_energy == pytest.approx(absolute, abs=CORNER * size)
+    assert row.positive_energy >= 0.0 >= row.negative_energy
+    power = 0.5 * TORQUE * RATE * (1.0 + abs(math.cos(lag)))
+    assert row.peak_power == pytest.approx(power, rel=1e-5)  # the peak lies between two samples
+
+
+def test_energies_of_the_robot_are_those_of_its_joints_per_cycle() -> None:
+    """Three cycles or one: the energy per cycle is the same, and kinds add up to the robot."""
+    budget, longer = torque_budget(swinging(0.4)), torque_budget(swinging(0.4, duration=7.0))
+    assert (budget.window.cycles, longer.window.cycles) == (3, 6)
+    scale = sum((k / 18) ** 2 for k in range(1, 19))
+    net = 0.5 * TORQUE * RATE * CYCLE * math.cos(0.4) * scale
+    for each in (budget, longer):
+        assert each.net_energy == pytest.approx(net, rel=1e-4)
+        assert sum(row.absolute_energy for row in each.kinds) == pytest.approx(each.absolute_energy)
+
+
+def test_cost_of_transport_of_a_known_walk() -> None:
+    """0.1 m/s over cycles of 1 s: energy / (weight x 0.1 m), both conventions."""
+    budget = torque_budget(swinging(0.4))
+    assert budget.distance == pytest.approx(0.1, rel=1e-9)
+    assert budget.speed == pytest.approx(0.1, rel=1e-9)
+    assert budget.weight == pytest.approx(WEIGHT)
+    expected = budget.absolute_energy / (WEIGHT * 0.1)
+    assert budget.cost_of_transport == pytest.approx(expected)
+    assert budget.cost_of_transport_positive < budget.cost_of_transport
+
+
+def test_walking_backwards_is_a_negative_way_without_cost_of_transport() -> None:
+    budget = torque_budget(swinging(travel_direction=[-1.0, 0.0]))
+    assert budget.distance == pytest.approx(-0.1)
+    assert budget.cost_of_transport is None
+    assert "no way forward" in budget.table()
+
+
+@pytest.mark.parametrize("side", [0.0, math.pi / 2, 2.0])
+def test_a_turning_walk_counts_its_way_along_the_heading(side: float) -> None:
+    """On a circle of radius R each cycle's way is the chord 2 R sin(turn / 2), walking at `side`.
+
+    The start-up of exactly one cycle puts the middle of a cycle at a turn that is not zero.
+    """
+    trace = swinging(travel_direction=[math.cos(side), math.sin(side)])
+    radius, rate = 0.4, 0.5
+    turn = rate * trace.time
+    q, com = np.array(trace.q), np.array(trace.com)
+    q[:, 5], q[:, 6] = np.sin(turn / 2), np.cos(turn / 2)
+    com[:, 0] = radius * (np.sin(side + turn) - np.sin(side))
+    com[:, 1] = radius * (np.cos(side) - np.cos(side + turn))
+    budget = torque_budget(replace(trace, q=q, com=com))
+    assert budget.distance == pytest.approx(2 * radius * math.sin(rate * CYCLE / 2), rel=1e-9)
+
+
+def test_the_window_is_whole_cycles_between_start_up_and_stop() -> None:
+    window = steady_window(swinging(steady_from=0.95, steady_until=3.8))
+    assert window.cycles == 2
+    assert (window.start, window.end) == (pytest.approx(0.95), pytest.approx(2.95))
+
+
+def test_a_cycle_that_ends_with_the_run_counts() -> None:
+    """Round-off and samples that miss the cycle's end by half a spacing lose no cycle."""
+    trace = synthetic_trace(duration=4.9, sample=0.07, cycle_time=1.3, steady_from=1.0)
+    assert steady_window(trace).cycles == 3
+    assert steady_window(synthetic_trace(duration=0.3 * 7, cycle_time=0.3)).cycles == 3
+
+
+def test_too_short_a_run_says_how_long_it_must_be() -> None:
+    with pytest.raises(
+        ParameterError, match=r"duration = 1.8: .*simulate 2 s or more \(two cycles: 3 s\)"
+    ):
+        torque_budget(synthetic_trace(duration=1.8))
+
+
+def test_a_held_posture_is_budgeted_over_the_second_half() -> None:
+    """No cycle: energies of the window, no distance, no cost of transport."""
+    budget = torque_budget(swinging(cycle_time=None, steady_from=0.0, nominal_speed=0.0))
+    assert (budget.window.start, budget.window.end) == (pytest.approx(2.0), pytest.approx(4.0))
+    assert budget.window.cycles is None
+    row = budget.joint(JOINTS[17])
+    assert row.positive_energy == pytest.approx(TORQUE * RATE, rel=1e-5)  # 2 s of mean A B / 2
+    assert budget.cost_of_transport is None
+    assert "no gait cycle" in budget.table()
+
+
+def test_the_worst_joint_of_each_kind_is_named() -> None:
+    """Amplitudes grow with the joint's number, so the last leg is the worst of every kind."""
+    budget = torque_budget(swinging())
+    assert [row.kind for row in budget.kinds] == ["coxa", "femur", "tibia"]
+    femur = budget.kind("femur")
+    assert femur.peak.joint == femur.rms.joint == femur.power.joint == "rr_femur_joint"
+    assert femur.rms.rms_torque == pytest.approx(17 / 18 * TORQUE / math.sqrt(2))
+    with pytest.raises(UnknownNameError, match="kind of joint named 'knee'"):
+        budget.kind("knee")
+
+
+def test_joints_at_their_limit_are_flagged() -> None:
+    """A sine cut at half its height stays at the limit for two thirds of the time."""
+    torque = np.clip(wave(TORQUE, 0.0, 4.0), -1.0, 1.0)
+    budget = torque_budget(synthetic_trace(sample=SAMPLE, torque=torque, effort_limit=[1.0] * 18))
+    assert budget.joint(JOINTS[17]).at_limit == pytest.approx(2 / 3, abs=2e-3)
+    assert budget.joint(JOINTS[0]).at_limit == 0.0
+    starred = [line for line in budget.table().splitlines() if "1*" in line]
+    assert any(line.startswith("rr_tibia_joint") for line in starred)
+
+
+def test_the_table_says_what_was_simulated_and_what_is_assumed() -> None:
+    trace = swinging(
+        scene='[contact.normal]\nkind = "hertz"\n[contact.friction]\nkind = "tanh"\n',
+        controller='kind = "kinematic"\n[gait]\nname = "tripod"\nstroke = 0.1\n',
+        assumed=["hips at x = 0.2 m", "no joint damping"],
+    )
+    table = torque_budget(trace).table()
+    for text in ("hertz with tanh", "kinematic, tripod, stroke 0.1", "step 0.001 s", "3 whole"):
+        assert text in table
+    assert "assumed: hips at x = 0.2 m" in table
+    assert "assumed: no joint damping" in table
+    assert "Outside the window lf_coxa_joint reaches 50 N m at 0 s" in table
+    assert "half the step" in table
+
+
+def test_json_holds_every_number_and_no_infinity() -> None:
+    plain = json.loads(torque_budget(swinging(effort_limit=[math.inf] * 18)).to_json())
+    assert plain["joints"][17]["effort_limit"] is None
+    assert plain["joints"][17]["rms_torque"] == pytest.approx(TORQUE / math.sqrt(2))
+    assert plain["cost_of_transport"] > 0.0
+    assert plain["window"]["cycles"] == 3
+
+
+@pytest.mark.parametrize(
+    ("names", "feet", "kinds"),
+    [
+        (("L1_1", "L1_2", "L1_3"), 1, ("coxa", "femur", "tibia")),
+        (("j_c1_lf", "j_thigh_lf", "j_tibia_lf"), 1, ("coxa", "femur", "tibia")),
+        (("AR_coxa_joint", "AR_femur_joint", "AR_tibia_joint"), 1, ("coxa", "femur", "tibia")),
+        (("FL_HAA", "FL_HFE", "FL_KFE"), 1, ("coxa", "femur", "tibia")),
+        (("wheel", "arm"), 1, ("joint", "joint")),
+    ],
+)
+def test_joint_kinds_by_name_or_place(
+    names: tuple[str, ...], feet: int, kinds: tuple[str, ...]
+) -> None:
+    assert joint_kinds(names, feet) == kinds
