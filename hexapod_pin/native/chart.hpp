@@ -13,9 +13,14 @@ using ConstVector = Eigen::Ref<const VectorXd>;
 
 inline Eigen::Quaterniond exp_quaternion(const Eigen::Vector3d& phi) {
   const double t2 = phi.squaredNorm();
+  if (t2 < 1e-4) {  // one step's turn: the next terms are below 1e-18
+    const double sinc = 0.5 - t2 * (1.0 / 48.0 - t2 * (1.0 / 3840.0 - t2 / 645120.0));
+    const double cosine = 1.0 - t2 * (1.0 / 8.0 - t2 * (1.0 / 384.0 - t2 / 46080.0));
+    return {cosine, sinc * phi.x(), sinc * phi.y(), sinc * phi.z()};
+  }
   const double t = std::sqrt(t2);
-  const double half_sinc = t < 1e-2 ? 0.5 - t2 / 48.0 + t2 * t2 / 3840.0 : std::sin(0.5 * t) / t;
-  return {std::cos(0.5 * t), half_sinc * phi.x(), half_sinc * phi.y(), half_sinc * phi.z()};
+  const double sinc = std::sin(0.5 * t) / t;
+  return {std::cos(0.5 * t), sinc * phi.x(), sinc * phi.y(), sinc * phi.z()};
 }
 
 inline void retract(const VectorXd& q0, const VectorXd& xi, VectorXd& q) {

@@ -37,7 +37,7 @@ struct FrictionLaw {
       const double k3 = slip_slope * slip_slope * slip_slope;
       return {mu * slip_slope * (1.0 - x * x / 3.0), -2.0 / 3.0 * mu * k3};
     }
-    const double t = std::tanh(x);
+    const double t = x > 20.0 ? 1.0 : std::tanh(x);  // 1 - tanh(20) is below one rounding
     const double ratio = mu * t / s;
     return {ratio, (mu * slip_slope * (1.0 - t * t) - ratio) / (s * s)};
   }

@@ -154,8 +154,11 @@ class Plant {
     }
     foot.velocity = at_center + spin.cross(arm);
     foot.qb.template leftCols<3>().setZero();
-    for (int k = 0; k < 3; ++k)
-      foot.qb.col(3 + k) = rotation.col(k).cross(at_center) + rotation.col(k).cross(spin).cross(arm);
+    const double spin_arm = spin.dot(arm);
+    for (int k = 0; k < 3; ++k) {  // (e x spin) x arm = spin (e.arm) - e (spin.arm)
+      const auto e = rotation.col(k);
+      foot.qb.col(3 + k) = e.cross(at_center) + spin * e.dot(arm) - e * spin_arm;
+    }
     for (std::size_t k = 0; k < columns_[i].size() && columns_[i][k] <= mounts[i].joint; ++k) {
       const Vec3 z = axis(columns_[i][k]);
       foot.ql.col(k) += z.cross(at_center) + z.cross(spin).cross(arm);

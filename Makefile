@@ -1,0 +1,103 @@
+# Needs Python >= 3.10 (with venv and its C headers), a C++17 compiler and make. The rest goes into .venv.
+#   make walk                      set up, walk the hexapod of S2 for 10 s, leave walk.nc and walk.html
+#   make test                      set up, run every test
+#   make PYTHON=python3.12 CXX=clang++ walk
+
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := walk
+.DELETE_ON_ERROR:
+
+ifeq ($(origin CXX),default)
+CXX := $(firstword $(foreach name,g++ c++ clang++,$(if $(shell command -v $(name)),$(name))) g++)
+endif
+export CXX
+
+PYTHONS := $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python3.10 python3.14)
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+BUILD_REQUIRES := "pip>=23" "scikit-build-core>=0.10" "nanobind>=2.4" "libpinocchio==4.1.*" \
+	cmeel-eigen cmeel-urdfdom-headers ninja cmake
+NATIVE := $(wildcard CMakeLists.txt hexapod_pin/native/*)
+MODULES := $(sort $(shell find hexapod_pin -name '*.py'))
+
+# Each probe ends with one line that says what is missing, or silently with status 0.
+PROBE := import sys; v = sys.version_info; \
+v >= (3, 10) or sys.exit("is Python %d.%d; 3.10 or newer is needed" % v[:2]); \
+import importlib.util as u, os, sysconfig; \
+all(map(u.find_spec, ("venv", "ensurepip"))) or sys.exit("lacks venv/ensurepip: install python3-venv"); \
+os.path.exists(sysconfig.get_path("include") + "/Python.h") or sys.exit("lacks Python.h: install python3-dev")
+PROGRAM := \#include <optional>\nint main() { if constexpr (true) return *std::optional<int>(0); }\n
+
+.PHONY: walk test lint format types contracts check bench clean compiler FORCE
+
+walk: $(VENV)/.installed
+	@$(BIN)/hexapod-pin walk kharagpur --out walk.nc --html walk.html
+
+test: $(VENV)/.test
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+format: $(VENV)/.dev
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+types: $(VENV)/.dev
+	$(BIN)/mypy
+
+contracts: $(VENV)/.dev
+	$(BIN)/lint-imports
+
+check: lint types contracts test
+	$(BIN)/python scripts/build_urdf.py --check
+
+bench: $(VENV)/.test
+	@for script in benchmarks/*.py; do echo "$$script"; $(BIN)/python "$$script"; done
+
+clean:
+	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
+	find hexapod_pin scripts benchmarks tests -name __pycache__ -prune -exec rm -rf {} +
+
+compiler:
+	@printf '$(PROGRAM)' | $(CXX) -std=c++17 -fsyntax-only -x c++ - 2>/dev/null || \
+	{ echo "hexapod_pin: no working C++17 compiler ($(CXX)): install g++ 8 or newer, or name one: make CXX=..." >&2; exit 1; }
+
+$(VENV)/.python: | compiler
+	@reason=; for name in $(PYTHONS); do \
+	  if said=$$($$name -c '$(PROBE)' 2>&1); then python=$$name; break; fi; \
+	  if command -v "$$name" >/dev/null && [[ $$said == is\ * || $$said == lacks\ * ]]; then \
+	    reason=$${reason:-"$$name $$said"}; fi; done; \
+	if [[ -z $${python:-} ]]; then \
+	  echo "hexapod_pin: no usable Python: $${reason:-none of $(PYTHONS) runs; 3.10 or newer is needed}, or name one: make PYTHON=..." >&2; \
+	  exit 1; fi; \
+	echo "setting up $(VENV) with $$("$$python" --version)"; \
+	"$$python" -m venv --clear $(VENV); \
+	touch $@
+
+$(VENV)/.build: $(VENV)/.python
+	@echo "installing the build tools and Pinocchio"
+	@$(PIP) install $(BUILD_REQUIRES)
+	@touch $@
+
+# An editable install knows its modules by name: a new or moved one needs another install.
+$(VENV)/.modules: $(VENV)/.build FORCE
+	@echo "$(MODULES)" | cmp --quiet - $@ || echo "$(MODULES)" > $@
+
+$(VENV)/.installed: $(VENV)/.build $(VENV)/.modules pyproject.toml $(NATIVE) | compiler
+	@echo "installing hexapod_pin; the first time the native core is compiled, one to two minutes"
+	@PATH="$(CURDIR)/$(BIN):$$PATH" $(PIP) install --no-build-isolation --check-build-dependencies -e .
+	@touch $@
+
+$(VENV)/.test: $(VENV)/.installed
+	@echo "installing what the tests need"
+	@$(PIP) install "hexapod-pin[test]"
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.test
+	@echo "installing ruff, mypy and import-linter"
+	@$(PIP) install "hexapod-pin[dev]"
+	@touch $@

@@ -1,0 +1,266 @@
+"""The commands: what they print and leave, and how they refuse."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.cli import main
+from hexapod_pin.errors import DivergenceError, SimulationInterrupted
+
+Run = Callable[..., SimpleNamespace]
+
+WALK = ("walk", "kharagpur", "--gait", "tripod", "--cycle", "0.8", "--stroke", "0.05")
+SHORT = ("--duration", "3.2")  # two cycles to start, two steady ones
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run a command in an empty folder; give its status, stdout, stderr and what it left."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*words: str) -> SimpleNamespace:
+        with pytest.raises(SystemExit) as exit_:
+            main(words)
+        out, err = capsys.readouterr()
+        left = sorted(path.name for path in tmp_path.iterdir())
+        return SimpleNamespace(status=exit_.value.code, out=out, err=err, left=left)
+
+    return command
+
+
+@pytest.fixture(scope="module")
+def walked(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
+    """One short walk in its own process, and all it left."""
+    folder = tmp_path_factory.mktemp("walk")
+    done = subprocess.run(
+        [sys.executable, "-m", "hexapod_pin", *WALK, *SHORT],
+        cwd=folder, capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+    return SimpleNamespace(folder=folder, status=done.returncode, out=done.stdout, err=done.stderr)
+
+
+@pytest.fixture(scope="module")
+def trace_file(walked: SimpleNamespace) -> Path:
+    """The trace of that walk."""
+    path: Path = walked.folder / "walk.nc"
+    assert path.is_file(), walked.err
+    return path
+
+
+def test_walk_prints_the_torque_table_and_the_files_it_left(walked: SimpleNamespace):
+    assert (walked.status, walked.err) == (0, "")
+    assert "stroke 0.05 m (as given)" in walked.out
+    for row in ("coxa", "femur", "tibia", "rr_tibia_joint", "[N m]", "assumed: "):
+        assert row in walked.out
+    for name in ("walk.nc", "walk.html"):
+        assert f"wrote {walked.folder / name}" in walked.out
+    assert sorted(path.name for path in walked.folder.iterdir()) == ["walk.html", "walk.nc"]
+    assert (walked.folder / "walk.html").read_text().lstrip().lower().startswith("<!doctype html>")
+
+
+def test_walk_leaves_the_trace_that_the_library_gives(trace_file: Path):
+    """The command is the front door and nothing else: same samples, bit for bit."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    gait = hp.Gait.tripod(stroke=0.05, cycle_time=0.8)
+    direct = hp.simulate(scene, hp.KinematicControl(gait), duration=3.2)
+    stored = hp.load_trace(trace_file)
+    assert (stored.q == direct.q).all()
+    assert (stored.torque == direct.torque).all()
+
+
+def test_degrees_on_the_command_line_are_radians_inside(run: Run):
+    """--heading 90 walks to the left, --turn 5 is 5 degrees per second."""
+    words = ("--duration", "1", "--heading", "90", "--turn", "5", "--stroke", "0.02", "--no-html")
+    done = run("walk", "kharagpur", "--gait", "tripod", "--cycle", "0.8", *words)
+    assert (done.status, done.left) == (0, ["walk.nc"])
+    meta = hp.load_trace("walk.nc").meta
+    assert meta["travel_direction"] == pytest.approx([0.0, 1.0], abs=1e-12)
+    assert "turn_rate = 0.0872664" in meta["controller"]
+
+
+def test_walk_too_short_for_a_table_says_so_and_keeps_the_trace(run: Run):
+    done = run(*WALK, "--duration", "0.5", "--no-html")
+    assert (done.status, done.left) == (0, ["walk.nc"])
+    assert done.err.startswith("no torque table: ")
+
+
+def test_stroke_that_does_not_fit_is_replaced_in_the_open(run: Run):
+    """Without --stroke, a gait that cannot do 0.14 m takes 80 % of its largest, and says so."""
+    words = ("--gait", "tripod", "--cycle", "0.8", "--duration", "0.2", "--no-html")
+    done = run("walk", "kharagpur", *words, "--heading", "90")
+    assert done.status == 0, done.err
+    assert "chosen: 80% of the largest that fits" in done.out
+    assert "because 0.14 m does not" in done.out
+
+
+def test_options_reach_the_scene(run: Run):
+    """--mu, --kp, --contact, --foot-radius, --method and --step end up in the trace's own text."""
+    words = ("--contact", "s2", "--mu", "0.6", "--kp", "21", "--kd", "0.5", "--foot-radius", "0.01")
+    method = ("--method", "rk4", "--step", "2e-5", "--duration", "0.02", "--no-html")
+    assert run(*WALK, *words, *method).status == 0
+    trace = hp.load_trace("walk.nc")
+    scene = hp.Scene.from_toml(trace.meta["scene"])
+    assert isinstance(scene.contact.normal, hp.AdamsImpact)
+    assert scene.contact.friction.mu_static == 0.6
+    assert scene.contact.friction.mu_dynamic == pytest.approx(0.2, rel=1e-12)  # ratio of S2 kept
+    assert (scene.servos.kp, scene.servos.kd, scene.servos.assumed) == (21.0, 0.5, False)
+    assert (trace.meta["method"], trace.meta["step"]) == ("rk4", 2e-5)
+    assert set(trace.meta["foot_radius"]) == {0.01}
+
+
+def test_budget_prints_a_table_or_json(run: Run, trace_file: Path):
+    assert "femur" in run("budget", str(trace_file)).out
+    done = run("budget", str(trace_file), "--json")
+    assert done.status == 0
+    assert json.loads(done.out) == hp.torque_budget(hp.load_trace(trace_file)).to_dict()
+
+
+@pytest.mark.parametrize("robot", ["kharagpur", "athena"])
+def test_check_lists_legs_feet_and_assumptions(run: Run, robot: str):
+    done = run("check", robot)
+    assert (done.status, done.err) == (0, "")
+    for text in ("18 move", "leg lf: lf_coxa_joint", "foot rr_foot: sphere", "assumed: "):
+        assert text in done.out
+
+
+def test_check_names_every_fault_of_a_file(run: Run, tmp_path: Path):
+    """Two planted faults are both named, on stderr, with status 2."""
+    sound = hp.urdf_path("kharagpur").read_text()
+    faulty = sound.replace('<mass value="0.041"/>', '<mass value="-1"/>', 1)
+    faulty = re.sub(
+        r'(<joint name="rr_tibia_joint".*?<axis xyz=)"[^"]*"', r'\1"0 0 0"', faulty, flags=re.S
+    )
+    (tmp_path / "faulty.urdf").write_text(faulty)
+    done = run("check", "faulty.urdf")
+    assert (done.status, done.out) == (2, "")
+    assert "femur" in done.err
+    assert "rr_tibia_joint" in done.err
+
+
+REFUSALS = {
+    "unknown robot": (("walk", "spider"), "spider"),
+    "unknown robot to check": (("check", "nowhere.urdf"), "nowhere.urdf"),
+    "unknown gait": (("walk", "kharagpur", "--gait", "gallop"), "gallop"),
+    "unknown contact": (("walk", "kharagpur", "--contact", "s3"), "s3"),
+    "unknown method": ((*WALK, "--method", "magic"), "magic"),
+    "unknown foot": (("check", "kharagpur", "--feet", "left_shoe"), "left_shoe"),
+    "no foot name": (("check", "kharagpur", "--feet", ","), "--feet"),
+    "stroke beyond reach": (("walk", "kharagpur", "--stroke", "0.9"), "stroke can be at most"),
+    "negative stroke": (("walk", "kharagpur", "--stroke", "-0.1"), "stroke"),
+    "duty too small": (("walk", "kharagpur", "--duty", "0.3"), "duty"),
+    "no cycle time": (("walk", "kharagpur", "--cycle", "0"), "cycle_time"),
+    "negative friction": (("walk", "kharagpur", "--mu", "-1"), "mu"),
+    "negative stiffness": (("walk", "kharagpur", "--kp", "-1"), "kp"),
+    "step of zero": ((*WALK, "--step", "0"), "step"),
+    "endless duration": ((*WALK, "--duration", "inf"), "duration"),
+    "no number": (("walk", "kharagpur", "--stroke", "wide"), "--stroke"),
+    "missing trace": (("budget", "nowhere.nc"), "nowhere.nc"),
+    "missing trace to view": (("view", "nowhere.nc"), "nowhere.nc"),
+    "missing folder": (("walk", "kharagpur", "--out", "gone/walk.nc"), "--out"),
+    "folder as file": (("walk", "kharagpur", "--html", "."), "--html"),
+    "one file for both": (("walk", "kharagpur", "--html", "walk.nc"), "walk.nc"),
+}
+
+
+@pytest.mark.parametrize(("words", "culprit"), REFUSALS.values(), ids=REFUSALS.keys())
+def test_refusal_is_one_message_with_status_2(run: Run, words: tuple[str, ...], culprit: str):
+    """It names the culprit, shows no traceback, and leaves no file."""
+    done = run(*words)
+    assert done.status == 2
+    assert culprit in done.err
+    assert "Traceback" not in done.err
+    assert "Traceback" not in done.out
+    assert "wrote" not in done.out
+    assert done.left == []
+
+
+@pytest.mark.parametrize("damage", ["cut", "noise", "empty"])
+def test_damaged_trace_is_refused_by_name(run: Run, trace_file: Path, tmp_path: Path, damage: str):
+    whole = trace_file.read_bytes()
+    content = {"cut": whole[: len(whole) // 2], "noise": b"walk" * 999, "empty": b""}[damage]
+    (tmp_path / "bad.nc").write_bytes(content)
+    for command in ("budget", "view"):
+        done = run(command, "bad.nc")
+        assert (done.status, done.out) == (2, "")
+        assert done.err.startswith("hexapod-pin: ")
+        assert "bad.nc" in done.err
+        assert "Traceback" not in done.err
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_read_only_folder_is_refused_before_the_simulation(run: Run, tmp_path: Path):
+    locked = tmp_path / "locked"
+    locked.mkdir(mode=0o555)
+    done = run("walk", "kharagpur", "--out", "locked/walk.nc")
+    assert (done.status, "not writable" in done.err) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("kind", "status"), [(DivergenceError, 2), (SimulationInterrupted, 130)], ids=["2", "130"]
+)
+def test_run_that_ends_early_keeps_its_trace(
+    run: Run, monkeypatch: pytest.MonkeyPatch, trace_file: Path, kind: type, status: int
+):
+    """Divergence and Ctrl-C save what was done, say where, and draw nothing."""
+    partial = hp.load_trace(trace_file)
+
+    def simulate(*_: object, **__: object) -> hp.Trace:
+        raise kind("stopped early", partial)
+
+    monkeypatch.setattr("hexapod_pin.simulation.simulate", simulate)
+    done = run("walk", "kharagpur", "--out", "part.nc")
+    assert done.status == status
+    assert done.err.startswith("hexapod-pin: stopped early")
+    assert "part.nc" in done.err
+    assert done.left == ["part.nc"]
+    assert hp.load_trace("part.nc") == partial
+
+
+def test_ctrl_c_during_the_simulation_keeps_what_was_done(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+):
+    """A real SIGINT in the middle of a run: status 130, and a readable trace that ends early."""
+
+    @contextmanager
+    def interrupting(_title: str) -> Iterator[Callable[[float], None]]:
+        yield lambda _fraction: signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr("hexapod_pin.walk.progress_bar", interrupting)
+    done = run(*WALK, "--duration", "10")
+    assert done.status == 130
+    assert done.err.startswith("hexapod-pin: interrupted after ")
+    assert done.left == ["walk.nc"]
+    assert 0.0 < hp.load_trace("walk.nc").time[-1] < 10.0
+
+
+def test_ctrl_c_before_the_simulation(run: Run, monkeypatch: pytest.MonkeyPatch):
+    def load_robot(*_: object, **__: object) -> hp.Robot:
+        signal.raise_signal(signal.SIGINT)
+        raise AssertionError("not reached")
+
+    monkeypatch.setattr("hexapod_pin.robot.load_robot", load_robot)
+    done = run(*WALK)
+    assert (done.status, done.left) == (130, [])
+    assert done.err.startswith("hexapod-pin: interrupted")
+    assert "Traceback" not in done.err
+
+
+def test_help_names_every_command_and_version_prints(run: Run):
+    done = run("--help")
+    assert done.status == 0
+    for command in ("walk", "view", "budget", "check"):
+        assert command in done.out
+    assert run("--version").out == f"hexapod-pin {hp.__version__}\n"
+    assert "degrees" in run("walk", "--help").out

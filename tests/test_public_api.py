@@ -1,0 +1,75 @@
+"""The public names of the package, and what importing it costs."""
+
+from __future__ import annotations
+
+import inspect
+import subprocess
+import sys
+
+import pytest
+
+import hexapod_pin as hp
+
+HEAVY = ("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h5py", "pydantic")
+
+PROMISED = """
+load_robot urdf_path Robot State Blueprint Contact HuntCrossley AdamsImpact TanhCoulomb
+AdamsCoulomb Flat Servo Scene Gait KinematicControl Hold simulate simulate_batch Case Trace
+load_trace torque_budget TorqueBudget playback errors __version__
+""".split()
+
+
+def test_exactly_the_promised_names_are_listed():
+    """`__all__` holds each promised name once, and nothing else."""
+    assert sorted(hp.__all__) == sorted(PROMISED)
+    assert set(PROMISED) <= set(dir(hp))
+
+
+@pytest.mark.parametrize("name", PROMISED)
+def test_name_exists_and_is_documented(name: str):
+    """Every listed name can be fetched and says what it is."""
+    found = getattr(hp, name)
+    if name != "__version__":
+        assert (inspect.getdoc(found) or "").strip(), f"{name} has no docstring"
+
+
+@pytest.mark.parametrize("name", [n for n in PROMISED if inspect.isclass(getattr(hp, n))])
+def test_class_has_its_own_docstring(name: str):
+    """A class does not merely inherit the docstring of its base."""
+    assert (getattr(hp, name).__doc__ or "").strip()
+
+
+def test_unknown_name_is_an_attribute_error_that_names_it():
+    with pytest.raises(AttributeError, match="walkies"):
+        _ = hp.walkies
+
+
+def test_version_is_that_of_the_installed_package():
+    from importlib.metadata import version
+
+    assert hp.__version__ == version("hexapod-pin")
+
+
+def test_front_doors_of_errors_and_playback():
+    """The modules reached as attributes hold what a script needs of them."""
+    assert issubclass(hp.errors.GaitError, hp.errors.HexapodError)
+    assert callable(hp.playback.write_html)
+    assert callable(hp.playback.view)
+
+
+def _loaded_after(statement: str) -> set[str]:
+    code = f"import sys; {statement}; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.split())
+
+
+@pytest.mark.parametrize("statement", ["import hexapod_pin", "import hexapod_pin.cli"])
+def test_importing_loads_nothing_heavy(statement: str):
+    """What takes long to import waits until it is used: `--help` and tab completion stay quick."""
+    assert not _loaded_after(statement) & set(HEAVY)
+
+
+def test_simulation_loads_no_viewer():
+    """A torque run never pays for meshcat, yourdfpy or matplotlib."""
+    loaded = _loaded_after("import hexapod_pin as hp; hp.simulate, hp.torque_budget, hp.load_robot")
+    assert not loaded & {"meshcat", "yourdfpy", "matplotlib", "xarray"}
