@@ -248,7 +248,7 @@ def native_plant(scene: Scene, *, dense: bool = False) -> Any:
         feet=feet,
         normal=scene.contact.normal.native(),
         friction=scene.contact.friction.native(),
-        height=scene.terrain.height,
+        terrain=scene.terrain.native(),
         kp=np.full(n, servo.kp),
         kd=np.full(n, servo.kd),
         limit=np.array(limit, dtype=float),

@@ -9,8 +9,14 @@ from hexapod_pin.native._core import NormalKind as NormalKind
 from hexapod_pin.native._core import NormalLaw as NormalLaw
 from hexapod_pin.native._core import PlantSettings as PlantSettings
 from hexapod_pin.native._core import Rollout as Rollout
+from hexapod_pin.native._core import Terrain as Terrain
 from hexapod_pin.native._core import advance_all as advance_all
 from hexapod_pin.native._core import evaluate as evaluate
+from hexapod_pin.native._core import height_field as height_field
+from hexapod_pin.native._core import plane as plane
 from hexapod_pin.native._core import plant_settings as plant_settings
+from hexapod_pin.native._core import profile as profile
 from hexapod_pin.native._core import repeat_dynamics as repeat_dynamics
 from hexapod_pin.native._core import start as start
+from hexapod_pin.native._core import with_patches as with_patches
+from hexapod_pin.native._core import with_shaking as with_shaking

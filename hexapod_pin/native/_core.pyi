@@ -11,22 +11,31 @@ Array = NDArray[np.float64]
 
 class NormalKind(Enum):
     hunt_crossley = 0
-    adams_impact = 1
+    restitution = 1
+    kelvin_voigt = 2
+    adams_impact = 3
 
 class NormalLaw:
     kind: NormalKind
     stiffness: float
     exponent: float
     dissipation: float
+    eta: float
+    speed_floor: float
     damping: float
     damping_depth: float
     def energy(self, depth: float) -> float: ...
-    def __call__(self, depth: float, rate: float) -> tuple[float, float, float, float]: ...
+    def __call__(
+        self, depth: float, rate: float, touch_speed: float = 0.0
+    ) -> tuple[float, float, float, float]: ...
 
 class FrictionKind(Enum):
     none = 0
     tanh_coulomb = 1
     adams_coulomb = 2
+    smooth_step = 3
+    brown_mcphee = 4
+    bristle = 5
 
 class FrictionLaw:
     kind: FrictionKind
@@ -35,7 +44,21 @@ class FrictionLaw:
     mu_dynamic: float
     stiction_speed: float
     transition_speed: float
+    bristle_stiffness: float
+    bristle_damping: float
     def __call__(self, speed: float) -> tuple[float, float]: ...
+
+class Terrain:
+    def contacts(self, center: Array, radius: float) -> list[tuple[float, Array]]: ...
+    def patch(self, x: float, y: float) -> tuple[float, float]: ...
+
+def plane(point: Array, normal: Array) -> Terrain: ...
+def profile(heading: float, x: Sequence[float], z: Sequence[float]) -> Terrain: ...
+def height_field(x0: float, y0: float, dx: float, dy: float, z: Array) -> Terrain: ...
+def with_patches(
+    terrain: Terrain, patches: Sequence[tuple[float, float, float, float, float, float]]
+) -> Terrain: ...
+def with_shaking(terrain: Terrain, amplitude: float, frequency: float) -> Terrain: ...
 
 class PlantSettings:
     @property
@@ -56,7 +79,7 @@ def plant_settings(
     feet: Sequence[tuple[int, Array, float]],
     normal: NormalLaw,
     friction: FrictionLaw,
-    height: float,
+    terrain: Terrain,
     kp: Array,
     kd: Array,
     limit: Array,

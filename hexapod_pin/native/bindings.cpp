@@ -2,7 +2,9 @@
 #include <nanobind/eigen/dense.h>
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/map.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/unique_ptr.h>
@@ -25,7 +27,7 @@ struct PlantSettings {  // everything a plant is made of
   pinocchio::Model model;
   std::vector<FootMount> mounts;
   ContactLaw law;
-  Flat terrain;
+  Terrain terrain;
   Servo servo;
   bool dense = false;
 
@@ -36,7 +38,7 @@ struct PlantSettings {  // everything a plant is made of
 
 PlantSettings make_settings(const std::string& model, const Vec3& gravity,
                             const std::vector<std::tuple<std::size_t, Vec3, double>>& feet,
-                            const NormalLaw& normal, const FrictionLaw& friction, double height,
+                            const NormalLaw& normal, const FrictionLaw& friction, const Terrain& terrain,
                             const VectorXd& kp, const VectorXd& kd, const VectorXd& limit,
                             const VectorXd& damping, bool dense) {
   PlantSettings s;
@@ -51,15 +53,24 @@ PlantSettings make_settings(const std::string& model, const Vec3& gravity,
   for (const VectorXd* x : {&kp, &kd, &limit, &damping})
     if (x->size() != s.model.nv - 6) throw std::invalid_argument("one servo entry per joint needed");
   s.law = {normal, friction};
-  s.terrain = {height};
+  s.terrain = terrain;
   s.servo = {kp, kd, limit, damping};
   s.dense = dense;
   return s;
 }
 
+std::vector<std::pair<double, Vec3>> contacts(const Terrain& terrain, const Vec3& center,
+                                              double radius) {
+  GroundPoints points;
+  const int count = terrain.under(center, radius, 0.0, points);
+  std::vector<std::pair<double, Vec3>> out;
+  for (int k = 0; k < count; ++k) out.emplace_back(points[k].gap, points[k].normal);
+  return out;
+}
+
 template <class PlantT>
 nb::dict evaluation(PlantT plant, const VectorXd& q, const VectorXd& v, const VectorXd& torque) {
-  plant.evaluate(q, v);
+  plant.evaluate(0.0, q, v, 0.0);
   const int nv = plant.model.nv, feet = int(plant.feet.size());
   Eigen::MatrixXd mass = plant.mass_upper().template selfadjointView<Eigen::Upper>();
   RowMatrix jacobian = RowMatrix::Zero(3 * feet, nv), drift = jacobian;
@@ -137,6 +148,7 @@ nb::dict record(const Rollout& rollout) {
   const auto channels = rollout.record().channels();
   const std::size_t rows = channels.front().second->values.size();  // one time per sample
   for (const auto& [name, channel] : channels) {
+    if (channel->values.size() != rows * channel->width) throw std::logic_error("ragged record: " + name);
     auto* copy = new std::vector<double>(channel->values);
     nb::capsule owner(copy, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
     out[name.c_str()] =
@@ -152,6 +164,8 @@ NB_MODULE(_core, m) {
 
   nb::enum_<NormalKind>(m, "NormalKind")
       .value("hunt_crossley", NormalKind::hunt_crossley)
+      .value("restitution", NormalKind::restitution)
+      .value("kelvin_voigt", NormalKind::kelvin_voigt)
       .value("adams_impact", NormalKind::adams_impact);
   nb::class_<NormalLaw>(m, "NormalLaw")
       .def(nb::init<>())
@@ -159,18 +173,23 @@ NB_MODULE(_core, m) {
       .def_rw("stiffness", &NormalLaw::stiffness)
       .def_rw("exponent", &NormalLaw::exponent)
       .def_rw("dissipation", &NormalLaw::dissipation)
+      .def_rw("eta", &NormalLaw::eta)
+      .def_rw("speed_floor", &NormalLaw::speed_floor)
       .def_rw("damping", &NormalLaw::damping)
       .def_rw("damping_depth", &NormalLaw::damping_depth)
       .def("energy", &NormalLaw::energy, "depth"_a)
-      .def("__call__", [](const NormalLaw& law, double depth, double rate) {
-        const NormalForce f = law(depth, rate);
+      .def("__call__", [](const NormalLaw& law, double depth, double rate, double touch) {
+        const NormalForce f = law(depth, rate, touch);
         return std::make_tuple(f.force, f.d_depth, f.d_rate, f.elastic);
-      }, "depth"_a, "rate"_a, "(force, dF/ddepth, dF/drate, elastic part)");
+      }, "depth"_a, "rate"_a, "touch_speed"_a = 0.0, "(force, dF/ddepth, dF/drate, elastic part)");
 
   nb::enum_<FrictionKind>(m, "FrictionKind")
       .value("none", FrictionKind::none)
       .value("tanh_coulomb", FrictionKind::tanh_coulomb)
-      .value("adams_coulomb", FrictionKind::adams_coulomb);
+      .value("adams_coulomb", FrictionKind::adams_coulomb)
+      .value("smooth_step", FrictionKind::smooth_step)
+      .value("brown_mcphee", FrictionKind::brown_mcphee)
+      .value("bristle", FrictionKind::bristle);
   nb::class_<FrictionLaw>(m, "FrictionLaw")
       .def(nb::init<>())
       .def_rw("kind", &FrictionLaw::kind)
@@ -179,15 +198,40 @@ NB_MODULE(_core, m) {
       .def_rw("mu_dynamic", &FrictionLaw::mu_dynamic)
       .def_rw("stiction_speed", &FrictionLaw::stiction_speed)
       .def_rw("transition_speed", &FrictionLaw::transition_speed)
+      .def_rw("bristle_stiffness", &FrictionLaw::bristle_stiffness)
+      .def_rw("bristle_damping", &FrictionLaw::bristle_damping)
       .def("__call__", [](const FrictionLaw& law, double speed) {
         const FrictionFactor f = law(speed);
         return std::make_tuple(f.ratio, f.slope);
       }, "speed"_a, "(m/s, (d(m/s)/ds)/s) at slip speed s");
 
+  nb::class_<Terrain>(m, "Terrain")
+      .def("contacts", &contacts, "center"_a, "radius"_a, "[(gap, normal)] of a sphere at t = 0")
+      .def("patch", &Terrain::factors, "x"_a, "y"_a, "(friction factor, stiffness factor)");
+  m.def("plane", [](const Vec3& point, const Vec3& normal) {
+    return Terrain{Plane{point, normal.normalized()}};
+  }, "point"_a, "normal"_a);
+  m.def("profile", [](double heading, const std::vector<double>& x, const std::vector<double>& z) {
+    return Terrain{Profile(heading, x, z)};
+  }, "heading"_a, "x"_a, "z"_a);
+  m.def("height_field", [](double x0, double y0, double dx, double dy, const RowMatrix& z) {
+    std::vector<double> values(z.data(), z.data() + z.size());
+    return Terrain{HeightField(x0, y0, dx, dy, int(z.cols()), int(z.rows()), std::move(values))};
+  }, "x0"_a, "y0"_a, "dx"_a, "dy"_a, "z"_a);
+  m.def("with_patches", [](Terrain terrain, const std::vector<std::array<double, 6>>& patches) {
+    for (const auto& p : patches) terrain.patches.push_back({p[0], p[1], p[2], p[3], p[4], p[5]});
+    return terrain;
+  }, "terrain"_a, "patches"_a);
+  m.def("with_shaking", [](Terrain terrain, double amplitude, double frequency) {
+    terrain.amplitude = amplitude;
+    terrain.rate = 2.0 * M_PI * frequency;
+    return terrain;
+  }, "terrain"_a, "amplitude"_a, "frequency"_a);
+
   nb::class_<PlantSettings>(m, "PlantSettings")
       .def_prop_ro("arrow", &PlantSettings::arrow, "true: block-arrow LU; false: dense LU");
   m.def("plant_settings", &make_settings, "model"_a, "gravity"_a, "feet"_a, "normal"_a, "friction"_a,
-        "height"_a, "kp"_a, "kd"_a, "limit"_a, "damping"_a, "dense"_a = false);
+        "terrain"_a, "kp"_a, "kd"_a, "limit"_a, "damping"_a, "dense"_a = false);
   m.def("evaluate", &evaluate, "plant"_a, "q"_a, "v"_a, "torque"_a,
         "Dynamics and feet of one state; joint torques given.");
 

@@ -1,11 +1,14 @@
-// One foot: its kinematics, its contact force, and the 3x3 blocks of that force's derivatives.
+// One contact of a foot: its kinematics, its force, and the 3x3 blocks of the force's derivatives.
 #pragma once
+
+#include <algorithm>
 
 #include <Eigen/Geometry>
 
 #include "friction.hpp"
+#include "ground.hpp"
+#include "memory.hpp"
 #include "normal.hpp"
-#include "terrain.hpp"
 
 namespace hexapod {
 
@@ -22,38 +25,99 @@ struct ContactForce {
   Vec3 minus_dz = Vec3::Zero();  // -df/dgap, N/m
 };
 
-// Force at a foot with the given gap and contact-point velocity u; W keeps the normal-to-friction
-// coupling and is not symmetric.
-inline ContactForce contact_force(const ContactLaw& law, const GroundPoint& ground, const Vec3& u) {
+// The tangential force over N, -direction in the plane, and its own derivative to u.
+struct Tangential {
+  Vec3 over_n = Vec3::Zero();    // f_t / N where f_t follows N, else 0
+  Vec3 fixed = Vec3::Zero();     // f_t that does not follow N (a sticking bristle), N
+  Mat3 minus_du = Mat3::Zero();  // -df_t/du at constant N
+};
+
+// Bristle: trial force k (z + lead u_t) + c u_t = kappa w, scaled back onto the cone mu N. `lead` is
+// the step of an implicit method, 0 for a stage of an explicit one.
+inline Tangential bristle(const FrictionLaw& law, double mu, double n_force, const Vec3& ut,
+                          const Mat3& plane, const Vec3& stretch, double lead) {
+  Tangential out;
+  const double kappa = lead * law.bristle_stiffness + law.bristle_damping;
+  const Vec3 trial = law.bristle_stiffness * stretch + kappa * ut;
+  const double size = trial.norm(), cap = mu * n_force;
+  if (size <= cap) {
+    out.fixed = -trial;
+    out.minus_du = kappa * plane;
+    return out;
+  }
+  const Vec3 e = trial / size;
+  out.over_n = -mu * e;
+  out.minus_du = (cap / size * kappa) * (plane - e * e.transpose());
+  return out;
+}
+
+// Moves a bristle by a step h with end velocity u under the normal force of f; spring and damper are
+// scaled back by one factor, which keeps the update dissipative.
+inline void stretch_bristle(const FrictionLaw& law, double mu_scale, const Vec3& n, const Vec3& f,
+                            const Vec3& u, double h, ContactMemory& memory) {
+  const Vec3 ut = u - n.dot(u) * n;
+  const Vec3 moved = memory.stretch - n.dot(memory.stretch) * n + h * ut;
+  const double trial = (law.bristle_stiffness * moved + law.bristle_damping * ut).norm();
+  const double mu = mu_scale * (memory.sliding ? law.mu_dynamic : law.mu);
+  const double cap = mu * std::max(0.0, n.dot(f));
+  memory.sliding = trial > cap;
+  memory.stretch = memory.sliding ? Vec3((cap / trial) * moved) : moved;
+}
+
+inline Tangential sliding(const FrictionLaw& law, double scale, double n_force, const Vec3& ut,
+                          const Mat3& plane) {
+  const FrictionFactor c = law(ut.norm());
+  Tangential out;
+  out.over_n = -scale * c.ratio * ut;
+  out.minus_du = (scale * n_force * c.ratio) * plane;
+  out.minus_du.noalias() += (scale * n_force * c.slope) * ut * ut.transpose();
+  return out;
+}
+
+// Force at a contact with the given gap and contact-point velocity u (relative to the ground); W
+// keeps the normal-to-friction coupling and is not symmetric. `scale` multiplies mu and K (patches).
+inline ContactForce contact_force(const ContactLaw& law, const GroundPoint& ground, const Vec3& u,
+                                  const ContactMemory& memory, double lead, double mu_scale,
+                                  double k_scale) {
   ContactForce out;
   const Vec3& n = ground.normal;
   const double un = n.dot(u);
-  const NormalForce normal = law.normal(-ground.gap, -un);
+  NormalForce normal = law.normal(-ground.gap, -un, memory.touch_speed);
   if (normal.force <= 0.0) return out;
+  if (k_scale != 1.0) {
+    normal.force *= k_scale;
+    normal.d_depth *= k_scale;
+    normal.d_rate *= k_scale;
+  }
   const Vec3 ut = u - un * n;
-  const FrictionFactor c = law.friction(ut.norm());
-  const double nc = normal.force * c.ratio;
-  const Vec3 direction = n - c.ratio * ut;  // f = N direction
-  out.force = normal.force * direction;
-  out.minus_du = nc * (Mat3::Identity() - n * n.transpose());
-  out.minus_du.noalias() += (normal.force * c.slope) * ut * ut.transpose();
+  const Mat3 plane = Mat3::Identity() - n * n.transpose();
+  const FrictionLaw& f = law.friction;
+  const double mu = mu_scale * (memory.sliding ? f.mu_dynamic : f.mu);
+  const Tangential t = f.kind == FrictionKind::bristle
+                           ? bristle(f, mu, normal.force, ut, plane, memory.stretch, lead)
+                           : sliding(f, mu_scale, normal.force, ut, plane);
+  const Vec3 direction = n + t.over_n;  // df/dN
+  out.force = normal.force * direction + t.fixed;
+  out.minus_du = t.minus_du;
   out.minus_du.noalias() += normal.d_rate * direction * n.transpose();
   out.minus_dz = normal.d_depth * direction;
   return out;
 }
 
-// Kinematics of a foot in contact, world axes. Leg columns follow System::columns().
+// Kinematics of a contact, world axes. Leg columns follow System::columns().
 template <class LegJacobian>
 struct FootState {
-  Vec3 center = Vec3::Zero();  // m, relative to the base origin
-  Vec3 velocity = Vec3::Zero();  // u, of the material point of contact, m/s
-  GroundPoint ground{0.0, Vec3::UnitZ()};
+  Vec3 center = Vec3::Zero();    // m, relative to the base origin
+  Vec3 velocity = Vec3::Zero();  // u, of the material point of contact to the ground, m/s
+  GroundPoint ground;
+  double mu_scale = 1.0, k_scale = 1.0;  // of the patch it stands on
   ContactForce contact;
-  bool active = false;               // penetrates the ground
-  Eigen::Matrix<double, 3, 6> jb;    // du/d(base twist, body axes)
-  LegJacobian jl;                    // du/d(joint rates)
-  Eigen::Matrix<double, 3, 6> qb;    // du/d(r, phi)
-  LegJacobian ql;                    // du/d(joint angles)
+  ContactMemory memory;
+  bool active = false;             // penetrates the ground
+  Eigen::Matrix<double, 3, 6> jb;  // du/d(base twist, body axes)
+  LegJacobian jl;                  // du/d(joint rates)
+  Eigen::Matrix<double, 3, 6> qb;  // du/d(r, phi)
+  LegJacobian ql;                  // du/d(joint angles)
 };
 
 }  // namespace hexapod

@@ -44,6 +44,8 @@ class ImplicitEuler {
     retract(q, xi_, q);
   }
 
+  static constexpr bool kAtEnd = true;  // contact forces belong to the end of the step
+
   std::map<std::string, double> counters() const { return {{"solved_again", double(solved_again_)}}; }
 
  private:
@@ -62,7 +64,8 @@ class ImplicitEuler {
 
   void add_servo(PlantT& plant, int j, double h, double angle, double rate) {
     const Servo& servo = plant.servo;
-    double damping = servo.damping[j], stiffness = 0.0, torque = mode_[j] * servo.limit[j];
+    double damping = servo.damping[j], stiffness = 0.0, torque = 0.0;
+    if (mode_[j] != 0) torque = mode_[j] * servo.limit[j];
     if (mode_[j] == 0) {
       damping += servo.kd[j];
       stiffness = servo.kp[j];
@@ -85,7 +88,7 @@ class ImplicitEuler {
     LegJacobian xl = w.lazyProduct(end_l);
     xb.noalias() += k * (n.transpose() * foot.jb);
     xl.noalias() += k * (n.transpose() * foot.jl);
-    plant.system.add_foot(int(i), foot.jb, foot.jl, xb, xl);
+    plant.system.add_foot(int(plant.foot_of(i)), foot.jb, foot.jl, xb, xl);
     const Vec3 drift = plant.along(i, foot.qb, foot.ql, v);
     const Vec3 f = contact.force - w * drift -
                    (h * n.dot(foot.velocity)) * contact.minus_dz;
@@ -119,7 +122,7 @@ class ImplicitEuler {
     for (std::size_t i = 0; i < released_.size(); ++i) {
       if (released_[i]) continue;
       const auto& foot = plant.feet[i];
-      const Vec3 moved = plant.along(i, foot.jb, foot.jl, v_new_);
+      const Vec3 moved = plant.along(i, foot.jb, foot.jl, v_new_) - plant.ground_velocity;
       velocity_[i] = moved + h * plant.along(i, foot.qb, foot.ql, v_new_);
       force_[i] = foot.contact.force - foot.contact.minus_du * (velocity_[i] - foot.velocity) -
                   (h * foot.ground.normal.dot(moved)) * foot.contact.minus_dz;
@@ -129,15 +132,20 @@ class ImplicitEuler {
     return found;
   }
 
-  void keep_book(const PlantT& plant, double h, const VectorXd& q, Account& account) const {
+  void keep_book(PlantT& plant, double h, const VectorXd& q, Account& account) const {
     for (int j = 0; j < plant.joints(); ++j) {
       const double rate = v_new_[6 + j];
       account.servo += h * end_torque(plant, j, h, q) * rate;
       account.joint_damping += h * plant.servo.damping[j] * rate * rate;
     }
-    for (std::size_t i = 0; i < released_.size(); ++i)
-      if (!released_[i])
-        account.add_contact(i, force_[i], velocity_[i], plant.feet[i].ground.normal, h);
+    for (std::size_t i = 0; i < released_.size(); ++i) {
+      if (released_[i]) continue;
+      auto& foot = plant.feet[i];
+      account.add_contact(i, force_[i], velocity_[i], foot.ground.normal, h);
+      if (plant.law.friction.kind == FrictionKind::bristle)
+        stretch_bristle(plant.law.friction, foot.mu_scale, foot.ground.normal, force_[i],
+                        velocity_[i], h, foot.memory);
+    }
   }
 
   VectorXd acceleration_, xi_, v_new_, q_ref_, v_ref_;

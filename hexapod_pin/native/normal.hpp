@@ -13,52 +13,52 @@ struct NormalForce {
   double d_rate = 0.0;   // dF/dd', N s/m
 };
 
-enum class NormalKind { hunt_crossley, adams_impact };
+enum class NormalKind { hunt_crossley, restitution, kelvin_voigt, adams_impact };
 
-// hunt_crossley: F = K d^n max(0, 1 + 1.5 a d')          (Hunt & Crossley 1975; Hertz for n = 3/2, a = 0)
-// adams_impact:  F = max(0, K d^n + c(d) d'), c = cmax s^2 (3 - 2s), s = min(d/depth, 1)   (S2, ADAMS IMPACT)
+// hunt_crossley: F = K d^n max(0, 1 + 1.5 a d')     (Hunt & Crossley 1975; Hertz for n = 3/2, a = 0)
+// restitution:   F = K d^n max(0, 1 + eta d'/v0)    (S1 eq. 4, exponent restored; v0 at first touch)
+// kelvin_voigt:  F = max(0, K d^n + c d')           (jumps at touch-down; a baseline)
+// adams_impact:  F = max(0, K d^n + c(d) d'), c = cmax s^2 (3 - 2s), s = min(d/depth, 1)   (S2)
 struct NormalLaw {
   NormalKind kind = NormalKind::hunt_crossley;
-  double stiffness = 0.0;      // N/m^n
-  double exponent = 1.5;       // -
-  double dissipation = 0.0;    // s/m, hunt_crossley
-  double damping = 0.0;        // N s/m, adams_impact
-  double damping_depth = 1.0;  // m, adams_impact
+  double stiffness = 0.0;      // K, N/m^n
+  double exponent = 1.5;       // n, -
+  double dissipation = 0.0;    // a, s/m
+  double eta = 0.0;            // -
+  double speed_floor = 1e-3;   // least v0, m/s
+  double damping = 0.0;        // c or cmax, N s/m
+  double damping_depth = 1.0;  // m
 
-  double power(double depth) const {  // d^n
-    if (exponent == 1.5) return depth * std::sqrt(depth);
-    if (exponent == 1.0) return depth;
-    return std::pow(depth, exponent);
-  }
+  bool needs_touch_speed() const { return kind == NormalKind::restitution; }
 
   double energy(double depth) const {
     return depth > 0.0 ? stiffness * power(depth) * depth / (exponent + 1.0) : 0.0;
   }
 
-  NormalForce operator()(double depth, double rate) const {
-    NormalForce out;
-    if (!(depth > 0.0)) return out;
+  NormalForce operator()(double depth, double rate, double touch_speed = 0.0) const {
+    if (!(depth > 0.0)) return {};
     const double spring = stiffness * power(depth);
     const double slope = exponent * (spring / depth);
-    out.elastic = spring;
-    if (kind == NormalKind::hunt_crossley) {
-      const double factor = 1.0 + 1.5 * dissipation * rate;
-      if (factor > 0.0) {
-        out.force = spring * factor;
-        out.d_depth = slope * factor;
-        out.d_rate = 1.5 * dissipation * spring;
-      }
-      return out;
+    if (kind == NormalKind::hunt_crossley || kind == NormalKind::restitution) {
+      const double gain = kind == NormalKind::hunt_crossley
+                              ? 1.5 * dissipation
+                              : eta / std::max(touch_speed, speed_floor);
+      const double factor = 1.0 + gain * rate;
+      if (!(factor > 0.0)) return {0.0, spring, 0.0, 0.0};
+      return {spring * factor, spring, slope * factor, gain * spring};
     }
-    const double s = std::min(depth / damping_depth, 1.0);
+    const double s = kind == NormalKind::kelvin_voigt ? 1.0 : std::min(depth / damping_depth, 1.0);
     const double c = damping * s * s * (3.0 - 2.0 * s);
     const double force = spring + c * rate;
-    if (force > 0.0) {
-      out.force = force;
-      out.d_depth = slope + 6.0 * damping * s * (1.0 - s) / damping_depth * rate;
-      out.d_rate = c;
-    }
-    return out;
+    if (!(force > 0.0)) return {0.0, spring, 0.0, 0.0};
+    return {force, spring, slope + 6.0 * damping * s * (1.0 - s) / damping_depth * rate, c};
+  }
+
+ private:
+  double power(double depth) const {  // d^n
+    if (exponent == 1.5) return depth * std::sqrt(depth);
+    if (exponent == 1.0) return depth;
+    return std::pow(depth, exponent);
   }
 };
 

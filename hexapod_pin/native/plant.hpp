@@ -1,6 +1,8 @@
 // The robot on its ground: mass matrix, bias, feet with Jacobians, servos, at one state (q, v).
 #pragma once
 
+#include <algorithm>
+#include <tuple>
 #include <vector>
 
 #include <pinocchio/algorithm/crba.hpp>
@@ -12,6 +14,7 @@
 #include "chart.hpp"
 #include "feet.hpp"
 #include "servo.hpp"
+#include "terrain.hpp"
 
 namespace hexapod {
 
@@ -21,29 +24,41 @@ class Plant {
   using System = SystemT;
   using Foot = FootState<typename System::LegJacobian>;
 
-  Plant(const pinocchio::Model& model, std::vector<FootMount> mounts, ContactLaw law, Flat terrain,
+  Plant(const pinocchio::Model& model, std::vector<FootMount> mounts, ContactLaw law, Terrain terrain,
         Servo servo)
-      : model(model), data(model), mounts(std::move(mounts)), law(law), terrain(terrain),
-        servo(std::move(servo)), system(model, this->mounts), feet(this->mounts.size()),
-        q_local_(VectorXd::Zero(model.nq)) {
+      : model(model), data(model), mounts(std::move(mounts)), law(law), terrain(std::move(terrain)),
+        servo(std::move(servo)), system(model, this->mounts), per_foot(this->terrain.most()),
+        feet(this->mounts.size() * per_foot), q_local_(VectorXd::Zero(model.nq)) {
     total_mass = 0.0;
     for (const auto& inertia : model.inertias) total_mass += inertia.mass();
     data.M.setZero();
+    for (const FootMount& mount : this->mounts) columns_.push_back(system.columns(model, mount));
     for (std::size_t i = 0; i < feet.size(); ++i) {
-      columns_.push_back(system.columns(model, this->mounts[i]));
-      feet[i].jl.setZero(3, System::kLegColumns == Eigen::Dynamic ? columns_[i].size() : 3);
+      feet[i].jl.setZero(3, System::kLegColumns == Eigen::Dynamic ? columns(i).size() : 3);
       feet[i].ql = feet[i].jl;
     }
   }
 
   // Everything below refers to the state of the last call. Dynamics do not depend on the base
   // position, so they are evaluated with the base at the origin: no digits are lost far away.
-  void evaluate(const VectorXd& q, const VectorXd& v) {
+  // `lead` is the step of a method that takes contact forces at its end, else 0.
+  void evaluate(double t, const VectorXd& q, const VectorXd& v, double lead) {
     q_local_.tail(model.nq - 3) = q.tail(model.nq - 3);
     pinocchio::crba(model, data, q_local_, pinocchio::Convention::WORLD);
     pinocchio::nonLinearEffects(model, data, q_local_, v);
-    for (std::size_t i = 0; i < feet.size(); ++i) place_foot(i, q, v);
+    ground_velocity = Vec3(0.0, 0.0, terrain.lift_rate(t));
+    for (std::size_t f = 0; f < mounts.size(); ++f) place_foot(f, t, q, v, lead);
     ++evaluations;
+  }
+
+  // At an accepted state: contacts that have begun or ended change their memory.
+  void settle_memory() {
+    for (Foot& foot : feet) {
+      if (foot.active) foot.memory.touching = true;
+      else if (foot.memory.touching) foot.memory.let_go();
+      if (!foot.active && law.normal.needs_touch_speed() && foot.ground.gap < kFarAway)
+        foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
+    }
   }
 
   const Eigen::MatrixXd& mass_upper() const { return data.M; }
@@ -58,21 +73,31 @@ class Plant {
     return 0.5 * twice;
   }
 
+  std::size_t foot_of(std::size_t contact) const { return contact / per_foot; }
+
   template <class Force>
   void add_transposed(std::size_t i, const Force& f, VectorXd& out) const {
     const Foot& foot = feet[i];
     out.head<6>().noalias() += foot.jb.transpose() * f;
-    for (std::size_t k = 0; k < columns_[i].size(); ++k)
-      out[model.idx_vs[columns_[i][k]]] += foot.jl.col(k).dot(f);
+    for (std::size_t k = 0; k < columns(i).size(); ++k)
+      out[model.idx_vs[columns(i)[k]]] += foot.jl.col(k).dot(f);
   }
 
-  // [xb xl] v for a foot's 3 x (6 + leg) matrix, e.g. (jb, jl) or (qb, ql)
+  // [xb xl] v for a contact's 3 x (6 + leg) matrix, e.g. (jb, jl) or (qb, ql)
   Vec3 along(std::size_t i, const Eigen::Matrix<double, 3, 6>& xb,
              const typename System::LegJacobian& xl, const VectorXd& v) const {
     Vec3 sum = xb * v.head<6>();
-    for (std::size_t k = 0; k < columns_[i].size(); ++k)
-      sum += xl.col(k) * v[model.idx_vs[columns_[i][k]]];
+    for (std::size_t k = 0; k < columns(i).size(); ++k)
+      sum += xl.col(k) * v[model.idx_vs[columns(i)[k]]];
     return sum;
+  }
+
+  // energy stored in a contact's normal spring and in its bristle, J
+  double stored_normal(const Foot& foot) const {
+    return foot.k_scale * law.normal.energy(-foot.ground.gap);
+  }
+  double stored_bristle(const Foot& foot) const {
+    return 0.5 * law.friction.bristle_stiffness * foot.memory.stretch.squaredNorm();
   }
 
   // Servo torques at the evaluated state for set-points (q_ref, v_ref).
@@ -106,33 +131,53 @@ class Plant {
   pinocchio::Data data;
   std::vector<FootMount> mounts;
   ContactLaw law;
-  Flat terrain;
+  Terrain terrain;
   Servo servo;
   System system;
-  std::vector<Foot> feet;
+  std::size_t per_foot;    // contacts a foot can have at once
+  std::vector<Foot> feet;  // contacts: those of foot f are f * per_foot ...
+  Vec3 ground_velocity = Vec3::Zero();
   double total_mass;
   long evaluations = 0;
 
  private:
   Vec3 axis(std::size_t j) const { return data.J.template block<3, 1>(3, model.idx_vs[j]); }
 
-  void place_foot(std::size_t i, const VectorXd& q, const VectorXd& v) {
-    Foot& foot = feet[i];
-    const FootMount& mount = mounts[i];
-    foot.center = data.oMi[mount.joint].act(mount.offset);
-    foot.ground = terrain.under(q.head<3>() + foot.center, mount.radius);
-    foot.active = foot.ground.gap < 0.0;
-    foot.contact = ContactForce();
-    if (!foot.active) return;
-    differentiate_foot(i, v);
-    foot.contact = contact_force(law, foot.ground, foot.velocity);
+  const std::vector<std::size_t>& columns(std::size_t i) const { return columns_[foot_of(i)]; }
+
+  void place_foot(std::size_t f, double t, const VectorXd& q, const VectorXd& v, double lead) {
+    const FootMount& mount = mounts[f];
+    const Vec3 center = data.oMi[mount.joint].act(mount.offset), world = q.head<3>() + center;
+    GroundPoints points;
+    terrain.under(world, mount.radius, t, points);
+    for (std::size_t k = 0; k < per_foot; ++k) {
+      Foot& foot = feet[f * per_foot + k];
+      foot.center = center;
+      foot.ground = points[k];
+      foot.active = foot.ground.gap < 0.0;
+      foot.contact = ContactForce();
+      if (foot.active || (law.normal.needs_touch_speed() && foot.ground.gap < kFarAway))
+        differentiate_foot(f * per_foot + k, v);
+      if (foot.active) load_foot(foot, world, lead);
+    }
+  }
+
+  void load_foot(Foot& foot, const Vec3& world, double lead) {
+    if (!foot.memory.touching && foot.memory.touch_speed <= 0.0)  // never seen free
+      foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
+    if (!terrain.patches.empty())
+      std::tie(foot.mu_scale, foot.k_scale) = terrain.factors(world.x(), world.y());
+    foot.contact = contact_force(law, foot.ground, foot.velocity, foot.memory, lead, foot.mu_scale,
+                                 foot.k_scale);
   }
 
   // J: velocity of the contact point; Q: its derivative to the chart coordinates, with the point of
   // contact staying below the centre while the link turns.
   void differentiate_foot(std::size_t i, const VectorXd& v) {
     Foot& foot = feet[i];
-    const Vec3 arm = -mounts[i].radius * foot.ground.normal;
+    const FootMount& mount = mounts[foot_of(i)];
+    const std::vector<std::size_t>& joints = columns(i);
+    const Vec3 arm = -mount.radius * foot.ground.normal;
     const Mat3 rotation = data.oMi[1].rotation();
     const Vec3 point = foot.center + arm;
     Vec3 spin = rotation * v.template segment<3>(3);
@@ -141,9 +186,9 @@ class Plant {
       foot.jb.col(k) = rotation.col(k);
       foot.jb.col(3 + k) = rotation.col(k).cross(point);
     }
-    for (std::size_t k = 0; k < columns_[i].size(); ++k) {
-      const std::size_t j = columns_[i][k];
-      if (j > mounts[i].joint) break;
+    for (std::size_t k = 0; k < joints.size(); ++k) {
+      const std::size_t j = joints[k];
+      if (j > mount.joint) break;
       const Vec3 z = axis(j), lever = foot.center - data.oMi[j].translation();
       const double rate = v[model.idx_vs[j]];
       foot.jl.col(k) = z.cross(lever + arm);
@@ -152,15 +197,15 @@ class Plant {
       at_center += z.cross(lever) * rate;
       spin += z * rate;
     }
-    foot.velocity = at_center + spin.cross(arm);
+    foot.velocity = at_center + spin.cross(arm) - ground_velocity;
     foot.qb.template leftCols<3>().setZero();
     const double spin_arm = spin.dot(arm);
     for (int k = 0; k < 3; ++k) {  // (e x spin) x arm = spin (e.arm) - e (spin.arm)
       const auto e = rotation.col(k);
       foot.qb.col(3 + k) = e.cross(at_center) + spin * e.dot(arm) - e * spin_arm;
     }
-    for (std::size_t k = 0; k < columns_[i].size() && columns_[i][k] <= mounts[i].joint; ++k) {
-      const Vec3 z = axis(columns_[i][k]);
+    for (std::size_t k = 0; k < joints.size() && joints[k] <= mount.joint; ++k) {
+      const Vec3 z = axis(joints[k]);
       foot.ql.col(k) += z.cross(at_center) + z.cross(spin).cross(arm);
     }
   }

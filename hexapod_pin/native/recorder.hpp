@@ -26,7 +26,7 @@ class Recorder {
  public:
   template <class PlantT>
   explicit Recorder(const PlantT& plant) {
-    const std::size_t n = plant.joints(), feet = plant.feet.size();
+    const std::size_t n = plant.joints(), feet = plant.mounts.size();
     q_.width = plant.model.nq;
     v_.width = plant.model.nv;
     torque_.width = q_ref_.width = v_ref_.width = n;
@@ -45,17 +45,22 @@ class Recorder {
     torque_.append(torque);
     q_ref_.append(q_ref);
     v_ref_.append(v_ref);
-    const double elastic = sample_feet(plant, q, account, interval);
-    if (time_.values.size() == 1) first_elastic_ = elastic;
-    elastic_.append(elastic);
+    sample_feet(plant, q, account, interval);
     const Vec3 com = q.head<3>() + plant.center_of_mass();
     com_.append(com);
     kinetic_.append(plant.kinetic_energy(v));
     potential_.append(-plant.total_mass * plant.model.gravity.linear().dot(com));
+    double normal = 0.0, bristle = 0.0;
+    for (const auto& foot : plant.feet) {
+      normal += plant.stored_normal(foot);
+      bristle += plant.stored_bristle(foot);
+    }
+    if (time_.values.size() == 1) first_normal_ = normal, first_bristle_ = bristle;
+    elastic_.append(normal + bristle);
     servo_work_.append(account.servo);
     joint_damping_loss_.append(account.joint_damping);
-    normal_loss_.append(account.normal - (elastic - first_elastic_));
-    friction_loss_.append(account.friction);
+    normal_loss_.append(account.normal - (normal - first_normal_));
+    friction_loss_.append(account.friction - (bristle - first_bristle_));
   }
 
   std::vector<std::pair<std::string, const Channel*>> channels() const {
@@ -69,24 +74,25 @@ class Recorder {
 
  private:
   template <class PlantT>
-  double sample_feet(const PlantT& plant, const VectorXd& q, const Account& account,
-                     double interval) {
-    double elastic = 0.0;
-    for (std::size_t i = 0; i < plant.feet.size(); ++i) {
-      const auto& foot = plant.feet[i];
-      foot_position_.append(Vec3(q.head<3>() + foot.center));
-      foot_force_.append(interval > 0.0 ? Vec3(account.impulse[i] / interval) : foot.contact.force);
-      foot_normal_.append(foot.ground.normal);
-      foot_gap_.append(foot.ground.gap);
-      elastic += plant.law.normal.energy(-foot.ground.gap);
+  void sample_feet(const PlantT& plant, const VectorXd& q, const Account& account, double interval) {
+    for (std::size_t f = 0; f < plant.mounts.size(); ++f) {
+      std::size_t nearest = f * plant.per_foot;
+      Vec3 force = Vec3::Zero();
+      for (std::size_t i = f * plant.per_foot; i < (f + 1) * plant.per_foot; ++i) {
+        if (plant.feet[i].ground.gap < plant.feet[nearest].ground.gap) nearest = i;
+        force += interval > 0.0 ? Vec3(account.impulse[i] / interval) : plant.feet[i].contact.force;
+      }
+      foot_position_.append(Vec3(q.head<3>() + plant.feet[nearest].center));
+      foot_force_.append(force);
+      foot_normal_.append(plant.feet[nearest].ground.normal);
+      foot_gap_.append(plant.feet[nearest].ground.gap);
     }
-    return elastic;
   }
 
   Channel time_, q_, v_, torque_, q_ref_, v_ref_, foot_position_, foot_force_, foot_normal_,
       foot_gap_, com_, kinetic_, potential_, elastic_, servo_work_, joint_damping_loss_,
       normal_loss_, friction_loss_;
-  double first_elastic_ = 0.0;
+  double first_normal_ = 0.0, first_bristle_ = 0.0;
 };
 
 }  // namespace hexapod

@@ -34,7 +34,7 @@ class FixedStepRollout final : public Rollout {
         recorder_(plant_), q_(std::move(q)), v_(std::move(v)), torque_(plant_.joints()),
         q_ref_(plant_.joints()), v_ref_(plant_.joints()), account_(plant_.feet.size()), t0_(t0),
         h_(h), stride_(stride) {
-    plant_.evaluate(q_, v_);
+    evaluate();
     sample(0.0);
   }
 
@@ -44,7 +44,7 @@ class FixedStepRollout final : public Rollout {
       ++step_;
       const double speed = v_.cwiseAbs().maxCoeff();
       if (!(speed < kMostSpeed) || !q_.allFinite()) return false;
-      plant_.evaluate(q_, v_);
+      evaluate();
       if (step_ % stride_ == 0) sample(h_ * double(stride_));
     }
     return true;
@@ -63,6 +63,11 @@ class FixedStepRollout final : public Rollout {
 
  private:
   double time() const { return t0_ + double(step_) * h_; }
+
+  void evaluate() {
+    plant_.evaluate(time(), q_, v_, Integrator::kAtEnd ? h_ : 0.0);
+    plant_.settle_memory();
+  }
 
   void sample(double interval) {
     reference_.at(time(), q_ref_, v_ref_);
