@@ -178,3 +178,17 @@ def test_method_converges_at_its_order_before_touch_down(method: str) -> None:
     errors = [np.abs(final(method, step) - truth).max() for step in steps]
     measured = np.log2(np.array(errors[:-1]) / errors[1:])
     assert measured[-1] == pytest.approx(order, abs=0.2)
+
+
+@pytest.mark.parametrize("name", ["kharagpur", "hexa_ref"])
+def test_bias_equals_pinocchio(name: str) -> None:
+    """The bias from CRBA's leftovers against `nonLinearEffects`, 100 fast random states."""
+    robot = vehicles.hexa_ref() if name == "hexa_ref" else hp.load_robot(name)
+    plant, data = native_plant(hp.Scene(robot)), robot.model.createData()
+    rng = np.random.default_rng(11)
+    for _ in range(100):
+        q = pin.randomConfiguration(robot.model, -np.ones(25), np.ones(25))
+        v = 5.0 * rng.normal(size=robot.model.nv)
+        expected = pin.nonLinearEffects(robot.model, data, q, v)
+        found = _native.evaluate(plant, q, v, np.zeros(18))["bias"]
+        assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()

@@ -10,6 +10,7 @@
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
+#include <pinocchio/algorithm/rnea.hpp>
 #include <pinocchio/serialization/model.hpp>
 
 #include "arrow.hpp"

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include <pinocchio/algorithm/crba.hpp>
-#include <pinocchio/algorithm/rnea.hpp>
 #include <pinocchio/multibody/data.hpp>
 #include <pinocchio/multibody/model.hpp>
 
 #include "account.hpp"
+#include "bias.hpp"
 #include "chart.hpp"
 #include "feet.hpp"
 #include "servo.hpp"
@@ -28,7 +28,7 @@ class Plant {
         Servo servo)
       : model(model), data(model), mounts(std::move(mounts)), law(law), terrain(std::move(terrain)),
         servo(std::move(servo)), system(model, this->mounts), per_foot(this->terrain.most()),
-        feet(this->mounts.size() * per_foot), q_local_(VectorXd::Zero(model.nq)) {
+        feet(this->mounts.size() * per_foot), q_local_(VectorXd::Zero(model.nq)), bias_(model) {
     total_mass = 0.0;
     for (const auto& inertia : model.inertias) total_mass += inertia.mass();
     data.M.setZero();
@@ -45,7 +45,7 @@ class Plant {
   void evaluate(double t, const VectorXd& q, const VectorXd& v, double lead) {
     q_local_.tail(model.nq - 3) = q.tail(model.nq - 3);
     pinocchio::crba(model, data, q_local_, pinocchio::Convention::WORLD);
-    pinocchio::nonLinearEffects(model, data, q_local_, v);
+    bias_.compute(model, data, v);
     ground_velocity = Vec3(0.0, 0.0, terrain.lift_rate(t));
     for (std::size_t f = 0; f < mounts.size(); ++f) place_foot(f, t, q, v, lead);
     ++evaluations;
@@ -62,7 +62,7 @@ class Plant {
   }
 
   const Eigen::MatrixXd& mass_upper() const { return data.M; }
-  const VectorXd& bias() const { return data.nle; }
+  const VectorXd& bias() const { return bias_.value(); }
   int joints() const { return model.nv - 6; }
   Vec3 center_of_mass() const { return data.oYcrb[0].lever(); }  // relative to the base origin
 
@@ -211,6 +211,7 @@ class Plant {
   }
 
   VectorXd q_local_;
+  Bias bias_;
   std::vector<std::vector<std::size_t>> columns_;
 };
 
