@@ -56,7 +56,7 @@ check: lint types contracts test
 	$(BIN)/python scripts/build_urdf.py --check
 
 bench: $(VENV)/.test
-	@for script in benchmarks/*.py; do echo "$$script"; $(BIN)/python "$$script"; done
+	$(BIN)/python benchmarks/step_cost.py
 
 clean:
 	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache

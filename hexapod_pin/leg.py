@@ -115,7 +115,7 @@ class LegKinematics:
         for k in (2, 1, 0):
             p = self.origins[k] + _rotate(p - self.origins[k], self.axes[k], q[..., k])
             columns = [_rotate(column, self.axes[k], q[..., k]) for column in columns]
-            columns.insert(0, np.cross(self.axes[k], p - self.origins[k]))
+            columns.insert(0, (p - self.origins[k]) @ _cross(self.axes[k]))
         return p, columns
 
     def excess(self, p_BF: ArrayLike) -> Array:
@@ -308,8 +308,14 @@ class LegKinematics:
 def _rotate(v: Array, axis: Array, angle: Array) -> Array:
     """Rotate vectors (..., 3) about one unit axis by angles (...) (Rodrigues)."""
     c, s = np.cos(angle)[..., None], np.sin(angle)[..., None]
-    turned: Array = c * v + s * np.cross(axis, v) + (1.0 - c) * (v @ axis)[..., None] * axis
+    turned: Array = c * v + s * (v @ _cross(axis)) + (1.0 - c) * (v @ axis)[..., None] * axis
     return turned
+
+
+def _cross(axis: Array) -> Array:
+    """Return the matrix with v @ matrix = axis x v for rows v: far quicker than `np.cross`."""
+    x, y, z = axis
+    return np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
 
 
 def _wrap(angle: Array) -> Array:

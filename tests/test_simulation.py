@@ -143,7 +143,7 @@ def test_standing_still_stays_still() -> None:
 def test_servo_torque_never_passes_the_effort_limit() -> None:
     """A robot too heavy for its servos sags; torques stay at the limit, and the run survives."""
     robot = hp.load_robot("kharagpur")
-    scene = hp.Scene(robot, gravity=(0.0, 0.0, -120.0))
+    scene = hp.Scene(robot, gravity=(0.0, 0.0, -250.0))
     trace = hp.simulate(scene, hp.Hold(), duration=1.0)
     assert np.abs(trace.torque).max() <= robot.effort.max()
     assert np.abs(trace.torque).max() == pytest.approx(robot.effort.max())

@@ -23,6 +23,8 @@ struct ContactForce {
   Vec3 force = Vec3::Zero();     // N, world axes, on the foot
   Mat3 minus_du = Mat3::Zero();  // W = -df/du, N s/m
   Vec3 minus_dz = Vec3::Zero();  // -df/dgap, N/m
+  bool bends = false;            // the secant differs from the tangent
+  Mat3 bend = Mat3::Zero();      // what turns the tangent W into the secant -f_t/u, where that is more
 };
 
 // The tangential force over N, -direction in the plane, and its own derivative to u.
@@ -65,12 +67,15 @@ inline void stretch_bristle(const FrictionLaw& law, double mu_scale, const Vec3&
 }
 
 inline Tangential sliding(const FrictionLaw& law, double scale, double n_force, const Vec3& ut,
-                          const Mat3& plane) {
+                          const Mat3& plane, ContactForce& contact) {
   const FrictionFactor c = law(ut.norm());
   Tangential out;
   out.over_n = -scale * c.ratio * ut;
   out.minus_du = (scale * n_force * c.ratio) * plane;
-  out.minus_du.noalias() += (scale * n_force * c.slope) * ut * ut.transpose();
+  const Mat3 radial = (scale * n_force * c.slope) * ut * ut.transpose();
+  out.minus_du += radial;
+  contact.bends = c.slope < 0.0;
+  if (contact.bends) contact.bend = -radial;
   return out;
 }
 
@@ -95,7 +100,7 @@ inline ContactForce contact_force(const ContactLaw& law, const GroundPoint& grou
   const double mu = mu_scale * (memory.sliding ? f.mu_dynamic : f.mu);
   const Tangential t = f.kind == FrictionKind::bristle
                            ? bristle(f, mu, normal.force, ut, plane, memory.stretch, lead)
-                           : sliding(f, mu_scale, normal.force, ut, plane);
+                           : sliding(f, mu_scale, normal.force, ut, plane, out);
   const Vec3 direction = n + t.over_n;  // df/dN
   out.force = normal.force * direction + t.fixed;
   out.minus_du = t.minus_du;

@@ -21,21 +21,25 @@ class ImplicitEuler {
   explicit ImplicitEuler(const PlantT& plant)
       : acceleration_(plant.model.nv), xi_(plant.model.nv), v_new_(plant.model.nv),
         q_ref_(plant.joints()), v_ref_(plant.joints()), mode_(plant.joints()),
-        released_(plant.feet.size()), force_(plant.feet.size()), velocity_(plant.feet.size()) {}
+        released_(plant.feet.size()), secant_(plant.feet.size()), force_(plant.feet.size()), velocity_(plant.feet.size()) {}
 
   // One step from the evaluated state. Servos and feet act at the end of the step. A joint whose
-  // torque would pass its limit there gets the limit as a constant torque, a foot that would be
-  // pulled lets go, and the step is solved again.
+  // torque would pass its limit there gets the limit as a constant torque; a foot that would be
+  // pulled lets go; a foot whose slip would turn round takes the secant of its friction law, because
+  // past the bend the tangent vanishes and would throw it back and forth; and the step is solved again.
   void step(PlantT& plant, Reference& reference, double t, double h, VectorXd& q, VectorXd& v,
             Account& account) {
     reference.at(t + h, q_ref_, v_ref_);
     std::fill(mode_.begin(), mode_.end(), 0);
-    for (std::size_t i = 0; i < released_.size(); ++i) released_[i] = !plant.feet[i].active;
+    for (std::size_t i = 0; i < released_.size(); ++i) {
+      released_[i] = !plant.feet[i].active;
+      secant_[i] = false;
+    }
     for (int pass = 0;; ++pass) {
       solve(plant, h, q, v);
       v_new_ = v + h * acceleration_;
-      const bool saturated = find_saturated(plant, h, q), pulled = find_pulled(plant, h);
-      if (!(saturated || pulled) || pass == kMostPasses) break;
+      const bool saturated = find_saturated(plant, h, q), changed = find_changed(plant, h);
+      if (!(saturated || changed) || pass == kMostPasses) break;
       ++solved_again_;
     }
     keep_book(plant, h, q, account);
@@ -80,7 +84,7 @@ class ImplicitEuler {
     const auto& foot = plant.feet[i];
     const ContactForce& contact = foot.contact;
     const Vec3& n = foot.ground.normal;
-    const Mat3 w = h * contact.minus_du;
+    const Mat3 w = h * slope(i, contact);
     const Vec3 k = (h * h) * contact.minus_dz;
     const Eigen::Matrix<double, 3, 6> end_b = foot.jb + h * foot.qb;
     const LegJacobian end_l = foot.jl + h * foot.ql;
@@ -115,21 +119,34 @@ class ImplicitEuler {
            plant.servo.kd[j] * (v_ref_[j] - rate);
   }
 
-  // Forces and contact velocities at the end of the step, as the linearised laws give them;
-  // releases the feet that would be pulled, true if any is new.
-  bool find_pulled(const PlantT& plant, double h) {
+  Mat3 slope(std::size_t i, const ContactForce& contact) const {
+    return secant_[i] ? Mat3(contact.minus_du + contact.bend) : contact.minus_du;
+  }
+
+  // Forces and contact velocities at the end of the step, as the linearised laws give them; releases
+  // the feet that would be pulled and flags those that would turn round, true if any is new.
+  bool find_changed(const PlantT& plant, double h) {
     bool found = false;
     for (std::size_t i = 0; i < released_.size(); ++i) {
       if (released_[i]) continue;
       const auto& foot = plant.feet[i];
+      const Vec3& n = foot.ground.normal;
       const Vec3 moved = plant.along(i, foot.jb, foot.jl, v_new_) - plant.ground_velocity;
       velocity_[i] = moved + h * plant.along(i, foot.qb, foot.ql, v_new_);
-      force_[i] = foot.contact.force - foot.contact.minus_du * (velocity_[i] - foot.velocity) -
-                  (h * foot.ground.normal.dot(moved)) * foot.contact.minus_dz;
-      if (foot.ground.normal.dot(force_[i]) >= 0.0) continue;
-      released_[i] = found = true;
+      force_[i] = foot.contact.force - slope(i, foot.contact) * (velocity_[i] - foot.velocity) -
+                  (h * n.dot(moved)) * foot.contact.minus_dz;
+      if (n.dot(force_[i]) < 0.0) {
+        released_[i] = found = true;
+      } else if (!secant_[i] && foot.contact.bends &&
+                 turns_round(foot.velocity, velocity_[i], n)) {
+        secant_[i] = found = true;
+      }
     }
     return found;
+  }
+
+  static bool turns_round(const Vec3& before, const Vec3& after, const Vec3& n) {
+    return before.dot(after) - n.dot(before) * n.dot(after) < 0.0;
   }
 
   void keep_book(PlantT& plant, double h, const VectorXd& q, Account& account) const {
@@ -150,7 +167,8 @@ class ImplicitEuler {
 
   VectorXd acceleration_, xi_, v_new_, q_ref_, v_ref_;
   std::vector<int> mode_;        // 0 = PD, +1/-1 = at the limit
-  std::vector<char> released_;   // feet without force in this step
+  std::vector<char> released_;   // contacts without force in this step
+  std::vector<char> secant_;     // contacts with the secant of their friction law
   std::vector<Vec3> force_, velocity_;
   long solved_again_ = 0;
 };
