@@ -11,7 +11,7 @@ from subjects import Size
 from timing import Array, Quartiles
 
 MOST_OF_MUJOCO, MOST_OF_PINOCCHIO, LEAST_REAL_TIME, LEAST_THREADS = 0.5, 1.4, 100.0, 1.8
-"""Targets: step over MuJoCo's, step over its Pinocchio calls, times real time, two threads."""
+"""Targets: step over MuJoCo's, over Pinocchio's crba + nle, times real time, two threads."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,8 @@ def targets(found: Findings) -> list[Target]:
     return [
         *(Target(f"step / MuJoCo pyramidal, {case}", x[f"step/{case}"] / x[f"pyramidal/{case}"],
                  MOST_OF_MUJOCO, True) for case in cases),
-        *(Target(f"step / its Pinocchio calls, {case}", x[f"step/{case}"] / x[f"pinocchio/{case}"],
+        *(Target(f"step / Pinocchio's crba + nle, {case}",
+                 x[f"step/{case}"] / x[f"pinocchio/{case}"],
                  MOST_OF_PINOCCHIO, True) for case in cases),
         Target("walk through hp.simulate, times real time", size.walk / x["walk/call"],
                LEAST_REAL_TIME, False),

@@ -30,17 +30,8 @@ SAMPLE = 0.01
 
 
 def friction_coefficient(contact: hp.Contact) -> float:
-    """Return the coefficient MuJoCo gets: the law's (static) mu.
-
-    Raises:
-        TypeError: a law that is not compared.
-    """
-    law = contact.friction
-    if isinstance(law, hp.AdamsCoulomb):
-        return law.mu_static
-    if isinstance(law, hp.TanhCoulomb):
-        return law.mu
-    raise TypeError(f"no coefficient for MuJoCo from {type(law).__name__}")
+    """Return the coefficient MuJoCo gets: the largest the law reaches."""
+    return contact.friction.limit
 
 
 @dataclass

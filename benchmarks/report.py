@@ -43,6 +43,9 @@ its step is doubled: an error below it is not resolved. A run begins with the fe
 settling is part of every error. Sampling does not change a run, the dense solver by {dense:.0e} m.
 "Counts": ours solves a step again when a servo reaches its limit or a foot lets go; MuJoCo's
 solver iterations are means over 10 ms samples.
+
+Pinocchio's crba + nle: CRBA and nonLinearEffects called in C++, what mass matrix and bias cost with
+it; a step calls crba and takes the bias from what that leaves (`native/bias.hpp`).
 """
 
 

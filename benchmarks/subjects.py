@@ -75,7 +75,7 @@ def all_subjects(motions: Mapping[str, Motion], size: Size) -> list[Subject]:
 
 
 def _steps(name: str, motion: Motion, steps: int, calls: int) -> list[Subject]:
-    """Our step, the Pinocchio calls in it, and MuJoCo's step, for one motion."""
+    """Our step, Pinocchio's share of one as plain calls, and MuJoCo's step, for one motion."""
     ours = motion.timed_run(STEP, steps)
     sampled = motion.timed_run(STEP, steps, stride=1)
     per_step = 1e6 / steps
@@ -99,7 +99,7 @@ def _mujoco(name: str, cone: str, twin: MujocoScene, motion: Motion, steps: int)
 
 
 def pinocchio_calls(name: str, motion: Motion, calls: int) -> Subject:
-    """Time the Pinocchio calls of one evaluation, in C++: crba and nonLinearEffects."""
+    """Time crba and nonLinearEffects in C++; our step calls crba and takes the bias from it."""
     plant, state = native_plant(motion.scene), motion.state
     v = np.full(len(state.v), 0.1)
 

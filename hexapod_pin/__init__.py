@@ -23,8 +23,13 @@ if TYPE_CHECKING:
     from hexapod_pin.budget import torque_budget as torque_budget
     from hexapod_pin.contact import AdamsCoulomb as AdamsCoulomb
     from hexapod_pin.contact import AdamsImpact as AdamsImpact
+    from hexapod_pin.contact import BrownMcPhee as BrownMcPhee
     from hexapod_pin.contact import Contact as Contact
     from hexapod_pin.contact import HuntCrossley as HuntCrossley
+    from hexapod_pin.contact import KelvinVoigt as KelvinVoigt
+    from hexapod_pin.contact import Restitution as Restitution
+    from hexapod_pin.contact import SmoothStep as SmoothStep
+    from hexapod_pin.contact import StickSlip as StickSlip
     from hexapod_pin.contact import TanhCoulomb as TanhCoulomb
     from hexapod_pin.control.hold import Hold as Hold
     from hexapod_pin.control.kinematic import KinematicControl as KinematicControl
@@ -48,17 +53,22 @@ _MODULES = {
     "AdamsCoulomb": "contact",
     "AdamsImpact": "contact",
     "Blueprint": "description.blueprint",
+    "BrownMcPhee": "contact",
     "Case": "simulation",
     "Contact": "contact",
     "Flat": "terrain",
     "Gait": "gait",
     "Hold": "control.hold",
     "HuntCrossley": "contact",
+    "KelvinVoigt": "contact",
     "KinematicControl": "control.kinematic",
+    "Restitution": "contact",
     "Robot": "robot",
     "Scene": "scene",
     "Servo": "actuator",
+    "SmoothStep": "contact",
     "State": "state",
+    "StickSlip": "contact",
     "TanhCoulomb": "contact",
     "TorqueBudget": "budget",
     "Trace": "trace",

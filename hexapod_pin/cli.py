@@ -1,4 +1,4 @@
-"""The commands: `hexapod-pin walk | view | budget | check`.
+"""The commands: `hexapod-pin walk | view | budget | check | contact`.
 
 Exit status: 0 done, 2 refused or failed with one message on stderr, 130 interrupted by Ctrl-C.
 Only what a command needs is imported, when it runs, so that `--help` is quick.
@@ -228,6 +228,49 @@ def check(urdf: RobotName, feet: Feet = None) -> None:
     typer.echo(str(report))
     if not report.legs:
         typer.echo("note: it can stand, but not walk: it has no six legs of three joints")
+
+
+@app.command()
+def contact(
+    law: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Argument(help="accurate, s1, s1-printed, s2, or a kind such as kelvin-voigt."),
+    ] = None,
+    parameters: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Argument(help="Of a kind: name=value, SI; assumed where not given."),
+    ] = None,
+    restitution: Annotated[
+        bool, typer.Option("--restitution", help="Requested against delivered, all laws.")
+    ] = False,
+    mass: Annotated[float, typer.Option(help="Of the free impact [kg].")] = 0.5,
+    speed: Annotated[float, typer.Option(help="Of the free impact [m/s].")] = 0.1,
+    out: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(help="Figure to write: .png, .svg or .pdf; default contact.png."),
+    ] = None,
+) -> None:
+    """Look at a contact law: its bounce, its restitution, its friction; print and draw them."""
+    from hexapod_pin.contact_figure import require_ending
+    from hexapod_pin.contact_view import NO_FIGURE, figure, named_law, report, restitution_table
+    from hexapod_pin.walk import writable
+
+    if restitution:
+        typer.echo(restitution_table())
+    if law is None:
+        if not restitution:
+            raise ParameterError("LAW", law, "named, or --restitution given", "See --help.")
+        return
+    found = named_law(law, parameters or ())
+    path = writable("--out", out or Path("contact.png"))
+    require_ending(path)
+    typer.echo(report(found, mass=mass, speed=speed))
+    if figure(found, path, mass=mass, speed=speed):
+        typer.echo(f"wrote {path}")
+    elif out is None:
+        typer.echo(NO_FIGURE, err=True)
+    else:
+        _fail(NO_FIGURE, FAILED)
 
 
 def main(argv: Sequence[str] | None = None) -> NoReturn:

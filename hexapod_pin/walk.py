@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import (
     DivergenceError,
@@ -97,25 +97,20 @@ def contact_for(preset: str, mu: float | None) -> Contact:
     """Return a contact preset, with another friction coefficient where `mu` is given.
 
     Args:
-        preset: "s1" or "s2".
-        mu: friction coefficient; for "s2" the static one, the dynamic one keeps its ratio to it.
+        preset: "accurate", "s1", "s1-printed" or "s2".
+        mu: friction coefficient (the static one, where the dynamic one keeps its ratio to it).
 
     Raises:
         UnknownNameError: there is no such preset.
         ParameterError: mu is out of range.
     """
-    from hexapod_pin.contact import Contact, TanhCoulomb
+    from hexapod_pin.contact import Contact
 
     contact = Contact.preset(preset)
     if mu is None:
         return contact
-    old = contact.friction
-    changed: dict[str, Any] = {"mu": mu}
-    if not isinstance(old, TanhCoulomb):
-        changed = {"mu_static": mu, "mu_dynamic": mu * old.mu_dynamic / old.mu_static}
     note = f"{contact.assumed}; but mu {mu:g} as given" if contact.assumed else ""
-    friction = type(old)(**{**old.model_dump(), **changed})
-    return Contact(normal=contact.normal, friction=friction, assumed=note)
+    return Contact(normal=contact.normal, friction=contact.friction.with_mu(mu), assumed=note)
 
 
 def servo_for(robot: Robot, kp: float | None, kd: float | None) -> Servo | None:

@@ -1,157 +1,116 @@
-"""Contact laws: native formulas against NumPy, their derivatives, impacts in closed form."""
+"""Contacts: force and 3x3 blocks of every pair of laws, presets, refusals, TOML."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+import tomli_w
 import vehicles
-from vehicles import HARD_CASES
+from contact_formulas import FRICTION, NORMAL, numpy_friction, numpy_normal
 
 import hexapod_pin as hp
 from hexapod_pin import native as _native
-from hexapod_pin.contact import hertz_stiffness, stiffness_from_mm
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.simulation import native_plant
+from hexapod_pin.spec import read_toml
 
-NORMAL = {
-    "hertz": hp.HuntCrossley(stiffness=1.24e6, dissipation=20.0),
-    "printed": hp.HuntCrossley(stiffness=1e4, exponent=1.0, dissipation=0.5),
-    "adams": hp.Contact.s2().normal,
+FRICTIONS = {
+    **FRICTION,
+    "stick-slip": hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
 }
-FRICTION = {
-    "tanh": hp.TanhCoulomb(mu=0.7, slope=1e3),
-    "adams": hp.Contact.s2().friction,
-}
+UP = np.array([0.0, 0.0, 1.0])
 
 
-def cubic_step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
-    """ADAMS' STEP, as its manual prints it."""
-    d = min(max((x - x0) / (x1 - x0), 0.0), 1.0)
-    return h0 + (h1 - h0) * d * d * (3.0 - 2.0 * d)
+def numpy_force(contact: hp.Contact, gap: Any, u: Any, touch_speed: float) -> Any:
+    """Force on a foot, written again; a bristle that has not stretched is a capped damper."""
+    slip = u - UP * u[2]
+    normal = numpy_normal(contact.normal, -gap, -u[2], touch_speed)
+    speed = np.sqrt(slip @ slip)  # not a norm: complex steps pass through it
+    if speed == 0.0:
+        return normal * UP
+    if isinstance(contact.friction, hp.StickSlip):
+        bristle = contact.friction
+        tangential = min(bristle.damping * speed, bristle.mu * normal, key=np.real)
+    else:
+        tangential = normal * numpy_friction(contact.friction, speed)
+    return normal * UP - tangential * slip / speed
 
 
-def numpy_normal(law: object, depth: float, rate: float) -> float:
-    """The normal laws written again from the papers."""
-    if depth <= 0.0:
-        return 0.0
-    spring = law.stiffness * depth**law.exponent
-    if isinstance(law, hp.HuntCrossley):
-        return max(0.0, spring * (1.0 + 1.5 * law.dissipation * rate))
-    return max(0.0, spring + cubic_step(depth, 0.0, 0.0, law.damping_depth, law.damping) * rate)
+def slope_at_rest(contact: hp.Contact, gap: float, u: np.ndarray, touch_speed: float) -> float:
+    """Tangential damping of a foot without slip [N s/m]."""
+    normal = numpy_normal(contact.normal, -gap, -u[2], touch_speed)
+    if isinstance(contact.friction, hp.StickSlip):
+        return contact.friction.damping if normal > 0.0 else 0.0
+    return normal * np.imag(numpy_friction(contact.friction, 1e-200j)) / 1e-200
 
 
-def numpy_friction(law: object, speed: float) -> float:
-    """The friction laws written again from the papers."""
-    if isinstance(law, hp.TanhCoulomb):
-        return law.mu * np.tanh(law.slope * speed)
-    vs, vd = law.stiction_speed, law.transition_speed
-    if speed < vs:
-        return cubic_step(speed, -vs, -law.mu_static, vs, law.mu_static)
-    return cubic_step(speed, vs, law.mu_static, vd, law.mu_dynamic)
+def states() -> list[tuple[float, np.ndarray]]:
+    """Random gaps and velocities, first touch, at rest in each direction, and denormal numbers."""
+    rng = np.random.default_rng(5)
+    depth, u = rng.uniform(0.0, 4e-4, 60), rng.normal(size=(60, 3)) * 0.1
+    u[40:] *= 0.01  # so slow that a bristle's damper holds
+    found = list(zip(-depth, u, strict=True))
+    still = np.array([0.0, 0.0, -0.01])
+    found += [(-1e-12, np.array([0.01, -0.02, -0.1])), (-1e-4, still), (-1e-4, 0.0 * still)]
+    return [*found, (1e-4, still)]
 
 
-@pytest.mark.parametrize("name", NORMAL)
-def test_normal_law_equals_its_formula(name: str) -> None:
-    law, rng = NORMAL[name], np.random.default_rng(1)
-    for depth, rate in zip(rng.uniform(-1e-4, 5e-4, 200), rng.uniform(-0.3, 0.3, 200), strict=True):
-        expected = numpy_normal(law, depth, rate)
-        # one rounding per operation, about ten operations
-        assert law.force(depth, rate) == pytest.approx(expected, rel=1e-14, abs=1e-300)
+@pytest.mark.parametrize("friction", FRICTIONS)
+@pytest.mark.parametrize("normal", NORMAL)
+def test_force_and_blocks_of_every_pair(normal: str, friction: str, tmp_path) -> None:
+    """The force equals NumPy's, its blocks -df/du (3x3) and -df/dgap (3) equal complex steps."""
+    contact = hp.Contact(normal=NORMAL[normal], friction=FRICTIONS[friction])
+    robot = vehicles.particle(tmp_path)
+    plant = native_plant(hp.Scene(robot, contact=contact, servo=vehicles.LIMP))
+    for gap, u in states():
+        state = vehicles.state(robot, gap, u)
+        found = _native.evaluate(plant, state.q, state.v, np.zeros(0))
+        touch = max(0.0, -u[2])  # a foot never seen before takes the speed it has
+        force = np.real(numpy_force(contact, gap, u + 0j, touch))
+        size = 1e-300 + 1e-12 * np.abs(force).max()
+        assert found["foot_force"][0] == pytest.approx(force, rel=1e-12, abs=size)
+        damping, stiffness = found["foot_damping"], found["foot_stiffness"][0]
+        # some ten roundings, on the scale of the largest entry
+        size = 1e-300 + 1e-12 * np.abs(damping).max()
+        for k in range(3):
+            if u[:2].any() or k == 2:
+                moved = numpy_force(contact, gap, u + 1e-30j * np.eye(3)[k], touch)
+                column = -np.imag(moved) / 1e-30
+            else:  # at rest the slip speed has a corner; m(s)/s has none
+                column = slope_at_rest(contact, gap, u, touch) * np.eye(3)[k]
+            assert damping[:, k] == pytest.approx(column, rel=1e-11, abs=size), (gap, u, k)
+        moved = numpy_force(contact, gap + 1e-40j, u + 0j, touch)
+        size = 1e-300 + 1e-12 * np.abs(stiffness).max()
+        assert stiffness == pytest.approx(-np.imag(moved) / 1e-40, rel=1e-11, abs=size)
 
 
-@pytest.mark.parametrize("name", NORMAL)
-def test_normal_law_derivatives_equal_central_differences(name: str) -> None:
-    law, native = NORMAL[name], NORMAL[name].native()
-    for depth, rate in [(1e-5, 0.01), (5e-5, -0.005), (3e-4, 0.02), (3e-4, -0.01)]:
-        force, d_depth, d_rate, _ = native(depth, rate)
-        assert force > 0.0
-        h = 1e-5
-        by_depth = (law.force(depth * (1 + h), rate) - law.force(depth * (1 - h), rate)) / (
-            2 * h * depth
-        )
-        by_rate = (law.force(depth, rate + h) - law.force(depth, rate - h)) / (2 * h)
-        assert d_depth == pytest.approx(float(by_depth), rel=1e-7)  # h^2 truncation, eps/h rounding
-        assert d_rate == pytest.approx(float(by_rate), rel=1e-7)
+def test_hc33_denormal_state_of_every_pair(tmp_path) -> None:
+    """HC33: depth and velocity of 1e-310: no NaN in force or blocks, force below 1e-300."""
+    robot = vehicles.particle(tmp_path)
+    state = vehicles.state(robot, -1e-310, (1e-310, -1e-310, -1e-310))
+    for normal in NORMAL.values():
+        for friction in FRICTIONS.values():
+            contact = hp.Contact(normal=normal, friction=friction)
+            plant = native_plant(hp.Scene(robot, contact=contact, servo=vehicles.LIMP))
+            found = _native.evaluate(plant, state.q, state.v, np.zeros(0))
+            assert np.abs(found["foot_force"]).max() < 1e-300
+            for name in ("foot_damping", "foot_stiffness", "acceleration"):
+                assert np.isfinite(found[name]).all()
 
 
-@pytest.mark.parametrize("name", NORMAL)
-def test_elastic_energy_is_the_integral_of_the_elastic_force(name: str) -> None:
-    native = NORMAL[name].native()
-    depth = np.linspace(0.0, 3e-4, 20001)
-    force = np.array([native(d, 0.0)[3] for d in depth])
-    assert native.energy(depth[-1]) == pytest.approx(np.trapezoid(force, depth), rel=1e-7)
+@pytest.mark.parametrize("name", ["accurate", "s1", "s1-printed", "s2"])
+def test_preset_survives_toml(name: str) -> None:
+    contact = hp.Contact.preset(name)
+    assert hp.Contact(**read_toml(tomli_w.dumps(contact.model_dump()))) == contact
 
 
-@pytest.mark.parametrize("name", FRICTION)
-def test_friction_law_equals_its_formula(name: str) -> None:
-    law = FRICTION[name]
-    for speed in [1e-9, 1e-5, 1e-3, 0.05, 0.0999, 0.1001, 0.5, 0.9999, 1.5]:
-        assert law.coefficient(speed) == pytest.approx(numpy_friction(law, speed), rel=1e-12)
-
-
-@pytest.mark.parametrize("name", FRICTION)
-def test_friction_slope_equals_central_differences(name: str) -> None:
-    native = FRICTION[name].native()
-    for speed in [1e-5, 3e-4, 0.02, 0.3, 2.0]:
-        h = 1e-3 * speed
-        slope = (native(speed + h)[0] - native(speed - h)[0]) / (2 * h) / speed
-        assert native(speed)[1] == pytest.approx(slope, rel=1e-4, abs=1e-9 * native(speed)[0])
-
-
-def test_adams_friction_passes_its_named_points() -> None:
-    law = FRICTION["adams"]
-    assert law.coefficient(0.1) == pytest.approx(0.3, rel=1e-15)
-    assert law.coefficient(1.0) == pytest.approx(0.1, rel=1e-15)
-    assert law.coefficient(5.0) == pytest.approx(0.1, rel=1e-15)
-
-
-def test_laws_are_finite_where_numbers_are_denormal() -> None:
-    """HC33: depth and speed of 1e-310 give no force and no NaN."""
-    for law in NORMAL.values():
-        assert 0.0 <= float(law.force(1e-310, 1e-310)) < 1e-300
-        assert np.all(np.isfinite(law.native()(1e-310, 1e-310)))
-    for law in FRICTION.values():
-        assert np.all(np.isfinite(law.native()(1e-310)))
-        assert np.all(np.isfinite(law.native()(0.0)))
-
-
-def test_no_law_pulls() -> None:
-    for law in NORMAL.values():
-        assert float(law.force(1e-4, -10.0)) == 0.0
-
-
-def test_units_of_the_second_paper() -> None:
-    """1e5 N/mm^2.2 is 3.981e11 N/m^2.2; 7.57 N sink 0.01339 mm into it (physics 3.3)."""
-    assert stiffness_from_mm(1e5, 2.2) == pytest.approx(3.98107170553497e11, rel=1e-12)
-    assert float(NORMAL["adams"].force(0.01339e-3)) == pytest.approx(7.57, rel=2e-3)  # 4 digits
-
-
-def test_hertz_stiffness_of_the_assumed_rubber_foot() -> None:
-    assert hertz_stiffness(young=5e6, poisson=0.49, radius=0.02) == pytest.approx(1.24e6, rel=2e-3)
-
-
-@pytest.mark.parametrize(
-    ("case", "mass", "speed"),
-    [("m=0.11kg,v0=100mm/s", 0.11, 0.1), ("m=0.11kg,v0=500mm/s", 0.11, 0.5)],
-)
-def test_hc01d_adams_impact_bounce(case: str, mass: float, speed: float, tmp_path) -> None:
-    """HC01d: restitution and depth of ADAMS IMPACT on a free mass, through the simulator."""
-    reference = HARD_CASES["HC01d_adams_impact_seed2"]["ref"][case]
-    robot = vehicles.particle(tmp_path, mass)
-    scene = hp.Scene(robot, contact=hp.Contact.s2(), servo=vehicles.LIMP, gravity=(0, 0, 0))
-    trace = hp.simulate(
-        scene,
-        hp.Hold(),
-        duration=2.2e-3,
-        method="rk4",
-        step=1e-6,
-        sample=1e-6,
-        initial=vehicles.state(robot, 0.0, (0.0, 0.0, -speed)),
-    )
-    assert trace.v[-1, 2] / speed == pytest.approx(reference["e"], rel=1e-6)
-    deepest = int(trace.foot_gap.argmin())
-    beyond = trace.v[deepest, 2] ** 2 / (2.0 * trace.foot_force[deepest, 0, 2] / mass)
-    depth = beyond - trace.foot_gap[deepest, 0]
-    assert depth * 1e3 == pytest.approx(reference["delta_max_mm"], rel=1e-6)
+@pytest.mark.parametrize("normal", NORMAL)
+@pytest.mark.parametrize("friction", FRICTIONS)
+def test_every_pair_survives_toml(normal: str, friction: str) -> None:
+    contact = hp.Contact(normal=NORMAL[normal], friction=FRICTIONS[friction])
+    assert hp.Contact(**read_toml(tomli_w.dumps(contact.model_dump()))) == contact
 
 
 def test_presets_by_name() -> None:
@@ -160,21 +119,63 @@ def test_presets_by_name() -> None:
         hp.Contact.preset("s3")
 
 
+def test_presets_mark_what_is_assumed() -> None:
+    """Only S2 prints its numbers."""
+    assert [bool(hp.Contact.preset(n).assumed) for n in ("accurate", "s1", "s1-printed", "s2")] == [
+        True,
+        True,
+        True,
+        False,
+    ]
+
+
+def test_first_papers_equation_with_and_without_the_exponent() -> None:
+    """`s1` is Hertzian, `s1-printed` linear; both have 0.49 mm under 13.5 N; same dissipation."""
+    hertz, printed = hp.Contact.s1().normal, hp.Contact.s1_printed().normal
+    assert (hertz.exponent, printed.exponent) == (1.5, 1.0)
+    for law in (hertz, printed):
+        assert float(law.force(0.49e-3)) == pytest.approx(13.5, rel=5e-3)  # two digits given
+        assert float(law.force(1e-3, 0.1) / law.force(1e-3)) == pytest.approx(4.0, rel=1e-12)
+    assert float(printed.force(2e-3) / printed.force(1e-3)) == pytest.approx(2.0, rel=1e-12)
+    assert float(hertz.force(2e-3) / hertz.force(1e-3)) == pytest.approx(2.0**1.5, rel=1e-12)
+
+
+def test_accurate_delivers_its_restitution_and_does_not_creep() -> None:
+    contact = hp.Contact.accurate()
+    assert contact.normal.delivered == pytest.approx(0.3, rel=1e-14)
+    assert contact.friction.creep_speed(0.69) == 0.0
+
+
 @pytest.mark.parametrize(
     ("build", "culprit"),
     [
         (lambda: hp.HuntCrossley(stiffness=-1.0), "HuntCrossley.stiffness"),
         (lambda: hp.HuntCrossley(stiffness=1e5, exponent=0.5), "HuntCrossley.exponent"),
         (lambda: hp.HuntCrossley(stiffness=float("nan")), "HuntCrossley.stiffness"),
+        (lambda: hp.KelvinVoigt(stiffness=1e5), "KelvinVoigt.damping"),
+        (lambda: hp.KelvinVoigt(stiffness=1e5, damping=-1.0), "KelvinVoigt.damping"),
+        (lambda: hp.Restitution(stiffness=1e5, restitution=2.0), "Restitution.restitution"),
+        (lambda: hp.Restitution(stiffness=1e5, restitution=0.3, model="x"), "Restitution.model"),
+        (
+            lambda: hp.Restitution(stiffness=1e5, restitution=0.3, speed_floor=0.0),
+            "Restitution.speed_floor",
+        ),
         (lambda: hp.TanhCoulomb(mu=-0.1, slope=1.0), "TanhCoulomb.mu"),
         (lambda: hp.TanhCoulomb(mu=0.1, slope=0.0), "TanhCoulomb.slope"),
         (lambda: hp.TanhCoulomb(mu=0.1, slope=1.0, kt=3.0), "kt"),
+        (lambda: hp.SmoothStep(mu_static=0.3, mu_dynamic=0.4, speed=1e-3), "static"),
+        (lambda: hp.BrownMcPhee(mu_static=0.3, mu_dynamic=0.4, speed=1e-3), "static"),
+        (lambda: hp.BrownMcPhee(mu_static=0.3, mu_dynamic=0.2, speed=0.0), "BrownMcPhee.speed"),
+        (lambda: hp.StickSlip(mu=0.3, mu_dynamic=0.4, stiffness=1.0, damping=0.0), "static"),
+        (lambda: hp.StickSlip(mu=0.3, stiffness=0.0, damping=0.0), "StickSlip.stiffness"),
+        (lambda: hp.StickSlip(stiffness=1.0, damping=0.0), "StickSlip.mu"),
         (
             lambda: hp.AdamsCoulomb(
                 mu_static=0.3, mu_dynamic=0.1, stiction_speed=0.1, transition_speed=0.05
             ),
             "stiction_speed",
         ),
+        (lambda: hp.Contact(normal={"kind": "glue"}, friction=FRICTION["tanh"]), "Contact.normal"),
     ],
 )
 def test_bad_parameters_are_refused_by_name(build, culprit: str) -> None:
@@ -183,5 +184,8 @@ def test_bad_parameters_are_refused_by_name(build, culprit: str) -> None:
 
 
 def test_native_kinds_match_the_python_laws() -> None:
-    assert NORMAL["adams"].native().kind == _native.NormalKind.adams_impact
-    assert FRICTION["tanh"].native().kind == _native.FrictionKind.tanh_coulomb
+    """One native kind per class, none left over (but `none`)."""
+    normal = {law.native().kind for law in NORMAL.values()}
+    friction = {law.native().kind for law in FRICTIONS.values()}
+    assert normal == set(_native.NormalKind)
+    assert friction | {_native.FrictionKind.none} == set(_native.FrictionKind)

@@ -14,7 +14,8 @@ HEAVY = ("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h
 
 PROMISED = """
 load_robot urdf_path Robot State Blueprint Contact HuntCrossley AdamsImpact TanhCoulomb
-AdamsCoulomb Flat Servo Scene Gait KinematicControl Hold simulate simulate_batch Case Trace
+AdamsCoulomb
+KelvinVoigt Restitution SmoothStep BrownMcPhee StickSlip Flat Servo Scene Gait KinematicControl Hold simulate simulate_batch Case Trace
 load_trace torque_budget TorqueBudget playback errors __version__
 """.split()
 

@@ -1,0 +1,178 @@
+"""`hexapod-pin contact`: what it prints and draws, how it refuses; the table in the documents."""
+
+from __future__ import annotations
+
+import builtins
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from contact_formulas import FRICTION, NORMAL
+
+import hexapod_pin as hp
+from hexapod_pin.cli import main
+from hexapod_pin.contact.restitution import DAMPING_RATIO
+from hexapod_pin.contact_view import PRESETS, examples, named_law, report, restitution_table
+from hexapod_pin.errors import ParameterError
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    """Run `hexapod-pin contact` in an empty folder; give its status, stdout and stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*words: str) -> tuple[Any, str, str]:
+        with pytest.raises(SystemExit) as exit_:
+            main(["contact", *words])
+        return exit_.value.code, *capsys.readouterr()
+
+    return command
+
+
+def test_table_of_the_documents_is_the_computed_one() -> None:
+    """docs/contact_laws.md holds every row of requested against delivered restitution."""
+    assert restitution_table() in (ROOT / "docs" / "contact_laws.md").read_text(encoding="utf-8")
+
+
+def test_command_and_script_print_the_same_table(run) -> None:
+    status, out, err = run("--restitution")
+    assert (status, err) == (0, "")
+    script = subprocess.run(
+        [sys.executable, str(ROOT / "scripts" / "restitution_table.py")],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert out == script.stdout == restitution_table() + "\n"
+    for name in DAMPING_RATIO:
+        assert name in out
+
+
+def test_table_holds_the_closed_form() -> None:
+    row = next(line for line in restitution_table().splitlines() if "flores" in line)
+    cells = [float(cell) for cell in re.findall(r"\d\.\d{4}", row)]
+    assert cells == [0.0694, 0.1555, 0.2562, 0.4704, 0.6832, 0.7885, 0.8939, 0.9468]
+
+
+@pytest.mark.parametrize("name", [*PRESETS, *examples()])
+def test_every_preset_and_kind_reports(name: str) -> None:
+    """Each prints its own parameters and no number that is not finite."""
+    law = named_law(name)
+    text = report(law, mass=0.5, speed=0.1)
+    assert "nan" not in text
+    assert "inf" not in text.replace("infin", "")
+    for part in (law.normal, law.friction) if isinstance(law, hp.Contact) else (law,):
+        assert str(part) in text
+
+
+def test_report_of_a_restitution_law_says_what_it_delivers() -> None:
+    law = named_law("restitution", ["restitution=0.2", "model=flores"])
+    text = report(law, mass=0.5, speed=0.1)
+    assert "asked for 0.2" in text
+    assert text.count("0.1555") == 7  # this impact, the closed form, and five speeds
+
+
+def test_parameters_reach_the_law() -> None:
+    law = named_law("kelvin-voigt", ["stiffness=1e4", "damping=7", "exponent=1.5"])
+    assert law == hp.KelvinVoigt(stiffness=1e4, damping=7.0, exponent=1.5)
+    law = named_law("stick-slip", ["mu=0.4"])  # the dynamic coefficient follows
+    assert (law.mu, law.mu_dynamic) == (0.4, 0.4)
+    law = named_law("smooth-step", ["mu_static=0.4", "mu_dynamic=0.1"])
+    assert (law.mu_static, law.mu_dynamic) == (0.4, 0.1)
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+@pytest.mark.parametrize("name", ["accurate", "adams-impact", "stick-slip"])
+def test_figure_is_written(run, tmp_path: Path, name: str, ending: str) -> None:
+    pytest.importorskip("matplotlib")
+    status, out, err = run(name, "--out", f"law.{ending}")
+    assert (status, err) == (0, "")
+    assert f"wrote {tmp_path / 'law'}.{ending}" in out
+    start = (tmp_path / f"law.{ending}").read_bytes()[:200]
+    assert {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending] in start
+
+
+def test_figure_shows_what_the_law_has() -> None:
+    """Two panels for a normal law, one for a friction law, three for a pair; axes with units."""
+    pytest.importorskip("matplotlib")
+    from hexapod_pin.contact_figure import draw
+
+    for name, panels in [("hunt-crossley", 2), ("restitution", 2), ("tanh-coulomb", 1), ("s2", 3)]:
+        axes = draw(named_law(name), mass=0.5, speed=0.1).axes
+        assert len(axes) == panels
+        for panel in axes:
+            assert panel.get_xlabel()
+            assert panel.get_ylabel()
+            assert panel.lines
+    figure = draw(named_law("restitution"), mass=0.5, speed=0.1)
+    assert len(figure.axes[1].lines) == len(DAMPING_RATIO) + 1  # all laws and the point asked for
+
+
+def test_without_matplotlib_the_numbers_are_still_printed(
+    run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The default figure is skipped with one message; a figure asked for by name is a failure."""
+    real = builtins.__import__
+
+    def without(name: str, *rest: Any, **more: Any) -> Any:
+        if name.split(".", maxsplit=1)[0] == "matplotlib":
+            raise ModuleNotFoundError("No module named 'matplotlib'", name=name)
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    status, out, err = run("s1")
+    assert (status, list(tmp_path.iterdir())) == (0, [])
+    assert "restitution    " in out
+    assert "hexapod-pin[plot]" in err
+    status, out, err = run("s1", "--out", "law.png")
+    assert (status, list(tmp_path.iterdir())) == (2, [])
+    assert "restitution    " in out
+    assert "matplotlib is not installed" in err
+
+
+REFUSALS = {
+    "nothing asked": ((), "LAW"),
+    "unknown law": (("glue",), "glue"),
+    "unknown parameter": (("tanh-coulomb", "kt=3"), "kt"),
+    "no number": (("kelvin-voigt", "stiffness=stiff"), "stiffness"),
+    "no number for mu": (("stick-slip", "mu=much"), "mu"),
+    "no value": (("kelvin-voigt", "stiffness"), "name=value"),
+    "negative": (("kelvin-voigt", "stiffness=-1"), "stiffness"),
+    "dead": (("restitution", "restitution=0"), "stops a mass dead"),
+    "unknown model": (("restitution", "model=zhang"), "model"),
+    "preset with parameters": (("s1", "mu=0.3"), "s1"),
+    "unknown ending": (("s1", "--out", "law.txt"), "law.txt"),
+    "missing folder": (("s1", "--out", "gone/law.png"), "--out"),
+    "no mass": (("s1", "--mass", "0"), "mass"),
+    "no speed": (("s1", "--speed", "nan"), "speed"),
+}
+
+
+@pytest.mark.parametrize(("words", "culprit"), REFUSALS.values(), ids=REFUSALS.keys())
+def test_refusal_is_one_message_with_status_2(
+    run, tmp_path: Path, words: tuple[str, ...], culprit: str
+) -> None:
+    status, out, err = run(*words)
+    assert (status, out) == (2, "")
+    assert culprit in err
+    assert "Traceback" not in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_named_law_refuses_a_preset_with_parameters() -> None:
+    with pytest.raises(ParameterError, match="named alone"):
+        named_law("accurate", ["mu=1"])
+
+
+def test_every_law_is_in_the_command_and_in_the_documents() -> None:
+    """A new law must be added to `examples` and to docs/contact_laws.md."""
+    laws = {type(law) for law in (*NORMAL.values(), *FRICTION.values())} | {hp.StickSlip}
+    assert {type(law) for law in examples().values()} == laws
+    text = (ROOT / "docs" / "contact_laws.md").read_text(encoding="utf-8")
+    for law in laws:
+        assert f"`{law.__name__}`" in text
+    for name in (*PRESETS, *DAMPING_RATIO):
+        assert name in text

@@ -1,0 +1,167 @@
+"""Friction laws: native formulas and slopes against NumPy, creep speeds, limits."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from contact_formulas import FRICTION, numpy_friction
+from vehicles import HARD_CASES
+
+import hexapod_pin as hp
+from hexapod_pin.errors import ParameterError
+
+SPEEDS = [1e-9, 1e-7, 1e-5, 1e-3, 0.0199, 0.0201, 0.03, 0.0599, 0.0601, 0.0999, 0.1001, 0.5, 1.5]
+IMAGINARY = 1e-200
+CREEPING = {
+    **FRICTION,
+    "no peak": hp.BrownMcPhee(mu_static=0.4, mu_dynamic=0.4, speed=0.02),
+    "rising": hp.AdamsCoulomb(
+        mu_static=0.2, mu_dynamic=0.5, stiction_speed=0.1, transition_speed=1.0
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FRICTION)
+def test_coefficient_equals_its_formula(name: str) -> None:
+    law, rng = FRICTION[name], np.random.default_rng(2)
+    for speed in [*SPEEDS, *rng.uniform(0.0, 0.3, 100)]:
+        assert law.coefficient(speed) == pytest.approx(numpy_friction(law, speed), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", FRICTION)
+def test_slope_equals_a_complex_step(name: str) -> None:
+    """The native ratio + slope s^2 is dm/ds: at random speeds, near rest and past the knees."""
+    law, native, rng = FRICTION[name], FRICTION[name].native(), np.random.default_rng(3)
+    for speed in [*SPEEDS, *rng.uniform(0.0, 0.3, 100)]:
+        ratio, slope = native(speed)
+        exact = np.imag(numpy_friction(law, speed + 1j * IMAGINARY)) / IMAGINARY
+        # ratio and slope s^2 cancel where m is flat: absolute, on the scale of the ratio
+        assert ratio + slope * speed * speed == pytest.approx(exact, rel=1e-11, abs=1e-12 * ratio)
+
+
+@pytest.mark.parametrize("name", FRICTION)
+def test_slope_equals_central_differences(name: str) -> None:
+    native = FRICTION[name].native()
+    for speed in [1e-5, 3e-4, 0.015, 0.03, 0.3, 2.0]:
+        h = 1e-3 * speed
+        slope = (native(speed + h)[0] - native(speed - h)[0]) / (2 * h) / speed
+        assert native(speed)[1] == pytest.approx(slope, rel=1e-4, abs=1e-9 * native(speed)[0])
+
+
+@pytest.mark.parametrize("name", FRICTION)
+def test_hc33_at_rest_and_at_denormal_speed(name: str) -> None:
+    """HC33: at speed 0 and 1e-310 the ratio is the slope of m at rest; nothing is NaN."""
+    law, native = FRICTION[name], FRICTION[name].native()
+    at_rest = np.imag(numpy_friction(law, 0.0 + 1j * IMAGINARY)) / IMAGINARY
+    for speed in (0.0, 5e-324, 1e-310):
+        assert np.all(np.isfinite(native(speed)))
+        assert native(speed)[0] == pytest.approx(at_rest, rel=1e-14, abs=1e-290)
+        assert float(law.coefficient(speed)) < 1e-300
+        assert law.creep_speed(speed) <= max(1e-300, law.limit * speed ** (1.0 / 3.0))
+
+
+def test_hc33_no_overflow_at_large_speed() -> None:
+    for law in FRICTION.values():
+        assert np.all(np.isfinite(law.native()(1e6)))
+
+
+def test_named_points() -> None:
+    """Each curve passes the points its source names."""
+    adams, drake, brown = (FRICTION[name] for name in ("adams", "smooth-step", "brown-mcphee"))
+    assert adams.coefficient([0.1, 1.0, 5.0]) == pytest.approx([0.3, 0.1, 0.1], rel=1e-15)
+    assert drake.coefficient([0.01, 0.02, 0.04, 0.06, 1.0]) == pytest.approx(
+        [0.35, 0.7, 0.6, 0.5, 0.5], rel=1e-14
+    )
+    assert brown.coefficient(0.02) == pytest.approx(0.4 * math.tanh(4.0) + 0.3, rel=1e-14)
+    assert brown.coefficient(100.0) == pytest.approx(0.4, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", CREEPING)
+@pytest.mark.parametrize("share", [1e-9, 0.01, 0.3, 0.5, 0.9, 0.999])
+def test_friction_at_the_creep_speed_carries_the_load(name: str, share: float) -> None:
+    """The creep speed is the first speed at which m(s) reaches the load."""
+    law = CREEPING[name]
+    load = share * law.limit
+    speed = law.creep_speed(load)
+    assert float(numpy_friction(law, speed)) == pytest.approx(load, rel=1e-12)
+    slower = np.array([numpy_friction(law, s) for s in np.linspace(0.0, 0.999999 * speed, 200)])
+    assert (slower < load).all()
+
+
+@pytest.mark.parametrize("name", [*CREEPING, "stick-slip"])
+def test_creep_ends_at_the_limit(name: str) -> None:
+    law = CREEPING.get(name) or hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0)
+    assert law.creep_speed(0.0) == 0.0
+    assert math.isinf(law.creep_speed(law.limit * 1.0000001))
+    assert math.isinf(law.creep_speed(math.inf))
+    for wrong in (-0.1, math.nan):
+        with pytest.raises(ParameterError, match="load_ratio"):
+            law.creep_speed(wrong)
+
+
+def test_limits_are_the_largest_coefficients() -> None:
+    speeds = np.geomspace(1e-4, 10.0, 20001)
+    for law in FRICTION.values():
+        largest = law.coefficient(speeds).max()
+        assert largest <= law.limit * (1.0 + 1e-15)  # one rounding
+        assert law.limit == pytest.approx(largest, rel=1e-5)  # spacing of the speeds
+
+
+def test_creep_of_adams_friction_with_the_second_papers_numbers() -> None:
+    """Physics 4: 2.2, 11.2, 19.7, 22.6, 48.2 mm/s at loads 0.01, 0.05, 0.0875, 0.1, 0.2."""
+    law = hp.Contact.s2().friction
+    creep = [1e3 * law.creep_speed(load) for load in (0.01, 0.05, 0.0875, 0.1, 0.2)]
+    assert creep == pytest.approx([2.2, 11.2, 19.7, 22.6, 48.2], abs=0.05)  # one decimal printed
+    assert law.creep_speed(0.3) == pytest.approx(0.1, rel=1e-12)
+
+
+@pytest.mark.parametrize("tangent", HARD_CASES["HC06_slope_tanh"]["ref"]["below_mu"])
+def test_hc06_creep_of_tanh_friction(tangent: str) -> None:
+    """HC06: atanh(tan/mu)/kt, for every slope of the catalogue."""
+    expected = float(HARD_CASES["HC06_slope_tanh"]["ref"]["below_mu"][tangent]["creep_speed"])
+    law = hp.TanhCoulomb(mu=0.5, slope=1000.0)
+    # atanh near 1 enlarges the rounding of tan/mu by 1/(1 - tan/mu), 5000 at most here
+    assert law.creep_speed(float(tangent)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_hc06_at_and_above_the_friction_angle_there_is_no_creep_speed() -> None:
+    law = hp.TanhCoulomb(mu=0.5, slope=1000.0)
+    assert math.isinf(law.creep_speed(0.5))
+    assert math.isinf(law.creep_speed(0.51))
+
+
+def test_drift_bench_of_the_physics_notes() -> None:
+    """Physics 4: r = 0.5, mu = 0.6, 5 s drift 137, 27.5, 2.75, 0.55 mm (tanh) and 174 (ADAMS)."""
+    for slope, drift in [(20, 137), (100, 27.5), (1000, 2.75), (5000, 0.55)]:
+        law = hp.TanhCoulomb(mu=0.6, slope=slope)
+        assert 5e3 * law.creep_speed(0.3) == pytest.approx(drift, rel=5e-3)
+    adams = hp.AdamsCoulomb(mu_static=0.6, mu_dynamic=0.2, stiction_speed=0.1, transition_speed=1.0)
+    assert 5e3 * adams.creep_speed(0.3) == pytest.approx(174, rel=5e-3)
+
+
+def test_stick_slip_stands_and_slides() -> None:
+    """No creep below the limit; in slip the dynamic coefficient, by default the static one."""
+    law = hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0)
+    assert law.mu_dynamic == 0.7
+    assert [law.creep_speed(load) for load in (0.1, 0.69999, 0.7)] == [0.0, 0.0, 0.0]
+    law = hp.StickSlip(mu=0.7, mu_dynamic=0.5, stiffness=2e4, damping=60.0)
+    assert law.coefficient([0.0, 1e-6, 1.0]).tolist() == [0.0, 0.5, 0.5]
+    assert law.native()(0.1) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("name", [*CREEPING, "stick-slip"])
+def test_another_mu_keeps_the_ratio_of_the_two(name: str) -> None:
+    law = CREEPING.get(name) or hp.StickSlip(mu=0.8, mu_dynamic=0.4, stiffness=2e4, damping=60.0)
+    static = "mu" if hasattr(law, "mu") else "mu_static"
+    other = law.with_mu(0.35)
+    assert type(other) is type(law)
+    assert getattr(other, static) == 0.35
+    if hasattr(law, "mu_dynamic"):
+        kept = law.mu_dynamic / getattr(law, static)
+        assert other.mu_dynamic / 0.35 == pytest.approx(kept, rel=1e-14)
+    rest = {"mu", "mu_static", "mu_dynamic"}
+    assert other.model_dump(exclude=rest) == law.model_dump(exclude=rest)
+    with pytest.raises(ParameterError, match="mu"):
+        law.with_mu(-0.1)

@@ -1,0 +1,145 @@
+"""Normal laws: native formulas and derivatives against NumPy, energy, units, no pull."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from contact_formulas import NORMAL, numpy_normal
+
+import hexapod_pin as hp
+from hexapod_pin.contact import hertz_stiffness, stiffness_from_mm
+from hexapod_pin.errors import ParameterError
+
+TOUCH = 0.1
+
+
+def random_states(count: int = 200) -> list[tuple[float, float]]:
+    """Depths around touch and beyond full damping depth; rates of both signs."""
+    rng = np.random.default_rng(1)
+    return list(zip(rng.uniform(-1e-4, 5e-4, count), rng.uniform(-0.3, 0.3, count), strict=True))
+
+
+@pytest.mark.parametrize("name", NORMAL)
+def test_force_equals_its_formula(name: str) -> None:
+    law = NORMAL[name]
+    for depth, rate in random_states():
+        expected = numpy_normal(law, depth, rate, TOUCH)
+        # one rounding per operation, about ten; the sum of spring and damper may cancel
+        scale = abs(law.native()(max(depth, 0.0), 0.0, TOUCH)[0])
+        assert law.force(depth, rate, TOUCH) == pytest.approx(
+            expected, rel=1e-14, abs=1e-14 * scale
+        )
+
+
+@pytest.mark.parametrize("name", NORMAL)
+def test_derivatives_equal_complex_steps(name: str) -> None:
+    """At random states, at rest, at first touch (depth 0+), and where the law is clamped to 0."""
+    law, native = NORMAL[name], NORMAL[name].native()
+    chosen = [(3e-4, 0.0), (1e-12, 0.1), (1e-12, 0.0), (1e-100, 0.1), (1e-4, -10.0), (-1e-4, 0.1)]
+    for depth, rate in [*random_states(), *chosen]:
+        step = 1e-20 * abs(depth)
+        by_depth = np.imag(numpy_normal(law, depth + 1j * step, rate + 0j, TOUCH)) / step
+        by_rate = np.imag(numpy_normal(law, depth + 0j, rate + 1e-20j, TOUCH)) / 1e-20
+        _, d_depth, d_rate, _ = native(depth, rate, TOUCH)
+        # two terms of ADAMS' slope may cancel to 1e-3 of themselves
+        assert d_depth == pytest.approx(by_depth, rel=1e-11, abs=1e-300), (depth, rate)
+        assert d_rate == pytest.approx(by_rate, rel=1e-12, abs=1e-300), (depth, rate)
+
+
+@pytest.mark.parametrize("name", NORMAL)
+def test_hc33_derivatives_at_denormal_depth(name: str) -> None:
+    """HC33: at 1e-310 they are those of the limit, n K d^(n-1) and the damping there."""
+    law = NORMAL[name]
+    _, d_depth, d_rate, _ = law.native()(1e-310, 1e-3, TOUCH)
+    slope = 0.0
+    if law.exponent == 1.0:
+        slope = law.stiffness * (1.0 + 1.5e-3 * getattr(law, "dissipation", 0.0))
+    assert d_depth == pytest.approx(slope, rel=1e-13, abs=1e-140)
+    at_touch = law.damping if isinstance(law, hp.KelvinVoigt) else 0.0
+    assert d_rate == pytest.approx(at_touch, abs=1e-140)
+
+
+@pytest.mark.parametrize("name", NORMAL)
+def test_derivatives_equal_central_differences(name: str) -> None:
+    """The same slopes from the law itself, without the second formula."""
+    law, native = NORMAL[name], NORMAL[name].native()
+    for depth, rate in [(1e-5, 0.01), (5e-5, -0.003), (3e-4, 0.02), (3e-4, -0.01)]:
+        force, d_depth, d_rate, _ = native(depth, rate, TOUCH)
+        assert force > 0.0
+        h = 1e-5
+        around = law.force(np.array([1 + h, 1 - h]) * depth, rate, TOUCH)
+        assert d_depth == pytest.approx((around[0] - around[1]) / (2 * h * depth), rel=1e-7)
+        around = law.force(depth, rate + np.array([h, -h]), TOUCH)
+        assert d_rate == pytest.approx((around[0] - around[1]) / (2 * h), rel=1e-7)
+
+
+@pytest.mark.parametrize("name", NORMAL)
+def test_elastic_energy_is_the_integral_of_the_elastic_force(name: str) -> None:
+    native = NORMAL[name].native()
+    depth = np.linspace(0.0, 3e-4, 20001)
+    force = np.array([native(d, 0.0)[3] for d in depth])
+    assert native.energy(depth[-1]) == pytest.approx(np.trapezoid(force, depth), rel=1e-7)
+
+
+@pytest.mark.parametrize("name", NORMAL)
+def test_damping_never_gives_energy(name: str) -> None:
+    """The force beyond the elastic one opposes the motion, at every state that is in contact."""
+    native = NORMAL[name].native()
+    for depth, rate in random_states():
+        force, _, _, elastic = native(depth, rate, TOUCH)
+        assert (force - elastic) * rate >= 0.0
+
+
+@pytest.mark.parametrize("name", NORMAL)
+def test_no_law_pulls(name: str) -> None:
+    assert float(NORMAL[name].force(1e-4, -10.0, TOUCH)) == 0.0
+    assert float(NORMAL[name].force(-1e-4, 10.0, TOUCH)) == 0.0
+
+
+@pytest.mark.parametrize("name", NORMAL)
+def test_hc33_denormal_depth_and_rate(name: str) -> None:
+    """HC33: depth and rate of 1e-310 give a force below 1e-300 and finite derivatives."""
+    law = NORMAL[name]
+    assert 0.0 <= float(law.force(1e-310, 1e-310, 1e-310)) < 1e-300
+    assert np.all(np.isfinite(law.native()(1e-310, 1e-310, 1e-310)))
+    assert np.all(np.isfinite(law.native()(5e-324, 0.0, 0.0)))
+    assert law.native()(0.0, 1.0, 1.0)[0] == 0.0
+
+
+def test_touch_speed_has_a_floor() -> None:
+    """A foot put down slower than the floor is damped as at the floor, not without bound."""
+    law = hp.Restitution(stiffness=1e6, restitution=0.3, speed_floor=2e-3)
+    floor = float(law.force(1e-4, 1e-3, 2e-3))
+    assert float(law.force(1e-4, 1e-3, 0.0)) == floor
+    assert float(law.force(1e-4, 1e-3, 1e-310)) == floor
+    assert float(law.force(1e-4, 1e-3, 4e-3)) < floor
+
+
+def test_kelvin_voigt_jumps_at_touch_down() -> None:
+    law = hp.KelvinVoigt(stiffness=1e4, damping=30.0)
+    assert float(law.force(1e-12, 0.1)) == pytest.approx(3.0, rel=1e-8)  # K d is 1e-8 N
+
+
+def test_units_of_the_second_paper() -> None:
+    """1e5 N/mm^2.2 is 3.981e11 N/m^2.2; 5.05, 7.57, 10.1 N sink as in physics 3.3 (4 digits)."""
+    assert stiffness_from_mm(1e5, 2.2) == pytest.approx(3.98107170553497e11, rel=1e-12)
+    for depth, force in [(0.01114e-3, 5.05), (0.01339e-3, 7.57), (0.01527e-3, 10.1)]:
+        assert float(NORMAL["adams"].force(depth)) == pytest.approx(force, rel=2e-3)
+
+
+def test_hertz_stiffness_of_the_assumed_rubber_foot() -> None:
+    """E 5 MPa, nu 0.49, R 20 mm: 1.24e6 N/m^1.5; 13.5 N sink it by 0.49 mm."""
+    rubber = {"young": 5e6, "poisson": 0.49, "radius": 0.02}
+    assert hertz_stiffness(**rubber) == pytest.approx(1.24e6, rel=2e-3)
+    assert float(hp.HuntCrossley.hertz(**rubber).force(0.49e-3)) == pytest.approx(13.5, rel=1e-2)
+    assert hp.Restitution.hertz(**rubber, restitution=0.3) == hp.Contact.accurate().normal
+    assert hp.HuntCrossley.hertz(**rubber, dissipation=20.0) == hp.Contact.s1().normal
+
+
+@pytest.mark.parametrize(
+    ("wrong", "culprit"),
+    [({"young": 0.0}, "young"), ({"radius": -1.0}, "radius"), ({"poisson": 0.6}, "poisson")],
+)
+def test_impossible_material_is_refused(wrong: dict[str, float], culprit: str) -> None:
+    with pytest.raises(ParameterError, match=culprit):
+        hertz_stiffness(**{"young": 5e6, "poisson": 0.49, "radius": 0.02, **wrong})
