@@ -77,6 +77,9 @@ class MujocoScene:
 
     def _only_feet_touch(self, spec: Any) -> None:
         """Floor plane with our coefficient of friction; feet collide with it and nothing else."""
+        ground = self.scene.terrain
+        if not isinstance(ground, hp.Flat):
+            raise TypeError(f"only Flat ground is compared, not {type(ground).__name__}")
         mu = friction_coefficient(self.scene.contact)
         feet = {foot.name for foot in self.scene.robot.feet}
         for geom in spec.geoms:
@@ -86,7 +89,7 @@ class MujocoScene:
                 geom.name = geom.parent.name
         spec.worldbody.add_geom(
             name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[5, 5, 0.1],
-            pos=[0, 0, self.scene.terrain.height], contype=1, conaffinity=0,
+            pos=[0, 0, ground.height], contype=1, conaffinity=0,
             friction=[mu, 0.005, 0.0001], priority=1,
         )  # fmt: skip
 

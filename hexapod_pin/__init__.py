@@ -44,6 +44,14 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation import simulate_batch as simulate_batch
     from hexapod_pin.state import State as State
     from hexapod_pin.terrain import Flat as Flat
+    from hexapod_pin.terrain import Groove as Groove
+    from hexapod_pin.terrain import HeightField as HeightField
+    from hexapod_pin.terrain import Ledge as Ledge
+    from hexapod_pin.terrain import Patch as Patch
+    from hexapod_pin.terrain import Patched as Patched
+    from hexapod_pin.terrain import Shaken as Shaken
+    from hexapod_pin.terrain import Slope as Slope
+    from hexapod_pin.terrain import Stairs as Stairs
     from hexapod_pin.trace import Trace as Trace
     from hexapod_pin.trace import load_trace as load_trace
 
@@ -58,15 +66,23 @@ _MODULES = {
     "Contact": "contact",
     "Flat": "terrain",
     "Gait": "gait",
+    "Groove": "terrain",
+    "HeightField": "terrain",
     "Hold": "control.hold",
     "HuntCrossley": "contact",
     "KelvinVoigt": "contact",
     "KinematicControl": "control.kinematic",
+    "Ledge": "terrain",
+    "Patch": "terrain",
+    "Patched": "terrain",
     "Restitution": "contact",
     "Robot": "robot",
     "Scene": "scene",
     "Servo": "actuator",
+    "Shaken": "terrain",
+    "Slope": "terrain",
     "SmoothStep": "contact",
+    "Stairs": "terrain",
     "State": "state",
     "StickSlip": "contact",
     "TanhCoulomb": "contact",

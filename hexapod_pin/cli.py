@@ -98,7 +98,11 @@ def walk(
     turn: Annotated[float, typer.Option(help="Yaw rate, left > 0 [degrees/s].")] = 0.0,
     duration: Annotated[float, typer.Option(help="Simulated time [s].")] = 10.0,
     contact: Annotated[
-        str, typer.Option(help="s1: Hertz + tanh friction (assumed rubber); s2: ADAMS IMPACT.")
+        str,
+        typer.Option(
+            help="accurate: exact restitution, stick-slip; s1: Hertz + tanh friction; s1-printed: "
+            "linear (all three assumed rubber); s2: ADAMS IMPACT."
+        ),
     ] = "s1",
     mu: Annotated[
         Optional[float],  # noqa: UP045

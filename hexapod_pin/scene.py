@@ -10,7 +10,7 @@ from hexapod_pin.actuator import Servo
 from hexapod_pin.contact import Contact
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import read_toml
-from hexapod_pin.terrain import Flat
+from hexapod_pin.terrain import AnyTerrain, Flat, read_terrain
 
 if TYPE_CHECKING:
     from hexapod_pin.robot import Robot
@@ -31,7 +31,7 @@ class Scene:
     """
 
     robot: Robot
-    terrain: Flat = field(default_factory=Flat)
+    terrain: AnyTerrain = field(default_factory=Flat)
     contact: Contact = field(default_factory=Contact.s1)
     servo: Servo | None = None
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
@@ -107,7 +107,7 @@ class Scene:
             )
         return cls(
             robot,
-            terrain=Flat(**data["terrain"]),
+            terrain=read_terrain(data["terrain"]),
             contact=Contact(**data["contact"]),
             servo=Servo(**data["servo"]),
             gravity=tuple(data["gravity"]),

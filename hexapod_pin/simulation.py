@@ -12,14 +12,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
+from hexapod_pin.terrain import Plane
 from hexapod_pin.trace import ENERGIES, Trace
 
 if TYPE_CHECKING:
     from hexapod_pin.control.reference import Controller, Plan
     from hexapod_pin.robot import State
     from hexapod_pin.scene import Scene
+
+Array = NDArray[np.float64]
 
 METHODS = ("implicit-euler", "rk4")
 CHUNK = 2000  # steps between two looks at the keyboard and the progress bar
@@ -111,10 +115,7 @@ class Run:
         robot = self.scene.robot
         if state is not None:
             return robot.check_state(state.q, state.v)
-        standing = robot.stand(self.plan.q[0])
-        q = standing.q.copy()
-        q[2] += self.scene.terrain.height
-        return robot.check_state(q, standing.v)
+        return standing_on(self.scene, self.plan.q[0])
 
     def _start(self, state: State) -> Any:
         from hexapod_pin import native as _native
@@ -229,6 +230,28 @@ class Run:
             f"Try a smaller step than {self.grid.step:g} s, softer contact, or lower servo gains.",
             trace,
         )
+
+
+def standing_on(scene: Scene, posture: Array) -> State:
+    """Return the state at rest in a posture (n,) [rad], just touching the ground.
+
+    On a plane the robot is laid along it; on any other ground it stands level.
+    """
+    import pinocchio as pin
+
+    robot, surface = scene.robot, scene.terrain.surface()
+    q = robot.stand(posture).q.copy()
+    if isinstance(surface, Plane):
+        tilt = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(surface.normal))
+        q[:3], q[3:7] = tilt.toRotationMatrix() @ q[:3], tilt.coeffs()
+    if robot.feet:
+        data = robot.model.createData()
+        pin.forwardKinematics(robot.model, data, q)
+        joints = [_native_joint(robot, foot.joint) for foot in robot.feet]
+        feet = zip(joints, robot.feet, strict=True)
+        centers = [data.oMi[joint].act(foot.offset) for joint, foot in feet]
+        q[2] += scene.terrain.lift(centers, [foot.radius for foot in robot.feet])
+    return robot.check_state(q, np.zeros(robot.model.nv))
 
 
 def native_plant(scene: Scene, *, dense: bool = False) -> Any:

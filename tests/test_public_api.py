@@ -13,9 +13,9 @@ import hexapod_pin as hp
 HEAVY = ("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h5py", "pydantic")
 
 PROMISED = """
-load_robot urdf_path Robot State Blueprint Contact HuntCrossley AdamsImpact TanhCoulomb
-AdamsCoulomb
-KelvinVoigt Restitution SmoothStep BrownMcPhee StickSlip Flat Servo Scene Gait KinematicControl Hold simulate simulate_batch Case Trace
+load_robot urdf_path Robot State Blueprint Contact HuntCrossley AdamsImpact KelvinVoigt Restitution
+TanhCoulomb AdamsCoulomb SmoothStep BrownMcPhee StickSlip Flat Slope Stairs Ledge Groove HeightField
+Patch Patched Shaken Servo Scene Gait KinematicControl Hold simulate simulate_batch Case Trace
 load_trace torque_budget TorqueBudget playback errors __version__
 """.split()
 
