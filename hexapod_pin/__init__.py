@@ -99,20 +99,22 @@ _MODULES = {
 __all__ = ["__version__", "errors", "playback", *_MODULES]  # noqa: PLE0604
 
 
-def __getattr__(name: str) -> Any:
-    """Import a public name on first use (PEP 562)."""
-    if name == "__version__":
-        from importlib.metadata import version
+if not TYPE_CHECKING:  # with it, a type checker would take any name for granted
 
-        value: Any = version("hexapod-pin")
-    elif name in ("errors", "playback"):
-        value = import_module(f"hexapod_pin.{name}")
-    elif name in _MODULES:
-        value = getattr(import_module(f"hexapod_pin.{_MODULES[name]}"), name)
-    else:
-        raise AttributeError(f"module 'hexapod_pin' has no attribute {name!r}")
-    globals()[name] = value
-    return value
+    def __getattr__(name: str) -> Any:
+        """Import a public name on first use (PEP 562)."""
+        if name == "__version__":
+            from importlib.metadata import version
+
+            value: Any = version("hexapod-pin")
+        elif name in ("errors", "playback"):
+            value = import_module(f"hexapod_pin.{name}")
+        elif name in _MODULES:
+            value = getattr(import_module(f"hexapod_pin.{_MODULES[name]}"), name)
+        else:
+            raise AttributeError(f"module 'hexapod_pin' has no attribute {name!r}")
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

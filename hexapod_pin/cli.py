@@ -103,7 +103,7 @@ def walk(
             help="accurate: exact restitution, stick-slip; s1: Hertz + tanh friction; s1-printed: "
             "linear (all three assumed rubber); s2: ADAMS IMPACT."
         ),
-    ] = "s1",
+    ] = "accurate",
     mu: Annotated[
         Optional[float],  # noqa: UP045
         typer.Option(help="Friction coefficient (s2: the static one, ratio kept)."),

@@ -25,14 +25,14 @@ class Scene:
     Attributes:
         robot: the robot.
         terrain: the ground.
-        contact: laws between feet and ground; default `Contact.s1()`.
+        contact: laws between feet and ground; default `Contact.accurate()`, *assumed* numbers.
         servo: joint servos; default `Servo.from_effort(robot)`, *assumed* gains.
         gravity: acceleration [m/s^2], world axes; tilt it to stand on a slope.
     """
 
     robot: Robot
     terrain: AnyTerrain = field(default_factory=Flat)
-    contact: Contact = field(default_factory=Contact.s1)
+    contact: Contact = field(default_factory=Contact.accurate)
     servo: Servo | None = None
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
 
