@@ -16,6 +16,14 @@ import numpy as np
 import numpy.typing as npt
 
 from hexapod_pin.errors import ParameterError, ViewerError
+from hexapod_pin.playback.ground_mesh import (
+    ground_mesh,
+    is_level,
+    patch_outlines,
+    profile_edges,
+    shaking,
+    terrain_of,
+)
 from hexapod_pin.playback.robot_shapes import Y_TO_Z, RobotShapes, Shape, box, cylinder
 from hexapod_pin.trace import Trace
 
@@ -29,6 +37,8 @@ FOREVER = 10**9  # repetitions of a looped animation
 ARROW_COLOR = (0.9, 0.15, 0.1, 0.9)
 GROUND_COLOR = (0.86, 0.87, 0.85, 1.0)
 LINE_COLOR = (0.6, 0.62, 0.6, 1.0)
+EDGE_COLOR = (0.42, 0.43, 0.42, 1.0)
+PATCH_COLOR = (0.2, 0.4, 0.8, 1.0)
 SKY = ((0.80, 0.88, 0.95), (0.97, 0.98, 1.0))  # top, bottom
 
 
@@ -155,6 +165,9 @@ def _motion(trace: Trace, index: npt.NDArray[np.intp], sizes: Sizes) -> dict[str
     q = trace.q[index]
     focus = -np.column_stack([q[:, 0], q[:, 1], np.full(len(index), q[0, 2])])
     motion = {ROOT: {"position": focus}}
+    lift = shaking(terrain_of(trace), trace.time[index])
+    if lift is not None:
+        motion[f"{ROOT}/ground"] = {"position": lift[:, None] * (0.0, 0.0, 1.0)}
     for body, (position, attitude) in _robot(trace).poses(q, trace.joint_names).items():
         motion[_body_path(body)] = {"position": position, "quaternion": attitude}
     radii = trace.meta.get("foot_radius") or [0.0] * len(trace.foot_names)
@@ -230,12 +243,28 @@ def _arrow(path: str, width: float) -> list[Command]:
 
 
 def _ground(trace: Trace, sizes: Sizes) -> list[Command]:
-    """Return a slab with its top at the ground, and a grid on it, under the whole path."""
+    """Return the ground under the whole path: a slab with a grid if level, else its surface."""
     spacing = 10.0 ** round(math.log10(0.5 * sizes.reach))
     margin = 5.0 * sizes.reach
     low = np.floor((trace.q[:, :2].min(axis=0) - margin) / spacing) * spacing
     high = np.ceil((trace.q[:, :2].max(axis=0) + margin) / spacing) * spacing
     spacing *= math.ceil(float(np.max(high - low)) / spacing / 500)
+    terrain, above = terrain_of(trace), 2e-3 * sizes.reach
+    if terrain is None:
+        return _slab(low, high, spacing, sizes)
+    lines = {
+        "edges": (profile_edges(terrain, low, high, 0.5 * above), EDGE_COLOR),
+        "patches": (patch_outlines(terrain, above), PATCH_COLOR),
+    }
+    drawn = [_lines(f"{ROOT}/ground/{k}", ends, c) for k, (ends, c) in lines.items() if len(ends)]
+    if is_level(terrain):
+        return [*_slab(low, high, spacing, sizes), *drawn]
+    vertices, triangles = ground_mesh(terrain, low, high)
+    return [_mesh(f"{ROOT}/ground/surface", vertices, triangles), *drawn]
+
+
+def _slab(low: Array, high: Array, spacing: float, sizes: Sizes) -> list[Command]:
+    """Return a slab with its top at the ground, and a grid on it."""
     centre, size, thick = 0.5 * (low + high), high - low, 0.1 * sizes.reach
     position = np.array([*centre, sizes.ground - 0.5 * thick])
     slab = Shape(box([*size, thick]), np.eye(3), position, GROUND_COLOR)
@@ -271,13 +300,33 @@ def _object(path: str, shape: Shape, options: Mapping[str, Any] | None = None) -
     return _set_object(path, "Mesh", dict(shape.geometry), material, pose)
 
 
-def _lines(path: str, points: Array) -> Command:
+def _mesh(path: str, vertices: Array, triangles: npt.NDArray[np.intp]) -> Command:
+    """Return the command that draws triangles (F, 3) between vertices (V, 3) [m], facets flat."""
+    position = _attribute(vertices)
+    index = {"itemSize": 1, "type": "Uint32Array", "array": triangles.ravel().tolist()}
+    geometry = {
+        "type": "BufferGeometry",
+        "data": {"attributes": {"position": position}, "index": index},
+    }
+    color = _rgb(GROUND_COLOR)
+    material = {"type": "MeshPhongMaterial", "color": color, "side": 2, "flatShading": True}
+    return _set_object(path, "Mesh", geometry, material, np.eye(4))
+
+
+def _lines(
+    path: str, points: Array, color: tuple[float, float, float, float] = LINE_COLOR
+) -> Command:
     """Return the command that draws separate lines between pairs of points (2 K, 3) [m]."""
-    array = np.round(points, DIGITS).ravel().tolist()
-    position = {"itemSize": 3, "type": "Float32Array", "array": array, "normalized": False}
-    geometry = {"type": "BufferGeometry", "data": {"attributes": {"position": position}}}
-    material = {"type": "LineBasicMaterial", "color": _rgb(LINE_COLOR)}
+    data = {"attributes": {"position": _attribute(points)}}
+    geometry = {"type": "BufferGeometry", "data": data}
+    material = {"type": "LineBasicMaterial", "color": _rgb(color)}
     return _set_object(path, "LineSegments", geometry, material, np.eye(4))
+
+
+def _attribute(points: Array) -> Command:
+    """Return points (N, 3) [m] as three.js takes them."""
+    array = np.round(points, DIGITS).ravel().tolist()
+    return {"itemSize": 3, "type": "Float32Array", "array": array, "normalized": False}
 
 
 def _set_object(path: str, kind: str, geometry: Command, material: Command, pose: Array) -> Command:
