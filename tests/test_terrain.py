@@ -332,10 +332,9 @@ def test_hills_push_along_the_gradient_of_the_gap(radius: float, gap: float) -> 
             / (2.0 * step)
             for e in step * np.eye(3)
         ]
-        # the nearest point is taken at the centre's foot point: an error of curvature times gap,
-        # at most 12 1/m times 1 mm, squared in the gap
-        assert gradient == pytest.approx(normal, abs=2e-5 + 2.0 * abs(gap))
-        assert found == pytest.approx(gap, abs=2e-6)
+        # the search ends at 1e-14 m, seen through a difference of 2e-6 m
+        assert gradient == pytest.approx(normal, abs=1e-7)
+        assert found == pytest.approx(gap, abs=1e-12)
 
 
 def test_random_hills() -> None:

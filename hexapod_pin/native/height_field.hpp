@@ -19,16 +19,20 @@ class HeightField {
       throw std::invalid_argument("height field: a grid of 2 x 2 points at least");
   }
 
-  // The tangent plane under the sphere's contact point, found by three fixed-point steps.
+  // The nearest point of the surface, by fixed-point steps along its normal; the gap's gradient is
+  // then the normal. A sphere far above gets the distance along the normal below it.
   int under(const Vec3& center, double radius, GroundPoints& out) const {
     Vec3 n = Vec3::UnitZ();
     double gap = 0.0;
-    for (int k = 0; k < (radius > 0.0 ? 4 : 1); ++k) {
-      const Vec3 point = center - radius * n;
+    for (int k = 0; k < kMostIterations; ++k) {
+      const Vec3 point = center - (k == 0 ? 0.0 : radius + gap) * n;
       double height, hx, hy;
       sample(point.x(), point.y(), height, hx, hy);
       n = Vec3(-hx, -hy, 1.0).normalized();
-      gap = n.z() * (point.z() - height);
+      const double next = n.dot(center - Vec3(point.x(), point.y(), height)) - radius;
+      const bool done = next > dx_ || (k > 0 && std::abs(next - gap) < kConverged);
+      gap = next;
+      if (done) break;
     }
     out[0] = {gap, n};
     return 1;
@@ -55,6 +59,9 @@ class HeightField {
   }
 
  private:
+  static constexpr int kMostIterations = 40;
+  static constexpr double kConverged = 1e-14;  // m
+
   static void spline(const double* p, double t, double& value, double& derivative) {
     const double a = -0.5 * p[0] + 1.5 * p[1] - 1.5 * p[2] + 0.5 * p[3];
     const double b = p[0] - 2.5 * p[1] + 2.0 * p[2] - 0.5 * p[3], c = 0.5 * (p[2] - p[0]);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include <pinocchio/algorithm/crba.hpp>
@@ -150,6 +151,7 @@ class Plant {
     const Vec3 center = data.oMi[mount.joint].act(mount.offset), world = q.head<3>() + center;
     GroundPoints points;
     terrain.under(world, mount.radius, t, points);
+    if (per_foot == 2) keep_order(feet[2 * f], feet[2 * f + 1], points);
     for (std::size_t k = 0; k < per_foot; ++k) {
       Foot& foot = feet[f * per_foot + k];
       foot.center = center;
@@ -160,6 +162,15 @@ class Plant {
         differentiate_foot(f * per_foot + k, v);
       if (foot.active) load_foot(foot, world, lead);
     }
+  }
+
+  // A contact that goes on keeps its place, and with it its memory, when the faces change.
+  static void keep_order(const Foot& first, const Foot& second, GroundPoints& points) {
+    const auto alike = [](const Foot& old, const GroundPoint& point) {
+      return old.memory.touching && point.gap < kFarAway ? old.ground.normal.dot(point.normal) : -1.0;
+    };
+    const double kept = alike(first, points[0]) + alike(second, points[1]);
+    if (alike(first, points[1]) + alike(second, points[0]) > kept) std::swap(points[0], points[1]);
   }
 
   void load_foot(Foot& foot, const Vec3& world, double lead) {

@@ -77,14 +77,18 @@ class Recorder {
   void sample_feet(const PlantT& plant, const VectorXd& q, const Account& account, double interval) {
     for (std::size_t f = 0; f < plant.mounts.size(); ++f) {
       std::size_t nearest = f * plant.per_foot;
-      Vec3 force = Vec3::Zero();
+      Vec3 force = Vec3::Zero(), pushed = Vec3::Zero();
       for (std::size_t i = f * plant.per_foot; i < (f + 1) * plant.per_foot; ++i) {
         if (plant.feet[i].ground.gap < plant.feet[nearest].ground.gap) nearest = i;
-        force += interval > 0.0 ? Vec3(account.impulse[i] / interval) : plant.feet[i].contact.force;
+        const Vec3 part = interval > 0.0 ? Vec3(account.impulse[i] / interval) : plant.feet[i].contact.force;
+        force += part;
+        pushed += plant.feet[i].ground.normal.dot(part) * plant.feet[i].ground.normal;
       }
       foot_position_.append(Vec3(q.head<3>() + plant.feet[nearest].center));
       foot_force_.append(force);
-      foot_normal_.append(plant.feet[nearest].ground.normal);
+      // two contacts push along the sum of their normal forces
+      const bool both = plant.per_foot > 1 && pushed.norm() > 0.0;
+      foot_normal_.append(both ? Vec3(pushed.normalized()) : plant.feet[nearest].ground.normal);
       foot_gap_.append(plant.feet[nearest].ground.gap);
     }
   }
