@@ -41,8 +41,8 @@ largest distance of the trunk, on a 10 ms grid, from that engine's own run of th
 {fine:g} s (MuJoCo's with a solver tolerance of 1e-12); "reference" is how far that run moves when
 its step is doubled: an error below it is not resolved. A run begins with the feet just touching:
 settling is part of every error. Sampling does not change a run, the dense solver by {dense:.0e} m.
-"Counts": ours solves a step again when a servo reaches its limit or a foot lets go; MuJoCo's
-solver iterations are means over 10 ms samples.
+"Counts": ours solves a step again when a servo reaches its limit, a foot lets go or its slip turns
+round; MuJoCo's solver iterations are means over 10 ms samples.
 
 Pinocchio's crba + nle: CRBA and nonLinearEffects called in C++, what mass matrix and bias cost with
 it; a step calls crba and takes the bias from what that leaves (`native/bias.hpp`).
