@@ -13,10 +13,7 @@ from scipy.interpolate import CubicHermiteSpline
 import hexapod_pin as hp
 from hexapod_pin import native
 from hexapod_pin.control.reference import Controller, Plan
-from hexapod_pin.simulation import native_plant
-
-NEVER = 10**9
-"""A stride no run reaches: nothing is sampled after t = 0."""
+from hexapod_pin.plant import native_plant
 
 
 @dataclass(frozen=True)
@@ -63,19 +60,25 @@ class Motion:
             time=[float(t) for t in self.plan.time],
             position=np.ascontiguousarray(self.plan.q),
             rate=np.ascontiguousarray(self.plan.v),
-            q=self.state.q, v=self.state.v, t0=0.0, step=step, stride=stride, method=method,
+            held=self.plan.held,
+            start=native.checkpoint(0, self.state.q, self.state.v, np.zeros((0, 6)), 0.0),
+            method=method, step=step, stride=stride, sample=step * stride, accuracy=0.0,
         )  # fmt: skip
 
     def timed_run(
-        self, step: float, steps: int, *, stride: int = NEVER, dense: bool = False
+        self, step: float, steps: int, *, stride: int | None = None, dense: bool = False
     ) -> Callable[[], float]:
-        """Return a function that runs `steps` steps and returns the wall time [s]."""
+        """Return a function that runs `steps` steps and returns the wall time [s].
+
+        A sample every `stride` steps; None: one at the end.
+        """
+        every = stride or steps
         plant = native_plant(self.scene, dense=dense)
 
         def run() -> float:
-            rollout = self.rollout(step, stride, plant=plant)
+            rollout = self.rollout(step, every, plant=plant)
             begin = time.perf_counter()
-            good = rollout.advance(steps)
+            good = rollout.advance(steps // every)
             taken = time.perf_counter() - begin
             if not good:
                 raise RuntimeError(f"the run diverged at a step of {step:g} s")
@@ -89,7 +92,7 @@ class Motion:
         """Return the trunk's positions every 10 ms [m], the mean feet down, and the counters."""
         plant = native_plant(self.scene, dense=dense)
         run = self.rollout(step, round(SAMPLE / step), plant=plant)
-        if not run.advance(round(duration / step)):
+        if not run.advance(round(duration / SAMPLE)):
             raise RuntimeError(f"the run diverged at a step of {step:g} s")
         record = run.record()
         down = (record["foot_gap"][1:] < 0.0).sum(axis=1).mean()

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hexapod_pin.actuator import Servo as Servo
     from hexapod_pin.budget import TorqueBudget as TorqueBudget
     from hexapod_pin.budget import torque_budget as torque_budget
+    from hexapod_pin.checkpoint import Checkpoint as Checkpoint
     from hexapod_pin.contact import AdamsCoulomb as AdamsCoulomb
     from hexapod_pin.contact import AdamsImpact as AdamsImpact
     from hexapod_pin.contact import BrownMcPhee as BrownMcPhee
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from hexapod_pin.contact import SmoothStep as SmoothStep
     from hexapod_pin.contact import StickSlip as StickSlip
     from hexapod_pin.contact import TanhCoulomb as TanhCoulomb
+    from hexapod_pin.control.held import Held as Held
     from hexapod_pin.control.hold import Hold as Hold
     from hexapod_pin.control.kinematic import KinematicControl as KinematicControl
     from hexapod_pin.description.blueprint import Blueprint as Blueprint
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation import simulate as simulate
     from hexapod_pin.simulation import simulate_batch as simulate_batch
     from hexapod_pin.state import State as State
+    from hexapod_pin.stops import JointStops as JointStops
     from hexapod_pin.terrain import Flat as Flat
     from hexapod_pin.terrain import Groove as Groove
     from hexapod_pin.terrain import HeightField as HeightField
@@ -63,13 +66,16 @@ _MODULES = {
     "Blueprint": "description.blueprint",
     "BrownMcPhee": "contact",
     "Case": "simulation",
+    "Checkpoint": "checkpoint",
     "Contact": "contact",
     "Flat": "terrain",
     "Gait": "gait",
     "Groove": "terrain",
     "HeightField": "terrain",
+    "Held": "control.held",
     "Hold": "control.hold",
     "HuntCrossley": "contact",
+    "JointStops": "stops",
     "KelvinVoigt": "contact",
     "KinematicControl": "control.kinematic",
     "Ledge": "terrain",

@@ -116,8 +116,24 @@ def walk(
         Optional[float],  # noqa: UP045
         typer.Option(help="Servo damping [N m s/rad]; default assumed from the effort."),
     ] = None,
-    method: Annotated[str, typer.Option(help="implicit-euler or rk4.")] = "implicit-euler",
-    step: Annotated[float, typer.Option(help="Integration step [s].")] = 1e-3,
+    accuracy: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(help="Error in positions to keep [m and rad]; default 1e-4."),
+    ] = None,
+    method: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            help="x3 (the default), ndf, dop853; with fixed steps robust, implicit-euler, rk4."
+        ),
+    ] = None,
+    step: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(help="Step of a fixed-step method [s]; alone it means implicit-euler."),
+    ] = None,
+    sample: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(help="Time between samples [s]; default 2 ms, with fixed steps 1 ms."),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Trace file to write.")] = Path("walk.nc"),
     html: Annotated[Path, typer.Option(help="Playback file to write.")] = Path("walk.html"),
     no_html: Annotated[bool, typer.Option("--no-html", help="Write no playback.")] = False,
@@ -160,7 +176,8 @@ def walk(
     with progress_bar(f"walking {duration:g} s") as progress:
         trace = run_saving(
             lambda: simulate(
-                scene, KinematicControl(chosen), duration=duration, method=method, step=step,
+                scene, KinematicControl(chosen), duration=duration,
+                accuracy=accuracy, method=method, step=step, sample=sample,
                 progress=progress,
             ),
             trace_path,

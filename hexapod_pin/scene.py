@@ -10,6 +10,7 @@ from hexapod_pin.actuator import Servo
 from hexapod_pin.contact import Contact
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import read_toml
+from hexapod_pin.stops import JointStops
 from hexapod_pin.terrain import AnyTerrain, Flat, read_terrain
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ class Scene:
         contact: laws between feet and ground; default `Contact.accurate()`, *assumed* numbers.
         servo: joint servos; default `Servo.from_effort(robot)`, *assumed* gains.
         gravity: acceleration [m/s^2], world axes; tilt it to stand on a slope.
+        stops: what holds the joints in their range; default `JointStops.from_effort(robot)`,
+            *assumed* numbers.
     """
 
     robot: Robot
@@ -35,15 +38,18 @@ class Scene:
     contact: Contact = field(default_factory=Contact.accurate)
     servo: Servo | None = None
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    stops: JointStops | None = None
 
     def __post_init__(self) -> None:
-        """Fill in the default servo and check gravity.
+        """Fill in the default servo and stops, and check gravity.
 
         Raises:
             ParameterError: if gravity is not three finite numbers.
         """
         if self.servo is None:
             object.__setattr__(self, "servo", Servo.from_effort(self.robot))
+        if self.stops is None:
+            object.__setattr__(self, "stops", JointStops.from_effort(self.robot))
         gravity = tuple(float(g) for g in self.gravity)
         if len(gravity) != 3 or not all(math.isfinite(g) for g in gravity):
             raise ParameterError("Scene.gravity", self.gravity, "three finite numbers [m/s^2]")
@@ -55,6 +61,11 @@ class Scene:
         return self.servo or Servo.from_effort(self.robot)
 
     @property
+    def joint_stops(self) -> JointStops:
+        """What holds the joints in their range (never None)."""
+        return self.stops or JointStops.from_effort(self.robot)
+
+    @property
     def assumed(self) -> tuple[str, ...]:
         """Statements of every number in this scene that no source gives."""
         found = list(self.robot.assumed)
@@ -63,6 +74,11 @@ class Scene:
         if self.servos.assumed:
             found.append(
                 f"servo gains: kp {self.servos.kp:g} N m/rad, kd {self.servos.kd:g} N m s/rad"
+            )
+        if self.joint_stops.assumed and self.joint_stops.stiffness > 0.0:
+            found.append(
+                f"joint stops: {self.joint_stops.stiffness:g} N m/rad, "
+                f"{self.joint_stops.dissipation:g} s/rad"
             )
         return tuple(found)
 
@@ -80,6 +96,7 @@ class Scene:
             "terrain": self.terrain.model_dump(),
             "contact": self.contact.model_dump(),
             "servo": self.servos.model_dump(),
+            "stops": self.joint_stops.model_dump(),
         }
 
     def to_toml(self) -> str:
@@ -111,4 +128,5 @@ class Scene:
             contact=Contact(**data["contact"]),
             servo=Servo(**data["servo"]),
             gravity=tuple(data["gravity"]),
+            stops=JointStops(**data["stops"]) if "stops" in data else None,
         )

@@ -5,7 +5,6 @@ Python sets a run up, hands it over, and takes the samples back; it never sits i
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,8 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hexapod_pin.checkpoint import Checkpoint
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
-from hexapod_pin.terrain import Plane
+from hexapod_pin.grid import Grid, whole
+from hexapod_pin.methods import Choice, choose, refuse_unfit
+from hexapod_pin.plant import native_plant, standing_on
 from hexapod_pin.trace import ENERGIES, Trace
 
 if TYPE_CHECKING:
@@ -25,8 +27,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-METHODS = ("implicit-euler", "rk4")
-CHUNK = 2000  # steps between two looks at the keyboard and the progress bar
+LOOK_EVERY = 0.2
+"""Simulated time between two looks at the keyboard and the progress bar [s]."""
 
 
 @dataclass(frozen=True)
@@ -35,121 +37,108 @@ class Case:
 
     scene: Scene
     controller: Controller
-    initial: State | None = None
+    initial: State | Checkpoint | None = None
 
 
 @dataclass(frozen=True)
-class Grid:
-    """The fixed time grid of a run: time = k * step, a sample every `stride` steps."""
+class How:
+    """How to run: the method with its number, and the grid of samples.
 
-    step: float
-    steps: int
-    stride: int
+    Attributes:
+        choice: method, and its accuracy or step.
+        grid: samples and steps.
+        duration: simulated time [s].
+    """
+
+    choice: Choice
+    grid: Grid
+    duration: float
 
     @classmethod
-    def of(cls, duration: float, step: float, sample: float | None) -> Grid:
-        """Check the three times against each other.
-
-        Args:
-            duration: simulated time [s], a whole number of samples.
-            step: integration step [s].
-            sample: time between samples [s], a whole number of steps; None: 1 ms or one step.
+    def of(
+        cls,
+        duration: float,
+        method: str | None,
+        accuracy: float | None,
+        step: float | None,
+        sample: float | None,
+    ) -> How:
+        """Check the settings of `simulate` against each other.
 
         Raises:
-            ParameterError: a time is not positive and finite, or they do not divide.
+            ParameterError: one is out of range, or they do not fit together.
         """
-        _require_time("step", step, smallest=0.0)
-        _require_time("duration", duration, smallest=-1.0)
-        if sample is not None:
-            _require_time("sample", sample, smallest=0.0)
-        stride = (
-            max(1, round(1e-3 / step)) if sample is None else whole("sample/step", sample, step)
+        choice = choose(method, accuracy, step)
+        grid = (
+            Grid.adaptive(duration, sample)
+            if choice.method.adaptive
+            else Grid.fixed(duration, choice.step, sample)
         )
-        steps = whole("duration/step", duration, step)
-        if steps % stride:
-            raise ParameterError(
-                "duration", duration, f"a whole number of samples of {stride * step:g} s"
-            )
-        return cls(step, steps, stride)
-
-
-def whole(name: str, total: float, part: float) -> int:
-    """Return total/part, which must be a whole number to 1e-9 of itself.
-
-    Raises:
-        ParameterError: it is not.
-    """
-    count = round(total / part)
-    if abs(count * part - total) > 1e-9 * max(abs(total), part) or (count < 1 and total > 0.0):
-        raise ParameterError(
-            name, total / part, f"a whole number ({total:g} s is not a multiple of {part:g} s)"
-        )
-    return count
-
-
-def _require_time(name: str, value: float, *, smallest: float) -> None:
-    if not (math.isfinite(value) and value > smallest):
-        raise ParameterError(name, value, "positive and finite [s]")
+        return cls(choice, grid, duration)
 
 
 class Run:
     """A run under way: a native rollout and what its trace has to say about itself."""
 
-    def __init__(self, case: Case, grid: Grid, method: str, duration: float) -> None:
+    def __init__(self, case: Case, how: How) -> None:
         """Plan, check and set up; nothing is simulated yet."""
-        if method not in METHODS:
-            raise ParameterError("method", method, f"one of {', '.join(METHODS)}")
-        self.scene, self.controller, self.grid, self.method = (
-            case.scene,
-            case.controller,
-            grid,
-            method,
-        )
-        self.plan: Plan = case.controller.plan(case.scene.robot, max(duration, grid.step))
-        state = self._initial(case.initial)
-        self.rollout = self._start(state)
+        refuse_unfit(how.choice, case.scene)
+        self.scene, self.controller, self.how = case.scene, case.controller, how
+        initial = case.initial
+        begin = initial.time if isinstance(initial, Checkpoint) else 0.0
+        horizon = begin + max(how.duration, how.grid.sample)
+        self.plan: Plan = case.controller.plan(case.scene.robot, horizon)
+        self.rollout = self._start(self._checkpoint(initial))
         self.good = True
         self.wall_time = 0.0
 
-    def _initial(self, state: State | None) -> State:
+    def _checkpoint(self, initial: State | Checkpoint | None) -> Checkpoint:
         robot = self.scene.robot
-        if state is not None:
-            return robot.check_state(state.q, state.v)
-        return standing_on(self.scene, self.plan.q[0])
+        if isinstance(initial, Checkpoint):
+            robot.check_state(initial.q, initial.v)
+            return initial
+        state = (
+            standing_on(self.scene, self.plan.q[0])
+            if initial is None
+            else robot.check_state(initial.q, initial.v)
+        )
+        return Checkpoint(0.0, state.q, state.v, np.zeros((0, 6)))
 
-    def _start(self, state: State) -> Any:
+    def _start(self, start: Checkpoint) -> Any:
         from hexapod_pin import native as _native
 
-        plan = self.plan
+        plan, how = self.plan, self.how
+        first = whole("start/sample", start.time, how.grid.sample)
         return _native.start(
             native_plant(self.scene),
             time=[float(t) for t in plan.time],
             position=np.ascontiguousarray(plan.q, dtype=float),
             rate=np.ascontiguousarray(plan.v, dtype=float),
-            q=state.q,
-            v=state.v,
-            t0=0.0,
-            step=self.grid.step,
-            stride=self.grid.stride,
-            method=self.method,
+            held=plan.held,
+            start=_native.checkpoint(first, start.q, start.v, start.contacts, start.step),
+            method=how.choice.method.name,
+            step=how.grid.step,
+            stride=how.grid.stride,
+            sample=how.grid.sample,
+            accuracy=how.choice.accuracy,
         )
 
     def advance(self, progress: Callable[[float], None] | None = None) -> None:
         """Run to the end in chunks, so that Ctrl-C and a progress bar get their turn.
 
         Raises:
-            DivergenceError: the state left the finite world.
             SimulationInterrupted: Ctrl-C; the samples so far are in the error.
         """
         begin = time.perf_counter()
-        done = 0
+        done, samples = 0, self.how.grid.samples
+        chunk = max(1, round(LOOK_EVERY / self.how.grid.sample))
         try:
-            while done < self.grid.steps and self.good:
-                chunk = min(CHUNK, self.grid.steps - done)
-                self.good = self.rollout.advance(chunk)
-                done += chunk
+            while done < samples and self.good:
+                part = min(chunk, samples - done)
+                self.good = self.rollout.advance(part)
+                done += part
                 if progress is not None:
-                    progress(done / self.grid.steps)
+                    progress(done / samples)
         except KeyboardInterrupt:
             self.wall_time = time.perf_counter() - begin
             trace = self.trace()
@@ -173,7 +162,10 @@ class Run:
             },
             foot_gap=record["foot_gap"],
             energy=energy,
-            counters={name: int(count) for name, count in self.rollout.counters().items()},
+            counters={
+                name: int(count) if float(count).is_integer() else float(count)
+                for name, count in self.rollout.counters().items()
+            },
             joint_names=robot.joint_names,
             foot_names=tuple(foot.name for foot in robot.feet),
             meta=self._meta(),
@@ -186,8 +178,11 @@ class Run:
         return {
             "scene": self.scene.to_toml(),
             "controller": tomli_w.dumps(self.controller.to_dict()),
-            "method": self.method,
-            "step": self.grid.step,
+            "method": self.how.choice.method.name,
+            "accuracy": self.how.choice.accuracy,
+            "step": self.how.grid.step,
+            "sample": self.how.grid.sample,
+            "checkpoint": self._stand().to_dict(),
             "cycle_time": plan.cycle_time,
             "steady_from": plan.steady_from,
             "steady_until": plan.steady_until,
@@ -206,6 +201,9 @@ class Run:
             "versions": _versions(),
             "wall_time": self.wall_time,
         }
+
+    def _stand(self) -> Checkpoint:
+        return Checkpoint.from_native(self.rollout.checkpoint(), self.how.grid.sample)
 
     def require_good(self) -> Trace:
         """Return the trace.
@@ -227,63 +225,21 @@ class Run:
             culprits.append(f"most loaded foot {trace.foot_names[foot]} with {force[foot]:.3g} N")
         raise DivergenceError(
             f"the run diverged after t = {trace.time[-1]:g} s ({'; '.join(culprits)}). "
-            f"Try a smaller step than {self.grid.step:g} s, softer contact, or lower servo gains.",
+            + _advice(self.how.choice),
             trace,
         )
 
 
-def standing_on(scene: Scene, posture: Array) -> State:
-    """Return the state at rest in a posture (n,) [rad], just touching the ground.
-
-    On a plane the robot is laid along it; on any other ground it stands level.
-    """
-    import pinocchio as pin
-
-    robot, surface = scene.robot, scene.terrain.surface()
-    q = robot.stand(posture).q.copy()
-    if isinstance(surface, Plane):
-        tilt = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(surface.normal))
-        q[:3], q[3:7] = tilt.toRotationMatrix() @ q[:3], tilt.coeffs()
-    if robot.feet:
-        data = robot.model.createData()
-        pin.forwardKinematics(robot.model, data, q)
-        joints = [_native_joint(robot, foot.joint) for foot in robot.feet]
-        feet = zip(joints, robot.feet, strict=True)
-        centers = [data.oMi[joint].act(foot.offset) for joint, foot in feet]
-        q[2] += scene.terrain.lift(centers, [foot.radius for foot in robot.feet])
-    return robot.check_state(q, np.zeros(robot.model.nv))
-
-
-def native_plant(scene: Scene, *, dense: bool = False) -> Any:
-    """Return the native settings of a scene's plant; `dense` avoids the block-arrow solver."""
-    from hexapod_pin import native as _native
-
-    robot, servo = scene.robot, scene.servos
-    n = len(robot.joint_names)
-    feet = [
-        (_native_joint(robot, foot.joint), np.asarray(foot.offset, dtype=float), float(foot.radius))
-        for foot in robot.feet
-    ]
-    limit = robot.effort if servo.limited else np.full(n, np.inf)
-    return _native.plant_settings(
-        model=robot.model.saveToString(),
-        gravity=np.asarray(scene.gravity, dtype=float),
-        feet=feet,
-        normal=scene.contact.normal.native(),
-        friction=scene.contact.friction.native(),
-        terrain=scene.terrain.native(),
-        kp=np.full(n, servo.kp),
-        kd=np.full(n, servo.kd),
-        limit=np.array(limit, dtype=float),
-        damping=np.array(robot.damping, dtype=float),
-        dense=dense,
+def _advice(choice: Choice) -> str:
+    if choice.method.adaptive:
+        return (
+            f"No step of {choice.method.name!r} kept {choice.accuracy:g}: try method='robust', "
+            "softer contact, or lower servo gains."
+        )
+    return (
+        f"Try a smaller step than {choice.step:g} s, method='robust', softer contact, or lower "
+        "servo gains."
     )
-
-
-def _native_joint(robot: Any, joint: str) -> int:
-    if not robot.model.existJointName(joint):
-        raise ParameterError("foot joint", joint, f"a joint of {robot.name}")
-    return int(robot.model.getJointId(joint))
 
 
 def _versions() -> dict[str, str]:
@@ -297,10 +253,11 @@ def simulate(
     controller: Controller,
     *,
     duration: float,
-    method: str = "implicit-euler",
-    step: float = 1e-3,
+    accuracy: float | None = None,
+    method: str | None = None,
+    step: float | None = None,
     sample: float | None = None,
-    initial: State | None = None,
+    initial: State | Checkpoint | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Trace:
     """Run a scene under a controller.
@@ -309,24 +266,29 @@ def simulate(
         scene: robot, ground, contact, servos.
         controller: gives the joint set-points, e.g. `KinematicControl(gait)` or `Hold()`.
         duration: simulated time [s]; 0 returns the initial sample.
-        method: "implicit-euler" (linearly implicit, order 1, stable at 1 ms) or "rk4" (explicit,
-            order 4 between contact events, needs a step below the contact's time scale).
-        step: integration step [s].
-        sample: time between samples [s], a whole number of steps; default 1 ms or one step.
-        initial: state at t = 0; default standing at the controller's first set-point.
+        accuracy: error in positions to keep at the sampled times [m and rad]; default 1e-4.
+        method: "x3" (adaptive, the default), "ndf" (1e-5 and tighter), "dop853" (explicit, the
+            independent truth); or with fixed steps "robust", "implicit-euler" (the default where
+            a step is given), "rk4".
+        step: integration step of a fixed-step method [s]; default 1 ms.
+        sample: time between samples [s]. Adaptive: default 2 ms. Fixed steps: a whole number of
+            steps, default 1 ms or one step.
+        initial: state at t = 0; default standing at the controller's first set-point. Or a
+            `Checkpoint` (`trace.checkpoint`) to go on from, at its own time.
         progress: called with the finished fraction (0..1) now and then.
 
     Returns:
-        The trace, with the first sample at t = 0.
+        The trace, with the first sample at the start.
 
     Raises:
-        ParameterError: method, duration, step or sample out of range.
+        ParameterError: a setting out of range, or a method that cannot do this scene.
         GaitError, ReachError: the controller cannot do this on this robot.
         StateError: `initial` does not fit the robot.
         DivergenceError: the run left the finite world; `.trace` holds what was good.
         SimulationInterrupted: Ctrl-C; `.trace` holds what was done.
     """
-    run = Run(Case(scene, controller, initial), Grid.of(duration, step, sample), method, duration)
+    how = How.of(duration, method, accuracy, step, sample)
+    run = Run(Case(scene, controller, initial), how)
     run.advance(progress)
     return run.require_good()
 
@@ -335,8 +297,9 @@ def simulate_batch(
     cases: Sequence[Case],
     *,
     duration: float,
-    method: str = "implicit-euler",
-    step: float = 1e-3,
+    accuracy: float | None = None,
+    method: str | None = None,
+    step: float | None = None,
     sample: float | None = None,
     threads: int = 1,
 ) -> list[Trace]:
@@ -345,6 +308,7 @@ def simulate_batch(
     Args:
         cases: what to run.
         duration: simulated time [s], of every case.
+        accuracy: as in `simulate` [m and rad].
         method: as in `simulate`.
         step: as in `simulate` [s].
         sample: as in `simulate` [s].
@@ -361,10 +325,11 @@ def simulate_batch(
 
     if threads < 1:
         raise ParameterError("threads", threads, "at least 1")
-    grid = Grid.of(duration, step, sample)
-    runs = [Run(case, grid, method, duration) for case in cases]
+    how = How.of(duration, method, accuracy, step, sample)
+    runs = [Run(case, how) for case in cases]
     begin = time.perf_counter()
-    good = _native.advance_all([run.rollout for run in runs], [grid.steps] * len(runs), threads)
+    samples = [how.grid.samples] * len(runs)
+    good = _native.advance_all([run.rollout for run in runs], samples, threads)
     wall_time = time.perf_counter() - begin
     for run, fine in zip(runs, good, strict=True):
         run.good, run.wall_time = bool(fine), wall_time / max(len(runs), 1)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from hexapod_pin.checkpoint import Checkpoint
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.netcdf import Column, read_netcdf, write_netcdf
 
@@ -190,6 +191,22 @@ class Trace:
         lost = sum((self.energy[name] for name in LOSSES), np.zeros(len(self.time)))
         residual: Array = stored - stored[0] - self.energy["servo_work"] + lost
         return residual
+
+    @property
+    def error_estimate(self) -> float:
+        """Estimate of the error in positions [m and rad]; nan for fixed-step methods."""
+        return float(self.counters.get("error_estimate", float("nan")))
+
+    @property
+    def checkpoint(self) -> Checkpoint:
+        """Where the run stood at its end: `simulate(initial=...)` goes on from there.
+
+        Raises:
+            ParameterError: the trace was not made by a simulation that left one.
+        """
+        if "checkpoint" not in self.meta:
+            raise ParameterError("Trace.meta", sorted(self.meta), "given with a checkpoint")
+        return Checkpoint.from_dict(self.meta["checkpoint"])
 
     @property
     def digest(self) -> str:

@@ -10,7 +10,7 @@ from vehicles import HARD_CASES
 
 import hexapod_pin as hp
 from hexapod_pin import native as _native
-from hexapod_pin.simulation import native_plant
+from hexapod_pin.plant import native_plant
 
 ELASTIC = hp.HuntCrossley(stiffness=1e6, dissipation=0.0)
 TANH = hp.TanhCoulomb(mu=0.5, slope=1000.0)
@@ -82,7 +82,7 @@ def test_hc14b_free_flight() -> None:
     q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(*np.radians([4.0, -3.0, 0.0]))).coeffs()
     q[7:] = np.tile([0.0, -0.3, 0.3], 6)
     v = np.r_[0.3, -0.2, 1.0, 2.0, -1.0, 3.0, reference["v0_joints"]]
-    scene = hp.Scene(robot, servo=vehicles.LIMP)
+    scene = hp.Scene(robot, servo=vehicles.LIMP, stops=vehicles.FREE)
     trace = hp.simulate(
         scene,
         hp.Hold(),

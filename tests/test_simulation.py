@@ -9,7 +9,7 @@ import vehicles
 
 import hexapod_pin as hp
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted, StateError
-from hexapod_pin.simulation import Grid
+from hexapod_pin.grid import Grid
 
 GAITS = {
     "tripod": hp.Gait.tripod,
@@ -26,7 +26,9 @@ def walk(robot: str, gait: str, contact: str, **kwargs) -> hp.Trace:
     """Ten seconds of walking at the paper's cycle time, 1 ms."""
     scene = hp.Scene(hp.load_robot(robot), contact=hp.Contact.preset(contact))
     plan = GAITS[gait](stroke=STROKE[robot], cycle_time=2.4)
-    return hp.simulate(scene, hp.KinematicControl(plan), **{"duration": 10.0, **kwargs})
+    return hp.simulate(
+        scene, hp.KinematicControl(plan), **{"duration": 10.0, "step": 1e-3, **kwargs}
+    )
 
 
 def steady(trace: hp.Trace) -> np.ndarray:
@@ -144,7 +146,7 @@ def test_servo_torque_never_passes_the_effort_limit() -> None:
     """A robot too heavy for its servos sags; torques stay at the limit, and the run survives."""
     robot = hp.load_robot("kharagpur")
     scene = hp.Scene(robot, gravity=(0.0, 0.0, -250.0))
-    trace = hp.simulate(scene, hp.Hold(), duration=1.0)
+    trace = hp.simulate(scene, hp.Hold(), duration=1.0, step=1e-3)
     assert np.abs(trace.torque).max() <= robot.effort.max()
     assert np.abs(trace.torque).max() == pytest.approx(robot.effort.max())
     assert trace.counters["solved_again"] > 0
@@ -156,7 +158,7 @@ def test_any_floating_base_with_named_feet_stands(name: str) -> None:
     robot = quadruped(name)
     effort = float(np.median(robot.effort))
     scene = hp.Scene(robot, servo=hp.Servo(kp=20 * effort, kd=0.4 * effort, limited=False))
-    trace = hp.simulate(scene, hp.Hold(), duration=2.0)
+    trace = hp.simulate(scene, hp.Hold(), duration=2.0, sample=1e-3)
     weight = robot.total_mass * 9.81
     # what is left of the bounce after 1.5 s, averaged over 0.5 s
     assert trace.normal_force[1500:].sum(axis=1).mean() == pytest.approx(weight, rel=2e-3)
@@ -212,9 +214,16 @@ def test_trace_carries_its_scene() -> None:
         ({"step": float("nan")}, "step"),
         ({"duration": -1.0}, "duration"),
         ({"step": 3e-4}, "duration/step"),
-        ({"sample": 1.5e-3}, "sample/step"),
+        ({"step": 1e-3, "sample": 1.5e-3}, "sample/step"),
         ({"sample": 0.3}, "duration"),
         ({"method": "euler"}, "method"),
+        ({"accuracy": 0.0}, "accuracy"),
+        ({"accuracy": float("nan")}, "accuracy"),
+        ({"accuracy": 1e-4, "step": 1e-3}, "accuracy"),
+        ({"accuracy": 1e-4, "method": "robust"}, "accuracy"),
+        ({"method": "x3", "step": 1e-3}, "step"),
+        ({"method": "ndf", "accuracy": 1e-4}, "accuracy = 0.0001: .*take x3"),
+        ({"sample": 0.3}, "duration/sample"),
     ],
 )
 def test_bad_run_settings_are_refused_by_name(change: dict, culprit: str) -> None:
@@ -254,5 +263,5 @@ def test_interrupt_keeps_what_was_done() -> None:
 
 
 def test_grid_counts_steps_and_samples() -> None:
-    assert Grid.of(10.0, 1e-3, None) == Grid(1e-3, 10000, 1)
-    assert Grid.of(1.0, 1e-5, 0.01) == Grid(1e-5, 100000, 1000)
+    assert Grid.fixed(10.0, 1e-3, None) == Grid(1e-3, 10000, 1e-3, 1)
+    assert Grid.fixed(1.0, 1e-5, 0.01) == Grid(0.01, 100, 1e-5, 1000)

@@ -14,6 +14,7 @@ import hexapod_pin as hp
 DATA = Path(__file__).parent / "data"
 HARD_CASES: dict[str, Any] = json.loads((DATA / "hardcases.json").read_text())
 STIFF_LEGS = hp.Servo(kp=1e4, kd=1e2, limited=False)
+FREE = hp.JointStops(stiffness=0.0)  # joints may pass their limits, as in the references
 LIMP = hp.Servo(kp=0.0, kd=0.0, limited=False)
 
 
@@ -78,4 +79,5 @@ def drop(robot: hp.Robot) -> tuple[hp.Scene, hp.State, np.ndarray]:
         friction=hp.TanhCoulomb(mu=params["mu"], slope=params["kt"]),
     )
     servo = hp.Servo(kp=params["kp"], kd=params["kd"], limited=False)
-    return hp.Scene(robot, contact=contact, servo=servo), robot.check_state(q, v), posture
+    scene = hp.Scene(robot, contact=contact, servo=servo, stops=FREE)
+    return scene, robot.check_state(q, v), posture

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Plan:
-    """An open-loop joint reference: cubic Hermite knots, continuous in position and rate.
+    """An open-loop joint reference: cubic Hermite knots, or set-points held from knot to knot.
 
     Attributes:
         time: knot times, strictly increasing from 0 [s]. Shape (K,).
@@ -29,6 +29,7 @@ class Plan:
         steady_until: end of that window [s]; not after `steady_from` where the run is too short.
         travel_direction: unit vector in the world, at the start. Shape (2,).
         speed: nominal speed along it [m/s].
+        held: whether each row of `q` holds until the next knot (rates are 0 then).
 
     Raises:
         ParameterError: arrays of unequal length, not finite, or times not increasing from 0.
@@ -42,6 +43,7 @@ class Plan:
     steady_until: float
     travel_direction: Array
     speed: float
+    held: bool = False
 
     def __post_init__(self) -> None:
         """Check the arrays and keep read-only copies."""
@@ -54,7 +56,11 @@ class Plan:
         if self.q.shape != self.v.shape or self.q.shape[:1] != self.time.shape:
             shapes = (self.time.shape, self.q.shape, self.v.shape)
             raise ParameterError("Plan shapes", shapes, "(K,), (K, n) and (K, n)")
-        if len(self.time) < 2 or self.time[0] != 0.0 or not (np.diff(self.time) > 0.0).all():
+        if (
+            len(self.time) < (1 if self.held else 2)
+            or self.time[0] != 0.0
+            or not (np.diff(self.time) > 0.0).all()
+        ):
             raise ParameterError("Plan.time", "this series", "strictly increasing from 0")
 
 

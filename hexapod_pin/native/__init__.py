@@ -3,6 +3,7 @@
 One header per concept beside this file; `bindings.cpp` is the border.
 """
 
+from hexapod_pin.native._core import Checkpoint as Checkpoint
 from hexapod_pin.native._core import FrictionKind as FrictionKind
 from hexapod_pin.native._core import FrictionLaw as FrictionLaw
 from hexapod_pin.native._core import NormalKind as NormalKind
@@ -11,6 +12,7 @@ from hexapod_pin.native._core import PlantSettings as PlantSettings
 from hexapod_pin.native._core import Rollout as Rollout
 from hexapod_pin.native._core import Terrain as Terrain
 from hexapod_pin.native._core import advance_all as advance_all
+from hexapod_pin.native._core import checkpoint as checkpoint
 from hexapod_pin.native._core import evaluate as evaluate
 from hexapod_pin.native._core import height_field as height_field
 from hexapod_pin.native._core import plane as plane

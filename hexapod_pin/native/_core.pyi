@@ -64,14 +64,23 @@ class PlantSettings:
     @property
     def arrow(self) -> bool: ...
 
-class Rollout:
+class Checkpoint:
+    @property
+    def first(self) -> int: ...
     @property
     def q(self) -> Array: ...
     @property
     def v(self) -> Array: ...
-    def advance(self, steps: int) -> bool: ...
+    @property
+    def contacts(self) -> Array: ...
+    @property
+    def step(self) -> float: ...
+
+class Rollout:
+    def advance(self, samples: int) -> bool: ...
     def record(self) -> dict[str, Array]: ...
     def counters(self) -> dict[str, float]: ...
+    def checkpoint(self) -> Checkpoint: ...
 
 def plant_settings(
     model: str,
@@ -84,22 +93,28 @@ def plant_settings(
     kd: Array,
     limit: Array,
     damping: Array,
+    lower: Array,
+    upper: Array,
+    stop_stiffness: float,
+    stop_dissipation: float,
     dense: bool = False,
 ) -> PlantSettings: ...
 def evaluate(plant: PlantSettings, q: Array, v: Array, torque: Array) -> dict[str, Any]: ...
 def repeat_dynamics(plant: PlantSettings, q: Array, v: Array, count: int) -> float: ...
+def checkpoint(first: int, q: Array, v: Array, contacts: Array, step: float) -> Checkpoint: ...
 def start(
     plant: PlantSettings,
     time: Sequence[float],
     position: Array,
     rate: Array,
-    q: Array,
-    v: Array,
-    t0: float,
+    held: bool,
+    start: Checkpoint,
+    method: str,
     step: float,
     stride: int,
-    method: str,
+    sample: float,
+    accuracy: float,
 ) -> Rollout: ...
 def advance_all(
-    rollouts: Sequence[Rollout], steps: Sequence[int], threads: int
+    rollouts: Sequence[Rollout], samples: Sequence[int], threads: int
 ) -> Sequence[bool]: ...

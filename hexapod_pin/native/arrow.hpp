@@ -7,7 +7,8 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
-#include "topology.hpp"
+#include "dynamics.hpp"
+#include "mount.hpp"
 
 namespace hexapod {
 
@@ -38,15 +39,13 @@ class ArrowSystem {
   static constexpr int kLegColumns = 3;
   using LegJacobian = Eigen::Matrix<double, 3, 3>;
 
-  ArrowSystem(const pinocchio::Model& model, const std::vector<FootMount>& feet)
-      : legs_((model.njoints - 2) / 3) {
+  ArrowSystem(const Tree& tree, const std::vector<FootMount>& feet)
+      : legs_((tree.joints - 2) / 3) {
     for (const FootMount& foot : feet) leg_of_.push_back(foot.joint < 2 ? -1 : int(foot.joint - 2) / 3);
   }
 
-  static bool fits(const pinocchio::Model& model) { return has_three_joint_legs(model); }
-
   // columns of a foot's leg Jacobian: the joints of its leg, those beyond the foot being zero
-  std::vector<std::size_t> columns(const pinocchio::Model&, const FootMount& foot) const {
+  std::vector<std::size_t> columns(const Tree&, const FootMount& foot) const {
     if (foot.joint < 2) return {};
     const std::size_t first = 2 + (foot.joint - 2) / 3 * 3;
     return {first, first + 1, first + 2};

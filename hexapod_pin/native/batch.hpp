@@ -10,16 +10,16 @@
 
 namespace hexapod {
 
-// good[i] = what rollouts[i]->advance(steps[i]) returned
+// good[i] = what rollouts[i]->advance(samples[i]) returned
 inline std::vector<char> advance_all(const std::vector<Rollout*>& rollouts,
-                                     const std::vector<long>& steps, int threads) {
+                                     const std::vector<long>& samples, int threads) {
   std::vector<char> good(rollouts.size(), 0);
   std::vector<std::exception_ptr> failures(rollouts.size());
   std::atomic<std::size_t> next{0};
   auto work = [&] {
     for (std::size_t i; (i = next.fetch_add(1)) < rollouts.size();) {
       try {
-        good[i] = rollouts[i]->advance(steps[i]);
+        good[i] = rollouts[i]->advance(samples[i]);
       } catch (...) {
         failures[i] = std::current_exception();
       }

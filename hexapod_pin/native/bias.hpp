@@ -36,6 +36,7 @@ class Bias {
   }
 
   const Eigen::VectorXd& value() const { return bias_; }
+  void swap(Eigen::VectorXd& other) { bias_.swap(other); }
 
  private:
   using Vec3 = Eigen::Vector3d;

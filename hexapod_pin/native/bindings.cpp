@@ -10,13 +10,9 @@
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
-#include <pinocchio/algorithm/rnea.hpp>
-#include <pinocchio/serialization/model.hpp>
-
-#include "arrow.hpp"
 #include "batch.hpp"
-#include "dense.hpp"
 #include "rollout.hpp"
+#include "settings.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -24,39 +20,22 @@ using namespace hexapod;
 
 namespace {
 
-struct PlantSettings {  // everything a plant is made of
-  pinocchio::Model model;
-  std::vector<FootMount> mounts;
-  ContactLaw law;
-  Terrain terrain;
-  Servo servo;
-  bool dense = false;
-
-  bool arrow() const { return !dense && ArrowSystem::fits(model); }
-  template <class System>
-  Plant<System> make() const { return {model, mounts, law, terrain, servo}; }
-};
-
 PlantSettings make_settings(const std::string& model, const Vec3& gravity,
                             const std::vector<std::tuple<std::size_t, Vec3, double>>& feet,
                             const NormalLaw& normal, const FrictionLaw& friction, const Terrain& terrain,
                             const VectorXd& kp, const VectorXd& kd, const VectorXd& limit,
-                            const VectorXd& damping, bool dense) {
-  PlantSettings s;
-  s.model.loadFromString(model);
-  require_supported(s.model);
-  s.model.gravity.linear() = gravity;
+                            const VectorXd& damping, const VectorXd& lower, const VectorXd& upper,
+                            double stop_stiffness, double stop_dissipation, bool dense) {
+  PlantSettings s{Dynamics(model, gravity), {}, {normal, friction}, terrain, {kp, kd, limit, damping},
+                  {lower, upper, stop_stiffness, stop_dissipation}, dense};
+  const Tree& tree = s.dynamics.tree();
   for (const auto& [joint, offset, radius] : feet) {
-    if (joint < 1 || joint >= std::size_t(s.model.njoints))
+    if (joint < 1 || joint >= std::size_t(tree.joints))
       throw std::invalid_argument("a foot names a joint that does not exist");
     s.mounts.push_back({joint, offset, radius});
   }
-  for (const VectorXd* x : {&kp, &kd, &limit, &damping})
-    if (x->size() != s.model.nv - 6) throw std::invalid_argument("one servo entry per joint needed");
-  s.law = {normal, friction};
-  s.terrain = terrain;
-  s.servo = {kp, kd, limit, damping};
-  s.dense = dense;
+  for (const VectorXd* x : {&kp, &kd, &limit, &damping, &lower, &upper})
+    if (x->size() != tree.nv - 6) throw std::invalid_argument("one servo entry per joint needed");
   return s;
 }
 
@@ -72,7 +51,7 @@ std::vector<std::pair<double, Vec3>> contacts(const Terrain& terrain, const Vec3
 template <class PlantT>
 nb::dict evaluation(PlantT plant, const VectorXd& q, const VectorXd& v, const VectorXd& torque) {
   plant.evaluate(0.0, q, v, 0.0);
-  const int nv = plant.model.nv, feet = int(plant.feet.size());
+  const int nv = plant.tree.nv, feet = int(plant.feet.size());
   Eigen::MatrixXd mass = plant.mass_upper().template selfadjointView<Eigen::Upper>();
   RowMatrix jacobian = RowMatrix::Zero(3 * feet, nv), drift = jacobian;
   RowMatrix force = RowMatrix::Zero(feet, 3), velocity = force, position = force, stiffness = force;
@@ -117,31 +96,27 @@ nb::dict evaluate(const PlantSettings& s, const VectorXd& q, const VectorXd& v, 
                    : evaluation(s.make<DenseSystem>(), q, v, torque);
 }
 
-// Pinocchio's share of a step and nothing else, for benchmarks/.
-double repeat_dynamics(const PlantSettings& s, const VectorXd& q, const VectorXd& v, long count) {
-  pinocchio::Data data(s.model);
-  double sum = 0.0;
-  for (long k = 0; k < count; ++k) {
-    pinocchio::crba(s.model, data, q, pinocchio::Convention::WORLD);
-    pinocchio::nonLinearEffects(s.model, data, q, v);
-    sum += data.nle[0];
-  }
-  return sum;
+Checkpoint make_checkpoint(long first, const VectorXd& q, const VectorXd& v,
+                           const RowMatrix& contacts, double step) {
+  return {first, q, v, contacts, step};
 }
 
 std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>& time,
-                               const RowMatrix& position, const RowMatrix& rate, const VectorXd& q,
-                               const VectorXd& v, double t0, double step, long stride,
-                               const std::string& method) {
-  if (q.size() != s.model.nq || v.size() != s.model.nv)
+                               const RowMatrix& position, const RowMatrix& rate, bool held,
+                               const Checkpoint& from, const std::string& method, double step,
+                               long stride, double sample, double accuracy) {
+  const Tree& tree = s.dynamics.tree();
+  if (from.q.size() != tree.nq || from.v.size() != tree.nv)
     throw std::invalid_argument("state of the wrong size");
-  const auto rows = Eigen::Index(time.size()), columns = Eigen::Index(s.model.nv - 6);
+  const Eigen::Index contacts = Eigen::Index(s.mounts.size()) * s.terrain.most();
+  if (from.contacts.rows() != 0 && (from.contacts.rows() != contacts || from.contacts.cols() != 6))
+    throw std::invalid_argument("contact memories of the wrong size");
+  const auto rows = Eigen::Index(time.size()), columns = Eigen::Index(tree.nv - 6);
   if (rows < 1 || position.rows() != rows || rate.rows() != rows || position.cols() != columns ||
       rate.cols() != columns)
     throw std::invalid_argument("set-points of the wrong size");
-  Reference reference(time, position, rate);
-  return s.arrow() ? make_rollout(method, s.make<ArrowSystem>(), reference, q, v, t0, step, stride)
-                   : make_rollout(method, s.make<DenseSystem>(), reference, q, v, t0, step, stride);
+  return start_run(method, {s, Reference(time, position, rate, held), from, step, stride, sample,
+                            accuracy});
 }
 
 nb::dict record(const Rollout& rollout) {
@@ -232,22 +207,30 @@ NB_MODULE(_core, m) {
   nb::class_<PlantSettings>(m, "PlantSettings")
       .def_prop_ro("arrow", &PlantSettings::arrow, "true: block-arrow LU; false: dense LU");
   m.def("plant_settings", &make_settings, "model"_a, "gravity"_a, "feet"_a, "normal"_a, "friction"_a,
-        "terrain"_a, "kp"_a, "kd"_a, "limit"_a, "damping"_a, "dense"_a = false);
+        "terrain"_a, "kp"_a, "kd"_a, "limit"_a, "damping"_a, "lower"_a, "upper"_a, "stop_stiffness"_a, "stop_dissipation"_a, "dense"_a = false);
   m.def("evaluate", &evaluate, "plant"_a, "q"_a, "v"_a, "torque"_a,
         "Dynamics and feet of one state; joint torques given.");
 
-  m.def("repeat_dynamics", &repeat_dynamics, "plant"_a, "q"_a, "v"_a, "count"_a,
+  m.def("repeat_dynamics", [](const PlantSettings& s, const VectorXd& q, const VectorXd& v, long count) {
+    return s.dynamics.repeat(q, v, count);
+  }, "plant"_a, "q"_a, "v"_a, "count"_a,
         nb::call_guard<nb::gil_scoped_release>(),
         "Runs the Pinocchio calls of one evaluation `count` times, for benchmarks.");
 
   nb::class_<Rollout>(m, "Rollout")
-      .def("advance", &Rollout::advance, "steps"_a, nb::call_guard<nb::gil_scoped_release>())
+      .def("advance", &Rollout::advance, "samples"_a, nb::call_guard<nb::gil_scoped_release>())
       .def("record", &record)
       .def("counters", &Rollout::counters)
-      .def_prop_ro("q", &Rollout::q)
-      .def_prop_ro("v", &Rollout::v);
-  m.def("start", &start, "plant"_a, "time"_a, "position"_a, "rate"_a, "q"_a, "v"_a, "t0"_a, "step"_a,
-        "stride"_a, "method"_a);
-  m.def("advance_all", &advance_all, "rollouts"_a, "steps"_a, "threads"_a,
+      .def("checkpoint", &Rollout::checkpoint);
+  nb::class_<Checkpoint>(m, "Checkpoint")
+      .def_ro("first", &Checkpoint::first)
+      .def_ro("q", &Checkpoint::q)
+      .def_ro("v", &Checkpoint::v)
+      .def_ro("contacts", &Checkpoint::contacts)
+      .def_ro("step", &Checkpoint::step);
+  m.def("checkpoint", &make_checkpoint, "first"_a, "q"_a, "v"_a, "contacts"_a, "step"_a);
+  m.def("start", &start, "plant"_a, "time"_a, "position"_a, "rate"_a, "held"_a, "start"_a, "method"_a,
+        "step"_a, "stride"_a, "sample"_a, "accuracy"_a);
+  m.def("advance_all", &advance_all, "rollouts"_a, "samples"_a, "threads"_a,
         nb::call_guard<nb::gil_scoped_release>());
 }

@@ -6,7 +6,8 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
-#include "topology.hpp"
+#include "dynamics.hpp"
+#include "mount.hpp"
 
 namespace hexapod {
 
@@ -16,19 +17,19 @@ class DenseSystem {
   static constexpr int kMostColumns = 16;
   using LegJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMostColumns>;
 
-  DenseSystem(const pinocchio::Model& model, const std::vector<FootMount>& feet)
-      : matrix_(model.nv, model.nv) {
+  DenseSystem(const Tree& tree, const std::vector<FootMount>& feet)
+      : matrix_(tree.nv, tree.nv) {
     for (const FootMount& foot : feet) {
       std::vector<int> columns;
-      for (std::size_t j : chain_to(model, foot.joint)) columns.push_back(model.idx_vs[j]);
+      for (std::size_t j : tree.chain_to(foot.joint)) columns.push_back(int(Tree::column(j)));
       if (columns.size() > kMostColumns)
         throw std::invalid_argument("a foot hangs on more than 16 joints");
       columns_.push_back(columns);
     }
   }
 
-  std::vector<std::size_t> columns(const pinocchio::Model& model, const FootMount& foot) const {
-    return chain_to(model, foot.joint);
+  std::vector<std::size_t> columns(const Tree& tree, const FootMount& foot) const {
+    return tree.chain_to(foot.joint);
   }
 
   void load(const Eigen::MatrixXd& upper) { matrix_ = upper.selfadjointView<Eigen::Upper>(); }

@@ -5,14 +5,13 @@
 
 #include <Eigen/Geometry>
 
+#include "dynamics.hpp"
 #include "friction.hpp"
 #include "ground.hpp"
 #include "memory.hpp"
 #include "normal.hpp"
 
 namespace hexapod {
-
-using Mat3 = Eigen::Matrix3d;
 
 struct ContactLaw {
   NormalLaw normal;
@@ -53,17 +52,35 @@ inline Tangential bristle(const FrictionLaw& law, double mu, double n_force, con
   return out;
 }
 
-// Moves a bristle by a step h with end velocity u under the normal force of f; spring and damper are
-// scaled back by one factor, which keeps the update dissipative.
+// The bristle is a spring and a damper side by side, in line with a slider that gives way at mu N:
+// z' = (F - k z)/c with F the force through them. One backward Euler step h of that under the force
+// f on the foot; for c = 0 the spring alone carries F. Never makes energy: F.u h = F.(z+ - z) + F.slip h
+// with F = k z+ + c (z+ - z)/h, and the slip is along F.
+inline Vec3 moved_bristle(const FrictionLaw& law, const Vec3& n, const Vec3& f, const Vec3& stretch,
+                          double h) {
+  const Vec3 through = n.dot(f) * n - f, flat = stretch - n.dot(stretch) * n;
+  return (law.bristle_damping * flat + h * through) /
+         (law.bristle_damping + h * law.bristle_stiffness);
+}
+
+// z' of a bristle (c > 0) where the foot feels f.
+inline Vec3 bristle_rate(const FrictionLaw& law, const Vec3& n, const Vec3& f, const Vec3& stretch) {
+  const Vec3 through = n.dot(f) * n - f, flat = stretch - n.dot(stretch) * n;
+  return (through - law.bristle_stiffness * flat) / law.bristle_damping;
+}
+
+// Whether the force through a bristle is at the cone.
+inline bool slides(const FrictionLaw& law, double mu_scale, const Vec3& n, const Vec3& f,
+                   bool sliding) {
+  const double mu = mu_scale * (sliding ? law.mu_dynamic : law.mu), push = n.dot(f);
+  return (f - push * n).norm() >= mu * std::max(0.0, push) * (1.0 - 1e-9);
+}
+
+// Moves the bristle of a contact by a step h that ends with the force f on the foot.
 inline void stretch_bristle(const FrictionLaw& law, double mu_scale, const Vec3& n, const Vec3& f,
-                            const Vec3& u, double h, ContactMemory& memory) {
-  const Vec3 ut = u - n.dot(u) * n;
-  const Vec3 moved = memory.stretch - n.dot(memory.stretch) * n + h * ut;
-  const double trial = (law.bristle_stiffness * moved + law.bristle_damping * ut).norm();
-  const double mu = mu_scale * (memory.sliding ? law.mu_dynamic : law.mu);
-  const double cap = mu * std::max(0.0, n.dot(f));
-  memory.sliding = trial > cap;
-  memory.stretch = memory.sliding ? Vec3((cap / trial) * moved) : moved;
+                            double h, ContactMemory& memory) {
+  memory.stretch = moved_bristle(law, n, f, memory.stretch, h);
+  memory.sliding = slides(law, mu_scale, n, f, memory.sliding);
 }
 
 inline Tangential sliding(const FrictionLaw& law, double scale, double n_force, const Vec3& ut,

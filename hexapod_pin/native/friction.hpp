@@ -27,6 +27,17 @@ struct FrictionLaw {
   double bristle_stiffness = 0.0;  // k, N/m
   double bristle_damping = 0.0;    // c, N s/m
 
+  // slope of m/mu at rest, s/m: the least slip that matters is its inverse; 0 for the others
+  double steepness() const {
+    switch (kind) {
+      case FrictionKind::tanh_coulomb: return slip_slope;
+      case FrictionKind::adams_coulomb: return 1.5 / stiction_speed;
+      case FrictionKind::smooth_step: return 1.875 / stiction_speed;  // its steepest
+      case FrictionKind::brown_mcphee: return 4.0 / stiction_speed;
+      default: return 0.0;
+    }
+  }
+
   FrictionFactor operator()(double speed) const {
     switch (kind) {
       case FrictionKind::tanh_coulomb: return tanh_factor(mu, slip_slope, speed);

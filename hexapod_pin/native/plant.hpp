@@ -6,15 +6,13 @@
 #include <utility>
 #include <vector>
 
-#include <pinocchio/algorithm/crba.hpp>
-#include <pinocchio/multibody/data.hpp>
-#include <pinocchio/multibody/model.hpp>
-
 #include "account.hpp"
-#include "bias.hpp"
 #include "chart.hpp"
+#include "dynamics.hpp"
 #include "feet.hpp"
+#include "mount.hpp"
 #include "servo.hpp"
+#include "stops.hpp"
 #include "terrain.hpp"
 
 namespace hexapod {
@@ -25,31 +23,49 @@ class Plant {
   using System = SystemT;
   using Foot = FootState<typename System::LegJacobian>;
 
-  Plant(const pinocchio::Model& model, std::vector<FootMount> mounts, ContactLaw law, Terrain terrain,
-        Servo servo)
-      : model(model), data(model), mounts(std::move(mounts)), law(law), terrain(std::move(terrain)),
-        servo(std::move(servo)), system(model, this->mounts), per_foot(this->terrain.most()),
-        feet(this->mounts.size() * per_foot), q_local_(VectorXd::Zero(model.nq)), bias_(model) {
-    total_mass = 0.0;
-    for (const auto& inertia : model.inertias) total_mass += inertia.mass();
-    data.M.setZero();
-    for (const FootMount& mount : this->mounts) columns_.push_back(system.columns(model, mount));
+  Plant(const Dynamics& body, std::vector<FootMount> mounts, ContactLaw law, Terrain terrain,
+        Servo servo, JointStops stops)
+      : dynamics(body), tree(body.tree()), mounts(std::move(mounts)), law(law),
+        terrain(std::move(terrain)), servo(std::move(servo)), stops(std::move(stops)), system(tree, this->mounts),
+        per_foot(this->terrain.most()), feet(this->mounts.size() * per_foot),
+        stop(tree.nv - 6), q_local_(VectorXd::Zero(tree.nq)) {
+    for (const FootMount& mount : this->mounts) columns_.push_back(system.columns(tree, mount));
     for (std::size_t i = 0; i < feet.size(); ++i) {
       feet[i].jl.setZero(3, System::kLegColumns == Eigen::Dynamic ? columns(i).size() : 3);
       feet[i].ql = feet[i].jl;
     }
+    v_.setZero(tree.nv);
+    kept_ = {Eigen::MatrixXd::Zero(tree.nv, tree.nv), VectorXd::Zero(tree.nv), v_, feet, stop};
   }
 
   // Everything below refers to the state of the last call. Dynamics do not depend on the base
   // position, so they are evaluated with the base at the origin: no digits are lost far away.
   // `lead` is the step of a method that takes contact forces at its end, else 0.
   void evaluate(double t, const VectorXd& q, const VectorXd& v, double lead) {
-    q_local_.tail(model.nq - 3) = q.tail(model.nq - 3);
-    pinocchio::crba(model, data, q_local_, pinocchio::Convention::WORLD);
-    bias_.compute(model, data, v);
+    q_local_.tail(tree.nq - 3) = q.tail(tree.nq - 3);
+    v_ = v;
+    dynamics.compute(q_local_, v);
     ground_velocity = Vec3(0.0, 0.0, terrain.lift_rate(t));
     for (std::size_t f = 0; f < mounts.size(); ++f) place_foot(f, t, q, v, lead);
+    for (int j = 0; j < joints(); ++j) stop[j] = stops(j, q[7 + j], v[6 + j]);
     ++evaluations;
+  }
+
+  // Keeps what solving needs of the evaluated state while others are evaluated; recall brings it back.
+  void keep() {
+    swap_kept();
+    for (std::size_t i = 0; i < feet.size(); ++i) {
+      feet[i].memory = kept_.feet[i].memory;
+      feet[i].ground = kept_.feet[i].ground;
+    }
+  }
+  void recall() { swap_kept(); }
+
+  // The contact forces again, for another lead; q as in the last call.
+  void change_lead(const VectorXd& q, double lead) {
+    if (law.friction.kind != FrictionKind::bristle) return;
+    for (Foot& foot : feet)
+      if (foot.active) load_foot(foot, q.head<3>() + foot.center, lead);
   }
 
   // At an accepted state: contacts that have begun or ended change their memory.
@@ -62,15 +78,16 @@ class Plant {
     }
   }
 
-  const Eigen::MatrixXd& mass_upper() const { return data.M; }
-  const VectorXd& bias() const { return bias_.value(); }
-  int joints() const { return model.nv - 6; }
-  Vec3 center_of_mass() const { return data.oYcrb[0].lever(); }  // relative to the base origin
+  const Eigen::MatrixXd& mass_upper() const { return dynamics.mass_upper(); }
+  const VectorXd& bias() const { return dynamics.bias(); }
+  int joints() const { return tree.nv - 6; }
+  double rate(int joint) const { return v_[6 + joint]; }
+  Vec3 center_of_mass() const { return dynamics.center_of_mass(); }  // relative to the base origin
 
   double kinetic_energy(const VectorXd& v) const {  // the upper triangle holds all of M
     double twice = 0.0;
-    for (int c = 0; c < model.nv; ++c)
-      twice += v[c] * (2.0 * data.M.col(c).head(c).dot(v.head(c)) + data.M(c, c) * v[c]);
+    for (int c = 0; c < tree.nv; ++c)
+      twice += v[c] * (2.0 * mass_upper().col(c).head(c).dot(v.head(c)) + mass_upper()(c, c) * v[c]);
     return 0.5 * twice;
   }
 
@@ -81,7 +98,7 @@ class Plant {
     const Foot& foot = feet[i];
     out.head<6>().noalias() += foot.jb.transpose() * f;
     for (std::size_t k = 0; k < columns(i).size(); ++k)
-      out[model.idx_vs[columns(i)[k]]] += foot.jl.col(k).dot(f);
+      out[Tree::column(columns(i)[k])] += foot.jl.col(k).dot(f);
   }
 
   // [xb xl] v for a contact's 3 x (6 + leg) matrix, e.g. (jb, jl) or (qb, ql)
@@ -89,7 +106,7 @@ class Plant {
              const typename System::LegJacobian& xl, const VectorXd& v) const {
     Vec3 sum = xb * v.head<6>();
     for (std::size_t k = 0; k < columns(i).size(); ++k)
-      sum += xl.col(k) * v[model.idx_vs[columns(i)[k]]];
+      sum += xl.col(k) * v[Tree::column(columns(i)[k])];
     return sum;
   }
 
@@ -108,10 +125,17 @@ class Plant {
       torque[j] = servo.torque(j, q_ref[j] - q[7 + j], v_ref[j] - v[6 + j]);
   }
 
+  double stored_in_stops(const VectorXd& q) const {
+    double sum = 0.0;
+    for (int j = 0; j < joints(); ++j) sum += stops.energy(j, q[7 + j]);
+    return sum;
+  }
+
   // Adds dt of every power at the evaluated state to the account.
   void add_to(Account& account, const VectorXd& v, const VectorXd& torque, double dt) const {
     account.servo += dt * torque.dot(v.tail(joints()));
     account.joint_damping += dt * v.tail(joints()).cwiseAbs2().dot(servo.damping);
+    for (int j = 0; j < joints(); ++j) account.stops -= dt * stop[j].torque * v[6 + j];
     for (std::size_t i = 0; i < feet.size(); ++i)
       if (feet[i].active)
         account.add_contact(i, feet[i].contact.force, feet[i].velocity, feet[i].ground.normal, dt);
@@ -121,6 +145,7 @@ class Plant {
   void acceleration(const VectorXd& v, const VectorXd& torque, VectorXd& out) {
     out = -bias();
     out.tail(joints()) += torque - servo.damping.cwiseProduct(v.tail(joints()));
+    for (int j = 0; j < joints(); ++j) out[6 + j] += stop[j].torque;
     for (std::size_t i = 0; i < feet.size(); ++i)
       if (feet[i].active) add_transposed(i, feet[i].contact.force, out);
     system.load(mass_upper());
@@ -128,27 +153,27 @@ class Plant {
     system.solve(out);
   }
 
-  pinocchio::Model model;
-  pinocchio::Data data;
+  Dynamics dynamics;
+  Tree tree;
   std::vector<FootMount> mounts;
   ContactLaw law;
   Terrain terrain;
   Servo servo;
+  JointStops stops;
   System system;
+  bool look_ahead = false;  // feet out of contact have velocities and Jacobians too
   std::size_t per_foot;    // contacts a foot can have at once
   std::vector<Foot> feet;  // contacts: those of foot f are f * per_foot ...
+  std::vector<StopPush> stop;  // of each joint, at the evaluated state
   Vec3 ground_velocity = Vec3::Zero();
-  double total_mass;
   long evaluations = 0;
 
  private:
-  Vec3 axis(std::size_t j) const { return data.J.template block<3, 1>(3, model.idx_vs[j]); }
-
   const std::vector<std::size_t>& columns(std::size_t i) const { return columns_[foot_of(i)]; }
 
   void place_foot(std::size_t f, double t, const VectorXd& q, const VectorXd& v, double lead) {
     const FootMount& mount = mounts[f];
-    const Vec3 center = data.oMi[mount.joint].act(mount.offset), world = q.head<3>() + center;
+    const Vec3 center = dynamics.point(mount.joint, mount.offset), world = q.head<3>() + center;
     GroundPoints points;
     terrain.under(world, mount.radius, t, points);
     if (per_foot == 2) keep_order(feet[2 * f], feet[2 * f + 1], points);
@@ -158,7 +183,8 @@ class Plant {
       foot.ground = points[k];
       foot.active = foot.ground.gap < 0.0;
       foot.contact = ContactForce();
-      if (foot.active || (law.normal.needs_touch_speed() && foot.ground.gap < kFarAway))
+      const bool seen = look_ahead || law.normal.needs_touch_speed();
+      if (foot.active || (seen && foot.ground.gap < kFarAway))
         differentiate_foot(f * per_foot + k, v);
       if (foot.active) load_foot(foot, world, lead);
     }
@@ -189,7 +215,7 @@ class Plant {
     const FootMount& mount = mounts[foot_of(i)];
     const std::vector<std::size_t>& joints = columns(i);
     const Vec3 arm = -mount.radius * foot.ground.normal;
-    const Mat3 rotation = data.oMi[1].rotation();
+    const Mat3& rotation = dynamics.base_rotation();
     const Vec3 point = foot.center + arm;
     Vec3 spin = rotation * v.template segment<3>(3);
     Vec3 at_center = rotation * v.template head<3>() + spin.cross(foot.center);
@@ -200,8 +226,8 @@ class Plant {
     for (std::size_t k = 0; k < joints.size(); ++k) {
       const std::size_t j = joints[k];
       if (j > mount.joint) break;
-      const Vec3 z = axis(j), lever = foot.center - data.oMi[j].translation();
-      const double rate = v[model.idx_vs[j]];
+      const Vec3 &z = dynamics.axis(j), lever = foot.center - dynamics.origin(j);
+      const double rate = v[Tree::column(j)];
       foot.jl.col(k) = z.cross(lever + arm);
       // first the parent's part; the part of the foot's own velocity follows when it is known
       foot.ql.col(k) = spin.cross(z.cross(lever)) - z.cross(at_center) + z.cross(spin).cross(arm) * -1.0;
@@ -216,13 +242,27 @@ class Plant {
       foot.qb.col(3 + k) = e.cross(at_center) + spin * e.dot(arm) - e * spin_arm;
     }
     for (std::size_t k = 0; k < joints.size() && joints[k] <= mount.joint; ++k) {
-      const Vec3 z = axis(joints[k]);
+      const Vec3& z = dynamics.axis(joints[k]);
       foot.ql.col(k) += z.cross(at_center) + z.cross(spin).cross(arm);
     }
   }
 
-  VectorXd q_local_;
-  Bias bias_;
+  struct Kept {
+    Eigen::MatrixXd mass;
+    VectorXd bias, v;
+    std::vector<Foot> feet;
+    std::vector<StopPush> stop;
+  };
+
+  void swap_kept() {
+    dynamics.swap_results(kept_.mass, kept_.bias);
+    v_.swap(kept_.v);
+    feet.swap(kept_.feet);
+    stop.swap(kept_.stop);
+  }
+
+  VectorXd q_local_, v_;
+  Kept kept_;
   std::vector<std::vector<std::size_t>> columns_;
 };
 

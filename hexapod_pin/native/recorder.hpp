@@ -27,8 +27,8 @@ class Recorder {
   template <class PlantT>
   explicit Recorder(const PlantT& plant) {
     const std::size_t n = plant.joints(), feet = plant.mounts.size();
-    q_.width = plant.model.nq;
-    v_.width = plant.model.nv;
+    q_.width = plant.tree.nq;
+    v_.width = plant.tree.nv;
     torque_.width = q_ref_.width = v_ref_.width = n;
     foot_position_.width = foot_force_.width = foot_normal_.width = 3 * feet;
     foot_gap_.width = feet;
@@ -49,16 +49,18 @@ class Recorder {
     const Vec3 com = q.head<3>() + plant.center_of_mass();
     com_.append(com);
     kinetic_.append(plant.kinetic_energy(v));
-    potential_.append(-plant.total_mass * plant.model.gravity.linear().dot(com));
+    potential_.append(-plant.dynamics.total_mass() * plant.dynamics.gravity().dot(com));
     double normal = 0.0, bristle = 0.0;
     for (const auto& foot : plant.feet) {
       normal += plant.stored_normal(foot);
       bristle += plant.stored_bristle(foot);
     }
-    if (time_.values.size() == 1) first_normal_ = normal, first_bristle_ = bristle;
-    elastic_.append(normal + bristle);
+    const double stops = plant.stored_in_stops(q);
+    if (time_.values.size() == 1)
+      first_normal_ = normal, first_bristle_ = bristle, first_stops_ = stops;
+    elastic_.append(normal + bristle + stops);
     servo_work_.append(account.servo);
-    joint_damping_loss_.append(account.joint_damping);
+    joint_damping_loss_.append(account.joint_damping + account.stops - (stops - first_stops_));
     normal_loss_.append(account.normal - (normal - first_normal_));
     friction_loss_.append(account.friction - (bristle - first_bristle_));
   }
@@ -96,7 +98,7 @@ class Recorder {
   Channel time_, q_, v_, torque_, q_ref_, v_ref_, foot_position_, foot_force_, foot_normal_,
       foot_gap_, com_, kinetic_, potential_, elastic_, servo_work_, joint_damping_loss_,
       normal_loss_, friction_loss_;
-  double first_normal_ = 0.0, first_bristle_ = 0.0;
+  double first_normal_ = 0.0, first_bristle_ = 0.0, first_stops_ = 0.0;
 };
 
 }  // namespace hexapod

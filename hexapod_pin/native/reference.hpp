@@ -1,7 +1,9 @@
-// Joint set-points: C1 piecewise cubic through knots (time, position, rate), held beyond the ends.
+// Joint set-points through knots (time, position, rate): C1 piecewise cubic, or held from knot to knot.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -12,11 +14,24 @@ using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 
 class Reference {
  public:
-  Reference(std::vector<double> time, RowMatrix position, RowMatrix rate)
-      : time_(std::move(time)), position_(std::move(position)), rate_(std::move(rate)) {}
+  Reference(std::vector<double> time, RowMatrix position, RowMatrix rate, bool held)
+      : time_(std::move(time)), position_(std::move(position)), rate_(std::move(rate)), held_(held) {}
+
+  // Held set-points of a step are those at its start, also at its very end.
+  void begin_step(double t) {
+    if (held_) step_row_ = row_at(t);
+  }
+
+  // The first jump after t; no step may cross it.
+  double next_jump(double t) const {
+    if (!held_) return std::numeric_limits<double>::infinity();
+    const std::size_t row = row_at(t);
+    return row + 1 < time_.size() ? time_[row + 1] : std::numeric_limits<double>::infinity();
+  }
 
   void at(double t, Eigen::VectorXd& position, Eigen::VectorXd& rate) {
     const std::size_t last = time_.size() - 1;
+    if (held_) return hold(step_row_, false, position, rate);
     if (t <= time_.front() || last == 0) return hold(0, t == time_.front(), position, rate);
     if (t >= time_.back()) return hold(last, t == time_.back(), position, rate);
     seek(t);
@@ -44,9 +59,17 @@ class Reference {
     k_ = std::min(k_, time_.size() - 2);
   }
 
+  // the row held at t; a time within rounding of a knot belongs to what follows it
+  std::size_t row_at(double t) const {
+    const double late = t + 1e-9 * std::max(1.0, std::abs(t));
+    const auto next = std::upper_bound(time_.begin(), time_.end(), late);
+    return next == time_.begin() ? 0 : std::size_t(next - time_.begin()) - 1;
+  }
+
   std::vector<double> time_;
   RowMatrix position_, rate_;
-  std::size_t k_ = 0;
+  bool held_;
+  std::size_t k_ = 0, step_row_ = 0;
 };
 
 }  // namespace hexapod

@@ -1,0 +1,67 @@
+// Mass matrix, bias and kinematics of a floating-base tree of one-coordinate joints. Pinocchio stays
+// behind this wall: its templates are compiled once, in dynamics.cpp.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace hexapod {
+
+using Eigen::VectorXd;
+using Vec3 = Eigen::Vector3d;
+using Mat3 = Eigen::Matrix3d;
+
+// Joints are counted as Pinocchio does: 0 the world, 1 the floating base, 2 ... the rest.
+struct Tree {
+  int nq = 0, nv = 0, joints = 0;  // `joints` counts all, the world too
+  std::vector<std::size_t> parent;
+
+  static std::size_t column(std::size_t joint) { return joint + 4; }  // of a joint >= 2 in v
+
+  // joints between the base and `joint`, base side first
+  std::vector<std::size_t> chain_to(std::size_t joint) const;
+  // true if every joint belongs to a serial three-joint leg on the base (joints 2..4, 5..7, ...)
+  bool has_three_joint_legs() const;
+};
+
+class Dynamics {
+ public:
+  // from pinocchio::Model::saveToString(); gravity in world axes, m/s^2
+  Dynamics(const std::string& model, const Vec3& gravity);
+  Dynamics(const Dynamics& other);
+  Dynamics(Dynamics&& other) noexcept;
+  ~Dynamics();
+
+  // q with the base at the origin. Everything below refers to the last call, world axes, relative to
+  // the base's origin.
+  void compute(const VectorXd& q, const VectorXd& v);
+
+  const Tree& tree() const { return tree_; }
+  const Vec3& gravity() const { return gravity_; }
+  double total_mass() const { return total_mass_; }
+  const Eigen::MatrixXd& mass_upper() const;  // only the upper triangle is filled
+  const VectorXd& bias() const;               // C v + g, as Pinocchio's nonLinearEffects
+  void swap_results(Eigen::MatrixXd& mass_upper, VectorXd& bias);  // of the same sizes
+  const Mat3& base_rotation() const { return base_rotation_; }
+  const Vec3& axis(std::size_t joint) const { return axis_[joint]; }
+  const Vec3& origin(std::size_t joint) const { return origin_[joint]; }
+  Vec3 point(std::size_t joint, const Vec3& offset) const;  // a point fixed to the joint's body
+  Vec3 center_of_mass() const;
+
+  // Pinocchio's crba and nonLinearEffects and nothing else, `count` times, for benchmarks
+  double repeat(const VectorXd& q, const VectorXd& v, long count) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+  Tree tree_;
+  Vec3 gravity_;
+  double total_mass_ = 0.0;
+  Mat3 base_rotation_ = Mat3::Identity();
+  std::vector<Vec3> axis_, origin_;
+};
+
+}  // namespace hexapod

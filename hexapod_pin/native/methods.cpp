@@ -1,0 +1,16 @@
+// The methods by name.
+#include <stdexcept>
+
+#include "rollout.hpp"
+
+namespace hexapod {
+
+std::unique_ptr<Rollout> start_run(const std::string& method, const RunSetup& setup) {
+  if (method == "implicit-euler") return start_implicit_euler(setup);
+  if (method == "rk4") return start_rk4(setup);
+  if (method == "x3") return start_x3(setup);
+  if (method == "dop853") return start_dop853(setup);
+  throw std::invalid_argument("unknown method " + method);
+}
+
+}  // namespace hexapod

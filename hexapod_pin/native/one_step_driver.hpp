@@ -1,0 +1,103 @@
+// Runs a one-step method with error control, from stop to stop; steps also end at touch-downs.
+#pragma once
+
+#include <limits>
+#include <map>
+#include <string>
+
+#include "error_control.hpp"
+#include "flow.hpp"
+#include "rollout.hpp"
+#include "touch_down.hpp"
+
+namespace hexapod {
+
+template <class PlantT, template <class> class Stepper>
+class OneStepDriver {
+  using Method = Stepper<PlantT>;
+
+ public:
+  OneStepDriver(PlantT& plant, Reference& reference, double tolerance, double step)
+      : flow_(plant, reference), method_(plant),
+        norm_{tolerance, Method::kLeastWeight,
+              Method::kTiedToFriction ? plant.law.friction.steepness() : 0.0},
+        touch_(plant.feet.size(), tolerance), step_(step > 0.0 ? step : kFirstStep) {}
+
+  // From t to `stop`; the plant is evaluated at (t, q, v) before and at `stop` after. False: no step
+  // of a sensible size is good enough. `horizon`: the set-points' next jump, not before `stop`.
+  bool advance(double t, double stop, double /*horizon*/, VectorXd& q, VectorXd& v,
+               Account& account) {
+    while (t < stop) {
+      const double rest = stop - t, h = fit_step(step_, rest);
+      flow_.begin(q, v, y0_);
+      touch_.begin(flow_.plant);
+      method_.begin(flow_, t, y0_);
+      const double done = step_from(t, h);
+      if (done <= 0.0 || !(flow_.velocity().cwiseAbs().maxCoeff() < kMostSpeed)) return false;
+      t = done == rest ? stop : t + done;
+      flow_.settle(y1_, q, v, account);
+      ++steps_;
+      largest_turn_ = std::max(largest_turn_, done * v.tail(v.size() - 3).cwiseAbs().maxCoeff());
+    }
+    return true;
+  }
+
+  double step() const { return step_; }
+
+  std::map<std::string, double> counters() const {
+    return {{"steps", double(steps_)},       {"rejected", double(rejected_)},
+            {"events", double(events_)},     {"largest_turn", largest_turn_},
+            {"error_most", error_most_},     {"error_sum", error_sum_}};
+  }
+
+ private:
+  static constexpr double kFirstStep = 1e-4;  // s
+  static constexpr int kMostTries = 60, kMostEventTries = 4;
+
+  // Accepts a step of h, shorter where the error or a touch-down asks for it, and leaves the plant
+  // evaluated at its end; its length, or -1.
+  double step_from(double t, double h) {
+    const bool cut = h < step_;  // by the grid: it must not shrink the remembered step
+    int located = 0;
+    for (int tries = 0; tries < kMostTries && t + h > t; ++tries) {
+      method_.attempt(flow_, t, h, y0_, y1_, error_);
+      const double size = y1_.allFinite() ? norm_(flow_.xi(error_), flow_.v(error_), flow_.z(error_), h)
+                                          : std::numeric_limits<double>::infinity();
+      if (!(size <= 1.0)) {
+        ++rejected_;
+        h = step_ = next_step(h, size, Method::kOrder, false);
+      } else {
+        flow_.evaluate(t + h, y1_);
+        const double share = located < kMostEventTries ? touch_.share(flow_.plant, h) : 1.0;
+        if (share == 1.0) {
+          accept(h, size, cut, located > 0);
+          return h;
+        }
+        ++located;
+        h *= share;
+      }
+      flow_.recall(y0_);
+    }
+    return -1.0;
+  }
+
+  void accept(double h, double size, bool cut, bool located) {
+    const double next = next_step(h, size, Method::kOrder, true);
+    if (located) ++events_;
+    else step_ = cut ? std::max(step_, next) : next;
+    const double local = flow_.xi(error_).cwiseAbs().maxCoeff();
+    error_most_ = std::max(error_most_, local);
+    error_sum_ += local;
+  }
+
+  Flow<PlantT> flow_;
+  Method method_;
+  ErrorNorm norm_;
+  TouchDown touch_;
+  double step_;
+  VectorXd y0_, y1_, error_;
+  long steps_ = 0, rejected_ = 0, events_ = 0;
+  double largest_turn_ = 0.0, error_most_ = 0.0, error_sum_ = 0.0;
+};
+
+}  // namespace hexapod
