@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from hexapod_pin import errors as errors
     from hexapod_pin import playback as playback
     from hexapod_pin.actuator import Servo as Servo
+    from hexapod_pin.bench.advice import Advice as Advice
+    from hexapod_pin.bench.advice import advise as advise
     from hexapod_pin.budget import TorqueBudget as TorqueBudget
     from hexapod_pin.budget import torque_budget as torque_budget
     from hexapod_pin.checkpoint import Checkpoint as Checkpoint
@@ -63,6 +65,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "AdamsCoulomb": "contact",
     "AdamsImpact": "contact",
+    "Advice": "bench.advice",
     "Blueprint": "description.blueprint",
     "BrownMcPhee": "contact",
     "Case": "simulation",
@@ -94,6 +97,7 @@ _MODULES = {
     "TanhCoulomb": "contact",
     "TorqueBudget": "budget",
     "Trace": "trace",
+    "advise": "bench.advice",
     "load_robot": "robot",
     "load_trace": "trace",
     "simulate": "simulation",

@@ -24,14 +24,14 @@ class Checkpoint:
         v: velocity (base twist in body axes m/s and rad/s, joints rad/s). Shape (nv,).
         contacts: per contact: touch speed [m/s], stretch of the bristle, world axes [m] (3),
             touching, sliding (0 or 1). Shape (C, 6).
-        step: next step of an adaptive method [s]; 0 where there is none.
+        controller: what an adaptive method's next step depends on; empty where there is none.
     """
 
     time: float
     q: Array
     v: Array
     contacts: Array
-    step: float = 0.0
+    controller: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Keep read-only copies.
@@ -49,7 +49,9 @@ class Checkpoint:
     @classmethod
     def from_native(cls, native: Any, sample: float) -> Checkpoint:
         """Return the checkpoint of a native run with samples every `sample` [s]."""
-        return cls(native.first * sample, native.q, native.v, native.contacts, native.step)
+        return cls(
+            native.first * sample, native.q, native.v, native.contacts, tuple(native.controller)
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON-able form; every digit is kept."""
@@ -58,11 +60,11 @@ class Checkpoint:
             "q": self.q.tolist(),
             "v": self.v.tolist(),
             "contacts": self.contacts.tolist(),
-            "step": self.step,
+            "controller": list(self.controller),
         }
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Checkpoint:
         """Rebuild a checkpoint from its dictionary."""
         contacts = np.array(data["contacts"], dtype=float).reshape(-1, 6)
-        return cls(data["time"], data["q"], data["v"], contacts, data["step"])
+        return cls(data["time"], data["q"], data["v"], contacts, tuple(data["controller"]))

@@ -40,7 +40,7 @@ class Method:
 METHODS = {
     method.name: method
     for method in (
-        Method("x3", True, 1e-9, 0.1, "extrapolated linearly implicit Euler, order 3; the default"),
+        Method("x3", True, 1e-8, 0.1, "extrapolated linearly implicit Euler, order 3; the default"),
         Method("ndf", True, 1e-12, 1e-5, "NDF 1-5, for tight accuracy and reference runs"),
         Method("dop853", True, 1e-12, 1e-2, "explicit, order 8, no Jacobian: independent truth"),
         Method("robust", False, 0.0, 0.0, "nested Newton contact solve; never blows up"),

@@ -109,19 +109,23 @@ class Run:
 
         plan, how = self.plan, self.how
         first = whole("start/sample", start.time, how.grid.sample)
-        return _native.start(
-            native_plant(self.scene),
+        settings: dict[str, Any] = dict(
+            plant=native_plant(self.scene),
             time=[float(t) for t in plan.time],
             position=np.ascontiguousarray(plan.q, dtype=float),
             rate=np.ascontiguousarray(plan.v, dtype=float),
             held=plan.held,
-            start=_native.checkpoint(first, start.q, start.v, start.contacts, start.step),
+            start=_native.checkpoint(first, start.q, start.v, start.contacts, start.controller),
             method=how.choice.method.name,
             step=how.grid.step,
             stride=how.grid.stride,
             sample=how.grid.sample,
             accuracy=how.choice.accuracy,
         )
+        try:
+            return _native.start(**settings)
+        except ValueError as error:  # what only the core knows: a method that cannot do a scene
+            raise ParameterError("method", how.choice.method.name, str(error)) from None
 
     def advance(self, progress: Callable[[float], None] | None = None) -> None:
         """Run to the end in chunks, so that Ctrl-C and a progress bar get their turn.

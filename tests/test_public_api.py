@@ -17,7 +17,7 @@ load_robot urdf_path Robot State Blueprint Contact HuntCrossley AdamsImpact Kelv
 TanhCoulomb AdamsCoulomb SmoothStep BrownMcPhee StickSlip Flat Slope Stairs Ledge Groove HeightField
 Patch Patched Shaken Servo JointStops Scene Gait KinematicControl Hold Held simulate
 simulate_batch Case Checkpoint Trace load_trace torque_budget TorqueBudget playback errors
-__version__
+advise Advice __version__
 """.split()
 
 

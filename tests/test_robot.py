@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from hexapod_pin.bench.hard_data import references
 from hexapod_pin.description.leg_names import LEG_NAMES, joint_role, leg_of_chain
 from hexapod_pin.description.paper_robots import KHARAGPUR
 from hexapod_pin.description.urdf_file import read_urdf
@@ -22,7 +22,7 @@ from hexapod_pin.loading.pin_model import placement
 from hexapod_pin.robot import Robot, load_robot, urdf_path
 
 DATA = Path(__file__).parent / "data"
-HARD_CASES: dict[str, Any] = json.loads((DATA / "hardcases.json").read_text())
+HARD_CASES: dict[str, Any] = references()
 TEXT = KHARAGPUR.urdf()
 
 

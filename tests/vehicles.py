@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +10,10 @@ import numpy as np
 import pinocchio as pin
 
 import hexapod_pin as hp
+from hexapod_pin.bench.hard_data import references
 
 DATA = Path(__file__).parent / "data"
-HARD_CASES: dict[str, Any] = json.loads((DATA / "hardcases.json").read_text())
+HARD_CASES: dict[str, Any] = references()
 STIFF_LEGS = hp.Servo(kp=1e4, kd=1e2, limited=False)
 FREE = hp.JointStops(stiffness=0.0)  # joints may pass their limits, as in the references
 LIMP = hp.Servo(kp=0.0, kd=0.0, limited=False)
@@ -81,3 +82,32 @@ def drop(robot: hp.Robot) -> tuple[hp.Scene, hp.State, np.ndarray]:
     servo = hp.Servo(kp=params["kp"], kd=params["kd"], limited=False)
     scene = hp.Scene(robot, contact=contact, servo=servo, stops=FREE)
     return scene, robot.check_state(q, v), posture
+
+
+def heavy_leg(upper: float) -> hp.Robot:
+    """A light link on three bodies of 1e9 kg, axes along y; its joint ends at `upper` [rad].
+
+    The heavy bodies stay where they are to 1e-11 of the light one's motion.
+    """
+    body = (
+        '<link name="{0}"><inertial><origin xyz="0 0 -0.1"/><mass value="{1}"/>'
+        '<inertia ixx="{2}" iyy="{2}" izz="{2}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+    joint = (
+        '<joint name="{1}_joint" type="revolute"><parent link="{0}"/><child link="{1}"/>'
+        '<origin xyz="0 0 -0.1"/><axis xyz="0 1 0"/>'
+        '<limit lower="-1" upper="{2}" effort="10" velocity="100"/></joint>'
+    )
+    text = "".join(body.format(name, 1e9, 1e9) for name in ("base", "a", "b"))
+    text += body.format("c", 0.1, 1e-3) + '<link name="tip"/>'
+    text += (
+        joint.format("base", "a", 1.0) + joint.format("a", "b", 1.0) + joint.format("b", "c", upper)
+    )
+    text += (
+        '<joint name="tip_fix" type="fixed"><parent link="c"/><child link="tip"/>'
+        '<origin xyz="0 0 -0.2"/></joint>'
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "heavy_leg.urdf"
+        path.write_text(f'<robot name="heavy_leg">{text}</robot>')
+        return hp.load_robot(path, feet=["tip"], posture=[0.0, 0.0, 0.0])

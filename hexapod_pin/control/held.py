@@ -45,6 +45,12 @@ class Held:
         q = np.array(self.q)
         if q.shape[1] != len(robot.joint_names):
             raise ParameterError("Held.q", q.shape, f"(K, {len(robot.joint_names)})")
+        for knot, joint in np.argwhere(~np.isfinite(q)):
+            raise ParameterError(
+                f"Held.q of {robot.joint_names[joint]} at t = {self._begin(knot):g} s",
+                float(q[knot, joint]),
+                "finite [rad]",
+            )
         return Plan(
             time=np.array(self.time),
             q=q,
@@ -56,6 +62,9 @@ class Held:
             speed=0.0,
             held=True,
         )
+
+    def _begin(self, knot: int) -> float:
+        return float(np.asarray(self.time)[knot])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the settings as TOML-able data."""

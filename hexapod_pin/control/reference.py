@@ -50,7 +50,9 @@ class Plan:
         for name in ("time", "q", "v", "travel_direction"):
             array = np.array(getattr(self, name), dtype=float)
             if not np.isfinite(array).all():
-                raise ParameterError(f"Plan.{name}", "not finite", "finite everywhere")
+                worst = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+                where = f"Plan.{name}{list(worst)}"
+                raise ParameterError(where, float(array[worst]), "finite (knot, joint)")
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         if self.q.shape != self.v.shape or self.q.shape[:1] != self.time.shape:

@@ -18,6 +18,7 @@ from hexapod_pin.native._core import height_field as height_field
 from hexapod_pin.native._core import plane as plane
 from hexapod_pin.native._core import plant_settings as plant_settings
 from hexapod_pin.native._core import profile as profile
+from hexapod_pin.native._core import repeat_compute as repeat_compute
 from hexapod_pin.native._core import repeat_dynamics as repeat_dynamics
 from hexapod_pin.native._core import start as start
 from hexapod_pin.native._core import with_patches as with_patches

@@ -12,7 +12,7 @@ class AdaptiveRollout final : public Rollout {
  public:
   AdaptiveRollout(PlantT plant, const RunSetup& setup)
       : plant_(std::move(plant)), reference_(setup.reference),
-        driver_(plant_, reference_, setup.accuracy, setup.start.step), recorder_(plant_),
+        driver_(plant_, reference_, setup.accuracy, setup.start.controller), recorder_(plant_),
         q_(setup.start.q), v_(setup.start.v), torque_(plant_.joints()), q_ref_(plant_.joints()),
         v_ref_(plant_.joints()), account_(plant_.feet.size()), interval_(setup.sample),
         now_(setup.start.first) {
@@ -41,7 +41,7 @@ class AdaptiveRollout final : public Rollout {
   const Recorder& record() const override { return recorder_; }
 
   Checkpoint checkpoint() const override {
-    return {now_, q_, v_, contact_memories(plant_), driver_.step()};
+    return {now_, q_, v_, contact_memories(plant_), driver_.memory()};
   }
 
   std::map<std::string, double> counters() const override {

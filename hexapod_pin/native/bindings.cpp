@@ -25,9 +25,13 @@ PlantSettings make_settings(const std::string& model, const Vec3& gravity,
                             const NormalLaw& normal, const FrictionLaw& friction, const Terrain& terrain,
                             const VectorXd& kp, const VectorXd& kd, const VectorXd& limit,
                             const VectorXd& damping, const VectorXd& lower, const VectorXd& upper,
-                            double stop_stiffness, double stop_dissipation, bool dense) {
-  PlantSettings s{Dynamics(model, gravity), {}, {normal, friction}, terrain, {kp, kd, limit, damping},
-                  {lower, upper, stop_stiffness, stop_dissipation}, dense};
+                            double stop_stiffness, double stop_dissipation, bool dense,
+                            bool fused, bool baseline) {
+  const DynamicsPath path = !fused     ? DynamicsPath::pinocchio
+                            : baseline ? DynamicsPath::fused_baseline
+                                       : DynamicsPath::fused;
+  PlantSettings s{Dynamics(model, gravity, path), {}, {normal, friction}, terrain,
+                  {kp, kd, limit, damping}, {lower, upper, stop_stiffness, stop_dissipation}, dense};
   const Tree& tree = s.dynamics.tree();
   for (const auto& [joint, offset, radius] : feet) {
     if (joint < 1 || joint >= std::size_t(tree.joints))
@@ -75,7 +79,14 @@ nb::dict evaluation(PlantT plant, const VectorXd& q, const VectorXd& v, const Ve
       drift.block(3 * i, k, 3, 1) = plant.along(i, foot.qb, foot.ql, VectorXd::Unit(nv, k));
   }
   plant.acceleration(v, torque, acceleration);
+  RowMatrix axis(nv - 6, 3), origin(nv - 6, 3);
+  for (int j = 0; j < nv - 6; ++j) {
+    axis.row(j) = plant.dynamics.axis(j + 2).transpose();
+    origin.row(j) = plant.dynamics.origin(j + 2).transpose();
+  }
   nb::dict out;
+  out["joint_axis"] = axis;
+  out["joint_origin"] = origin;  // from the base's origin
   out["mass"] = mass;
   out["bias"] = VectorXd(plant.bias());
   out["foot_jacobian"] = jacobian;
@@ -97,8 +108,8 @@ nb::dict evaluate(const PlantSettings& s, const VectorXd& q, const VectorXd& v, 
 }
 
 Checkpoint make_checkpoint(long first, const VectorXd& q, const VectorXd& v,
-                           const RowMatrix& contacts, double step) {
-  return {first, q, v, contacts, step};
+                           const RowMatrix& contacts, const std::vector<double>& controller) {
+  return {first, q, v, contacts, controller};
 }
 
 std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>& time,
@@ -205,12 +216,26 @@ NB_MODULE(_core, m) {
   }, "terrain"_a, "amplitude"_a, "frequency"_a);
 
   nb::class_<PlantSettings>(m, "PlantSettings")
-      .def_prop_ro("arrow", &PlantSettings::arrow, "true: block-arrow LU; false: dense LU");
+      .def_prop_ro("arrow", &PlantSettings::arrow, "true: block-arrow LU; false: dense LU")
+      .def_prop_ro("dynamics", [](const PlantSettings& s) { return s.dynamics.path(); },
+                   "who computes: fused avx2, fused or pinocchio");
   m.def("plant_settings", &make_settings, "model"_a, "gravity"_a, "feet"_a, "normal"_a, "friction"_a,
-        "terrain"_a, "kp"_a, "kd"_a, "limit"_a, "damping"_a, "lower"_a, "upper"_a, "stop_stiffness"_a, "stop_dissipation"_a, "dense"_a = false);
+        "terrain"_a, "kp"_a, "kd"_a, "limit"_a, "damping"_a, "lower"_a, "upper"_a, "stop_stiffness"_a, "stop_dissipation"_a, "dense"_a = false,
+        "fused"_a = true, "baseline"_a = false);
   m.def("evaluate", &evaluate, "plant"_a, "q"_a, "v"_a, "torque"_a,
         "Dynamics and feet of one state; joint torques given.");
 
+  m.def("repeat_compute", [](const PlantSettings& s, const VectorXd& q, const VectorXd& v, long count) {
+    Dynamics dynamics = s.dynamics;
+    double sum = 0.0;
+    for (long k = 0; k < count; ++k) {
+      dynamics.compute(q, v);
+      sum += dynamics.bias()[0];
+    }
+    return sum;
+  }, "plant"_a, "q"_a, "v"_a, "count"_a,
+        nb::call_guard<nb::gil_scoped_release>(),
+        "Runs the plant's own dynamics of one evaluation `count` times, for benchmarks.");
   m.def("repeat_dynamics", [](const PlantSettings& s, const VectorXd& q, const VectorXd& v, long count) {
     return s.dynamics.repeat(q, v, count);
   }, "plant"_a, "q"_a, "v"_a, "count"_a,
@@ -227,8 +252,8 @@ NB_MODULE(_core, m) {
       .def_ro("q", &Checkpoint::q)
       .def_ro("v", &Checkpoint::v)
       .def_ro("contacts", &Checkpoint::contacts)
-      .def_ro("step", &Checkpoint::step);
-  m.def("checkpoint", &make_checkpoint, "first"_a, "q"_a, "v"_a, "contacts"_a, "step"_a);
+      .def_ro("controller", &Checkpoint::controller);
+  m.def("checkpoint", &make_checkpoint, "first"_a, "q"_a, "v"_a, "contacts"_a, "controller"_a);
   m.def("start", &start, "plant"_a, "time"_a, "position"_a, "rate"_a, "held"_a, "start"_a, "method"_a,
         "step"_a, "stride"_a, "sample"_a, "accuracy"_a);
   m.def("advance_all", &advance_all, "rollouts"_a, "samples"_a, "threads"_a,

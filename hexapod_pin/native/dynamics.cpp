@@ -1,5 +1,6 @@
 #include "dynamics.hpp"
 
+#include <optional>
 #include <stdexcept>
 
 #include <pinocchio/algorithm/crba.hpp>
@@ -9,6 +10,7 @@
 #include <pinocchio/serialization/model.hpp>
 
 #include "bias.hpp"
+#include "fused_dynamics.hpp"
 
 namespace hexapod {
 
@@ -49,27 +51,41 @@ struct Dynamics::Impl {
   pinocchio::Model model;
   pinocchio::Data data;
   Bias bias;
+  std::optional<FusedDynamics> fused;
 };
 
-Dynamics::Dynamics(const std::string& model, const Vec3& gravity)
+Dynamics::Dynamics(const std::string& model, const Vec3& gravity, DynamicsPath path)
     : impl_(std::make_unique<Impl>(read_model(model, gravity))), gravity_(gravity) {
   const pinocchio::Model& m = impl_->model;
   tree_ = {m.nq, m.nv, m.njoints, {m.parents.begin(), m.parents.end()}};
   for (const auto& inertia : m.inertias) total_mass_ += inertia.mass();
+  mass_upper_.setZero(m.nv, m.nv);
+  bias_.setZero(m.nv);
   axis_.resize(m.njoints, Vec3::Zero());
   origin_.resize(m.njoints, Vec3::Zero());
+  if (path != DynamicsPath::pinocchio && FusedDynamics::fits(m, tree_))
+    impl_->fused.emplace(m, impl_->data, path == DynamicsPath::fused_baseline);
 }
 
 Dynamics::Dynamics(const Dynamics& other)
     : impl_(std::make_unique<Impl>(*other.impl_)), tree_(other.tree_), gravity_(other.gravity_),
-      total_mass_(other.total_mass_), base_rotation_(other.base_rotation_), axis_(other.axis_),
-      origin_(other.origin_) {}
+      total_mass_(other.total_mass_), mass_upper_(other.mass_upper_), bias_(other.bias_),
+      base_rotation_(other.base_rotation_), axis_(other.axis_), origin_(other.origin_) {}
 
 Dynamics::Dynamics(Dynamics&& other) noexcept = default;
 Dynamics::~Dynamics() = default;
 
+const char* Dynamics::path() const {
+  if (!impl_->fused) return "pinocchio";
+  return impl_->fused->avx2() ? "fused avx2" : "fused";
+}
+
 void Dynamics::compute(const VectorXd& q, const VectorXd& v) {
-  auto& [model, data, bias] = *impl_;
+  if (impl_->fused) {
+    impl_->fused->compute(q, v, mass_upper_, bias_, base_rotation_, axis_, origin_);
+    return;
+  }
+  auto& [model, data, bias, fused] = *impl_;
   pinocchio::crba(model, data, q, pinocchio::Convention::WORLD);
   bias.compute(model, data, v);
   base_rotation_ = data.oMi[1].rotation();
@@ -77,21 +93,19 @@ void Dynamics::compute(const VectorXd& q, const VectorXd& v) {
     axis_[j] = data.J.block<3, 1>(3, Tree::column(j));
     origin_[j] = data.oMi[j].translation();
   }
-}
-
-const Eigen::MatrixXd& Dynamics::mass_upper() const { return impl_->data.M; }
-const VectorXd& Dynamics::bias() const { return impl_->bias.value(); }
-
-void Dynamics::swap_results(Eigen::MatrixXd& mass_upper, VectorXd& bias) {
-  impl_->data.M.swap(mass_upper);
-  impl_->bias.swap(bias);
+  mass_upper_.swap(data.M);
+  bias.swap(bias_);
 }
 
 Vec3 Dynamics::point(std::size_t joint, const Vec3& offset) const {
-  return impl_->data.oMi[joint].act(offset);
+  if (!impl_->fused) return impl_->data.oMi[joint].act(offset);
+  return origin_[joint] + base_rotation_ * (impl_->fused->rotation(joint) * offset);
 }
 
-Vec3 Dynamics::center_of_mass() const { return impl_->data.oYcrb[0].lever(); }
+Vec3 Dynamics::center_of_mass() const {
+  if (!impl_->fused) return impl_->data.oYcrb[0].lever();
+  return base_rotation_ * impl_->fused->center_of_mass();
+}
 
 double Dynamics::repeat(const VectorXd& q, const VectorXd& v, long count) const {
   const pinocchio::Model& model = impl_->model;

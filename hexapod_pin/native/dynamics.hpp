@@ -27,10 +27,16 @@ struct Tree {
   bool has_three_joint_legs() const;
 };
 
+// Who computes. The fused pass wants one to eight legs of three revolute joints; Pinocchio does the
+// rest. `fused` takes AVX2 and FMA where the processor has them, and so differs by round-off from
+// processors without; `fused_baseline` is the same code on all of them.
+enum class DynamicsPath { fused, fused_baseline, pinocchio };
+
 class Dynamics {
  public:
   // from pinocchio::Model::saveToString(); gravity in world axes, m/s^2
-  Dynamics(const std::string& model, const Vec3& gravity);
+  Dynamics(const std::string& model, const Vec3& gravity,
+           DynamicsPath path = DynamicsPath::fused);
   Dynamics(const Dynamics& other);
   Dynamics(Dynamics&& other) noexcept;
   ~Dynamics();
@@ -39,12 +45,17 @@ class Dynamics {
   // the base's origin.
   void compute(const VectorXd& q, const VectorXd& v);
 
+  const char* path() const;  // "fused avx2", "fused" or "pinocchio"
   const Tree& tree() const { return tree_; }
   const Vec3& gravity() const { return gravity_; }
   double total_mass() const { return total_mass_; }
-  const Eigen::MatrixXd& mass_upper() const;  // only the upper triangle is filled
-  const VectorXd& bias() const;               // C v + g, as Pinocchio's nonLinearEffects
-  void swap_results(Eigen::MatrixXd& mass_upper, VectorXd& bias);  // of the same sizes
+  const Eigen::MatrixXd& mass_upper() const { return mass_upper_; }  // only that triangle is filled
+  const VectorXd& bias() const { return bias_; }  // C v + g, as Pinocchio's nonLinearEffects
+  // of the same sizes, with the same zeros in the mass matrix
+  void swap_results(Eigen::MatrixXd& mass_upper, VectorXd& bias) {
+    mass_upper_.swap(mass_upper);
+    bias_.swap(bias);
+  }
   const Mat3& base_rotation() const { return base_rotation_; }
   const Vec3& axis(std::size_t joint) const { return axis_[joint]; }
   const Vec3& origin(std::size_t joint) const { return origin_[joint]; }
@@ -60,6 +71,8 @@ class Dynamics {
   Tree tree_;
   Vec3 gravity_;
   double total_mass_ = 0.0;
+  Eigen::MatrixXd mass_upper_;
+  VectorXd bias_;
   Mat3 base_rotation_ = Mat3::Identity();
   std::vector<Vec3> axis_, origin_;
 };

@@ -37,7 +37,7 @@ class FixedStepRollout final : public Rollout {
   const Recorder& record() const override { return recorder_; }
 
   Checkpoint checkpoint() const override {
-    return {now_ / stride_, q_, v_, contact_memories(plant_), 0.0};
+    return {now_ / stride_, q_, v_, contact_memories(plant_), {}};
   }
 
   std::map<std::string, double> counters() const override {

@@ -2,6 +2,7 @@
 // y = (xi, v, z, w): chart coordinates, velocity, bristles of the contacts, works and impulses.
 #pragma once
 
+#include "error_control.hpp"
 #include "plant.hpp"
 #include "reference.hpp"
 
@@ -110,6 +111,10 @@ class Flow {
   const VectorXd& position() const { return q_; }
   const VectorXd& velocity() const { return v_; }
   auto joints() const { return q_.tail(q_.size() - 7); }
+
+  double size(const VectorXd& error, const ErrorNorm& norm, double h) const {
+    return norm(xi(error), v(error), z(error), h);
+  }
 
   Vec3 bristle(const VectorXd& y, int contact) const {
     return y.template segment<3>(2 * nv + 3 * contact);

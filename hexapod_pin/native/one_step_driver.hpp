@@ -1,9 +1,13 @@
 // Runs a one-step method with error control, from stop to stop; steps also end at touch-downs.
+// The estimate of the whole error is the geometric mean of the largest local error, which is right where
+// errors die out at once, and their sum, which is right where all of them stay.
 #pragma once
 
+#include <cmath>
 #include <limits>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "error_control.hpp"
 #include "flow.hpp"
@@ -17,11 +21,17 @@ class OneStepDriver {
   using Method = Stepper<PlantT>;
 
  public:
-  OneStepDriver(PlantT& plant, Reference& reference, double tolerance, double step)
+  // `memory` of an earlier driver's controller, or empty
+  OneStepDriver(PlantT& plant, Reference& reference, double accuracy,
+                const std::vector<double>& memory)
       : flow_(plant, reference), method_(plant),
-        norm_{tolerance, Method::kLeastWeight,
+        norm_{Method::share(accuracy) * accuracy, Method::kLeastWeight,
               Method::kTiedToFriction ? plant.law.friction.steepness() : 0.0},
-        touch_(plant.feet.size(), tolerance), step_(step > 0.0 ? step : kFirstStep) {}
+        touch_(plant.feet.size(), norm_.tolerance, Method::kFindsLiftOff), step_(kFirstStep) {
+    if (memory.size() != 1 + Method::kMemory) return;
+    step_ = memory[0];
+    method_.remember(memory.data() + 1);
+  }
 
   // From t to `stop`; the plant is evaluated at (t, q, v) before and at `stop` after. False: no step
   // of a sensible size is good enough. `horizon`: the set-points' next jump, not before `stop`.
@@ -42,17 +52,23 @@ class OneStepDriver {
     return true;
   }
 
-  double step() const { return step_; }
+  std::vector<double> memory() const {
+    std::vector<double> all = method_.memory();
+    all.insert(all.begin(), step_);
+    return all;
+  }
 
   std::map<std::string, double> counters() const {
     return {{"steps", double(steps_)},       {"rejected", double(rejected_)},
             {"events", double(events_)},     {"largest_turn", largest_turn_},
-            {"error_most", error_most_},     {"error_sum", error_sum_}};
+            {"error_most", error_most_},     {"error_sum", error_sum_},
+            {"error_estimate", std::sqrt(error_most_ * error_sum_)}};
   }
 
  private:
   static constexpr double kFirstStep = 1e-4;  // s
   static constexpr int kMostTries = 60, kMostEventTries = 4;
+  static constexpr double kLeastShare = 1e-3;  // where a gap jumps with the ground, there is no root
 
   // Accepts a step of h, shorter where the error or a touch-down asks for it, and leaves the plant
   // evaluated at its end; its length, or -1.
@@ -60,12 +76,11 @@ class OneStepDriver {
     const bool cut = h < step_;  // by the grid: it must not shrink the remembered step
     int located = 0;
     for (int tries = 0; tries < kMostTries && t + h > t; ++tries) {
-      method_.attempt(flow_, t, h, y0_, y1_, error_);
-      const double size = y1_.allFinite() ? norm_(flow_.xi(error_), flow_.v(error_), flow_.z(error_), h)
-                                          : std::numeric_limits<double>::infinity();
+      const double found = method_.attempt(flow_, t, h, y0_, norm_, y1_, error_);
+      const double size = y1_.allFinite() ? found : std::numeric_limits<double>::infinity();
       if (!(size <= 1.0)) {
         ++rejected_;
-        h = step_ = next_step(h, size, Method::kOrder, false);
+        h = step_ = next_step(h, size, method_.order(), false);
       } else {
         flow_.evaluate(t + h, y1_);
         const double share = located < kMostEventTries ? touch_.share(flow_.plant, h) : 1.0;
@@ -74,7 +89,7 @@ class OneStepDriver {
           return h;
         }
         ++located;
-        h *= share;
+        h *= std::max(share, kLeastShare);
       }
       flow_.recall(y0_);
     }
@@ -82,7 +97,7 @@ class OneStepDriver {
   }
 
   void accept(double h, double size, bool cut, bool located) {
-    const double next = next_step(h, size, Method::kOrder, true);
+    const double next = next_step(h, size, method_.order(), true);
     if (located) ++events_;
     else step_ = cut ? std::max(step_, next) : next;
     const double local = flow_.xi(error_).cwiseAbs().maxCoeff();

@@ -17,6 +17,8 @@
 
 namespace hexapod {
 
+constexpr double kTouchDepth = 2e-7;  // located touch-downs are less deep, m
+
 template <class SystemT>
 class Plant {
  public:
@@ -68,12 +70,14 @@ class Plant {
       if (foot.active) load_foot(foot, q.head<3>() + foot.center, lead);
   }
 
-  // At an accepted state: contacts that have begun or ended change their memory.
+  // At an accepted state: contacts that have begun or ended change their memory. The touch speed is
+  // that of the last state out of the ground, or of the first in it where that is a located touch-down.
   void settle_memory() {
     for (Foot& foot : feet) {
+      const bool located = foot.active && !foot.memory.touching && foot.ground.gap > -kTouchDepth;
       if (foot.active) foot.memory.touching = true;
       else if (foot.memory.touching) foot.memory.let_go();
-      if (!foot.active && law.normal.needs_touch_speed() && foot.ground.gap < kFarAway)
+      if ((!foot.active || located) && law.normal.needs_touch_speed() && foot.ground.gap < kFarAway)
         foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
     }
   }

@@ -33,7 +33,7 @@ class Reference {
     const std::size_t last = time_.size() - 1;
     if (held_) return hold(step_row_, false, position, rate);
     if (t <= time_.front() || last == 0) return hold(0, t == time_.front(), position, rate);
-    if (t >= time_.back()) return hold(last, t == time_.back(), position, rate);
+    if (t >= time_.back()) return hold(last, t <= time_.back() + kRounding, position, rate);
     seek(t);
     const double h = time_[k_ + 1] - time_[k_], s = (t - time_[k_]) / h;
     const double s2 = s * s, s3 = s2 * s;
@@ -58,6 +58,8 @@ class Reference {
     else if (t >= time_[k_ + 1]) ++k_;
     k_ = std::min(k_, time_.size() - 2);
   }
+
+  static constexpr double kRounding = 1e-9;  // s: the last step may end a hair after the last knot
 
   // the row held at t; a time within rounding of a knot belongs to what follows it
   std::size_t row_at(double t) const {

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "recorder.hpp"
 #include "reference.hpp"
@@ -18,7 +19,7 @@ struct Checkpoint {
   long first = 0;      // its time is first * sample interval
   VectorXd q, v;
   RowMatrix contacts;  // a row per contact: touch speed, stretch (3), touching, sliding; none: all new
-  double step = 0.0;   // the next step of an adaptive method, 0: not known, s
+  std::vector<double> controller;  // what an adaptive method's next step depends on; none: new
 };
 
 struct RunSetup {
@@ -43,7 +44,10 @@ class Rollout {
 // One function per method, each compiled in a unit of its own.
 std::unique_ptr<Rollout> start_implicit_euler(const RunSetup& setup);
 std::unique_ptr<Rollout> start_rk4(const RunSetup& setup);
+std::unique_ptr<Rollout> start_robust(const RunSetup& setup);
+std::unique_ptr<Rollout> start_robust_reference(const RunSetup& setup);
 std::unique_ptr<Rollout> start_x3(const RunSetup& setup);
+std::unique_ptr<Rollout> start_ndf(const RunSetup& setup);
 std::unique_ptr<Rollout> start_dop853(const RunSetup& setup);
 std::unique_ptr<Rollout> start_run(const std::string& method, const RunSetup& setup);
 

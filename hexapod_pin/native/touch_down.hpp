@@ -1,4 +1,5 @@
-// Finds where, within a step, feet touch down: a safeguard against jumping over first contact.
+// Finds where, within a step, feet touch down or, where asked for, lift off: a safeguard against
+// jumping over first contact.
 #pragma once
 
 #include <algorithm>
@@ -22,8 +23,9 @@ inline double hermite_root(double a, double da, double b, double db) {
 
 class TouchDown {
  public:
-  TouchDown(std::size_t contacts, double tolerance)
-      : gap_(contacts), rate_(contacts), slack_(std::clamp(1e-3 * tolerance, 1e-12, 1e-7)) {}
+  TouchDown(std::size_t contacts, double tolerance, bool lift_off = false)
+      : gap_(contacts), rate_(contacts), slack_(std::clamp(1e-3 * tolerance, 1e-12, 1e-7)),
+        lift_off_(lift_off) {}
 
   // Notes the gaps at the start of a step, where the plant is evaluated and looks ahead.
   template <class PlantT>
@@ -34,7 +36,7 @@ class TouchDown {
     }
   }
 
-  // Share of the step h, whose end is evaluated, after which the first foot touches; 1 if none does.
+  // Share of the step h, whose end is evaluated, after which the first foot changes; 1 if none does.
   template <class PlantT>
   double share(const PlantT& plant, double h) const {
     double first = 1.0;
@@ -42,6 +44,8 @@ class TouchDown {
       const double end = plant.feet[i].ground.gap;
       if (gap_[i] > slack_ && gap_[i] < kFarAway && end < -slack_)
         first = std::min(first, hermite_root(gap_[i], h * rate_[i], end, h * rate(plant.feet[i])));
+      if (lift_off_ && gap_[i] < -slack_ && end > slack_ && end < kFarAway)
+        first = std::min(first, hermite_root(-gap_[i], -h * rate_[i], -end, -h * rate(plant.feet[i])));
     }
     return first;
   }
@@ -54,6 +58,7 @@ class TouchDown {
 
   std::vector<double> gap_, rate_;
   double slack_;
+  bool lift_off_;
 };
 
 }  // namespace hexapod

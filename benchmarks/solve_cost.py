@@ -1,0 +1,78 @@
+"""What solving S1's 204 equations once costs: block elimination, dense LU, sparse LU, the core."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+import hexapod_pin as hp
+from hexapod_pin.verify.maximal_checks import maximal_twin, pressed_states
+
+ROUNDS, CALLS = 7, 40
+
+
+def solve_costs() -> list[str]:
+    """Return a Markdown table: median over interleaved rounds, microseconds of processor time."""
+    jobs = subjects()
+    times = np.array([[timed(job) for job in jobs.values()] for _ in range(ROUNDS)])
+    lines = ["| what | processor time [us] |", "| --- | --- |"]
+    for name, value in zip(jobs, np.median(times, axis=0), strict=True):
+        lines.append(f"| {name} | {value:.1f} |")
+    return lines
+
+
+def subjects() -> dict[str, Callable[[], object]]:
+    """Return kharagpur on five or six feet, the same state for all."""
+    from scipy.sparse import csc_matrix
+    from scipy.sparse.linalg import splu
+
+    from hexapod_pin import native
+    from hexapod_pin.plant import native_plant
+
+    scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1())
+    twin, (q, v, torque) = maximal_twin(scene), pressed_states(scene, 1)[0]
+    model, plant = twin.model, native_plant(scene)
+    state = model.state(twin.bodies_order(q, 7), twin.bodies_order(v, 6))
+    at = model.place(state)
+    joints = model.constraints(state, at)
+    rows, force, none = model.rows(at, joints), np.ones((19, 6)), np.empty(0)
+    full = whole(model.bodies.parent, at.mass, rows.on_parent, rows.on_child)
+    right = np.r_[force.ravel(), joints.gamma.ravel()]
+    thin = csc_matrix(full)
+    return {
+        "whole evaluation: kinematics, contacts, elimination": lambda: model.evaluate(
+            0.0, state, torque
+        ),
+        "block elimination on the tree alone": lambda: model.eliminate(
+            at.mass, force, rows, joints.gamma, none
+        ),
+        "dense LU, 204 x 204": lambda: np.linalg.solve(full, right),
+        "SuperLU, the same matrix already in CSC": lambda: splu(thin).solve(right),
+        "the core: whole evaluation with Jacobians, through Python": lambda: native.evaluate(
+            plant, q, v, torque
+        ),
+    }
+
+
+def whole(parent: np.ndarray, mass: np.ndarray, up: np.ndarray, down: np.ndarray) -> np.ndarray:
+    """Return [M -D'; D 0]."""
+    bodies, joints = len(mass), len(parent)
+    full = np.zeros((6 * bodies + 5 * joints,) * 2)
+    for k in range(bodies):
+        full[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = mass[k]
+    across = full[6 * bodies :, : 6 * bodies]
+    for j, i in enumerate(parent):
+        across[5 * j : 5 * j + 5, 6 * i : 6 * i + 6] = up[j]
+        across[5 * j : 5 * j + 5, 6 * j + 6 : 6 * j + 12] = down[j]
+    full[: 6 * bodies, 6 * bodies :] = -across.T
+    return full
+
+
+def timed(job: Callable[[], object]) -> float:
+    """Return microseconds of processor time a call."""
+    began = time.process_time()
+    for _ in range(CALLS):
+        job()
+    return (time.process_time() - began) / CALLS * 1e6

@@ -1,0 +1,142 @@
+"""The job of `hexapod-pin bench --hard`: hard cases, random extremes, honesty of the accuracy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from hexapod_pin.bench.hard import run_hard
+from hexapod_pin.bench.hard_table import hard_table, summary
+from hexapod_pin.bench.honesty import ACCURACIES, dearer, honesty_table, random_tasks, study
+from hexapod_pin.bench.machine import Machine
+from hexapod_pin.bench.report import require_ending
+from hexapod_pin.bench.stress import STEPS, Outcome, run_stress, stress_scenes
+from hexapod_pin.bench.tables import Table
+from hexapod_pin.bench.terminal import console, show_table
+from hexapod_pin.walk import progress_bar, writable
+
+PART = 20
+"""Random scenes between two steps of the progress bar."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much to run.
+
+    Attributes:
+        scenes: random extreme scenes at each step.
+        drops: random drops of the honesty study; as many walks.
+        accuracies: asked for there [m, rad].
+        quick: the hard cases by one method each and in fewer variants.
+    """
+
+    scenes: int = 2000
+    drops: int = 18
+    accuracies: tuple[float, ...] = ACCURACIES
+    quick: bool = False
+
+
+QUICK = Size(scenes=60, drops=2, accuracies=(1e-3, 1e-4, 1e-5), quick=True)
+
+Tick = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of the suite: its table, one line that sums it up, and how many rows failed."""
+
+    table: Table
+    summary: str
+    failed: int
+
+
+def hard(*, quick: bool, out: Path | None) -> bool:
+    """Run the suite, print its tables and write them to `out` (.md).
+
+    Returns:
+        Whether every row passed.
+
+    Raises:
+        ParameterError, TraceFileError: `out` cannot be written; refused before anything is run.
+    """
+    if out is not None:
+        require_ending("--out", out, (".md",))
+        out = writable("--out", out)
+    size, screen, machine = QUICK if quick else Size(), console(), Machine.here()
+    screen.print(str(machine), markup=False, soft_wrap=True)
+    parts: list[Part] = []
+    for title, job in _JOBS:
+        with progress_bar(title) as tick:
+            parts.append(job(size, tick))
+        show_table(parts[-1].table, screen)
+        screen.print(parts[-1].summary, markup=False, soft_wrap=True)
+    if out is not None:
+        out.write_text(_markdown(machine, parts), encoding="utf-8")
+        screen.print(f"wrote {out}", markup=False, soft_wrap=True)
+    return not any(part.failed for part in parts)
+
+
+def _cases(size: Size, tick: Tick) -> Part:
+    rows = run_hard(quick=size.quick, progress=tick)
+    return Part(hard_table(rows), summary(rows), sum(row.verdict == "FAIL" for row in rows))
+
+
+def _extremes(size: Size, tick: Tick) -> Part:
+    """Random extreme scenes with the robust step; see `stress`."""
+    scenes = list(stress_scenes(size.scenes))
+    rows: list[tuple[str, ...]] = []
+    failed, done, whole = 0, 0, len(STEPS) * len(scenes)
+    for step in STEPS:
+        found: list[Outcome] = []
+        for k in range(0, len(scenes), PART):
+            found += run_stress(scenes[k : k + PART], step)
+            done += len(scenes[k : k + PART])
+            tick(done / whole)
+        failed += sum(not outcome.passed for outcome in found)
+        rows.append(_extreme_row(step, found))
+    head = (
+        "step [ms]", "runs", "not finite", "energy gain above 1 %", "largest gain [%]",
+        "largest rise [%]", "contact injection, most", "outer iterations, mean",
+    )  # fmt: skip
+    table = Table("Random extreme scenes, method robust, 0.5 s", head, tuple(rows))
+    return Part(table, f"{whole - failed} pass, {failed} FAIL", failed)
+
+
+def _extreme_row(step: float, found: list[Outcome]) -> tuple[str, ...]:
+    finite = [outcome for outcome in found if outcome.finite]
+    return (
+        f"{1e3 * step:g}", str(len(found)), str(len(found) - len(finite)),
+        str(sum(not outcome.passed for outcome in finite)),
+        f"{100 * max(outcome.gain for outcome in finite):.2g}",
+        f"{100 * max(outcome.rise for outcome in finite):.2g}",
+        f"{max(outcome.injection for outcome in finite):.1e}",
+        f"{sum(outcome.iterations for outcome in finite) / len(finite):.2f}",
+    )  # fmt: skip
+
+
+def _honesty(size: Size, tick: Tick) -> Part:
+    tasks = random_tasks(drops=size.drops, walks=size.drops)
+    rows = study(tasks, accuracies=size.accuracies, progress=tick)
+    failed = sum(not row.kept for row in rows)
+    text = (
+        f"{len(rows) - failed} pass, {failed} FAIL; a looser run costs at most "
+        f"{dearer(rows):.2f} times a tighter one"
+    )
+    return Part(honesty_table(rows), text, failed)
+
+
+def _markdown(machine: Machine, parts: list[Part]) -> str:
+    text = f"# Hard cases\n\n{machine}\n"
+    for part in parts:
+        head, *rows = [part.table.head, ("---",) * len(part.table.head), *part.table.rows]
+        lines = "\n".join(f"| {' | '.join(cells)} |" for cells in (head, *rows))
+        text += f"\n## {part.table.title}\n\n{part.summary}\n\n{lines}\n"
+    return text
+
+
+_JOBS: tuple[tuple[str, Callable[[Size, Tick], Part]], ...] = (
+    ("hard cases", _cases),
+    ("random extremes", _extremes),
+    ("accuracy asked for and kept", _honesty),
+)

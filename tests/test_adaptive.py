@@ -1,0 +1,118 @@
+"""Adaptive methods: X3 against DOP853, which shares no Jacobian; held set-points; joint stops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import vehicles
+
+import hexapod_pin as hp
+
+CASES = {"soft": (1e5, 1e2), "mid": (1e6, 1e3), "stiff": (1e8, 1e4)}
+
+
+def hc40(kind: str, **settings) -> hp.Trace:
+    """The hard cases' drop, 0.25 s, with the stiffness and friction slope of its variants."""
+    scene, start, posture = vehicles.drop(vehicles.hexa_ref())
+    stiffness, slope = CASES[kind]
+    contact = hp.Contact(
+        normal=hp.HuntCrossley(stiffness=stiffness, dissipation=scene.contact.normal.dissipation),
+        friction=hp.TanhCoulomb(mu=scene.contact.friction.mu, slope=slope),
+    )
+    scene = hp.Scene(scene.robot, contact=contact, servo=scene.servo, stops=vehicles.FREE)
+    return hp.simulate(
+        scene, hp.Hold(posture), duration=0.25, sample=0.25, initial=start, **settings
+    )
+
+
+@pytest.mark.parametrize("kind", ["soft", "mid"])
+def test_x3_and_dop853_end_alike(kind: str) -> None:
+    """HC40 at 1e-8: every position to 1e-7, every velocity to 1e-6 (its time scale is 0.03 s)."""
+    x3 = hc40(kind, accuracy=1e-8)
+    truth = hc40(kind, method="dop853", accuracy=1e-10)
+    np.testing.assert_allclose(x3.q[-1], truth.q[-1], atol=1e-7, rtol=0.0)
+    np.testing.assert_allclose(x3.v[-1], truth.v[-1], atol=1e-6, rtol=0.0)
+
+
+@pytest.mark.parametrize("kind", CASES)
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 1e-5])
+def test_x3_keeps_what_it_is_asked_for(kind: str, accuracy: float) -> None:
+    """HC40: the error against 1e-7, and below it the estimate that the trace gives."""
+    truth, trace = hc40(kind, accuracy=1e-7), hc40(kind, accuracy=accuracy)
+    error = np.abs(trace.q[-1] - truth.q[-1]).max()
+    assert error < accuracy
+    assert error < trace.error_estimate + 1e-7
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_looser_never_costs_more(kind: str) -> None:
+    costs = [hc40(kind, accuracy=a).counters["evaluations"] for a in (1e-2, 1e-3, 1e-4, 1e-5)]
+    for looser, tighter in zip(costs, costs[1:], strict=False):
+        assert looser <= 1.2 * tighter
+
+
+def test_touch_downs_are_ends_of_steps() -> None:
+    """HC40 mid: six feet land one after the other; each landing is located."""
+    assert hc40("mid", accuracy=1e-4).counters["events"] >= 6
+
+
+def pendulum_on_a_stop(rate: float, stops: hp.JointStops, **settings) -> hp.Trace:
+    """A light link flies to the upper limit of its joint, in empty space."""
+    robot = vehicles.heavy_leg(upper=0.5)
+    scene = hp.Scene(robot, servo=vehicles.LIMP, stops=stops, gravity=(0.0, 0.0, 0.0))
+    v = np.zeros(robot.model.nv)
+    v[-1] = rate
+    q = robot.stand().q.copy()
+    q[2] += 10.0  # far above the ground
+    start = robot.check_state(q, v)
+    return hp.simulate(scene, hp.Hold(), duration=0.5, sample=0.01, initial=start, **settings)
+
+
+@pytest.mark.parametrize(
+    "how",
+    [{"accuracy": 1e-7}, {"method": "dop853", "accuracy": 1e-9}, {"method": "rk4", "step": 1e-4}],
+)
+def test_a_stop_without_dissipation_gives_the_speed_back(how: dict) -> None:
+    """It turns the joint round, at the depth where the spring holds the kinetic energy."""
+    trace = pendulum_on_a_stop(2.0, hp.JointStops(stiffness=200.0), **how)
+    assert trace.v[-1, -1] == pytest.approx(-2.0, rel=1e-5)
+    assert np.abs(trace.energy_residual).max() < 1e-6 * trace.energy["kinetic"][0]
+    free = pendulum_on_a_stop(2.0, vehicles.FREE, **how)
+    assert free.v[-1, -1] == pytest.approx(2.0, rel=1e-9)
+
+
+def test_a_dissipative_stop_takes_the_restitution_of_hunt_and_crossley() -> None:
+    """With eta = 1.5 a v0, e solves ln((1 + eta)/(1 - eta e)) = eta (1 + e), as in any contact."""
+    from scipy.optimize import brentq
+
+    eta = 0.9
+    stops = hp.JointStops(stiffness=200.0, dissipation=eta / (1.5 * 2.0))
+    trace = pendulum_on_a_stop(2.0, stops, method="dop853", accuracy=1e-10)
+    e = brentq(lambda e: np.log((1 + eta) / (1 - eta * e)) - eta * (1 + e), 0.1, 0.99)
+    assert -trace.v[-1, -1] / 2.0 == pytest.approx(e, rel=1e-5)
+    assert trace.energy["joint_damping_loss"][-1] == pytest.approx(
+        trace.energy["kinetic"][0] * (1 - e * e), rel=1e-4
+    )
+
+
+def test_held_set_points_jump_at_their_times() -> None:
+    """The set-point of a tick holds until the next; the trace shows them, to the sample."""
+    robot = hp.load_robot("kharagpur")
+    high, low = robot.posture, robot.posture + 0.05
+    control = hp.Held([0.0, 0.1], [high, low])
+    trace = hp.simulate(hp.Scene(robot), control, duration=0.2, sample=0.05)
+    expected = [high[0], high[0], low[0], low[0], low[0]]
+    assert trace.q_ref[:, 0].tolist() == pytest.approx(expected, abs=0.0)
+    assert np.abs(trace.v_ref).max() == 0.0
+
+
+@pytest.mark.parametrize("preset", ["accurate", "s1", "s2"])
+def test_a_walk_agrees_with_the_explicit_method(preset: str) -> None:
+    """Kharagpur's tripod over two touch-downs: X3 at 1e-5 against DOP853, which has no Jacobian."""
+    scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.preset(preset))
+    control = hp.KinematicControl(hp.Gait.tripod(stroke=0.06, cycle_time=0.4))
+    x3 = hp.simulate(scene, control, duration=0.25, accuracy=1e-5, sample=0.01)
+    truth = hp.simulate(scene, control, duration=0.25, method="dop853", accuracy=1e-8, sample=0.01)
+    error = np.abs(x3.q - truth.q).max()
+    assert error < 1e-5
+    assert error < x3.error_estimate

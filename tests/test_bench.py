@@ -1,0 +1,321 @@
+"""Speed against error: the measure of error, the rounds, the levels, the reports, the command."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.bench.comparison import Plan, compare
+from hexapod_pin.bench.contender import OURS, Outcome, Truth
+from hexapod_pin.bench.error import Distance
+from hexapod_pin.bench.levels import best_of, cheapest, ladders, ratios
+from hexapod_pin.bench.measure import Row, measure
+from hexapod_pin.bench.reference import NoReferenceError, known_answer, reference
+from hexapod_pin.bench.report import Report, csv_text, json_text, markdown
+from hexapod_pin.bench.scenes import built_in
+from hexapod_pin.bench.settings import Setting, ladder, run_ours
+from hexapod_pin.bench.tables import level_table
+from hexapod_pin.cli import main
+from hexapod_pin.errors import ParameterError, SimulationInterrupted, UnknownNameError
+from hexapod_pin.methods import METHODS
+
+STILL = np.array([[0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0, 0.3, -0.2]] * 3)
+
+
+def turned(angle: float, axis: tuple[float, float, float]) -> np.ndarray:
+    """Three samples of the still robot, the last one turned."""
+    q = STILL.copy()
+    q[2, 3:7] = np.array([*(np.sin(angle / 2) * np.array(axis)), np.cos(angle / 2)])
+    return q
+
+
+def row(value: float, error: float, wall: float, **rest) -> Row:
+    """A row of a made-up method."""
+    numbers = {"doubt": 1e-12, "evaluations": None, "method": "a", "engine": OURS, "note": ""}
+    numbers.update(rest)
+    return Row(
+        setting=f"{value:g}", value=value, error=error, trunk=error, estimate=math.nan,
+        wall=wall, runs=1,
+        steps=None, rejected=None, **numbers,
+    )  # fmt: skip
+
+
+def test_distance_is_the_largest_of_place_turn_and_joints():
+    moved = STILL.copy()
+    moved[1, :3] += (3e-3, 4e-3, 0.0)
+    assert Distance.between(moved, STILL).q == pytest.approx(4e-3, rel=1e-12)
+    assert Distance.between(moved, STILL).trunk == pytest.approx(5e-3, rel=1e-12)
+    bent = STILL.copy()
+    bent[0, 8] -= 0.01
+    assert Distance.between(bent, STILL) == Distance(pytest.approx(0.01, rel=1e-12), 0.0)
+    for angle in (1e-9, 1e-3, 2.0):
+        away = Distance.between(turned(angle, (0.0, 0.6, -0.8)), STILL)
+        assert away == Distance(pytest.approx(angle, rel=1e-6), 0.0)
+
+
+def test_turn_is_that_of_the_relative_rotation_and_knows_both_signs():
+    a, b = pin.rpy.rpyToMatrix(0.3, -1.1, 2.0), pin.rpy.rpyToMatrix(-0.2, 0.4, 1.0)
+    first, second = turned(0.0, (0.0, 0.0, 1.0)), turned(0.0, (0.0, 0.0, 1.0))
+    first[2, 3:7], second[2, 3:7] = pin.Quaternion(a).coeffs(), -pin.Quaternion(b).coeffs()
+    wanted = np.linalg.norm(pin.log3(b.T @ a))
+    assert Distance.between(first, second).q == pytest.approx(wanted, rel=1e-12)
+
+
+def test_a_level_counts_only_if_every_tighter_setting_meets_it():
+    own = [row(1e-2, 5e-5, 1.0), row(1e-3, 2e-4, 2.0), row(1e-4, 3e-5, 4.0), row(1e-5, 9e-6, 3.0)]
+    assert cheapest(own, 1e-4).value == 1e-5  # 1e-2 met it by chance; 1e-5 is cheaper than 1e-4
+    assert cheapest(own, 1e-3).value == 1e-2
+    assert cheapest(own, 1e-6) is None
+    broken = [*own[:2], row(1e-4, math.nan, 0.1), own[3]]
+    assert cheapest(broken, 1e-3).value == 1e-5  # a diverged run meets nothing
+    counted = [replace(own[2], evaluations=10.0), replace(own[3], evaluations=90.0)]
+    assert cheapest(counted, 1e-4).value == 1e-4  # counts decide, where there are any
+
+
+def test_ratio_is_our_time_over_the_other_engines_best():
+    rows = [
+        row(1e-3, 5e-4, 0.004), row(1e-4, 8e-5, 0.02, method="b"),
+        row(1e-3, 7e-4, 0.020, engine="X", method="slow"),
+        row(1e-3, 6e-4, 0.016, engine="X", method="fast"),
+    ]  # fmt: skip
+    assert best_of(rows, "X", 1e-3).method == "fast"
+    first, second = ratios(rows)
+    assert first.endswith("X 16 ms (fast, 0.001); ours 4 ms (a, 0.001), ratio 0.250")
+    assert "no method of X reached it" in second
+    slower = row(1e-3, 5e-4, 0.008, method="x3")
+    assert ratios([*rows, slower])[0].endswith("ours 8 ms (x3, 0.001), ratio 0.500")
+
+
+def test_refused_settings_are_no_part_of_a_ladder():
+    rows = [row(1e-3, 1e-4, 1.0), row(1e-2, math.nan, math.nan, note="refused: no")]
+    assert [one.value for one in ladders(rows)[OURS, "a"]] == [1e-3]
+
+
+@dataclass
+class Fake:
+    """A contender that takes a given time and counts its runs."""
+
+    method: str
+    wall: float
+    log: list[str] = field(default_factory=list)
+    stop_at: int = 10**9
+    engine: str = OURS
+    setting: str = "s"
+    value: float = 1.0
+    truth: Truth = field(default_factory=lambda: Truth(outcome(0.0), "t", Distance(0, 0), "c"))
+
+    def run(self) -> Outcome:
+        """Note the run; Ctrl-C comes at the run that was asked for."""
+        self.log.append(self.method)
+        if len(self.log) >= self.stop_at:
+            raise SimulationInterrupted("interrupted", None)
+        return replace(outcome(1e-3), wall=self.wall + 1e-3 * self.log.count(self.method))
+
+
+def outcome(x: float) -> Outcome:
+    """A run whose trunk is x away from the still robot's."""
+    q = STILL + np.array([x, 0, 0, 0, 0, 0, 0, 0, 0])
+    return Outcome(q[:, :3], q, wall=0.0, evaluations=50, steps=20, rejected=4)
+
+
+def test_rounds_are_interleaved_and_slow_runs_are_timed_once():
+    log: list[str] = []
+    fraction: list[float] = []
+    found = measure([Fake("a", 0.01, log), Fake("b", 5.0, log)], 0.5, 3, fraction.append)
+    assert "".join(log) == "ab" + "a" + "a" + "a"
+    quick, slow = found.rows
+    assert (quick.runs, slow.runs) == (3, 1)
+    assert quick.wall == pytest.approx((0.01 + 3e-3) / 0.5)  # median of runs 2, 3, 4
+    assert (quick.evaluations, quick.steps, quick.rejected) == (100.0, 40.0, 8.0)
+    assert quick.error == pytest.approx(1e-3, rel=1e-12)
+    assert fraction[-1] == 1.0
+    assert not found.interrupted
+
+
+def test_ctrl_c_keeps_the_rows_that_are_done():
+    log: list[str] = []
+    both = [Fake("a", 0.01, log, stop_at=5), Fake("b", 0.01, log, stop_at=5)]
+    found = measure(both, 1.0, 9)
+    assert [one.method for one in found.rows] == ["a", "b"]
+    assert found.interrupted
+    early = measure([Fake("a", 0.0), Fake("b", 0.0, stop_at=1)], 1.0, 1)
+    assert [one.method for one in early.rows] == ["a"]
+
+
+def test_reference_of_hc40_soft_is_the_published_end_state():
+    """1e-7 is a tenth of what the hard case asks for; its own digits are good to 4e-13."""
+    task = built_in("hc40-soft")
+    truth = reference(task)
+    assert known_answer(task, truth) < 1e-7
+    assert truth.doubt.q < 1e-7
+    assert known_answer(built_in("stand"), truth) is None
+
+
+def test_a_reference_without_patience_is_refused_with_what_was_tried():
+    with pytest.raises(NoReferenceError, match="more than 0 s"):
+        reference(replace(built_in("stand"), duration=0.01), patience=0.0)
+
+
+def test_ladders_keep_to_what_a_method_allows():
+    task = replace(built_in("walk"), sample=2.5e-3, duration=0.01)
+    steps = [one.value for one in ladder(task, "implicit-euler")]
+    assert steps == [2.5e-3, 5e-4, 2.5e-4, 1e-4, 5e-5, 2.5e-5, 1e-5]
+    for name, method in METHODS.items():
+        if method.adaptive:
+            values = [one.value for one in ladder(task, name)]
+            assert min(values) >= method.tightest
+            assert max(values) <= method.loosest
+            assert len(values) > 3
+
+
+def test_implicit_euler_on_hc40_is_first_order_and_costs_what_it_says():
+    """Halving the step halves the error, within 25 %; evaluations are steps and one more."""
+    task = built_in("hc40-soft")
+    found = compare(task, Plan(["implicit-euler"], rounds=1, quick=True))
+    errors = [one.error for one in found.rows]
+    assert errors[0] == pytest.approx(2.77e-3, rel=0.02)  # known: 2.6e-3 to 2.8e-3 at 1 ms
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.25)
+    assert errors[1] / errors[2] == pytest.approx(2.0, rel=0.25)
+    assert [one.steps for one in found.rows] == [1e3, 2e3, 4e3, 1e4]
+    assert all(one.evaluations == one.steps + 4.0 for one in found.rows)
+    table = level_table(found, "error")
+    assert table.rows[0][:3] == ("implicit-euler", table.rows[0][1], "-")
+    assert table.rows[0][1].endswith("(4k)")
+
+
+def test_a_run_that_diverges_is_a_row_that_says_so():
+    task = built_in("hc40-soft")
+    found = run_ours(task, Setting("rk4", 5e-3))
+    assert not found.ended
+    assert found.note.startswith("diverged after 0")
+    assert math.isnan(found.distance(found).q)
+
+
+def test_a_refused_combination_is_a_note():
+    scene = hp.Scene(
+        hp.load_robot("kharagpur"),
+        contact=hp.Contact(
+            normal=hp.HuntCrossley(stiffness=1e6),
+            friction=hp.StickSlip(mu=0.7, stiffness=2e4, damping=0.0),
+        ),
+    )
+    task = replace(built_in("stand"), scene=scene, controller=hp.Hold(), duration=0.01)
+    found = run_ours(task, Setting("x3", 1e-3))
+    assert found.note.startswith("refused: StickSlip.damping")
+
+
+@pytest.fixture(scope="module")
+def report() -> Report:
+    """A short measurement of the walk."""
+    from hexapod_pin.bench.machine import Machine
+
+    task = replace(built_in("walk"), duration=0.05)
+    found = compare(task, Plan(["implicit-euler", "rk4"], rounds=1, quick=True))
+    return Report(Machine.here(), "hexapod-pin bench walk", [found])
+
+
+def test_every_form_of_the_report_names_machine_versions_and_date(report: Report):
+    for text in (markdown(report), csv_text(report), json_text(report)):
+        assert report.machine.cpu in text
+        assert report.machine.date in text
+        for name in ("hexapod-pin", "pin", "mujoco", "drake", "pybullet"):
+            assert report.machine.packages[name] in text
+        assert "hexapod-pin bench walk" in text
+        assert str(Path.home()) not in text
+        assert "/hexapod_pin/" not in text
+
+
+def test_csv_and_json_hold_the_same_rows(report: Report):
+    lines = [line for line in csv_text(report).splitlines() if not line.startswith("#")]
+    table = list(csv.DictReader(lines))
+    rows = json.loads(json_text(report))["scenes"][0]["rows"]
+    assert len(table) == len(rows) == 8
+    for flat, full in zip(table, rows, strict=True):
+        assert flat["scene"] == "walk"
+        assert (flat["method"], float(flat["value"])) == (full["method"], full["value"])
+        assert flat["error"] == ("" if full["error"] is None else repr(full["error"]))
+    assert any(full["note"].startswith("diverged") for full in rows) == any(
+        full["error"] is None for full in rows
+    )
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    """Run the command in an empty folder; give its status, stdout, stderr and what it left."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*words: str) -> SimpleNamespace:
+        with pytest.raises(SystemExit) as exit_:
+            main(("bench", *words))
+        out, err = capsys.readouterr()
+        left = sorted(path.name for path in tmp_path.iterdir())
+        return SimpleNamespace(status=exit_.value.code, out=out, err=err, left=left)
+
+    return command
+
+
+SHORT = ("--duration", "0.02", "--rounds", "1", "--quick", "--methods", "implicit-euler,x3")
+
+
+def test_command_prints_tables_and_writes_report_and_figure(run: Callable[..., SimpleNamespace]):
+    done = run("walk", "stand", *SHORT, "--out", "r.md", "--plot", "f.svg")
+    assert (done.status, done.err, done.left) == (0, "", ["f.svg", "r.md"])
+    page = Path("r.md").read_text()
+    for text in (done.out, page):
+        assert text.count("reference: ") == 2
+        for cell in ("step 0.25 ms", "accuracy 1e-04", "implicit-euler", "evaluations"):
+            assert cell in text
+    assert page.count("| implicit-euler | step 1 ms | ") == 2
+    assert "`hexapod-pin bench walk stand --duration 0.02 --methods implicit-euler,x3" in page
+    assert Path("f.svg").read_text().count("<svg") == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("walk", "--out", "r.txt"), ".md, .csv, .json"),
+        (("walk", "--plot", "r.md"), ".png, .svg, .pdf"),
+        (("walk", "--out", "nowhere/r.md"), "there is no folder"),
+        (("walk", "--methods", "x3,magic"), "'magic'"),
+        (("walk", "--rounds", "0"), "--rounds"),
+        (("gallop",), "hc40-soft"),
+    ],
+)
+def test_command_refuses_before_it_measures(run, words, says):
+    done = run(*words)
+    assert (done.status, done.out, done.left) == (2, "", [])
+    assert says in done.err
+
+
+def test_ctrl_c_writes_what_is_done_and_ends_with_130(run, monkeypatch: pytest.MonkeyPatch):
+    from hexapod_pin.bench import command
+
+    real = command.compare
+
+    def interrupted(task, plan, progress):
+        if task.name == "stand":
+            raise KeyboardInterrupt
+        return real(task, plan, progress)
+
+    monkeypatch.setattr(command, "compare", interrupted)
+    done = run("walk", "stand", *SHORT, "--out", "r.json")
+    assert (done.status, done.left) == (130, ["r.json"])
+    assert [one["name"] for one in json.loads(Path("r.json").read_text())["scenes"]] == ["walk"]
+    assert "interrupted" in done.err
+
+
+def test_errors_of_the_library_are_this_packages_own():
+    with pytest.raises(UnknownNameError, match="x3"):
+        compare(built_in("walk"), Plan(["magic"]))
+    with pytest.raises(ParameterError):
+        replace(built_in("walk"), sample=0.03)

@@ -1,0 +1,189 @@
+"""Other engines in the benchmark: the same robot, servos and set-points reach them.
+
+MuJoCo comes with the test packages; Drake and PyBullet are tested where they are installed.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.bench.comparison import Plan, compare
+from hexapod_pin.bench.peers import rivals as rivals_module
+from hexapod_pin.bench.peers.engine import Problem
+from hexapod_pin.bench.peers.rivals import rivals
+from hexapod_pin.bench.peers.urdf import peer_urdf
+from hexapod_pin.bench.scenes import built_in
+from hexapod_pin.bench.settings import Setting, run_ours
+from hexapod_pin.bench.task import Task
+from hexapod_pin.errors import ParameterError
+
+
+def engine(module: str, task: Task):
+    """An engine with a task loaded; skips where it is not installed."""
+    pytest.importorskip(module)
+    name = {"mujoco": "Mujoco", "pydrake": "Drake", "pybullet": "Pybullet"}[module]
+    adapter = {"mujoco": "mujoco", "pydrake": "drake", "pybullet": "pybullet"}[module]
+    found = importlib.import_module(f"hexapod_pin.bench.peers.{adapter}_engine")
+    return getattr(found, name)(Problem.of(task))
+
+
+def flight(limited: bool = False) -> Task:
+    """The walk's robot 1 m up, tilted, moving and turning, its servos at work, for 50 ms."""
+    task = built_in("walk")
+    robot = task.scene.robot
+    q = task.initial.q.copy()
+    q[2] += 1.0
+    q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(0.3, -0.4, 0.9)).coeffs()
+    v = 0.3 * np.random.default_rng(5).standard_normal(robot.model.nv)
+    v[:6] = (0.4, -0.2, 0.1, 0.5, -0.8, 1.1)
+    controller = hp.Held([0.0, 0.02], [robot.posture + 0.1, robot.posture - 0.1])
+    servo = hp.Servo(kp=20.0, kd=0.3, limited=limited)
+    scene = replace(task.scene, servo=servo)
+    state = robot.check_state(q, v)
+    return replace(task, scene=scene, initial=state, duration=0.05, controller=controller)
+
+
+def test_urdf_for_other_engines_is_the_same_body():
+    """Mass matrix, gravity forces and feet against our model at random postures, to round-off."""
+    random = np.random.default_rng(5)
+    for robot in (hp.load_robot("kharagpur"), built_in("walk").scene.robot):
+        text = peer_urdf(robot, robot.damping)
+        text = text.replace("continuous", "revolute")  # which Pinocchio gives a cosine and a sine
+        text = text.replace("<limit ", '<limit lower="-9" upper="9" ')
+        other = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+        assert list(other.names) == list(robot.model.names)
+        for _ in range(3):
+            q = pin.integrate(other, pin.neutral(other), random.standard_normal(other.nv))
+            ours, theirs = robot.model.createData(), other.createData()
+            wanted = np.triu(pin.crba(robot.model, ours, q))
+            assert np.triu(pin.crba(other, theirs, q)) == pytest.approx(wanted, abs=1e-14)
+            gravity = pin.computeGeneralizedGravity(robot.model, ours, q)
+            assert pin.computeGeneralizedGravity(other, theirs, q) == pytest.approx(
+                gravity, abs=1e-13
+            )
+        assert text.count("<sphere ") == len(robot.feet) == 6
+        assert 'type="fixed"' not in text
+
+
+def test_servo_damping_moves_into_the_joints_only_without_a_torque_limit():
+    free, limited = Problem.of(flight()), Problem.of(flight(limited=True))
+    assert (free.kd, limited.kd) == (0.0, 0.3)
+    assert free.urdf.count('damping="0.6"') == 18
+    assert limited.urdf.count('damping="0.3"') == 18
+    assert np.isinf(free.limit).all()
+    assert (limited.limit == 20.0).all()
+
+
+@pytest.mark.parametrize("limited", [False, True])
+@pytest.mark.parametrize(
+    ("module", "method", "step", "tolerance"),
+    [
+        ("mujoco", "RK4 pyramidal", 1e-4, 1e-8),
+        ("mujoco", "implicitfast elliptic", 1e-4, 5e-5),
+        ("pydrake", "SAP", 1e-4, 5e-5),
+        ("pybullet", "torque servo", 1e-4, 5e-5),
+    ],
+)
+def test_engines_agree_in_flight(module, method, step, tolerance, limited):
+    """Before the contact laws differ there is one answer: gravity, servos, twist, frames.
+
+    First-order engines fall g h t/2 wrong, 2.5e-5 m at 0.1 ms; RK4 on both sides is at round-off.
+    """
+    task = flight(limited)
+    ours = run_ours(task, Setting("rk4", 1e-4))
+    other = engine(module, task).run(method, "step", step, exact=True)
+    assert other.ended, other.note
+    assert other.steps == 500
+    assert np.abs(ours.places[-1] - ours.places[0]).max() > 0.01
+    assert other.places == pytest.approx(ours.places, abs=tolerance)
+
+
+@pytest.mark.parametrize(
+    ("module", "method", "step"),
+    [
+        ("mujoco", "implicitfast pyramidal", 1e-3),
+        ("mujoco", "Euler elliptic", 1e-3),
+        ("mujoco", "RK4 elliptic", 2.5e-4),
+        ("pydrake", "lagged", 1e-3),
+        ("pydrake", "TAMSI", 5e-4),
+        ("pybullet", "torque servo", 5e-4),
+    ],
+)
+def test_engines_stand_where_we_stand(module, method, step):
+    """Dropped by 10 mm, at rest after 0.4 s: a soft foot's depth, 1 mm, is the laws' difference."""
+    task = replace(built_in("stand"), duration=0.4)
+    ours = run_ours(task, Setting("implicit-euler", 1e-3))
+    other = engine(module, task).run(method, "step", step)
+    assert other.places[-1] == pytest.approx(ours.places[-1], abs=1.2e-3)
+
+
+def test_a_diverging_mujoco_run_is_a_note_and_leaves_no_log(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    task = replace(built_in("walk"), duration=0.1)
+    found = engine("mujoco", task).run("RK4 pyramidal", "step", 5e-3)
+    assert not found.ended
+    assert found.note.startswith("diverged: ")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_cenic_comes_near_its_own_fixed_steps():
+    drake = engine("pydrake", replace(built_in("stand"), duration=0.1))
+    fine = drake.run("CENIC", "step", 1e-4)
+    found = drake.run("CENIC", "accuracy", 1e-4)
+    assert found.places == pytest.approx(fine.places, abs=1e-3)
+    assert 0 < found.steps < fine.steps
+
+
+@pytest.mark.parametrize(
+    ("task", "says"),
+    [
+        (built_in("hc40-soft"), "depth of a foot"),
+        (replace(built_in("hc40-soft"), initial=hp.load_robot("athena").stand()), "radius"),
+    ],
+)
+def test_what_engines_cannot_be_compared_on_is_refused(task, says):
+    with pytest.raises(ParameterError, match=says):
+        Problem.of(task)
+    found = rivals(task, quick=True)
+    assert found.contenders == []
+    assert "no other engines" in found.notes[0]
+
+
+def test_slopes_are_not_compared():
+    task = built_in("stand")
+    scene = replace(task.scene, terrain=hp.Slope(angle=0.1))
+    with pytest.raises(ParameterError, match="flat"):
+        Problem.of(replace(task, scene=scene))
+
+
+def test_engines_that_are_not_installed_are_named(monkeypatch):
+    monkeypatch.setattr(rivals_module, "find_spec", lambda name: None)
+    found = rivals(built_in("walk"), quick=True)
+    assert found.notes == [
+        "MuJoCo: not installed", "Drake: not installed", "PyBullet: not installed",
+    ]  # fmt: skip
+
+
+def test_ours_and_mujoco_stand_in_one_table_with_their_ratio(monkeypatch):
+    monkeypatch.setattr(
+        rivals_module, "find_spec", lambda name: "there" if name == "mujoco" else None
+    )
+    from hexapod_pin.bench.peers import mujoco_engine
+
+    monkeypatch.setattr(mujoco_engine, "QUICK_STEPS", (1e-3, 5e-4))
+    task = replace(built_in("walk"), duration=0.1)
+    found = compare(task, Plan(["implicit-euler"], rounds=1, quick=True, peers=True))
+    engines = {one.engine for one in found.rows}
+    assert engines == {"hexapod_pin", "MuJoCo"}
+    methods = {one.method for one in found.rows if one.engine == "MuJoCo"}
+    integrators, cones = ("implicitfast", "Euler", "RK4"), ("pyramidal", "elliptic")
+    assert methods == {f"{a} {b}" for a in integrators for b in cones}
+    assert len(found.truths) == 3  # ours, and one per cone
+    assert any("contact laws differ" in note for note in found.notes)
+    assert any("ratio" in line for line in found.ratios)

@@ -1,0 +1,131 @@
+"""The benchmark's scenes: their robots, gait, held set-points, and which scene a command names."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from vehicles import DATA, HARD_CASES, drop, hexa_ref
+
+import hexapod_pin as hp
+from hexapod_pin.bench.choice import Wish, find_task
+from hexapod_pin.bench.robots import BENCH19, robot_file
+from hexapod_pin.bench.scenes import BUILT_IN, built_in
+from hexapod_pin.bench.task import held_task, setpoints
+from hexapod_pin.bench.tripod import tripod_setpoints
+from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
+
+
+def test_packaged_robots_are_their_table_and_the_hard_cases_own():
+    assert robot_file("bench19").read_text() == BENCH19.urdf()
+    assert robot_file("hexa_ref").read_bytes() == (DATA / "hexa_ref.urdf").read_bytes()
+    assert BENCH19.total_mass == pytest.approx(0.65 + 6 * (0.15 + 0.041 + 0.11), abs=1e-12)
+
+
+def test_hc40_soft_is_the_hard_case_itself():
+    task, (scene, state, posture) = built_in("hc40-soft"), drop(hexa_ref())
+    assert (task.initial.q == state.q).all()
+    assert (task.initial.v == state.v).all()
+    assert task.scene.contact == scene.contact
+    assert task.scene.servos == scene.servos
+    plan = task.controller.plan(task.scene.robot, task.duration)
+    assert (plan.q == posture).all()
+    answer = HARD_CASES["HC40_hexapod_drop_soft"]["ref"]
+    assert task.answer is not None
+    assert task.answer[7:] == pytest.approx(answer["q_joints_pin_order"], abs=0.0)
+    assert task.answer[:3] == pytest.approx(answer["base_xyz"], abs=0.0)
+
+
+@pytest.mark.parametrize(
+    ("variant", "stiffness", "slope"), [("mid", 1e6, 1e3), ("stiff", 1e8, 1e4)]
+)
+def test_hc40_variants_differ_in_stiffness_and_friction_slope_alone(variant, stiffness, slope):
+    soft, task = built_in("hc40-soft"), built_in(f"hc40-{variant}")
+    normal, friction = task.scene.contact.normal, task.scene.contact.friction
+    assert (normal.stiffness, friction.slope) == (stiffness, slope)
+    assert (normal.dissipation, friction.mu) == (0.5, 0.5)
+    assert (task.initial.q == soft.initial.q).all()
+    assert task.answer is None
+
+
+def test_walk_starts_10_mm_above_the_ground_with_100_held_set_points():
+    task = built_in("walk")
+    robot = task.scene.robot
+    assert task.initial.q[2] - robot.stand().q[2] == pytest.approx(0.010, abs=1e-15)
+    assert (task.samples, task.sample, len(task.controller.time)) == (100, 0.01, 100)
+    assert task.scene.servos.limited is False
+    assert setpoints(task) == pytest.approx(np.array(task.controller.q), abs=0.0)
+
+
+def test_tripod_swings_and_lifts_the_right_legs_the_right_way():
+    """Values of the formula by hand, after the ramp: t = 0.25 s, a = 90 degrees; t = 1 s, a = 0."""
+    robot = built_in("walk").scene.robot
+    start, quarter, full = tripod_setpoints(robot, np.array([0.0, 0.25, 1.0]))
+    assert start == pytest.approx(robot.posture, abs=0.0)
+
+    def angle(row, joint):
+        return row[robot.joint_index(joint)] - robot.posture[robot.joint_index(joint)]
+
+    for leg, swing in (("lf", 0.25), ("rm", -0.25), ("lm", -0.25), ("rf", 0.25)):
+        assert angle(quarter, f"{leg}_coxa_joint") == pytest.approx(swing, abs=1e-15)
+        assert angle(quarter, f"{leg}_femur_joint") == pytest.approx(0.0, abs=1e-15)
+    for leg, lift in (("lf", -0.25), ("lr", -0.25), ("rm", -0.25), ("rf", 0.0), ("lm", 0.0)):
+        assert angle(full, f"{leg}_femur_joint") == pytest.approx(lift, abs=1e-15)
+        assert angle(full, f"{leg}_tibia_joint") == pytest.approx(-lift, abs=1e-15)
+
+
+def test_a_gait_is_held_from_sample_to_sample_for_all_engines():
+    task = find_task("kharagpur", Wish(gait="tripod", cycle=0.8, stroke=0.05, duration=0.3))
+    held = held_task(task)
+    plan = task.controller.plan(task.scene.robot, 0.3)
+    knots = np.isclose(plan.time % 0.01, 0.0) | np.isclose(plan.time % 0.01, 0.01)
+    rows = np.round(plan.time[knots] / 0.01).astype(int)
+    inside = rows < 30
+    found = setpoints(held)
+    assert inside.sum() > 10
+    assert found[rows[inside]] == pytest.approx(plan.q[knots][inside], abs=1e-9)
+    assert held.controller.plan(task.scene.robot, 0.3).held
+    assert held_task(built_in("stand")).controller == built_in("stand").controller
+
+
+def test_set_points_that_begin_between_samples_are_refused():
+    task = replace(built_in("walk"), sample=0.02, duration=0.1)
+    with pytest.raises(ParameterError, match="sample"):
+        setpoints(task)
+
+
+def test_a_scene_file_and_a_gait_name_a_task(tmp_path: Path):
+    scene = hp.Scene(hp.load_robot("athena"), contact=hp.Contact.s1())
+    (tmp_path / "mine.toml").write_text(scene.to_toml())
+    task = find_task(str(tmp_path / "mine.toml"), Wish(gait="hold"))
+    assert (task.name, task.scene.contact, task.duration) == ("mine", scene.contact, 1.0)
+    walk = find_task("athena", Wish(gait="tripod", cycle=1.6, contact="s2", mu=0.5))
+    assert walk.scene.contact.friction.mu_static == 0.5
+    assert (walk.duration, walk.controller.gait.name) == (1.6, "tripod")
+
+
+@pytest.mark.parametrize(
+    ("name", "wish", "error", "says"),
+    [
+        ("walk", Wish(contact="s1"), ParameterError, "--contact"),
+        ("walk", Wish(gait="wave"), ParameterError, "--gait"),
+        ("walk", Wish(duration=1.5), ParameterError, "at most 1 s"),
+        ("walk", Wish(sample=-0.01), ParameterError, "sample"),
+        ("kharagpur", Wish(sample=0.0), ParameterError, "--sample"),
+        ("kharagpur", Wish(gait="hold", stroke=0.1), ParameterError, "--stroke"),
+        ("kharagpur", Wish(gait="gallop"), UnknownNameError, "tetrapod"),
+        ("nothing", Wish(), UnknownNameError, "hc40-soft"),
+        ("nothing.toml", Wish(), ParameterError, "can be read"),
+        ("nothing.toml", Wish(kp=1.0), ParameterError, "--kp"),
+        (str(DATA / "hexa_ref.urdf"), Wish(gait="tripod", stroke=1.0), GaitError, "stroke"),
+    ],
+)
+def test_what_a_scene_does_not_take_is_refused(name, wish, error, says):
+    with pytest.raises(error, match=says):
+        find_task(name, wish)
+
+
+def test_built_in_scenes_are_the_five_of_the_study():
+    assert list(BUILT_IN) == ["walk", "stand", "hc40-soft", "hc40-mid", "hc40-stiff"]

@@ -1,0 +1,101 @@
+"""A run in parts, each from the checkpoint of the one before, is the run in one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.bench.hard_mirror import Motion, base_run, restarted
+from hexapod_pin.bench.hard_ways import Run
+from hexapod_pin.bench.scenes import walk
+from hexapod_pin.bench.settings import Setting
+from hexapod_pin.plant import standing_on
+
+SAME_BITS = [
+    Setting("implicit-euler", 1e-3),
+    Setting("robust", 1e-3),
+    Setting("rk4", 5e-5),
+    Setting("x3", 1e-4),
+    Setting("x3", 1e-7),
+    Setting("dop853", 1e-4),
+]
+
+
+def walking(friction: hp.FrictionLaw | None = None) -> Run:
+    """The benchmark's walk: drop, then steps, set-points held 10 ms; another friction if given."""
+    task = walk(0.4)
+    scene = task.scene
+    if friction is not None:
+        normal = hp.Restitution(stiffness=1e6, restitution=0.3)
+        contact = hp.Contact(normal=normal, friction=friction)
+        scene = hp.Scene(
+            scene.robot, contact=contact, servo=scene.servo, stops=hp.JointStops(stiffness=0)
+        )
+    return Run(scene, task.initial, 0.4, task.sample, task.controller)
+
+
+@pytest.mark.parametrize("way", SAME_BITS, ids=str)
+def test_a_drop_in_parts(way: Setting) -> None:
+    run = base_run()
+    assert Motion.of(run.by(way)).apart(restarted(run, way, 5)) == 0.0
+
+
+@pytest.mark.parametrize("way", [SAME_BITS[0], SAME_BITS[1], SAME_BITS[3]], ids=str)
+def test_a_walk_in_parts(way: Setting) -> None:
+    """Held set-points go on where they were."""
+    run = walking()
+    assert Motion.of(run.by(way)).apart(restarted(run, way, 4)) == 0.0
+
+
+@pytest.mark.parametrize("way", [SAME_BITS[0], SAME_BITS[1], SAME_BITS[3]], ids=str)
+def test_contacts_remember(way: Setting) -> None:
+    """Bristles and touch speeds are part of the state: with them the same bits, without not."""
+    run = walking(hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0))
+    whole = Motion.of(run.by(way))
+    assert whole.apart(restarted(run, way)) == 0.0
+    half = Run(run.scene, run.start, 0.2, run.sample, run.controller).by(way)
+    stand = half.checkpoint
+    assert np.abs(stand.contacts[:, :4]).max() > 0.0
+    empty = hp.Checkpoint(stand.time, stand.q, stand.v, np.zeros((0, 6)), stand.controller)
+    rest = Run(run.scene, empty, 0.2, run.sample, run.controller).by(way)
+    # stretches of some 0.1 mm are gone: it has moved when they are back
+    assert np.abs(rest.q[-1] - whole.q[-1]).max() > 1e-6
+
+
+def test_times_go_on() -> None:
+    run = base_run()
+    first = Run(run.scene, run.start, 0.04, 0.01, run.controller).by(SAME_BITS[0])
+    second = Run(run.scene, first.checkpoint, 0.03, 0.01, run.controller).by(SAME_BITS[0])
+    assert second.time == pytest.approx([0.04, 0.05, 0.06, 0.07], abs=1e-15)
+    assert second.time[0] == first.time[-1]
+
+
+def test_a_saved_trace_goes_on(tmp_path) -> None:
+    run, way = base_run(), Setting("x3", 1e-5)
+    first = Run(run.scene, run.start, 0.05, 0.01, run.controller).by(way)
+    saved = hp.load_trace(first.save(tmp_path / "half.nc"))
+    rest = [
+        Run(run.scene, trace.checkpoint, 0.05, 0.01, run.controller).by(way)
+        for trace in (first, saved)
+    ]
+    assert np.array_equal(rest[0].q, rest[1].q) and np.array_equal(rest[0].v, rest[1].v)
+    assert Motion.of(run.by(way)).apart(restarted(run, way)) == 0.0
+
+
+def test_planned_controllers_go_on_but_for_rounding() -> None:
+    """The knots of `Hold` and `KinematicControl` depend on the horizon in their last bits."""
+    robot = hp.load_robot("kharagpur")
+    control = hp.KinematicControl(hp.Gait.tetrapod(stroke=0.14, cycle_time=2.4))
+    scene = hp.Scene(robot)
+    start = standing_on(scene, control.plan(robot, 1.0).q[0])
+    run = Run(scene, start, 1.2, 0.1, control)
+    way = SAME_BITS[0]
+    assert Motion.of(run.by(way)).apart(restarted(run, way, 3)) < 1e-9
+
+
+def test_a_checkpoint_that_does_not_fit_is_refused() -> None:
+    stand = base_run().by(SAME_BITS[0]).checkpoint
+    broken = hp.Checkpoint(stand.time, stand.q[:-1], stand.v, stand.contacts, stand.controller)
+    with pytest.raises(hp.errors.StateError, match="shape"):
+        hp.simulate(base_run().scene, hp.Hold(), duration=0.01, sample=0.01, initial=broken)
