@@ -13,6 +13,7 @@
 #include "batch.hpp"
 #include "rollout.hpp"
 #include "settings.hpp"
+#include "stiff_block.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -224,6 +225,12 @@ NB_MODULE(_core, m) {
         "fused"_a = true, "baseline"_a = false);
   m.def("evaluate", &evaluate, "plant"_a, "q"_a, "v"_a, "torque"_a,
         "Dynamics and feet of one state; joint torques given.");
+  m.def("chart_rates", [](const PlantSettings& s, const VectorXd& q0, const VectorXd& y,
+                          const VectorXd& q_ref, double step, const VectorXd& b) {
+    const ChartRates rates = chart_rates(s, q0, y, q_ref, step, b);
+    return std::make_pair(rates.slope, rates.solution);
+  }, "plant"_a, "q0"_a, "y"_a, "q_ref"_a, "s"_a, "b"_a,
+        "y' in the chart of q0, y = (xi, v, z), and (I - sJ)^-1 b with the stiff block of NDF.");
 
   m.def("repeat_compute", [](const PlantSettings& s, const VectorXd& q, const VectorXd& v, long count) {
     Dynamics dynamics = s.dynamics;
