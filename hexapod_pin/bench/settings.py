@@ -24,7 +24,7 @@ from hexapod_pin.simulation import simulate
 SKIPPED = ("robust-reference",)
 """Methods that are measured only when asked for: the same equations as another, solved slower."""
 
-ACCURACIES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+ACCURACIES = (1e-2, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 1e-7, 1e-8)
 STEPS = (5e-3, 2.5e-3, 1e-3, 5e-4, 2.5e-4, 1e-4, 5e-5, 2.5e-5, 1e-5)
 """[s]"""
 
