@@ -1,4 +1,4 @@
-"""The commands: `hexapod-pin walk | view | budget | check | contact`.
+"""The commands: `hexapod-pin walk | view | budget | check | contact | bench | verify`.
 
 Exit status: 0 done, 2 refused or failed with one message on stderr, 130 interrupted by Ctrl-C.
 Only what a command needs is imported, when it runs, so that `--help` is quick.
@@ -153,6 +153,7 @@ def walk(
         given,
         progress_bar,
         run_saving,
+        run_summary,
         servo_for,
         writable,
     )
@@ -182,6 +183,7 @@ def walk(
             ),
             trace_path,
         )  # fmt: skip
+    typer.echo(run_summary(trace))
     if html_path is not None:
         from hexapod_pin.playback import write_html
 
@@ -292,6 +294,123 @@ def contact(
         typer.echo(NO_FIGURE, err=True)
     else:
         _fail(NO_FIGURE, FAILED)
+
+
+@app.command()
+def bench(
+    scenes: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Argument(
+            help="walk, stand, hc40-soft, hc40-mid, hc40-stiff; a scene file (.toml); a robot: its "
+            "name or the path of its URDF."
+        ),
+    ] = None,
+    hard: Annotated[
+        bool,
+        typer.Option(
+            "--hard", help="The hard cases, random extremes and the honesty study instead."
+        ),
+    ] = False,
+    methods: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(help="Names, separated by commas; default: all."),
+    ] = None,
+    advise: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(help="Only say how to reach this accuracy at least cost [m, rad]."),
+    ] = None,
+    peers: Annotated[
+        bool, typer.Option("--peers", help="MuJoCo, Drake and PyBullet too, where installed.")
+    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer settings.")] = False,
+    rounds: Annotated[int, typer.Option(help="Timed rounds; the median counts.")] = 5,
+    out: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(help="Report to write: .md, .csv or .json."),
+    ] = None,
+    plot: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(help="Figure to write: .png, .svg or .pdf."),
+    ] = None,
+    duration: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(help="Simulated time [s]; default: the scene's own, or one cycle."),
+    ] = None,
+    sample: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(help="Time between compared samples [s]."),
+    ] = None,
+    gait: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(help="tripod, ripple, tetrapod, wave or hold; default tetrapod."),
+    ] = None,
+    stroke: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(help="[m]; default as in `walk`."),
+    ] = None,
+    cycle: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(help="Cycle time [s]; default 2.4."),
+    ] = None,
+    contact: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(help="accurate, s1, s1-printed or s2; default accurate."),
+    ] = None,
+    mu: Annotated[Optional[float], typer.Option(help="Friction coefficient.")] = None,  # noqa: UP045
+    kp: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(help="Servo stiffness [N m/rad]."),
+    ] = None,
+    kd: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(help="Servo damping [N m s/rad]."),
+    ] = None,
+    feet: Feet = None,
+    foot_radius: FootRadius = None,
+) -> None:
+    """Measure speed against error on a scene, every method and other engines."""
+    if hard:
+        return _hard(quick, out)
+    if not scenes:
+        raise ParameterError("SCENE", None, "named, or --hard given", "See --help.")
+    from hexapod_pin.bench import command
+    from hexapod_pin.bench.choice import Wish
+    from hexapod_pin.bench.comparison import Plan
+
+    wish = Wish(
+        gait=gait, stroke=stroke, cycle=cycle, contact=contact, mu=mu, kp=kp, kd=kd, feet=feet,
+        foot_radius=foot_radius, duration=duration, sample=sample,
+    )  # fmt: skip
+    names = None if methods is None else [name.strip() for name in methods.split(",")]
+    plan = Plan(names, rounds, quick, peers)
+    command.bench(command.Request(scenes, wish, plan, advise, out, plot))
+
+
+def _hard(quick: bool, out: Path | None) -> None:
+    from hexapod_pin.bench.hard_command import hard
+
+    if not hard(quick=quick, out=out):
+        _fail("a hard case failed; see the table", FAILED)
+
+
+@app.command()
+def verify(
+    everything: Annotated[
+        bool, typer.Option("--all", help="MuJoCo, where installed, and the hard cases too.")
+    ] = False,
+    only: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(help="Names of checks, separated by commas; default: every check."),
+    ] = None,
+    out: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(help="Markdown file to write the table to."),
+    ] = None,
+) -> None:
+    """Compare the formulations with each other and with closed forms; fail where two disagree."""
+    from hexapod_pin.verify.command import verify as run
+
+    run(everything=everything, only=only, out=out)
 
 
 def main(argv: Sequence[str] | None = None) -> NoReturn:

@@ -167,6 +167,20 @@ def run_saving(job: Callable[[], Trace], out: Path) -> Trace:
     return trace
 
 
+def run_summary(trace: Trace) -> str:
+    """Return one line: how the run was integrated, what it cost, what it says of its own error."""
+    meta, counters = trace.meta, trace.counters
+    how = f"accuracy {meta['accuracy']:g}" if meta["accuracy"] else f"step {meta['step']:g} s"
+    error = f"error estimate {trace.error_estimate:.1e} m or rad, " if meta["accuracy"] else ""
+    worked = float(abs(trace.energy["servo_work"]).max())
+    residual = float(abs(trace.energy_residual).max())
+    return (
+        f"method {meta['method']}, {how}: {counters['steps']} steps, "
+        f"{counters['evaluations']} evaluations, {meta['wall_time']:.2g} s; {error}"
+        f"energy residual {residual:.1e} J of {worked:.3g} J of servo work"
+    )
+
+
 def given(**fields: float | None) -> dict[str, float]:
     """Return the fields that are not None."""
     return {name: value for name, value in fields.items() if value is not None}

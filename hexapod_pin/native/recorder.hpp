@@ -33,6 +33,7 @@ class Recorder {
     foot_position_.width = foot_force_.width = foot_normal_.width = 3 * feet;
     foot_gap_.width = feet;
     com_.width = 3;
+    was_active_.assign(plant.feet.size(), true);
   }
 
   template <class PlantT>
@@ -75,14 +76,22 @@ class Recorder {
   }
 
  private:
+  // of the weight: what a multistep or extrapolated impulse may leave on a foot that is in the air at
+  // both ends of an interval
+  static constexpr double kNoise = 1e-3;
+
   template <class PlantT>
   void sample_feet(const PlantT& plant, const VectorXd& q, const Account& account, double interval) {
+    const double weight = plant.dynamics.total_mass() * plant.dynamics.gravity().norm();
     for (std::size_t f = 0; f < plant.mounts.size(); ++f) {
       std::size_t nearest = f * plant.per_foot;
       Vec3 force = Vec3::Zero(), pushed = Vec3::Zero();
       for (std::size_t i = f * plant.per_foot; i < (f + 1) * plant.per_foot; ++i) {
         if (plant.feet[i].ground.gap < plant.feet[nearest].ground.gap) nearest = i;
-        const Vec3 part = interval > 0.0 ? Vec3(account.impulse[i] / interval) : plant.feet[i].contact.force;
+        Vec3 part = interval > 0.0 ? Vec3(account.impulse[i] / interval) : plant.feet[i].contact.force;
+        const bool free = !plant.feet[i].active && !was_active_[i];
+        if (free && part.norm() < kNoise * weight) part.setZero();
+        was_active_[i] = plant.feet[i].active;
         force += part;
         pushed += plant.feet[i].ground.normal.dot(part) * plant.feet[i].ground.normal;
       }
@@ -98,6 +107,7 @@ class Recorder {
   Channel time_, q_, v_, torque_, q_ref_, v_ref_, foot_position_, foot_force_, foot_normal_,
       foot_gap_, com_, kinetic_, potential_, elastic_, servo_work_, joint_damping_loss_,
       normal_loss_, friction_loss_;
+  std::vector<char> was_active_;  // contacts, at the sample before
   double first_normal_ = 0.0, first_bristle_ = 0.0, first_stops_ = 0.0;
 };
 
