@@ -1,0 +1,1 @@
+"""The equations of motion in other forms than the core's: to be compared with it."""

@@ -1,0 +1,1 @@
+"""Comparisons that show whether independent formulations agree."""

@@ -1,0 +1,150 @@
+"""The rigid walker: order, ground, balance of energy and force, and its compliant limit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.dynamics.grip import Grip
+from hexapod_pin.dynamics.held_step import Drive
+from hexapod_pin.dynamics.hybrid import rigid_walk
+from hexapod_pin.dynamics.rigid_flow import rigid_flow
+from hexapod_pin.dynamics.rigid_model import RigidGround, RigidModel
+from hexapod_pin.dynamics.set_points import SetPoints
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.verify.limits import slow_gait, tripod
+from hexapod_pin.verify.samples import rigid_robot
+
+TETRAPOD = hp.KinematicControl(hp.Gait.tetrapod())
+
+
+@pytest.fixture(scope="module")
+def walk():
+    """One second of S2's tetrapod from standing: two lift-offs, two touch-downs."""
+    return rigid_walk(rigid_robot("kharagpur", 0.0), TETRAPOD, duration=1.0)
+
+
+def test_set_points_are_the_plans_cubics() -> None:
+    """At the knots the plan itself; between them rates and accelerations match differences."""
+    robot = hp.load_robot("kharagpur")
+    plan = TETRAPOD.plan(robot, 3.0)
+    points = SetPoints(plan)
+    for k in (0, 17, 100, len(plan.time) - 2):
+        q, v, _ = points(float(plan.time[k]))
+        assert q == pytest.approx(plan.q[k], abs=1e-15)
+        assert v == pytest.approx(plan.v[k], abs=1e-12)
+    time, h = 1.2345, 1e-5
+    ahead, back, (_, v, a) = points(time + h), points(time - h), points(time)
+    assert v == pytest.approx((ahead[0] - back[0]) / (2 * h), abs=1e-6)
+    assert a == pytest.approx((ahead[1] - back[1]) / (2 * h), abs=1e-5)
+    end, rest, _ = points(99.0)
+    assert end == pytest.approx(plan.q[-1]) and not rest.any()
+
+
+def test_a_held_step_is_of_second_order() -> None:
+    """Against DOP853 on the same phase: a quarter of the error for half the step."""
+    model = rigid_robot("kharagpur", 0.0)
+    start = model.robot.stand()
+    bent = hp.Hold(model.robot.posture + 0.05)
+    drive = Drive(model, hp.Servo(kp=20.0, kd=0.4), SetPoints(bent.plan(model.robot, 1.0)))
+    exact = rigid_flow(model, start, 0.02, feet=range(6), torque=drive.torque, accuracy=1e-10)
+    errors = []
+    for count in (20, 40, 80):
+        now, grip = (
+            drive.moment(0.0, start.q, start.v, Grip(tuple(range(6)))),
+            Grip(tuple(range(6))),
+        )
+        for _ in range(count):
+            now = drive.step(now, 0.02 / count, grip)
+        errors.append(np.abs(now.v - exact.v).max())
+        assert np.abs(now.terms.gap).max() < 1e-12
+        assert np.abs(now.terms.rows @ now.v).max() < 1e-12
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.3)
+    assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.3)
+
+
+def test_a_servo_at_its_limit_gives_its_limit() -> None:
+    """A set-point far away: every joint that is asked for more than its effort gives just that."""
+    robot = hp.load_robot("kharagpur", foot_radius=0.0)
+    model = RigidModel(robot)
+    far = hp.Hold(np.clip(robot.posture + 0.4, robot.lower, robot.upper))
+    start = robot.stand()
+    walk = rigid_walk(model, far, duration=0.01, step=1e-3, sample=1e-3, initial=start)
+    trace = walk.trace
+    assert np.abs(trace.torque).max() == pytest.approx(6.0, rel=1e-12)
+    assert np.isfinite(trace.q).all()
+
+
+def test_phases_and_touch_downs_follow_the_gait(walk) -> None:
+    """Legs rf and lm swing first, and land just before 0.8 s, where the gait places them."""
+    trace = walk.trace
+    assert [strike.feet for strike in walk.impacts] == [("rf_foot",), ("lm_foot",)]
+    placed = 2.4 / 3.0
+    for strike in walk.impacts:
+        assert placed - 0.1 < strike.time < placed
+        assert strike.energy_loss > 0.0
+    down = trace.contact[trace.time.searchsorted(0.4)]
+    names = [name for name, on in zip(trace.foot_names, down, strict=True) if not on]
+    assert names == ["lm_foot", "rf_foot"]
+
+
+def test_grounded_feet_neither_sink_nor_slip_nor_pull(walk) -> None:
+    trace = walk.trace
+    held = trace.contact[1:] & trace.contact[:-1]
+    moved = np.linalg.norm(np.diff(trace.foot_position, axis=0), axis=2)
+    middle = held[:-2] & held[2:] & held[1:-1]
+    assert trace.foot_gap.min() > -2e-9
+    assert np.quantile(moved[1:-1][middle], 0.99) < 1e-9  # 0.5 um/s at most, of second order
+    assert trace.normal_force.min() >= 0.0
+
+
+def test_the_weight_is_carried_and_the_energy_accounted_for(walk) -> None:
+    """Mean normal force is the weight; energy, work and impacts balance to 1 % of the work.
+
+    What is left is of second order: the trapezoidal rule, and feet put back on the ground.
+    """
+    trace = walk.trace
+    calm = trace.time > 0.1
+    weight = trace.meta["total_mass"] * 9.81
+    assert trace.normal_force[calm].sum(axis=1).mean() == pytest.approx(weight, rel=2e-3)
+    given = np.abs(np.diff(trace.energy["servo_work"])).sum()
+    assert np.abs(trace.energy_residual).max() < 0.01 * given
+    lost = sum(strike.energy_loss for strike in walk.impacts)
+    assert trace.energy["normal_loss"][-1] == pytest.approx(lost, rel=1e-12)
+
+
+def test_what_sticking_asks_is_reported(walk) -> None:
+    """Every foot has a row; with next to no friction all would have slid."""
+    assert [use.foot for use in walk.use] == list(walk.trace.foot_names)
+    assert all(use.sliding < 0.05 for use in walk.use)
+    icy = RigidModel(walk_model().robot, ground=RigidGround(mu=0.01))
+    slippery = rigid_walk(icy, TETRAPOD, duration=0.1)
+    assert min(use.sliding for use in slippery.use) > 0.5
+
+
+def walk_model() -> RigidModel:
+    """Return kharagpur on point feet."""
+    return rigid_robot("kharagpur", 0.0)
+
+
+@pytest.mark.parametrize("stiffness", [1e6, 1e7, 1e8])
+def test_the_core_tends_to_it_in_a_tripod(stiffness: float) -> None:
+    """Difference of foot forces 3.3e-3 of the weight at 1e6 N/m, falling like 1/K."""
+    assert tripod(stiffness).force == pytest.approx(3.28e3 / stiffness, rel=0.03)
+
+
+def test_the_core_tends_to_it_along_a_slow_gait() -> None:
+    """Torques differ by 0.0098 N m at 1e6 N/m and by a hundredth of that at 1e8."""
+    soft, stiff = slow_gait(1e6), slow_gait(1e8)
+    assert soft.torque == pytest.approx(9.77e-3, rel=0.02)
+    assert stiff.torque < 1.2e-4
+
+
+def test_what_cannot_be_walked_is_refused() -> None:
+    model = walk_model()
+    with pytest.raises(ParameterError, match="step"):
+        rigid_walk(model, TETRAPOD, duration=1.0, step=0.0)
+    slope = RigidModel(model.robot, ground=RigidGround(normal=(0.6, 0.0, 0.8)))
+    with pytest.raises(ParameterError, match="initial"):
+        rigid_walk(slope, TETRAPOD, duration=1.0)

@@ -1,0 +1,152 @@
+"""`hexapod-pin verify`: what it finds, table, exit status, and planted errors it must see."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from hexapod_pin import cli
+from hexapod_pin.dynamics import impact, rigid, rigid_model
+from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.verify import check as checks
+from hexapod_pin.verify import (
+    flight_checks,
+    impact_checks,
+    inverse_checks,
+    limit_checks,
+    more,
+    rigid_checks,
+    s1_checks,
+)
+from hexapod_pin.verify.check import Check, all_checks, run_check
+from hexapod_pin.verify.command import VerificationError, verify
+from hexapod_pin.verify.table import markdown, summary, table
+
+QUICK = "core-terms,hc15-tripods,hc18,pinocchio-impact"
+
+
+def found(name: str) -> checks.Row:
+    """Return the row of one check."""
+    [check] = [check for check in all_checks() if check.name == name]
+    return run_check(check)
+
+
+def test_every_module_of_checks_is_found_and_names_are_unique() -> None:
+    names = [check.name for check in all_checks()]
+    own = (flight_checks, impact_checks, inverse_checks, limit_checks, rigid_checks, s1_checks)
+    assert {check.name for module in own for check in module.CHECKS} <= set(names)
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize(
+    "check", [*limit_checks.CHECKS, *flight_checks.CHECKS], ids=lambda check: check.name
+)
+def test_limits_and_flight(check) -> None:
+    row = run_check(check)
+    assert row.passed, row
+
+
+def test_mujoco_has_the_same_equations_of_motion() -> None:
+    pytest.importorskip("mujoco")
+    row = more.mujoco_row()
+    assert row.passed, row
+
+
+def test_without_mujoco_the_row_says_so(monkeypatch) -> None:
+    monkeypatch.setattr(more, "find_spec", lambda name: None)
+    row = more.mujoco_row()
+    assert row.skipped and "not installed" in row.note
+
+
+def test_command_prints_a_table_and_succeeds(tmp_path) -> None:
+    out = tmp_path / "verify.md"
+    result = CliRunner().invoke(cli.app, ["verify", "--only", QUICK, "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    assert "4 pass, 0 FAIL" in result.output
+    assert out.read_text().startswith("| what | source | error")
+
+
+def test_command_fails_where_a_check_fails(monkeypatch, capsys) -> None:
+    """The table is printed, the failed row named, and the exit status is 2."""
+    wrong = Check("wrong", "one against two", lambda: 1.0, 1e-9)
+    monkeypatch.setattr("hexapod_pin.verify.command.all_checks", lambda: [wrong])
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["verify"])
+    assert stop.value.code == cli.FAILED
+    printed = capsys.readouterr()
+    assert "FAIL" in printed.out
+    assert "one against two" in printed.err
+
+
+def test_unknown_checks_are_refused() -> None:
+    with pytest.raises(UnknownNameError, match="hc18"):
+        verify(only="hc99")
+
+
+def test_a_check_that_breaks_or_gives_nan_has_failed() -> None:
+    def breaks() -> float:
+        raise np.linalg.LinAlgError("singular")
+
+    broken = run_check(Check("a", "b", breaks, 1.0))
+    blank = run_check(Check("c", "d", lambda: math.nan, 1.0))
+    assert not broken.passed and "singular" in broken.note
+    assert not blank.passed
+    assert "0 pass, 2 FAIL" in summary([broken, blank])
+    assert "singular" in table([broken, blank])
+    assert markdown([broken]).count("|") > 20
+
+
+def wrong_sign(monkeypatch) -> str:
+    """Eq. 5 with the sign of its right side turned."""
+    monkeypatch.setattr(impact, "arrest", lambda rows, v: rows @ v)
+    return "pinocchio-impact"
+
+
+def printed_sign(monkeypatch) -> str:
+    """Eq. 5 as printed: +lambda, so that its multiplier is minus the impulse."""
+    solve = impact.solve_ranked
+
+    def printed(mass, right, rows, target):
+        found = solve(mass, right, rows, target)
+        return type(found)(**{**vars(found), "f": -found.f})
+
+    monkeypatch.setattr(impact, "solve_ranked", printed)
+    return "hc18"
+
+
+def wrong_frame(monkeypatch) -> str:
+    """Foot rows in the joint's own axes."""
+    monkeypatch.setattr(rigid_model, "FRAME", "LOCAL")
+    return "core-terms"
+
+
+def no_drift(monkeypatch) -> str:
+    """Eq. 3 without J' v."""
+    drift = rigid_model.RigidModel.drift
+    monkeypatch.setattr(rigid_model.RigidModel, "drift", lambda *args: 0.0 * drift(*args))
+    return "pinocchio-motion"
+
+
+def pulling_forces(monkeypatch) -> str:
+    """Ground forces with their sign turned."""
+    solve = rigid.solve_ranked
+
+    def turned(mass, right, rows, target):
+        found = solve(mass, right, rows, target)
+        return type(found)(**{**vars(found), "f": -found.f})
+
+    monkeypatch.setattr(rigid, "solve_ranked", turned)
+    return "pinocchio-motion"
+
+
+@pytest.mark.parametrize("plant", [wrong_sign, printed_sign, wrong_frame, no_drift, pulling_forces])
+def test_planted_errors_make_it_fail(plant, monkeypatch) -> None:
+    name = plant(monkeypatch)
+    assert not found(name).passed
+    with pytest.raises(VerificationError):
+        verify(only=name)
+    monkeypatch.undo()
+    assert found(name).passed
