@@ -10,6 +10,8 @@ from typer.testing import CliRunner
 
 from hexapod_pin import cli
 from hexapod_pin.dynamics import impact, rigid, rigid_model
+from hexapod_pin.dynamics.maximal import constraints, placement
+from hexapod_pin.dynamics.maximal.joint_vectors import PLACE
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.verify import check as checks
 from hexapod_pin.verify import (
@@ -142,7 +144,34 @@ def pulling_forces(monkeypatch) -> str:
     return "pinocchio-motion"
 
 
-@pytest.mark.parametrize("plant", [wrong_sign, printed_sign, wrong_frame, no_drift, pulling_forces])
+def sign_of_eq_3(monkeypatch) -> str:
+    """S1's eq. 3, rows 2-3, with its sign turned."""
+    right = constraints.gamma_of_axis
+    monkeypatch.setattr(constraints, "gamma_of_axis", lambda i, j: -right(i, j))
+    return "maximal-motion"
+
+
+def lost_dots(monkeypatch) -> str:
+    """S1's eq. 3, row 1, as it is printed: s where s' belongs."""
+    monkeypatch.setattr(
+        constraints, "gamma_of_place", lambda i, j: i.rate[:, :, PLACE] - j.rate[:, :, PLACE]
+    )
+    return "maximal-motion"
+
+
+def wrong_inertia_axis(monkeypatch) -> str:
+    """Moments of inertia left in the axes of the bodies."""
+    monkeypatch.setattr(placement, "world_inertia", lambda turn, inertia: inertia)
+    return "maximal-motion"
+
+
+PLANTED = [
+    wrong_sign, printed_sign, wrong_frame, no_drift, pulling_forces, sign_of_eq_3, lost_dots,
+    wrong_inertia_axis,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("plant", PLANTED)
 def test_planted_errors_make_it_fail(plant, monkeypatch) -> None:
     name = plant(monkeypatch)
     assert not found(name).passed

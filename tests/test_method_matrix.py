@@ -1,0 +1,63 @@
+"""Every law and ground with every method: two that share no formula of integration end alike."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+
+RUBBER = hp.Contact.s1().normal.stiffness
+NORMAL = {
+    "hunt-crossley": hp.Contact.s1().normal,
+    "kelvin-voigt": hp.KelvinVoigt(stiffness=4e4, damping=60.0),
+    "adams-impact": hp.Contact.s2().normal,
+    "restitution": hp.Restitution(stiffness=RUBBER, restitution=0.3),
+}
+FRICTION = {
+    "stick-slip": hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
+    "tanh": hp.TanhCoulomb(mu=0.7, slope=1e3),
+    "adams": hp.Contact.s2().friction,
+    "smooth-step": hp.SmoothStep(mu_static=0.7, mu_dynamic=0.6, speed=5e-3),
+    "brown-mcphee": hp.BrownMcPhee(mu_static=0.7, mu_dynamic=0.6, speed=5e-3),
+}
+GROUND = {
+    "flat": hp.Flat(),
+    "slope": hp.Slope(angle=np.radians(10.0)),
+    "stairs": hp.Stairs(rise=0.01, run=0.2, count=5, start=0.35),
+    "hills": hp.HeightField.random(seed=1, amplitude=0.01, wavelength=0.5),
+}
+SOME = list(itertools.product(NORMAL, FRICTION, GROUND))[::7]
+
+
+def walk(normal: str, friction: str, ground: str, **how) -> hp.Trace:
+    """Kharagpur's tripod over a touch-down."""
+    contact = hp.Contact(normal=NORMAL[normal], friction=FRICTION[friction])
+    scene = hp.Scene(hp.load_robot("kharagpur"), terrain=GROUND[ground], contact=contact)
+    control = hp.KinematicControl(hp.Gait.tripod(stroke=0.06, cycle_time=0.4))
+    return hp.simulate(scene, control, duration=0.25, sample=0.01, **how)
+
+
+@pytest.mark.parametrize(("normal", "friction", "ground"), SOME)
+def test_x3_and_ndf_walk_alike_and_robust_near(normal: str, friction: str, ground: str) -> None:
+    """X3 at 1e-5 within 1e-4 of NDF at 1e-6; the robust step of order 1 at 1 ms within 5e-3."""
+    case = (normal, friction, ground)
+    truth = walk(*case, method="ndf", accuracy=1e-6)
+    assert np.abs(walk(*case, accuracy=1e-5).q - truth.q).max() < 1e-4
+    assert np.abs(walk(*case, method="robust", step=1e-3).q - truth.q).max() < 5e-3
+
+
+@pytest.mark.parametrize("how", [{"accuracy": 1e-5}, {"method": "ndf"}, {"method": "robust"}])
+def test_a_spring_without_damper_is_for_fixed_steps(how: dict) -> None:
+    """Stick-slip without damping has no rate of its own: adaptive methods say so."""
+    contact = hp.Contact(
+        normal=NORMAL["hunt-crossley"], friction=hp.StickSlip(mu=0.7, stiffness=2e4, damping=0.0)
+    )
+    scene = hp.Scene(hp.load_robot("kharagpur"), contact=contact)
+    if how == {"method": "robust"}:
+        assert hp.simulate(scene, hp.Hold(), duration=0.05, **how).counters["steps"] == 50
+        return
+    with pytest.raises(hp.errors.ParameterError, match=r"StickSlip\.damping.*fixed-step"):
+        hp.simulate(scene, hp.Hold(), duration=0.05, **how)
