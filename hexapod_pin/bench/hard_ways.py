@@ -29,6 +29,9 @@ TRUTH = (DOP853, NDF, X3)
 TIGHT = ("dop853", "ndf", "rk4", "implicit-euler", "robust")
 """All but x3: where a case asks for more than its accuracy promises."""
 
+HIGH_ORDER = tuple(method for method in TIGHT if method != "ndf")
+"""Without ndf too: where a case asks for more digits over a long run than order 5 keeps."""
+
 SMALL_STEPS = Setting("rk4", 2e-5)
 
 MILLISECOND = (Setting("implicit-euler", 1e-3),)
