@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import machine
 import numpy as np
@@ -114,7 +115,7 @@ def flown(
     twin = maximal_twin(flight.scene)
     model = maximal.MaximalModel(twin.model.bodies, baumgarte=terms)
     q, v = twin.bodies_order(flight.start.q, 7), twin.bodies_order(flight.start.v, 6)
-    how = {"step": step} if step else {"rtol": rtol, "atol": 1e-2 * rtol}
+    how: dict[str, Any] = {"step": step} if step else {"rtol": rtol, "atol": 1e-2 * rtol}
     began = time.process_time()
     try:
         with np.errstate(all="ignore"):

@@ -28,7 +28,7 @@ def core_run() -> float:
     """Return microseconds of wall time an evaluation: 0.2 s of standing in steps of 0.1 ms."""
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1())
     trace = hp.simulate(scene, hp.Hold(), duration=0.2, method="rk4", step=1e-4, sample=0.2)
-    return trace.meta["wall_time"] / trace.counters["evaluations"] * 1e6
+    return float(trace.meta["wall_time"] / trace.counters["evaluations"] * 1e6)
 
 
 def subjects() -> dict[str, Callable[[], object]]:

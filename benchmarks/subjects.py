@@ -99,7 +99,7 @@ def _mujoco(name: str, cone: str, twin: MujocoScene, motion: Motion, steps: int)
 
 
 def pinocchio_calls(name: str, motion: Motion, calls: int) -> Subject:
-    """Time crba and nonLinearEffects in C++; our step calls crba and takes the bias from it."""
+    """Time crba and nonLinearEffects in C++; the yardstick; our step needs neither."""
     plant, state = native_plant(motion.scene), motion.state
     v = np.full(len(state.v), 0.1)
 
