@@ -158,9 +158,7 @@ def _groove(left: float, right: float, way: Setting) -> Iterator[Wanted]:
 CASES = (
     HardCase("HC15", "load shares of an over-determined stance", hc15),
     HardCase("HC16", "static torques: centre of mass against frame origin", hc16),
-    HardCase("HC17", "tipping slope", None, "left to a solver for rigid contact"),
-    HardCase(
-        "HC18", "plastic impact on redundant feet", None, "left to a solver for rigid contact"
-    ),
+    HardCase("HC17", "tipping slope", None, "rigid contact: `hexapod-pin verify --only hc17`"),
+    HardCase("HC18", "plastic impact on redundant feet", None, "`hexapod-pin verify --only hc18`"),
     HardCase("HC28", "two contacts of one foot in a groove", hc28),
 )
