@@ -25,13 +25,14 @@ def hc40(kind: str, **settings) -> hp.Trace:
     )
 
 
+@pytest.mark.parametrize("method", ["x3", "ndf"])
 @pytest.mark.parametrize("kind", ["soft", "mid"])
-def test_x3_and_dop853_end_alike(kind: str) -> None:
+def test_implicit_methods_and_dop853_end_alike(kind: str, method: str) -> None:
     """HC40 at 1e-8: every position to 1e-7, every velocity to 1e-6 (its time scale is 0.03 s)."""
-    x3 = hc40(kind, accuracy=1e-8)
+    trace = hc40(kind, method=method, accuracy=1e-8)
     truth = hc40(kind, method="dop853", accuracy=1e-10)
-    np.testing.assert_allclose(x3.q[-1], truth.q[-1], atol=1e-7, rtol=0.0)
-    np.testing.assert_allclose(x3.v[-1], truth.v[-1], atol=1e-6, rtol=0.0)
+    np.testing.assert_allclose(trace.q[-1], truth.q[-1], atol=1e-7, rtol=0.0)
+    np.testing.assert_allclose(trace.v[-1], truth.v[-1], atol=1e-6, rtol=0.0)
 
 
 @pytest.mark.parametrize("kind", CASES)

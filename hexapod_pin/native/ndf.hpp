@@ -63,7 +63,7 @@ class NdfDriver {
 
  private:
   enum class Newton { converged, failed, touches };
-  static constexpr double kShare = 1.0 / 3.0;   // of the accuracy that one step may lose
+  static constexpr double kShare = 1.0 / 6.0;   // of the accuracy that one step may lose
   static constexpr double kLeastWeight = 0.03;  // s, of velocity errors
   static constexpr double kLanding = 1e4;  // a foot has landed within 10 tolerances of the ground
   static constexpr double kLeastStep = 1e-14;  // s
