@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import platform
 from datetime import datetime, timezone
-from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Any
+
+from hexapod_pin.bench.machine import cpu_model, installed, load
+
+__all__ = ["as_text", "describe", "load"]
 
 PACKAGES = ("hexapod-pin", "pin", "libpinocchio", "mujoco", "numpy", "scipy")
 
@@ -20,24 +22,9 @@ def describe() -> dict[str, Any]:
         "cores": os.cpu_count(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
-        "packages": {name: _version(name) for name in PACKAGES},
+        "packages": {name: installed(name) for name in PACKAGES},
         "load": load(),
     }
-
-
-def cpu_model() -> str:
-    """Return the processor's name, or its architecture where the system does not tell."""
-    info = Path("/proc/cpuinfo")
-    if info.is_file():
-        for line in info.read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
-
-
-def load() -> float:
-    """Return the mean number of running processes in the last minute."""
-    return round(os.getloadavg()[0], 2)
 
 
 def as_text(machine: dict[str, Any], load_after: float) -> str:
@@ -48,10 +35,3 @@ def as_text(machine: dict[str, Any], load_after: float) -> str:
         f"Python {machine['python']}; {packages}. "
         f"Load (1 min) {machine['load']:.2f} before, {load_after:.2f} after."
     )
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "not installed"

@@ -33,7 +33,7 @@ class Servo(Spec):
         """Return *assumed* gains: full effort at `error` [rad], kd = kp * `time` [s].
 
         Neither paper gives gains. A hobby servo reaches its full torque within a few degrees of
-        error; 0.1 rad is 5.7 degrees.
+        error; 0.025 rad is 1.4 degrees.
         """
         effort = float(robot.effort.max()) if robot.effort.size else 0.0
         kp = effort / error

@@ -1,18 +1,13 @@
-"""The table of the hard cases: on the terminal, and as Markdown."""
+"""The table of the hard cases, as text."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from hexapod_pin.bench.hard import HARD_CASES
 from hexapod_pin.bench.hard_row import HardRow
 from hexapod_pin.bench.tables import Table
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 HEAD = ("case", "what", "method", "error", "tolerance", "unit", "result", "note")
 
@@ -26,14 +21,6 @@ def summary(rows: Sequence[HardRow]) -> str:
     """Return one line: how many rows passed, failed, fell short, were not run."""
     count = Counter(row.verdict for row in rows)
     return ", ".join(f"{count[name]} {name}" for name in ("pass", "FAIL", "short", "not run"))
-
-
-def show_hard(rows: Sequence[HardRow], out: Console) -> None:
-    """Print the table and its summary."""
-    from hexapod_pin.bench.terminal import show_table
-
-    show_table(hard_table(rows), out)
-    out.print(summary(rows), markup=False)
 
 
 def worst_rows(rows: Sequence[HardRow]) -> list[HardRow]:
@@ -51,28 +38,6 @@ def _strain(row: HardRow) -> float:
     if not row.covered:
         return -1.0
     return row.error / row.tolerance if row.tolerance > 0.0 else (math.inf if row.error else 0.0)
-
-
-def hard_markdown(rows: Sequence[HardRow]) -> str:
-    """Return the cases with what they try, and under each its rows."""
-    parts = [f"{summary(rows)}.\n"]
-    for case in HARD_CASES:
-        own = [row for row in rows if row.case.startswith(case.name) and _belongs(row, case.name)]
-        if own:
-            parts.append(f"### {case.name}: {case.tries}\n")
-            parts.append(_lines(HEAD[1:], [_cells(row)[1:] for row in own]))
-    return "\n".join(parts)
-
-
-def _belongs(row: HardRow, name: str) -> bool:
-    """Tell whether a row is of this case or of a variant of it that has no case of its own."""
-    known = {case.name for case in HARD_CASES}
-    return row.case == name or row.case not in known
-
-
-def _lines(head: Sequence[str], body: Sequence[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *body]
-    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
 
 
 def _cells(row: HardRow) -> tuple[str, ...]:

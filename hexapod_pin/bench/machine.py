@@ -39,12 +39,12 @@ class Machine:
         """Describe this machine, now."""
         return cls(
             date=datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
-            cpu=_cpu(),
+            cpu=cpu_model(),
             cores=os.cpu_count() or 1,
             system=f"{platform.system()} {platform.machine()}",
             python=platform.python_version(),
-            packages={name: _version(name) for name in PACKAGES},
-            load=_load(),
+            packages={name: installed(name) for name in PACKAGES},
+            load=load(),
         )
 
     def __str__(self) -> str:
@@ -56,7 +56,8 @@ class Machine:
         )
 
 
-def _cpu() -> str:
+def cpu_model() -> str:
+    """Return the processor's name, or its architecture where the system does not tell."""
     info = Path("/proc/cpuinfo")
     if info.is_file():
         for line in info.read_text(encoding="utf-8").splitlines():
@@ -65,11 +66,13 @@ def _cpu() -> str:
     return platform.processor() or platform.machine()
 
 
-def _load() -> float:
+def load() -> float:
+    """Return the mean number of running processes in the last minute; nan where unknown."""
     return round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else float("nan")
 
 
-def _version(name: str) -> str:
+def installed(name: str) -> str:
+    """Return the version of a package, or "not installed"."""
     try:
         return version(name)
     except PackageNotFoundError:
