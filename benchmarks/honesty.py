@@ -7,8 +7,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from hexapod_pin.bench.honesty import SEED, dearer, honesty_table, random_tasks, study
-from hexapod_pin.bench.machine import Machine
+from hexapod_pin.benchmark.machine import Machine
+from hexapod_pin.benchmark.tolerance_calibration import (
+    SEED,
+    dearer,
+    honesty_table,
+    random_tasks,
+    study,
+)
 
 RESULTS = Path(__file__).resolve().parent / "results"
 METHODS = {"x3": (1e-3, 1e-4, 1e-5, 1e-6), "ndf": (1e-5, 1e-6, 1e-7)}

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 import hexapod_pin as hp
-from hexapod_pin.verify.maximal_checks import maximal_twin, pressed_states
+from hexapod_pin.validation.checks.maximal_checks import maximal_twin, pressed_states
 
 ROUNDS, CALLS = 7, 40
 
@@ -37,7 +37,7 @@ def subjects() -> dict[str, Callable[[], object]]:
     from scipy.sparse.linalg import splu
 
     from hexapod_pin import native
-    from hexapod_pin.plant import native_plant
+    from hexapod_pin.simulation.plant import native_plant
 
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1())
     twin, (q, v, torque) = maximal_twin(scene), pressed_states(scene, 1)[0]

@@ -13,7 +13,7 @@ from timing import Subject
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.plant import native_plant
+from hexapod_pin.simulation.plant import native_plant
 
 STEP = 1e-3
 """Integration step of everything timed [s]."""

@@ -15,19 +15,19 @@ import pinocchio as pin
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.bench.comparison import Plan, compare
-from hexapod_pin.bench.contender import OURS, Outcome, Truth
-from hexapod_pin.bench.error import Distance
-from hexapod_pin.bench.levels import best_of, cheapest, ladders, ratios
-from hexapod_pin.bench.measure import Row, measure
-from hexapod_pin.bench.reference import NoReferenceError, known_answer, reference
-from hexapod_pin.bench.report import Report, csv_text, json_text, markdown
-from hexapod_pin.bench.scenes import built_in
-from hexapod_pin.bench.settings import Setting, ladder, run_ours
-from hexapod_pin.bench.tables import level_table
-from hexapod_pin.cli import main
+from hexapod_pin.benchmark.comparison import Plan, compare
+from hexapod_pin.benchmark.entry import OURS, Outcome, Truth
+from hexapod_pin.benchmark.error import Distance
+from hexapod_pin.benchmark.measure import Row, measure
+from hexapod_pin.benchmark.reference_solution import NoReferenceError, known_answer, reference
+from hexapod_pin.benchmark.report import Report, csv_text, json_text, markdown
+from hexapod_pin.benchmark.scenes import built_in
+from hexapod_pin.benchmark.settings import Setting, ladder, run_ours
+from hexapod_pin.benchmark.tables import level_table
+from hexapod_pin.benchmark.tolerance_sweep import best_of, cheapest, ladders, ratios
+from hexapod_pin.commands.app import main
 from hexapod_pin.errors import ParameterError, SimulationInterrupted, UnknownNameError
-from hexapod_pin.methods import METHODS
+from hexapod_pin.simulation.methods import METHODS
 
 STILL = np.array([[0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0, 0.3, -0.2]] * 3)
 
@@ -217,7 +217,7 @@ def test_a_refused_combination_is_a_note():
 @pytest.fixture(scope="module")
 def report() -> Report:
     """A short measurement of the walk."""
-    from hexapod_pin.bench.machine import Machine
+    from hexapod_pin.benchmark.machine import Machine
 
     task = replace(built_in("walk"), duration=0.05)
     found = compare(task, Plan(["implicit-euler", "rk4"], rounds=1, quick=True))
@@ -298,7 +298,7 @@ def test_command_refuses_before_it_measures(run, words, says):
 
 
 def test_ctrl_c_writes_what_is_done_and_ends_with_130(run, monkeypatch: pytest.MonkeyPatch):
-    from hexapod_pin.bench import command
+    from hexapod_pin.benchmark import command
 
     real = command.compare
 

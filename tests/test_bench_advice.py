@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.bench.advice import SAFETY, Advice, NoAdviceError, advise, advise_on
-from hexapod_pin.bench.error import Distance
-from hexapod_pin.bench.levels import cheapest, ladders
-from hexapod_pin.bench.scenes import built_in
-from hexapod_pin.bench.task import Task
+from hexapod_pin.benchmark.advice import SAFETY, Advice, NoAdviceError, advise, advise_on
+from hexapod_pin.benchmark.error import Distance
+from hexapod_pin.benchmark.scenes import built_in
+from hexapod_pin.benchmark.task import Task
+from hexapod_pin.benchmark.tolerance_sweep import cheapest, ladders
 from hexapod_pin.errors import ParameterError
 
 
@@ -70,7 +70,7 @@ def test_a_piece_without_touch_down_lowers_the_sureness():
 
 
 def test_what_nothing_reaches_is_refused_with_what_came_nearest(task: Task, monkeypatch):
-    monkeypatch.setattr("hexapod_pin.bench.advice.methods", lambda: ("implicit-euler",))
+    monkeypatch.setattr("hexapod_pin.benchmark.advice.methods", lambda: ("implicit-euler",))
     with pytest.raises(NoAdviceError, match="the best was"):
         advise_on(task, 1e-8)
 

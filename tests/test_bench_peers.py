@@ -13,14 +13,14 @@ import pinocchio as pin
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.bench.comparison import Plan, compare
-from hexapod_pin.bench.peers import rivals as rivals_module
-from hexapod_pin.bench.peers.engine import Problem
-from hexapod_pin.bench.peers.rivals import rivals
-from hexapod_pin.bench.peers.urdf import peer_urdf
-from hexapod_pin.bench.scenes import built_in
-from hexapod_pin.bench.settings import Setting, run_ours
-from hexapod_pin.bench.task import Task
+from hexapod_pin.benchmark.comparison import Plan, compare
+from hexapod_pin.benchmark.engines import available as rivals_module
+from hexapod_pin.benchmark.engines.available import rivals
+from hexapod_pin.benchmark.engines.engine import Problem
+from hexapod_pin.benchmark.engines.urdf import peer_urdf
+from hexapod_pin.benchmark.scenes import built_in
+from hexapod_pin.benchmark.settings import Setting, run_ours
+from hexapod_pin.benchmark.task import Task
 from hexapod_pin.errors import ParameterError
 
 
@@ -29,7 +29,7 @@ def engine(module: str, task: Task):
     pytest.importorskip(module)
     name = {"mujoco": "Mujoco", "pydrake": "Drake", "pybullet": "Pybullet"}[module]
     adapter = {"mujoco": "mujoco", "pydrake": "drake", "pybullet": "pybullet"}[module]
-    found = importlib.import_module(f"hexapod_pin.bench.peers.{adapter}_engine")
+    found = importlib.import_module(f"hexapod_pin.benchmark.engines.{adapter}_engine")
     return getattr(found, name)(Problem.of(task))
 
 
@@ -174,7 +174,7 @@ def test_ours_and_mujoco_stand_in_one_table_with_their_ratio(monkeypatch):
     monkeypatch.setattr(
         rivals_module, "find_spec", lambda name: "there" if name == "mujoco" else None
     )
-    from hexapod_pin.bench.peers import mujoco_engine
+    from hexapod_pin.benchmark.engines import mujoco_engine
 
     monkeypatch.setattr(mujoco_engine, "QUICK_STEPS", (1e-3, 5e-4))
     task = replace(built_in("walk"), duration=0.1)

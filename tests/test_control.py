@@ -13,11 +13,11 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from hexapod_pin.control import Hold, KinematicControl, Plan
+from hexapod_pin.control.foot_path import FootPath
+from hexapod_pin.control.gait import LEG_ORDER, Gait
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
-from hexapod_pin.footpath import FootPath
-from hexapod_pin.gait import LEG_ORDER, Gait
-from hexapod_pin.leg import LegKinematics
-from hexapod_pin.robot import Robot, load_robot, urdf_path
+from hexapod_pin.robot.leg_kinematics import LegKinematics
+from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
 
 MakeGait = Callable[..., Gait]
 

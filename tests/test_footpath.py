@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from hexapod_pin.control.foot_path import RAMP_CYCLES, FootPath
+from hexapod_pin.control.gait import Gait
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.footpath import RAMP_CYCLES, FootPath
-from hexapod_pin.gait import Gait
 
 Array = NDArray[np.float64]
 

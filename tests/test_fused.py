@@ -15,7 +15,7 @@ from test_simulation import quadruped
 
 import hexapod_pin as hp
 from hexapod_pin import native as _native
-from hexapod_pin.plant import native_plant
+from hexapod_pin.simulation.plant import native_plant
 
 BUILDS = {"best": {}, "baseline": {"baseline": True}}
 

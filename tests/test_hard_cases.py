@@ -10,7 +10,7 @@ from vehicles import HARD_CASES
 
 import hexapod_pin as hp
 from hexapod_pin import native as _native
-from hexapod_pin.plant import native_plant
+from hexapod_pin.simulation.plant import native_plant
 
 ELASTIC = hp.HuntCrossley(stiffness=1e6, dissipation=0.0)
 TANH = hp.TanhCoulomb(mu=0.5, slope=1000.0)

@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hexapod_pin.bench.contender import Truth
-from hexapod_pin.bench.error import Distance
-from hexapod_pin.bench.honesty import (
+from hexapod_pin.benchmark.entry import Truth
+from hexapod_pin.benchmark.error import Distance
+from hexapod_pin.benchmark.settings import Setting, run_ours
+from hexapod_pin.benchmark.task import Task
+from hexapod_pin.benchmark.tolerance_calibration import (
     Honesty,
     dearer,
     honesty_table,
     random_tasks,
     study,
 )
-from hexapod_pin.bench.settings import Setting, run_ours
-from hexapod_pin.bench.task import Task
 
 
 def explicit(task: Task) -> Truth:

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.dynamics.grip import Grip
-from hexapod_pin.dynamics.held_step import Drive
-from hexapod_pin.dynamics.hybrid import rigid_walk
-from hexapod_pin.dynamics.rigid_flow import rigid_flow
-from hexapod_pin.dynamics.rigid_model import RigidGround, RigidModel
-from hexapod_pin.dynamics.set_points import SetPoints
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.verify.limits import slow_gait, tripod
-from hexapod_pin.verify.samples import rigid_robot
+from hexapod_pin.formulations.rigid.constrained_step import Drive
+from hexapod_pin.formulations.rigid.contact_set import Grip
+from hexapod_pin.formulations.rigid.flow import rigid_flow
+from hexapod_pin.formulations.rigid.model import RigidGround, RigidModel
+from hexapod_pin.formulations.rigid.set_points import SetPoints
+from hexapod_pin.formulations.rigid.walk import rigid_walk
+from hexapod_pin.validation.checks.limits import slow_gait, tripod
+from hexapod_pin.validation.checks.samples import rigid_robot
 
 TETRAPOD = hp.KinematicControl(hp.Gait.tetrapod())
 

@@ -9,10 +9,10 @@ import pinocchio as pin
 import pytest
 from numpy.typing import NDArray
 
+from hexapod_pin.control.gait import LEG_ORDER
 from hexapod_pin.errors import ReachError, UnknownNameError
-from hexapod_pin.gait import LEG_ORDER
-from hexapod_pin.leg import LegKinematics
-from hexapod_pin.robot import Robot, load_robot, urdf_path
+from hexapod_pin.robot.leg_kinematics import LegKinematics
+from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
 
 Array = NDArray[np.float64]
 

@@ -11,10 +11,10 @@ import vehicles
 from contact_formulas import FRICTION, NORMAL
 
 import hexapod_pin as hp
-from hexapod_pin.dynamics.maximal import constraints as equations
-from hexapod_pin.dynamics.maximal import placement
-from hexapod_pin.dynamics.maximal.joint_vectors import PLACE, Carried
-from hexapod_pin.verify.maximal_checks import (
+from hexapod_pin.formulations.maximal import constraints as equations
+from hexapod_pin.formulations.maximal import placement
+from hexapod_pin.formulations.maximal.joint_vectors import PLACE, Carried
+from hexapod_pin.validation.checks.maximal_checks import (
     compare_accelerations,
     maximal_twin,
     pressed_states,
@@ -141,9 +141,9 @@ def test_flat_ground_needs_neither_pinocchio_nor_the_core() -> None:
 import sys
 from pathlib import Path
 import numpy as np
-from hexapod_pin.contact import Contact
-from hexapod_pin.dynamics import maximal
-from hexapod_pin.terrain import Flat
+from hexapod_pin.ground.contact import Contact
+from hexapod_pin.formulations import maximal
+from hexapod_pin.ground.terrain import Flat
 bodies = maximal.read_bodies(Path(sys.argv[1]).read_text(), ["lf_foot"])
 model = maximal.MaximalModel(bodies, feet=maximal.FootGround(bodies, Contact.s1(), Flat()))
 state = model.state(np.r_[np.zeros(6), 1.0, np.zeros(18)], np.zeros(24))

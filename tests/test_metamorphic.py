@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hexapod_pin.bench.hard_mirror import (
+from hexapod_pin.benchmark.settings import Setting
+from hexapod_pin.validation.cases.mirror import (
     SHIFT,
     Motion,
     base_run,
@@ -18,7 +19,6 @@ from hexapod_pin.bench.hard_mirror import (
     shifted,
     yawed,
 )
-from hexapod_pin.bench.settings import Setting
 
 IMPLICIT, RK4, X3 = Setting("implicit-euler", 1e-3), Setting("rk4", 1e-5), Setting("x3", 1e-6)
 ROBUST = Setting("robust", 1e-3)

@@ -10,7 +10,7 @@ from test_contact import numpy_friction, numpy_normal
 
 import hexapod_pin as hp
 from hexapod_pin import native as _native
-from hexapod_pin.plant import native_plant
+from hexapod_pin.simulation.plant import native_plant
 
 CONTACTS = {
     "s1": hp.Contact.s1(),

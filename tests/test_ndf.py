@@ -11,7 +11,7 @@ import vehicles
 
 import hexapod_pin as hp
 from hexapod_pin.native import _core
-from hexapod_pin.plant import native_plant
+from hexapod_pin.simulation.plant import native_plant
 
 NO_STOPS = hp.JointStops(stiffness=0.0)
 STIFF_TANH = hp.Contact(

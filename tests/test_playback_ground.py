@@ -14,9 +14,9 @@ from synthetic import synthetic_trace
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.playback import write_html
-from hexapod_pin.playback.scene_graph import animation_command, scene_commands
-from hexapod_pin.trace import Trace
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.view import write_html
+from hexapod_pin.view.scene_graph import animation_command, scene_commands
 
 HILLS = hp.HeightField.random(7, amplitude=0.03, wavelength=0.5, size=4.0)
 STAIRS = hp.Stairs(rise=0.05, run=0.3, count=3, start=0.2, heading=0.4)

@@ -16,7 +16,7 @@ PROMISED = """
 load_robot urdf_path Robot State Blueprint Contact HuntCrossley AdamsImpact KelvinVoigt Restitution
 TanhCoulomb AdamsCoulomb SmoothStep BrownMcPhee StickSlip Flat Slope Stairs Ledge Groove HeightField
 Patch Patched Shaken Servo JointStops Scene Gait KinematicControl Hold Held simulate
-simulate_batch Case Checkpoint Trace load_trace torque_budget TorqueBudget playback errors
+simulate_batch Case Checkpoint Trace load_trace torque_budget TorqueBudget view errors
 advise Advice __version__
 """.split()
 
@@ -52,11 +52,11 @@ def test_version_is_that_of_the_installed_package():
     assert hp.__version__ == version("hexapod-pin")
 
 
-def test_front_doors_of_errors_and_playback():
+def test_front_doors_of_errors_and_view():
     """The modules reached as attributes hold what a script needs of them."""
     assert issubclass(hp.errors.GaitError, hp.errors.HexapodError)
-    assert callable(hp.playback.write_html)
-    assert callable(hp.playback.view)
+    assert callable(hp.view.write_html)
+    assert callable(hp.view.view)
 
 
 def _loaded_after(statement: str) -> set[str]:
@@ -65,7 +65,7 @@ def _loaded_after(statement: str) -> set[str]:
     return set(done.stdout.split())
 
 
-@pytest.mark.parametrize("statement", ["import hexapod_pin", "import hexapod_pin.cli"])
+@pytest.mark.parametrize("statement", ["import hexapod_pin", "import hexapod_pin.commands.app"])
 def test_importing_loads_nothing_heavy(statement: str):
     """What takes long to import waits until it is used: `--help` and tab completion stay quick."""
     assert not _loaded_after(statement) & set(HEAVY)

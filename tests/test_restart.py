@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.bench.hard_mirror import Motion, base_run, restarted
-from hexapod_pin.bench.hard_ways import Run
-from hexapod_pin.bench.scenes import walk
-from hexapod_pin.bench.settings import Setting
-from hexapod_pin.plant import standing_on
+from hexapod_pin.benchmark.scenes import walk
+from hexapod_pin.benchmark.settings import Setting
+from hexapod_pin.simulation.plant import standing_on
+from hexapod_pin.validation.cases.mirror import Motion, base_run, restarted
+from hexapod_pin.validation.cases.solver_settings import Run
 
 SAME_BITS = [
     Setting("implicit-euler", 1e-3),

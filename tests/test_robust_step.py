@@ -13,10 +13,10 @@ import vehicles
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.bench.error import Distance
-from hexapod_pin.bench.scenes import built_in
-from hexapod_pin.bench.stress import stress_scenes
-from hexapod_pin.plant import native_plant
+from hexapod_pin.benchmark.error import Distance
+from hexapod_pin.benchmark.scenes import built_in
+from hexapod_pin.simulation.plant import native_plant
+from hexapod_pin.validation.stress import stress_scenes
 
 G = 9.81
 RUBBER = hp.HuntCrossley(stiffness=3e5, dissipation=0.3)

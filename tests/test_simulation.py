@@ -9,7 +9,7 @@ import vehicles
 
 import hexapod_pin as hp
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted, StateError
-from hexapod_pin.grid import Grid
+from hexapod_pin.simulation.time_grid import Grid
 
 GAITS = {
     "tripod": hp.Gait.tripod,

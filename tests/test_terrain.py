@@ -11,8 +11,8 @@ import tomli_w
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.ground.terrain import Polyline, read_terrain
 from hexapod_pin.spec import read_toml
-from hexapod_pin.terrain import Polyline, read_terrain
 
 STAIRS = hp.Stairs(rise=0.1, run=0.2, count=3, start=0.1, heading=0.7)
 DOWN = hp.Stairs(rise=0.1, run=0.2, count=3, start=-1.2, heading=math.pi)

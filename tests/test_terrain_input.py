@@ -11,7 +11,7 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.terrain import read_terrain
+from hexapod_pin.ground.terrain import read_terrain
 
 HILLS = hp.HeightField.random(3, amplitude=0.02, wavelength=0.3, size=2.0)
 
@@ -136,7 +136,7 @@ def test_image_brightness_is_height(
     path = write_image(tmp_path / "ground.png", pixels)
     if library == "matplotlib":
         pytest.importorskip("matplotlib.image")
-        monkeypatch.setattr("hexapod_pin.terrain.height_files._with_pillow", _missing)
+        monkeypatch.setattr("hexapod_pin.ground.terrain.height_files._with_pillow", _missing)
     field = hp.HeightField.from_image(path, 0.1, 0.05, origin=(0.0, 0.0))
     assert field.z == pytest.approx(0.05 * np.array([[0.4, 1.0], [0.0, 0.2]]), abs=1e-9)
 

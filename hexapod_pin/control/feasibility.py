@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hexapod_pin.control.foot_path import FootPath
+from hexapod_pin.control.gait import Gait
 from hexapod_pin.errors import GaitError, ReachError
-from hexapod_pin.footpath import FootPath
-from hexapod_pin.gait import Gait
-from hexapod_pin.leg import LegKinematics
+from hexapod_pin.robot.leg_kinematics import LegKinematics
 
 Array = NDArray[np.float64]
 

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexapod_pin.control.feasibility import joint_path, neutral_feet, refusal, violation
-from hexapod_pin.control.reference import Plan, check_duration
+from hexapod_pin.control.foot_path import FootPath
+from hexapod_pin.control.gait import LEG_ORDER, Gait
+from hexapod_pin.control.joint_trajectory import Plan, check_duration
 from hexapod_pin.errors import GaitError
-from hexapod_pin.footpath import FootPath
-from hexapod_pin.gait import LEG_ORDER, Gait
-from hexapod_pin.leg import LegKinematics
+from hexapod_pin.robot.leg_kinematics import LegKinematics
 
 if TYPE_CHECKING:
-    from hexapod_pin.robot import Robot
+    from hexapod_pin.robot.robot import Robot
 
 Array = NDArray[np.float64]
 

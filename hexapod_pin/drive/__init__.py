@@ -1,0 +1,4 @@
+"""Drives: joint servos and joint stops."""
+
+from hexapod_pin.drive.joint_stops import JointStops as JointStops
+from hexapod_pin.drive.servo import Servo as Servo

@@ -1,0 +1,75 @@
+"""A scene as the native core takes it, and the state in which a robot stands on its ground."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.ground.terrain import Plane
+
+if TYPE_CHECKING:
+    from hexapod_pin.robot.robot import State
+    from hexapod_pin.simulation.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+def standing_on(scene: Scene, posture: Array) -> State:
+    """Return the state at rest in a posture (n,) [rad], just touching the ground.
+
+    On a plane the robot is laid along it; on any other ground it stands level.
+    """
+    import pinocchio as pin
+
+    robot, surface = scene.robot, scene.terrain.surface()
+    q = robot.stand(posture).q.copy()
+    if isinstance(surface, Plane):
+        tilt = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(surface.normal))
+        q[:3], q[3:7] = tilt.toRotationMatrix() @ q[:3], tilt.coeffs()
+    if robot.feet:
+        data = robot.model.createData()
+        pin.forwardKinematics(robot.model, data, q)
+        joints = [_native_joint(robot, foot.joint) for foot in robot.feet]
+        feet = zip(joints, robot.feet, strict=True)
+        centers = [data.oMi[joint].act(foot.offset) for joint, foot in feet]
+        q[2] += scene.terrain.lift(centers, [foot.radius for foot in robot.feet])
+    return robot.check_state(q, np.zeros(robot.model.nv))
+
+
+def native_plant(scene: Scene, *, dense: bool = False) -> Any:
+    """Return the native settings of a scene's plant; `dense` avoids the block-arrow solver."""
+    from hexapod_pin import native as _native
+
+    robot, servo = scene.robot, scene.servos
+    n = len(robot.joint_names)
+    feet = [
+        (_native_joint(robot, foot.joint), np.asarray(foot.offset, dtype=float), float(foot.radius))
+        for foot in robot.feet
+    ]
+    limit = robot.effort if servo.limited else np.full(n, np.inf)
+    return _native.plant_settings(
+        model=robot.model.saveToString(),
+        gravity=np.asarray(scene.gravity, dtype=float),
+        feet=feet,
+        normal=scene.contact.normal.native(),
+        friction=scene.contact.friction.native(),
+        terrain=scene.terrain.native(),
+        kp=np.full(n, servo.kp),
+        kd=np.full(n, servo.kd),
+        limit=np.array(limit, dtype=float),
+        damping=np.array(robot.damping, dtype=float),
+        lower=np.array(robot.lower, dtype=float),
+        upper=np.array(robot.upper, dtype=float),
+        stop_stiffness=scene.joint_stops.stiffness,
+        stop_dissipation=scene.joint_stops.dissipation,
+        dense=dense,
+    )
+
+
+def _native_joint(robot: Any, joint: str) -> int:
+    if not robot.model.existJointName(joint):
+        raise ParameterError("foot joint", joint, f"a joint of {robot.name}")
+    return int(robot.model.getJointId(joint))
