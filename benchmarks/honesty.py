@@ -17,7 +17,7 @@ from hexapod_pin.benchmark.tolerance_calibration import (
 )
 
 RESULTS = Path(__file__).resolve().parent / "results"
-METHODS = {"x3": (1e-3, 1e-4, 1e-5, 1e-6), "ndf": (1e-5, 1e-6, 1e-7)}
+METHODS = {"extrapolated-euler": (1e-3, 1e-4, 1e-5, 1e-6), "ndf": (1e-5, 1e-6, 1e-7)}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

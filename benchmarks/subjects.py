@@ -54,7 +54,7 @@ def standing_and_walking(duration: float) -> dict[str, Motion]:
     """Return stand, tripod and tetrapod on both contact sets, by "motion/contact"."""
     robot = hp.load_robot(ROBOT)
     controllers: dict[str, hp.Hold | hp.KinematicControl] = {
-        "stand": hp.Hold(),
+        "stand": hp.HoldPosture(),
         "tripod": hp.KinematicControl(hp.Gait.tripod()),
         "tetrapod": hp.KinematicControl(hp.Gait.tetrapod()),
     }

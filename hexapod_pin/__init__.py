@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from hexapod_pin.benchmark.advice import Advice as Advice
     from hexapod_pin.benchmark.advice import advise as advise
     from hexapod_pin.control.gait import Gait as Gait
-    from hexapod_pin.control.hold_posture import Hold as Hold
+    from hexapod_pin.control.hold_posture import HoldPosture as HoldPosture
     from hexapod_pin.control.kinematic import KinematicControl as KinematicControl
-    from hexapod_pin.control.sampled_trajectory import Held as Held
+    from hexapod_pin.control.sampled_trajectory import SampledTrajectory as SampledTrajectory
     from hexapod_pin.drive.joint_stops import JointStops as JointStops
     from hexapod_pin.drive.servo import Servo as Servo
     from hexapod_pin.ground.contact import AdamsCoulomb as AdamsCoulomb
@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     from hexapod_pin.ground.terrain import HeightField as HeightField
     from hexapod_pin.ground.terrain import Ledge as Ledge
     from hexapod_pin.ground.terrain import Patch as Patch
-    from hexapod_pin.ground.terrain import Patched as Patched
-    from hexapod_pin.ground.terrain import Shaken as Shaken
+    from hexapod_pin.ground.terrain import PatchedGround as PatchedGround
+    from hexapod_pin.ground.terrain import ShakingGround as ShakingGround
     from hexapod_pin.ground.terrain import Slope as Slope
     from hexapod_pin.ground.terrain import Stairs as Stairs
     from hexapod_pin.results.checkpoint import Checkpoint as Checkpoint
@@ -75,20 +75,20 @@ _MODULES = {
     "Gait": "control.gait",
     "Groove": "ground.terrain",
     "HeightField": "ground.terrain",
-    "Held": "control.sampled_trajectory",
-    "Hold": "control.hold_posture",
+    "SampledTrajectory": "control.sampled_trajectory",
+    "HoldPosture": "control.hold_posture",
     "HuntCrossley": "ground.contact",
     "JointStops": "drive.joint_stops",
     "KelvinVoigt": "ground.contact",
     "KinematicControl": "control.kinematic",
     "Ledge": "ground.terrain",
     "Patch": "ground.terrain",
-    "Patched": "ground.terrain",
+    "PatchedGround": "ground.terrain",
     "Restitution": "ground.contact",
     "Robot": "robot.robot",
     "Scene": "simulation.scene",
     "Servo": "drive.servo",
-    "Shaken": "ground.terrain",
+    "ShakingGround": "ground.terrain",
     "Slope": "ground.terrain",
     "SmoothStep": "ground.contact",
     "Stairs": "ground.terrain",

@@ -13,7 +13,7 @@ import pinocchio as pin
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.comparison import Plan, compare
+from hexapod_pin.benchmark.comparison import ComparisonSettings, compare
 from hexapod_pin.benchmark.engines import available as rivals_module
 from hexapod_pin.benchmark.engines.available import rivals
 from hexapod_pin.benchmark.engines.engine import Problem
@@ -42,7 +42,7 @@ def flight(limited: bool = False) -> Task:
     q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(0.3, -0.4, 0.9)).coeffs()
     v = 0.3 * np.random.default_rng(5).standard_normal(robot.model.nv)
     v[:6] = (0.4, -0.2, 0.1, 0.5, -0.8, 1.1)
-    controller = hp.Held([0.0, 0.02], [robot.posture + 0.1, robot.posture - 0.1])
+    controller = hp.SampledTrajectory([0.0, 0.02], [robot.posture + 0.1, robot.posture - 0.1])
     servo = hp.Servo(kp=20.0, kd=0.3, limited=limited)
     scene = replace(task.scene, servo=servo)
     state = robot.check_state(q, v)
@@ -178,7 +178,7 @@ def test_ours_and_mujoco_stand_in_one_table_with_their_ratio(monkeypatch):
 
     monkeypatch.setattr(mujoco_engine, "QUICK_STEPS", (1e-3, 5e-4))
     task = replace(built_in("walk"), duration=0.1)
-    found = compare(task, Plan(["implicit-euler"], rounds=1, quick=True, peers=True))
+    found = compare(task, ComparisonSettings(["implicit-euler"], rounds=1, quick=True, peers=True))
     engines = {one.engine for one in found.rows}
     assert engines == {"hexapod_pin", "MuJoCo"}
     methods = {one.method for one in found.rows if one.engine == "MuJoCo"}

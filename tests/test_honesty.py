@@ -21,7 +21,7 @@ from hexapod_pin.benchmark.tolerance_calibration import (
 
 
 def explicit(task: Task) -> Truth:
-    """A reference that shares no Jacobian with x3; not checked here, but in the whole study."""
+    """A reference that shares no Jacobian with the default method; the whole study checks it."""
     outcome = run_ours(task, Setting("dop853", 1e-7))
     assert outcome.ended, outcome.note
     return Truth(outcome, "dop853 1e-7", Distance(1e-7, 1e-7), "-")

@@ -26,11 +26,11 @@ TERRAINS = {
     "stairs": hp.Stairs(rise=0.03, run=0.15, count=4, start=-0.3),
     "groove": hp.Groove(angle_left=0.4, angle_right=0.3, depth=0.04),
     "hills": hp.HeightField.random(3, amplitude=0.01),
-    "patched": hp.Patched(
+    "patched": hp.PatchedGround(
         ground=hp.Slope(angle=0.1),
         patches=(hp.Patch(low=(-9, 0), high=(9, 9), friction=0.5, stiffness=2),),
     ),
-    "shaken": hp.Shaken(amplitude=2e-3, frequency=12.0),
+    "shaken": hp.ShakingGround(amplitude=2e-3, frequency=12.0),
 }
 
 

@@ -20,10 +20,16 @@ from hexapod_pin.validation.cases.mirror import (
     yawed,
 )
 
-IMPLICIT, RK4, X3 = Setting("implicit-euler", 1e-3), Setting("rk4", 1e-5), Setting("x3", 1e-6)
+IMPLICIT, RK4, EXTRAPOLATED_EULER = (
+    Setting("implicit-euler", 1e-3),
+    Setting("rk4", 1e-5),
+    Setting("extrapolated-euler", 1e-6),
+)
 ROBUST = Setting("robust", 1e-3)
 FIXED = pytest.mark.parametrize("way", [IMPLICIT, ROBUST, RK4], ids=lambda way: way.method)
-WAYS = pytest.mark.parametrize("way", [IMPLICIT, ROBUST, X3], ids=lambda way: way.method)
+WAYS = pytest.mark.parametrize(
+    "way", [IMPLICIT, ROBUST, EXTRAPOLATED_EULER], ids=lambda way: way.method
+)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +73,7 @@ def test_yawed(angle: float, way: Setting, known) -> None:
 
 @WAYS
 def test_mirrored(way: Setting, known) -> None:
-    """Mirroring keeps every component's size, so x3 takes the same steps too."""
+    """Mirroring keeps every component's size, so extrapolated-euler takes the same steps too."""
     assert known(way).apart(mirrored(base_run(), way)) < 1e-9
 
 

@@ -166,7 +166,7 @@ def test_method_converges_at_its_order_before_touch_down(method: str) -> None:
     def final(kind: str, step: float) -> np.ndarray:
         return hp.simulate(
             scene,
-            hp.Hold(target),
+            hp.HoldPosture(target),
             duration=duration,
             method=kind,
             step=step,

@@ -15,9 +15,9 @@ HEAVY = ("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h
 PROMISED = """
 load_robot urdf_path Robot State Blueprint Contact HuntCrossley AdamsImpact KelvinVoigt Restitution
 TanhCoulomb AdamsCoulomb SmoothStep BrownMcPhee StickSlip Flat Slope Stairs Ledge Groove HeightField
-Patch Patched Shaken Servo JointStops Scene Gait KinematicControl Hold Held simulate
-simulate_batch Case Checkpoint Trace load_trace torque_budget TorqueBudget view errors
-advise Advice __version__
+Patch PatchedGround ShakingGround Servo JointStops Scene Gait KinematicControl HoldPosture
+SampledTrajectory simulate simulate_batch Case Checkpoint Trace load_trace torque_budget
+TorqueBudget view errors advise Advice __version__
 """.split()
 
 

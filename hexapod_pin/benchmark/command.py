@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hexapod_pin.benchmark.advice import advise_on
-from hexapod_pin.benchmark.comparison import Comparison, Plan, compare
+from hexapod_pin.benchmark.comparison import Comparison, ComparisonSettings, compare
 from hexapod_pin.benchmark.figure import ENDINGS, write_plot
 from hexapod_pin.benchmark.machine import Machine
 from hexapod_pin.benchmark.report import WRITERS, Report, require_ending, write_report
@@ -39,7 +39,7 @@ class Request:
 
     scenes: Sequence[str]
     wish: Wish
-    plan: Plan
+    plan: ComparisonSettings
     advise: float | None = None
     out: Path | None = None
     plot: Path | None = None

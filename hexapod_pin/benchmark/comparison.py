@@ -18,7 +18,7 @@ Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
-class Plan:
+class ComparisonSettings:
     """What to measure.
 
     Attributes:
@@ -58,7 +58,7 @@ class Comparison:
         return ratios(self.rows)
 
 
-def compare(task: Task, plan: Plan, progress: Progress | None = None) -> Comparison:
+def compare(task: Task, plan: ComparisonSettings, progress: Progress | None = None) -> Comparison:
     """Measure a task.
 
     Args:
@@ -90,7 +90,7 @@ def compare(task: Task, plan: Plan, progress: Progress | None = None) -> Compari
 
 
 def _others(
-    task: Task, plan: Plan, notes: list[str], progress: Progress | None
+    task: Task, plan: ComparisonSettings, notes: list[str], progress: Progress | None
 ) -> Sequence[Contender]:
     """Return the other engines' contenders; says in `notes` what there is to say."""
     from hexapod_pin.benchmark.engines.available import LAW, rivals

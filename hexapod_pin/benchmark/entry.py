@@ -7,11 +7,9 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.error import Distance, trunk_error
-
-Array = NDArray[np.float64]
 
 OURS = "hexapod_pin"
 

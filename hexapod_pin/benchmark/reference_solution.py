@@ -20,7 +20,7 @@ PATIENCE = 120.0
 CHOICES = (
     (Setting("dop853", 1e-10), Setting("dop853", 1e-9), Setting("dop853", 1e-8)),
     (Setting("ndf", 1e-9), Setting("ndf", 1e-8)),
-    (Setting("x3", 1e-8),),
+    (Setting("extrapolated-euler", 1e-8),),
     (Setting("rk4", 5e-6),),
     (Setting("rk4", 1e-5),),
 )

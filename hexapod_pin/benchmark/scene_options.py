@@ -141,13 +141,13 @@ def _with_gait(name: str, scene: Scene, wish: Wish) -> Task:
 def _controller(robot: Robot, wish: Wish) -> tuple[Controller, float, str]:
     """Return the controller, how long it is run unless said [s], and what it is."""
     from hexapod_pin.commands.walk_options import feasible_gait
-    from hexapod_pin.control.hold_posture import Hold
+    from hexapod_pin.control.hold_posture import HoldPosture
     from hexapod_pin.control.kinematic import KinematicControl
 
     name = wish.gait or GAIT
     if name == HOLD:
         wish.refuse(("stroke", "cycle"), "Without a gait there is none.")
-        return Hold(), STANDING, "standing, set-points constant"
+        return HoldPosture(), STANDING, "standing, set-points constant"
     cycle = CYCLE if wish.cycle is None else wish.cycle
     gait, _ = feasible_gait(robot, name, wish.stroke, cycle_time=cycle)
     about = f"{gait.name} from standing, stroke {gait.stroke:.4g} m, cycle {gait.cycle_time:g} s"

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hexapod_pin.benchmark.task import Array, Task
+from hexapod_pin.arrays import Array
+from hexapod_pin.benchmark.task import Task
 from hexapod_pin.benchmark.tripod import tripod_setpoints
-from hexapod_pin.control.hold_posture import Hold
-from hexapod_pin.control.sampled_trajectory import Held
+from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
@@ -53,7 +54,7 @@ def walk(duration: float = 1.0) -> Task:
     """A tripod gait from a drop of 10 mm; 100 set-points a second, each held for 10 ms."""
     scene, state = _dropped()
     time = np.asarray(np.arange(round(duration / HOLD)) * HOLD, dtype=np.float64)
-    controller = Held(time, tripod_setpoints(scene.robot, time))
+    controller = SampledTrajectory(time, tripod_setpoints(scene.robot, time))
     about = "drop by 10 mm, then a tripod gait of 1 Hz, set-points held 10 ms"
     return Task("walk", scene, controller, state, duration, HOLD, about=about)
 
@@ -61,7 +62,7 @@ def walk(duration: float = 1.0) -> Task:
 def stand(duration: float = 1.0) -> Task:
     """The same robot dropped by 10 mm, its set-points constant."""
     scene, state = _dropped()
-    controller = Hold(scene.robot.posture)
+    controller = HoldPosture(scene.robot.posture)
     about = "drop by 10 mm, set-points constant"
     return Task("stand", scene, controller, state, duration, HOLD, about=about)
 
@@ -99,7 +100,7 @@ def hc40(variant: str) -> Task:
     duration = float(numbers["T"])
     about = f"tilted hexapod set down at 0.2 m/s, K {numbers['K']:g}, kt {numbers['kt']:g}"
     answer = _answer(robot, case["ref"]) if variant == "soft" else None
-    controller = Hold(state.q[7:])
+    controller = HoldPosture(state.q[7:])
     return Task(f"hc40-{variant}", scene, controller, state, duration, duration, answer, about)
 
 

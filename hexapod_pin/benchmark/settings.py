@@ -21,9 +21,6 @@ from hexapod_pin.errors import (
 from hexapod_pin.simulation.methods import METHODS
 from hexapod_pin.simulation.run import simulate
 
-SKIPPED = ("robust-reference",)
-"""Methods that are measured only when asked for: the same equations as another, solved slower."""
-
 ACCURACIES = (1e-2, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 1e-7, 1e-8)
 STEPS = (5e-3, 2.5e-3, 1e-3, 5e-4, 2.5e-4, 1e-4, 5e-5, 2.5e-5, 1e-5)
 """[s]"""
@@ -65,13 +62,13 @@ def setting_text(kind: str, value: float) -> str:
 
 
 def methods(names: Sequence[str] | None = None) -> tuple[str, ...]:
-    """Return the methods asked for, or all but those in `SKIPPED`.
+    """Return the methods asked for, or all.
 
     Raises:
         UnknownNameError: there is no such method.
     """
     if names is None:
-        return tuple(name for name in METHODS if name not in SKIPPED)
+        return tuple(METHODS)
     for name in names:
         if name not in METHODS:
             raise UnknownNameError("method", name, list(METHODS))

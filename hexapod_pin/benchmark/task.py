@@ -6,19 +6,17 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hexapod_pin.control.sampled_trajectory import Held
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.plant import standing_on
-from hexapod_pin.simulation.time_grid import whole
+from hexapod_pin.simulation.time_grid import integer_ratio
 
 if TYPE_CHECKING:
-    from hexapod_pin.control.joint_trajectory import Controller, Plan
+    from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
     from hexapod_pin.robot.state import State
     from hexapod_pin.simulation.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +49,7 @@ class Task:
         Raises:
             ParameterError: the duration is not a whole number of samples.
         """
-        whole("duration/sample", self.duration, self.sample)
+        integer_ratio("duration/sample", self.duration, self.sample)
 
     @property
     def samples(self) -> int:
@@ -87,7 +85,7 @@ def held_task(task: Task) -> Task:
     plan = task.controller.plan(task.scene.robot, task.duration)
     if plan.held or _constant(plan):
         return task
-    controller = Held(task.begins, planned_angles(plan, task.begins))
+    controller = SampledTrajectory(task.begins, planned_angles(plan, task.begins))
     return replace(task, controller=controller, answer=None)
 
 
@@ -112,11 +110,11 @@ def setpoints(task: Task) -> Array:
     return held
 
 
-def _constant(plan: Plan) -> bool:
+def _constant(plan: JointTrajectory) -> bool:
     return not np.ptp(plan.q, axis=0).any() and not plan.v.any()
 
 
-def planned_angles(plan: Plan, time: Array) -> Array:
+def planned_angles(plan: JointTrajectory, time: Array) -> Array:
     """Return a plan's angles at some times [rad]. Shape (K, n)."""
     from scipy.interpolate import CubicHermiteSpline
 

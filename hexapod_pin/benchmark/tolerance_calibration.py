@@ -1,4 +1,4 @@
-"""Does an accuracy mean what it says? True errors of x3 over random drops and walks.
+"""Does an accuracy mean what it says? True errors over random drops and walks.
 
 Scenes are drawn from a seed: drops of the reference hexapod (K 1e5..1e8 N/m^1.5, kt 1e2..1e4 s/m,
 a 0.1..0.6 s/m, mu 0.2..1, attitude, twist, height) and walks of the `walk` scene (K 1e5..1e7,
@@ -138,7 +138,7 @@ def _contact(
 def study(
     tasks: Sequence[Task],
     *,
-    method: str = "x3",
+    method: str = "extrapolated-euler",
     accuracies: Sequence[float] = ACCURACIES,
     truth: Callable[[Task], Truth] = reference,
     progress: Callable[[float], None] | None = None,

@@ -9,7 +9,7 @@ from hexapod_pin.benchmark.entry import OURS
 from hexapod_pin.benchmark.measure import Row
 
 LEVELS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
-DEFAULT = "x3"
+DEFAULT = "extrapolated-euler"
 """The method that `simulate` takes where none is named."""
 
 Measure = Literal["error", "trunk"]

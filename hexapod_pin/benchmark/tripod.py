@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from hexapod_pin.arrays import Array
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
-
-Array = NDArray[np.float64]
 
 PERIOD = 1.0  # [s]
 SWING = 0.25  # amplitude of the coxa, and of the lift in femur and tibia [rad]

@@ -123,7 +123,8 @@ def walk(
     method: Annotated[
         Optional[str],  # noqa: UP045
         typer.Option(
-            help="x3 (the default), ndf, dop853; with fixed steps robust, implicit-euler, rk4."
+            help="extrapolated-euler (the default), ndf, dop853; with fixed steps robust, "
+            "implicit-euler, rk4."
         ),
     ] = None,
     step: Annotated[
@@ -380,7 +381,7 @@ def bench(
     if not scenes:
         raise ParameterError("SCENE", None, "named, or --hard given", "See --help.")
     from hexapod_pin.benchmark import command
-    from hexapod_pin.benchmark.comparison import Plan
+    from hexapod_pin.benchmark.comparison import ComparisonSettings
     from hexapod_pin.benchmark.scene_options import Wish
 
     wish = Wish(
@@ -388,7 +389,7 @@ def bench(
         foot_radius=foot_radius, duration=duration, sample=sample,
     )  # fmt: skip
     names = None if methods is None else [name.strip() for name in methods.split(",")]
-    plan = Plan(names, rounds, quick, peers)
+    plan = ComparisonSettings(names, rounds, quick, peers)
     command.bench(command.Request(scenes, wish, plan, advise, out, plot))
 
 

@@ -21,10 +21,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.errors import ParameterError
-
-Array = NDArray[np.float64]
 
 RAMP_CYCLES = 1.25
 """Cycles over which the body speeds up from standing, and slows down to it.

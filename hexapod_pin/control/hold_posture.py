@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hexapod_pin.control.joint_trajectory import Plan, check_duration
+from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Hold:
+class HoldPosture:
     """Command constant joint angles.
 
     Attributes:
@@ -35,7 +35,7 @@ class Hold:
             own = None if self.q is None else tuple(np.asarray(self.q, dtype=float).tolist())
         object.__setattr__(self, "q", own)
 
-    def plan(self, robot: Robot, duration: float) -> Plan:
+    def plan(self, robot: Robot, duration: float) -> JointTrajectory:
         """Return the constant reference.
 
         Raises:
@@ -48,11 +48,11 @@ class Hold:
         ):
             if not lower <= angle <= upper:
                 raise ParameterError(
-                    f"Hold.q[{joint}]", float(angle), f"{lower:.4f} to {upper:.4f} rad"
+                    f"HoldPosture.q[{joint}]", float(angle), f"{lower:.4f} to {upper:.4f} rad"
                 )
         end = check_duration(duration)
         knots = np.tile(q, (2, 1))
-        return Plan(
+        return JointTrajectory(
             time=np.array([0.0, end]),
             q=knots,
             v=np.zeros_like(knots),
@@ -81,5 +81,5 @@ class Hold:
             return q
         q = np.asarray(self.q, dtype=float)
         if q.shape != (len(robot.joint_names),):
-            raise ParameterError("Hold.q", q.shape, f"{len(robot.joint_names)} joint angles")
+            raise ParameterError("HoldPosture.q", q.shape, f"{len(robot.joint_names)} joint angles")
         return q

@@ -6,18 +6,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
-class Plan:
+class JointTrajectory:
     """An open-loop joint reference: cubic Hermite knots, or set-points held from knot to knot.
 
     Attributes:
@@ -51,25 +49,27 @@ class Plan:
             array = np.array(getattr(self, name), dtype=float)
             if not np.isfinite(array).all():
                 worst = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
-                where = f"Plan.{name}{list(worst)}"
+                where = f"JointTrajectory.{name}{list(worst)}"
                 raise ParameterError(where, float(array[worst]), "finite (knot, joint)")
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         if self.q.shape != self.v.shape or self.q.shape[:1] != self.time.shape:
             shapes = (self.time.shape, self.q.shape, self.v.shape)
-            raise ParameterError("Plan shapes", shapes, "(K,), (K, n) and (K, n)")
+            raise ParameterError("JointTrajectory shapes", shapes, "(K,), (K, n) and (K, n)")
         if (
             len(self.time) < (1 if self.held else 2)
             or self.time[0] != 0.0
             or not (np.diff(self.time) > 0.0).all()
         ):
-            raise ParameterError("Plan.time", "this series", "strictly increasing from 0")
+            raise ParameterError(
+                "JointTrajectory.time", "this series", "strictly increasing from 0"
+            )
 
 
 class Controller(Protocol):
     """Anything that can plan a run. Plans are made, and refused, before the run starts."""
 
-    def plan(self, robot: Robot, duration: float) -> Plan:
+    def plan(self, robot: Robot, duration: float) -> JointTrajectory:
         """Return the reference for a run of `duration` [s]."""
         ...
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hexapod_pin.control.joint_trajectory import Plan, check_duration
+from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Held:
+class SampledTrajectory:
     """Piecewise constant joint set-points, as a controller running at a fixed rate sends them.
 
     Attributes:
@@ -31,11 +31,13 @@ class Held:
         """Keep own, hashable copies."""
         time, q = np.asarray(self.time, dtype=float), np.asarray(self.q, dtype=float)
         if time.ndim != 1 or q.ndim != 2 or len(time) != len(q) or not len(time):
-            raise ParameterError("Held shapes", (time.shape, q.shape), "(K,) and (K, n), K >= 1")
+            raise ParameterError(
+                "SampledTrajectory shapes", (time.shape, q.shape), "(K,) and (K, n), K >= 1"
+            )
         object.__setattr__(self, "time", tuple(time.tolist()))
         object.__setattr__(self, "q", tuple(map(tuple, q.tolist())))
 
-    def plan(self, robot: Robot, duration: float) -> Plan:
+    def plan(self, robot: Robot, duration: float) -> JointTrajectory:
         """Return the held reference.
 
         Raises:
@@ -44,14 +46,14 @@ class Held:
         """
         q = np.array(self.q)
         if q.shape[1] != len(robot.joint_names):
-            raise ParameterError("Held.q", q.shape, f"(K, {len(robot.joint_names)})")
+            raise ParameterError("SampledTrajectory.q", q.shape, f"(K, {len(robot.joint_names)})")
         for knot, joint in np.argwhere(~np.isfinite(q)):
             raise ParameterError(
-                f"Held.q of {robot.joint_names[joint]} at t = {self._begin(knot):g} s",
+                f"SampledTrajectory.q of {robot.joint_names[joint]} at t = {self._begin(knot):g} s",
                 float(q[knot, joint]),
                 "finite [rad]",
             )
-        return Plan(
+        return JointTrajectory(
             time=np.array(self.time),
             q=q,
             v=np.zeros_like(q),

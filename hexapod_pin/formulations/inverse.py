@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.formulations.rigid.force_split import ForceSplit, MinimumNorm
 from hexapod_pin.formulations.rigid.model import RigidModel
 from hexapod_pin.formulations.rigid.stance import stance_load
 from hexapod_pin.formulations.rigid.sticking import FootCheck, check_sticking
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,15 +11,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ReachError
 from hexapod_pin.robot.yaw_pitch_pitch import YawPitchPitch
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9
 """A foot is on the yaw axis, or a numerical solution found, within this distance [m]."""
@@ -83,7 +82,7 @@ class LegKinematics:
             lower=_read_only(robot.lower[rows]),
             upper=_read_only(robot.upper[rows]),
             posture=_read_only(robot.posture[rows]),
-            closed_form=YawPitchPitch.recognise(axes, origins, p_BF),
+            closed_form=YawPitchPitch.from_geometry(axes, origins, p_BF),
         )
 
     def forward(self, q: ArrayLike) -> Array:

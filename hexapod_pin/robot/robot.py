@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_check import check_urdf
 from hexapod_pin.robot.description.urdf_file import UrdfFile, read_urdf
@@ -20,7 +21,7 @@ from hexapod_pin.robot.loading.limbs import Leg, find_limbs
 from hexapod_pin.robot.loading.pin_model import build_model, joints_in_order
 from hexapod_pin.robot.loading.posture import Posture, joint_angles, standing_angles
 from hexapod_pin.robot.loading.provenance import read_provenance
-from hexapod_pin.robot.state import Array, State, checked_state, read_only
+from hexapod_pin.robot.state import State, checked_state, read_only
 
 if TYPE_CHECKING:
     import pinocchio as pin

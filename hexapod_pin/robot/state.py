@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import StateError
-
-Array = NDArray[np.float64]
 
 QUATERNION_SLACK = 1e-6
 """Largest | |quaternion| - 1 | that is taken for round-off."""

@@ -14,9 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hexapod_pin.arrays import Array
 
 TOLERANCE = 1e-9
 """A leg counts as yaw-pitch-pitch when its geometry is within this [m, -]."""
@@ -41,7 +40,7 @@ class YawPitchPitch:
     offset: Array
 
     @staticmethod
-    def recognise(axes: Array, origins: Array, foot: Array) -> YawPitchPitch | None:
+    def from_geometry(axes: Array, origins: Array, foot: Array) -> YawPitchPitch | None:
         """Return the geometry if the leg is of this class, else None.
 
         Axes 2 and 3 are parallel and perpendicular to axis 1, and the foot lies in the plane

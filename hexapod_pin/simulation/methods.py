@@ -17,6 +17,10 @@ DEFAULT_ACCURACY = 1e-4
 DEFAULT_STEP = 1e-3
 """[s]"""
 
+DEFAULT_METHOD = "extrapolated-euler"
+DEFAULT_FIXED_METHOD = "implicit-euler"
+"""Where a step is given and no method."""
+
 
 @dataclass(frozen=True)
 class Method:
@@ -40,19 +44,31 @@ class Method:
 METHODS = {
     method.name: method
     for method in (
-        Method("x3", True, 1e-8, 0.1, "extrapolated linearly implicit Euler, order 3; the default"),
+        Method(
+            "extrapolated-euler", True, 1e-8, 0.1, "linearly implicit Euler, order 3; the default"
+        ),
         Method("ndf", True, 1e-12, 1e-5, "NDF 1-5, for tight accuracy and reference runs"),
         Method("dop853", True, 1e-12, 1e-2, "explicit, order 8, no Jacobian: independent truth"),
         Method("robust", False, 0.0, 0.0, "nested Newton contact solve; never blows up"),
-        Method("robust-reference", False, 0.0, 0.0, "robust without its flat accelerator"),
         Method("implicit-euler", False, 0.0, 0.0, "linearly implicit, order 1, one solve a step"),
         Method("rk4", False, 0.0, 0.0, "explicit, order 4, steps below the contact's time scale"),
     )
 }
+"""The public methods."""
+
+SHORT_NAMES = {"x3": "extrapolated-euler"}
+"""Short names that are taken too."""
+
+INTERNAL = {
+    "robust-reference": Method(
+        "robust-reference", False, 0.0, 0.0, "robust without its flat accelerator, for tests"
+    )
+}
+"""Methods that exist to be compared with."""
 
 
 @dataclass(frozen=True)
-class Choice:
+class MethodSettings:
     """A method with the one number it takes.
 
     Attributes:
@@ -66,18 +82,22 @@ class Choice:
     step: float
 
 
-def choose(method: str | None, accuracy: float | None, step: float | None) -> Choice:
+def resolve_method(
+    method: str | None, accuracy: float | None, step: float | None
+) -> MethodSettings:
     """Return the method meant by what the user gave.
 
-    Nothing given: "x3" at 1e-4. An accuracy alone: "x3". A step alone: "implicit-euler".
+    Nothing given: "extrapolated-euler" at 1e-4. An accuracy alone: the same at that. A step alone:
+    "implicit-euler".
 
     Raises:
         ParameterError: unknown method; accuracy or step out of range, or not of this method.
     """
-    name = method or ("x3" if step is None else "implicit-euler")
-    if name not in METHODS:
+    name = method or (DEFAULT_METHOD if step is None else DEFAULT_FIXED_METHOD)
+    known = {**METHODS, **INTERNAL}
+    found = known.get(SHORT_NAMES.get(name, name))
+    if found is None:
         raise ParameterError("method", name, f"one of {', '.join(METHODS)}")
-    found = METHODS[name]
     if found.adaptive:
         return _adaptive(found, accuracy, step)
     if accuracy is not None:
@@ -87,10 +107,10 @@ def choose(method: str | None, accuracy: float | None, step: float | None) -> Ch
     size = DEFAULT_STEP if step is None else step
     if not (math.isfinite(size) and size > 0.0):
         raise ParameterError("step", size, "positive and finite [s]")
-    return Choice(found, 0.0, float(size))
+    return MethodSettings(found, 0.0, float(size))
 
 
-def _adaptive(method: Method, accuracy: float | None, step: float | None) -> Choice:
+def _adaptive(method: Method, accuracy: float | None, step: float | None) -> MethodSettings:
     if step is not None:
         raise ParameterError(
             "step", step, f"left out with method {method.name!r}", "It takes an accuracy."
@@ -101,14 +121,15 @@ def _adaptive(method: Method, accuracy: float | None, step: float | None) -> Cho
             "accuracy",
             wanted,
             f"{method.tightest:g} to {method.loosest:g} m and rad with method {method.name!r}",
-            "Looser than 1e-5 its history misleads it across stick and slip: take x3."
+            "Looser than 1e-5 its history misleads it across stick and slip: "
+            "take extrapolated-euler."
             if method.name == "ndf" and wanted > method.loosest
             else "",
         )
-    return Choice(method, float(wanted), 0.0)
+    return MethodSettings(method, float(wanted), 0.0)
 
 
-def refuse_unfit(choice: Choice, scene: Scene) -> None:
+def check_supported(choice: MethodSettings, scene: Scene) -> None:
     """Refuse a method that cannot do a scene.
 
     Raises:

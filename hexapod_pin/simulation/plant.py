@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Plane
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import State
     from hexapod_pin.simulation.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 def standing_on(scene: Scene, posture: Array) -> State:

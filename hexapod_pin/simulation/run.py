@@ -11,21 +11,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.trace import ENERGIES, Trace
-from hexapod_pin.simulation.methods import Choice, choose, refuse_unfit
+from hexapod_pin.simulation.methods import MethodSettings, check_supported, resolve_method
 from hexapod_pin.simulation.plant import native_plant, standing_on
-from hexapod_pin.simulation.time_grid import Grid, whole
+from hexapod_pin.simulation.time_grid import TimeGrid, integer_ratio
 
 if TYPE_CHECKING:
-    from hexapod_pin.control.joint_trajectory import Controller, Plan
+    from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
     from hexapod_pin.robot.robot import State
     from hexapod_pin.simulation.scene import Scene
-
-Array = NDArray[np.float64]
 
 LOOK_EVERY = 0.2
 """Simulated time between two looks at the keyboard and the progress bar [s]."""
@@ -41,7 +38,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class How:
+class RunSettings:
     """How to run: the method with its number, and the grid of samples.
 
     Attributes:
@@ -50,8 +47,8 @@ class How:
         duration: simulated time [s].
     """
 
-    choice: Choice
-    grid: Grid
+    choice: MethodSettings
+    grid: TimeGrid
     duration: float
 
     @classmethod
@@ -62,17 +59,17 @@ class How:
         accuracy: float | None,
         step: float | None,
         sample: float | None,
-    ) -> How:
+    ) -> RunSettings:
         """Check the settings of `simulate` against each other.
 
         Raises:
             ParameterError: one is out of range, or they do not fit together.
         """
-        choice = choose(method, accuracy, step)
+        choice = resolve_method(method, accuracy, step)
         grid = (
-            Grid.adaptive(duration, sample)
+            TimeGrid.adaptive(duration, sample)
             if choice.method.adaptive
-            else Grid.fixed(duration, choice.step, sample)
+            else TimeGrid.fixed(duration, choice.step, sample)
         )
         return cls(choice, grid, duration)
 
@@ -80,14 +77,14 @@ class How:
 class Run:
     """A run under way: a native rollout and what its trace has to say about itself."""
 
-    def __init__(self, case: Case, how: How) -> None:
-        """Plan, check and set up; nothing is simulated yet."""
-        refuse_unfit(how.choice, case.scene)
+    def __init__(self, case: Case, how: RunSettings) -> None:
+        """JointTrajectory, check and set up; nothing is simulated yet."""
+        check_supported(how.choice, case.scene)
         self.scene, self.controller, self.how = case.scene, case.controller, how
         initial = case.initial
         begin = initial.time if isinstance(initial, Checkpoint) else 0.0
         horizon = begin + max(how.duration, how.grid.sample)
-        self.plan: Plan = case.controller.plan(case.scene.robot, horizon)
+        self.plan: JointTrajectory = case.controller.plan(case.scene.robot, horizon)
         self.rollout = self._start(self._checkpoint(initial))
         self.good = True
         self.wall_time = 0.0
@@ -108,7 +105,7 @@ class Run:
         from hexapod_pin import native as _native
 
         plan, how = self.plan, self.how
-        first = whole("start/sample", start.time, how.grid.sample)
+        first = integer_ratio("start/sample", start.time, how.grid.sample)
         settings: dict[str, Any] = dict(
             plant=native_plant(self.scene),
             time=[float(t) for t in plan.time],
@@ -116,7 +113,7 @@ class Run:
             rate=np.ascontiguousarray(plan.v, dtype=float),
             held=plan.held,
             start=_native.checkpoint(first, start.q, start.v, start.contacts, start.controller),
-            method=how.choice.method.name,
+            method=how.choice.method.name.replace("extrapolated-euler", "x3"),
             step=how.grid.step,
             stride=how.grid.stride,
             sample=how.grid.sample,
@@ -234,7 +231,7 @@ class Run:
         )
 
 
-def _advice(choice: Choice) -> str:
+def _advice(choice: MethodSettings) -> str:
     if choice.method.adaptive:
         return (
             f"No step of {choice.method.name!r} kept {choice.accuracy:g}: try method='robust', "
@@ -268,12 +265,12 @@ def simulate(
 
     Args:
         scene: robot, ground, contact, servos.
-        controller: gives the joint set-points, e.g. `KinematicControl(gait)` or `Hold()`.
+        controller: gives the joint set-points, e.g. `KinematicControl(gait)` or `HoldPosture()`.
         duration: simulated time [s]; 0 returns the initial sample.
         accuracy: error in positions to keep at the sampled times [m and rad]; default 1e-4.
-        method: "x3" (adaptive, the default), "ndf" (1e-5 and tighter), "dop853" (explicit, the
-            independent truth); or with fixed steps "robust", "implicit-euler" (the default where
-            a step is given), "rk4".
+        method: "extrapolated-euler" (adaptive, the default), "ndf" (1e-5 and tighter),
+            "dop853" (explicit, for references); or with fixed steps "robust", "implicit-euler"
+            (the default where a step is given), "rk4".
         step: integration step of a fixed-step method [s]; default 1 ms.
         sample: time between samples [s]. Adaptive: default 2 ms. Fixed steps: a whole number of
             steps, default 1 ms or one step.
@@ -291,7 +288,7 @@ def simulate(
         DivergenceError: the run left the finite world; `.trace` holds what was good.
         SimulationInterrupted: Ctrl-C; `.trace` holds what was done.
     """
-    how = How.of(duration, method, accuracy, step, sample)
+    how = RunSettings.of(duration, method, accuracy, step, sample)
     run = Run(Case(scene, controller, initial), how)
     run.advance(progress)
     return run.require_good()
@@ -329,7 +326,7 @@ def simulate_batch(
 
     if threads < 1:
         raise ParameterError("threads", threads, "at least 1")
-    how = How.of(duration, method, accuracy, step, sample)
+    how = RunSettings.of(duration, method, accuracy, step, sample)
     runs = [Run(case, how) for case in cases]
     begin = time.perf_counter()
     samples = [how.grid.samples] * len(runs)

@@ -15,7 +15,7 @@ ADAPTIVE_SAMPLE = 2e-3
 
 
 @dataclass(frozen=True)
-class Grid:
+class TimeGrid:
     """A run's times.
 
     Attributes:
@@ -31,7 +31,7 @@ class Grid:
     stride: int
 
     @classmethod
-    def fixed(cls, duration: float, step: float, sample: float | None) -> Grid:
+    def fixed(cls, duration: float, step: float, sample: float | None) -> TimeGrid:
         """Return the grid of a fixed-step run.
 
         Args:
@@ -47,9 +47,9 @@ class Grid:
         stride = (
             max(1, round(DENSE_SAMPLE / step))
             if sample is None
-            else whole("sample/step", sample, step)
+            else integer_ratio("sample/step", sample, step)
         )
-        steps = whole("duration/step", duration, step)
+        steps = integer_ratio("duration/step", duration, step)
         if steps % stride:
             raise ParameterError(
                 "duration", duration, f"a whole number of samples of {stride * step:g} s"
@@ -57,7 +57,7 @@ class Grid:
         return cls(stride * step, steps // stride, step, stride)
 
     @classmethod
-    def adaptive(cls, duration: float, sample: float | None) -> Grid:
+    def adaptive(cls, duration: float, sample: float | None) -> TimeGrid:
         """Return the grid of an adaptive run; its steps end at the samples.
 
         Args:
@@ -71,10 +71,10 @@ class Grid:
         _require_times(duration, sample)
         if sample is None:
             sample = duration / max(1, round(duration / ADAPTIVE_SAMPLE)) or ADAPTIVE_SAMPLE
-        return cls(sample, whole("duration/sample", duration, sample), 0.0, 1)
+        return cls(sample, integer_ratio("duration/sample", duration, sample), 0.0, 1)
 
 
-def whole(name: str, total: float, part: float) -> int:
+def integer_ratio(name: str, total: float, part: float) -> int:
     """Return total/part, which must be a whole number to 1e-9 of itself.
 
     Raises:

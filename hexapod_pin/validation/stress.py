@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hexapod_pin.control.hold_posture import Hold
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import DivergenceError
 from hexapod_pin.ground.contact import (
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.robot import Robot
     from hexapod_pin.robot.state import State
-
-Array = NDArray[np.float64]
 
 DURATION = 0.5
 """Of every run [s]."""
@@ -137,8 +135,8 @@ def energy_of(trace: Trace, scene: Scene) -> Array:
 def _run(stress: StressScene, step: float, method: str) -> Outcome:
     try:
         trace = simulate(
-            stress.scene, Hold(tuple(stress.targets)), duration=DURATION, method=method, step=step,
-            sample=step, initial=stress.initial,
+            stress.scene, HoldPosture(tuple(stress.targets)), duration=DURATION, method=method,
+            step=step, sample=step, initial=stress.initial,
         )  # fmt: skip
     except DivergenceError:
         return Outcome(stress.name, step, finite=False)

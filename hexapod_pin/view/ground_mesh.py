@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hexapod_pin.ground.terrain import AnyTerrain, Patched, Plane, Polyline, Shaken, read_terrain
+from hexapod_pin.ground.terrain import (
+    AnyTerrain,
+    PatchedGround,
+    Plane,
+    Polyline,
+    ShakingGround,
+    read_terrain,
+)
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.spec import read_toml
 
@@ -90,9 +97,9 @@ def _triangles(rows: int, columns: int) -> npt.NDArray[np.intp]:
 
 def patch_outlines(terrain: AnyTerrain, above: float) -> Array:
     """Return ends (2 K, 3) [m] of the lines around a ground's patches, a bit above it."""
-    if isinstance(terrain, Shaken):
+    if isinstance(terrain, ShakingGround):
         terrain = terrain.ground
-    if not isinstance(terrain, Patched):
+    if not isinstance(terrain, PatchedGround):
         return np.zeros((0, 3))
     t = np.linspace(0.0, 1.0, PATCH_CELLS + 1)
     ends = []
@@ -108,6 +115,6 @@ def patch_outlines(terrain: AnyTerrain, above: float) -> Array:
 
 def shaking(terrain: AnyTerrain | None, time: Array) -> Array | None:
     """Return how far up a shaken ground is [m] at times [s]; None for one at rest."""
-    if not isinstance(terrain, Shaken) or math.isclose(terrain.amplitude, 0.0):
+    if not isinstance(terrain, ShakingGround) or math.isclose(terrain.amplitude, 0.0):
         return None
     return terrain.lift_at(time)

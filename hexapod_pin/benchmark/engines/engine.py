@@ -6,15 +6,13 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.engines.urdf import peer_urdf
 from hexapod_pin.benchmark.entry import Outcome
 from hexapod_pin.benchmark.task import Task, setpoints
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Flat
-
-Array = NDArray[np.float64]
 
 DEEP = 1e-4
 """Feet deeper in the ground than this at t = 0 are each engine's own problem [m]."""

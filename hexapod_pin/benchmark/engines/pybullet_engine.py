@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from hexapod_pin.benchmark.engines.engine import Array, Ladder, Problem
+from hexapod_pin.arrays import Array
+from hexapod_pin.benchmark.engines.engine import Ladder, Problem
 from hexapod_pin.benchmark.entry import Outcome
 
 STEPS = (2.5e-3, 1e-3, 5e-4, 2.5e-4, 1e-4)

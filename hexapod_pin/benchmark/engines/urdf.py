@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.description import urdf_writer as xml
 from hexapod_pin.robot.description.urdf_writer import Shape
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
-
-Array = NDArray[np.float64]
 
 ROOT = "root_joint"
 BASE = "trunk"

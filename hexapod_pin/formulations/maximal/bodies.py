@@ -13,7 +13,8 @@ from hexapod_pin.errors import UnknownNameError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Array = NDArray[np.float64]
+    from hexapod_pin.arrays import Array
+
     Indices = NDArray[np.intp]
 
 

@@ -10,9 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+    from hexapod_pin.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,9 +21,9 @@ from hexapod_pin.formulations.maximal.rotation import skew
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.motion import BodyState
 
-    Array = NDArray[np.float64]
     Indices = NDArray[np.intp]
 
 ROWS = 5  # of one joint

@@ -22,11 +22,8 @@ from hexapod_pin.ground.contact import (
 )
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from hexapod_pin.arrays import Array
     from hexapod_pin.ground.contact import FrictionLaw, NormalLaw
-
-    Array = NDArray[np.float64]
 
 AT_REST = 1e-300  # m/s, keeps m(s)/s finite
 

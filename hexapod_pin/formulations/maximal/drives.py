@@ -10,11 +10,10 @@ import numpy as np
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.bodies import Bodies
-
-    Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,9 +20,9 @@ from hexapod_pin.formulations.maximal.constraints import ROWS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.bodies import Bodies
 
-    Array = NDArray[np.float64]
     Parents = slice | NDArray[np.intp]
 
 

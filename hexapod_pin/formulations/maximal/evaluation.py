@@ -6,14 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.constraints import Constraints
     from hexapod_pin.formulations.maximal.placement import Placement
     from hexapod_pin.formulations.maximal.touch import Touch
-
-    Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,13 +14,10 @@ from hexapod_pin.formulations.maximal.rotation import normalised, quaternion_rat
 from hexapod_pin.formulations.maximal.touch import begun, released, settled
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.constraints import Constraints
     from hexapod_pin.formulations.maximal.evaluation import Evaluation
     from hexapod_pin.formulations.maximal.model import MaximalModel
-
-    Array = NDArray[np.float64]
 
 SetPoints = Callable[[float], "tuple[Array, Array]"]
 """Wanted joint angles [rad] and rates [rad/s], (nj,) each, at a time [s]."""

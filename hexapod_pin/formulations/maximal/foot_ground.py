@@ -15,14 +15,11 @@ from hexapod_pin.formulations.maximal.touch import Touch
 from hexapod_pin.ground.contact import Restitution, StickSlip
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.bodies import Bodies
     from hexapod_pin.formulations.maximal.memory import Memory
     from hexapod_pin.ground.contact import Contact
     from hexapod_pin.ground.terrain import Ground
-
-    Array = NDArray[np.float64]
 
 ON_CONE = 1.0 - 1e-9
 

@@ -6,14 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hexapod_pin.ground.terrain import Patched, Plane, Polyline, Shaken
+from hexapod_pin.ground.terrain import PatchedGround, Plane, Polyline, ShakingGround
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from hexapod_pin.arrays import Array
     from hexapod_pin.ground.terrain import Ground
-
-    Array = NDArray[np.float64]
 
 FAR = 1e9  # gap where there is no contact [m]
 
@@ -30,10 +27,10 @@ class GroundPoints:
     def __init__(self, terrain: Ground) -> None:
         """Take shaking and patches off the shape below."""
         shape: Any = terrain
-        self._shaking = shape if isinstance(shape, Shaken) else None
-        shape = shape.ground if isinstance(shape, Shaken) else shape
-        self._patches = shape if isinstance(shape, Patched) else None
-        shape = shape.ground if isinstance(shape, Patched) else shape
+        self._shaking = shape if isinstance(shape, ShakingGround) else None
+        shape = shape.ground if isinstance(shape, ShakingGround) else shape
+        self._patches = shape if isinstance(shape, PatchedGround) else None
+        shape = shape.ground if isinstance(shape, PatchedGround) else shape
         surface = shape.surface()
         self._plane = surface if isinstance(surface, Plane) else None
         self._search = None if self._plane is not None else shape.native()

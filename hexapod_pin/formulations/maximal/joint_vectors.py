@@ -11,11 +11,8 @@ import numpy as np
 from hexapod_pin.formulations.maximal.rotation import skew
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.bodies import Bodies
-
-    Array = NDArray[np.float64]
 
 PLACE, AXIS, A, B = 0, 1, 2, 3  # columns on the parent; on the child PLACE, then a and b
 

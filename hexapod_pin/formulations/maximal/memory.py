@@ -10,7 +10,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Array = NDArray[np.float64]
+    from hexapod_pin.arrays import Array
+
     Flags = NDArray[np.bool_]
 
 

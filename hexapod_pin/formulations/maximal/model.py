@@ -28,13 +28,12 @@ from hexapod_pin.formulations.maximal.placement import Placement, placed
 from hexapod_pin.formulations.maximal.rotation import cross, rotations
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.bodies import Bodies
     from hexapod_pin.formulations.maximal.foot_ground import FootGround
     from hexapod_pin.formulations.maximal.touch import Touch
-
-    Array = NDArray[np.float64]
 
 Command = Callable[["Array", "Array"], "Array"]
 """Servo torques (nj,) [N m] from joint angles [rad] and rates [rad/s]."""

@@ -10,11 +10,8 @@ import numpy as np
 from hexapod_pin.formulations.maximal import rotation
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.bodies import Bodies
-
-    Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

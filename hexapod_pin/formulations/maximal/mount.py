@@ -12,9 +12,7 @@ from hexapod_pin.formulations.maximal.rotation import skew
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+    from hexapod_pin.arrays import Array
 
 
 @dataclass(frozen=True)

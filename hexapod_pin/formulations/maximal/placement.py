@@ -11,12 +11,9 @@ from hexapod_pin.formulations.maximal.joint_vectors import AXIS, A, B, Carried
 from hexapod_pin.formulations.maximal.rotation import rotations
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.bodies import Bodies
     from hexapod_pin.formulations.maximal.motion import BodyState
-
-    Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

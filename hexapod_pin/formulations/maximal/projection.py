@@ -15,11 +15,8 @@ from hexapod_pin.formulations.maximal.motion import BodyState
 from hexapod_pin.formulations.maximal.rotation import normalised, turned
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.model import MaximalModel
-
-    Array = NDArray[np.float64]
 
 CLOSED = 1e-13
 """Largest |Phi| that counts as none [m, rad]."""

@@ -11,12 +11,9 @@ from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.formulations.maximal.joint_vectors import AXIS
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.evaluation import Evaluation
     from hexapod_pin.formulations.maximal.model import MaximalModel
-
-    Array = NDArray[np.float64]
 
 FRAMES = ("world", "parent", "child")
 

@@ -9,12 +9,9 @@ import numpy as np
 from hexapod_pin.formulations.maximal.rotation import rotations
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.bodies import Bodies
     from hexapod_pin.formulations.maximal.motion import BodyState
-
-    Array = NDArray[np.float64]
 
 
 def configuration(bodies: Bodies, state: BodyState, angles: Array) -> Array:

@@ -14,13 +14,12 @@ from hexapod_pin.formulations.maximal.flow import Flow
 from hexapod_pin.formulations.maximal.steppers import Dop853, RungeKutta4
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.flow import SetPoints
     from hexapod_pin.formulations.maximal.model import MaximalModel
     from hexapod_pin.formulations.maximal.motion import BodyState
-
-    Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.flow import Flow
-
-    Array = NDArray[np.float64]
 
 LEAST = 1e-13  # s, a touch-down this soon after the start of a step is that start
 

@@ -12,9 +12,9 @@ from hexapod_pin.formulations.maximal.ground_points import FAR
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.memory import Memory
 
-    Array = NDArray[np.float64]
     Flags = NDArray[np.bool_]
 
 

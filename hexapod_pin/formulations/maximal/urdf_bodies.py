@@ -14,9 +14,7 @@ from hexapod_pin.formulations.maximal.composite import Lump, joined, lump
 from hexapod_pin.formulations.maximal.urdf_groups import Group, parsed_robot, rigid_groups
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+    from hexapod_pin.arrays import Array
 
 
 def read_bodies(

@@ -11,9 +11,7 @@ import numpy as np
 from hexapod_pin.errors import UrdfError
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+    from hexapod_pin.arrays import Array
 
 TURNING = ("revolute", "continuous")
 

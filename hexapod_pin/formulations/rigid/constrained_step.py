@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.formulations.rigid.contact_set import Grip
 from hexapod_pin.formulations.rigid.kkt import solve_ranked
 from hexapod_pin.formulations.rigid.model import RigidModel, Terms
@@ -21,8 +21,6 @@ from hexapod_pin.formulations.rigid.set_points import SetPoints
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.servo import Servo
-
-Array = NDArray[np.float64]
 
 CLIPS = 4
 """Times a step is solved again because another servo reached its limit."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import DivergenceError
 from hexapod_pin.formulations.rigid.constrained_step import Drive, Moment
 from hexapod_pin.formulations.rigid.contact_set import Grip
@@ -15,8 +15,6 @@ from hexapod_pin.formulations.rigid.impact import plastic_impact
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import State
-
-Array = NDArray[np.float64]
 
 INSTANT = 1e-7
 """To which events are located [s]."""

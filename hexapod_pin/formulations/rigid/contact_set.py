@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import DivergenceError
 from hexapod_pin.formulations.rigid.contact_set import Grip
 from hexapod_pin.formulations.rigid.model import RigidModel
@@ -15,8 +15,6 @@ from hexapod_pin.formulations.rigid.motion import motion_under
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import State
-
-Array = NDArray[np.float64]
 Torque = Callable[[float, Array, Array], Array]
 
 

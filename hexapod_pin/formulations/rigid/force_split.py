@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.formulations.rigid.friction_pyramid import pyramid
 from hexapod_pin.formulations.rigid.least_squares import least_squares, null_space
 from hexapod_pin.formulations.rigid.stance import StanceLoad
-
-Array = NDArray[np.float64]
 
 
 class ForceSplit(Protocol):

@@ -7,15 +7,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.formulations.rigid.stance import StanceLoad, stance_load
 
 if TYPE_CHECKING:
     from hexapod_pin.formulations.rigid.model import RigidModel
-
-Array = NDArray[np.float64]
 
 FEWEST_SIDES = 3
 

@@ -15,12 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.formulations.rigid.contact_set import Grip
 from hexapod_pin.formulations.rigid.kkt import solve_ranked
 from hexapod_pin.formulations.rigid.model import RigidModel
 from hexapod_pin.formulations.rigid.sticking import FootCheck, check_sticking
-
-Array = NDArray[np.float64]
 
 PULL = 1e-12
 """Impulses [N s] and speeds [m/s] this small have no sign."""

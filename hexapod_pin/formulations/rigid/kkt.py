@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hexapod_pin.arrays import Array
 
 RANK = 1e-9
 """Singular values of L^-1 J^T below this share of the largest count as zero."""

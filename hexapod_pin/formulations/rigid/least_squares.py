@@ -9,11 +9,9 @@ equations, which takes the answer to rounding.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import HexapodError
-
-Array = NDArray[np.float64]
 
 RANK = 1e-10
 """Singular values below this share of the largest count as zero."""

@@ -10,15 +10,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.formulations.rigid.contact_set import Grip
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Foot, Robot
-
-Array = NDArray[np.float64]
 
 FRAME = "LOCAL_WORLD_ALIGNED"
 """Pinocchio's name of the frame the rows are in: world axes, at the foot."""

@@ -16,13 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.formulations.rigid.contact_set import Grip
 from hexapod_pin.formulations.rigid.kkt import Ranked, solve_ranked
 from hexapod_pin.formulations.rigid.model import RigidModel, Terms
 from hexapod_pin.formulations.rigid.sticking import FootCheck, check_sticking
 
-Array = NDArray[np.float64]
 BASE = slice(0, 6)
 JOINTS = slice(6, None)
 

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.control.feasibility import neutral_feet
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.kinematic import KinematicControl, walking_legs
@@ -24,8 +25,6 @@ from hexapod_pin.formulations.rigid.set_points import SetPoints
 
 if TYPE_CHECKING:
     from hexapod_pin.control.gait import Gait
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,18 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from hexapod_pin.arrays import Array
 
 if TYPE_CHECKING:
-    from hexapod_pin.control.joint_trajectory import Plan
-
-Array = NDArray[np.float64]
+    from hexapod_pin.control.joint_trajectory import JointTrajectory
 
 
 class SetPoints:
     """A plan as functions of time; before its first and after its last knot it stands still."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: JointTrajectory) -> None:
         """Keep the knots."""
         self.plan = plan
 

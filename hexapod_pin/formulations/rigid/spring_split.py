@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.formulations.rigid.stance import StanceLoad
-
-Array = NDArray[np.float64]
 
 STEPS = 100
 """Newton steps before giving up."""

@@ -14,10 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.formulations.rigid.least_squares import null_space
 from hexapod_pin.formulations.rigid.model import RigidModel
-
-Array = NDArray[np.float64]
 
 FREE = 1e-9
 """A force component with a larger part than this in the null space is a choice."""

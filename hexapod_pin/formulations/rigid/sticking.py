@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.formulations.rigid.model import RigidModel
-
-Array = NDArray[np.float64]
 
 ROUNDING = 1e-9
 """Forces below this share of the largest count as zero."""

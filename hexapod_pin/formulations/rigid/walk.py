@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.formulations.rigid.constrained_step import Drive
 from hexapod_pin.formulations.rigid.contact_events import TouchDown, Walker
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from hexapod_pin.drive.servo import Servo
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.robot import State
-
-Array = NDArray[np.float64]
 
 STEP = 2e-3
 """Default step [s]."""

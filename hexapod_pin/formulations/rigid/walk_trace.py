@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.results.trace import Trace
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.formulations.rigid.constrained_step import Drive, Moment
     from hexapod_pin.formulations.rigid.model import RigidModel
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

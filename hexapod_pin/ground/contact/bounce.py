@@ -9,12 +9,8 @@ from typing import TYPE_CHECKING
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from hexapod_pin.arrays import Array
     from hexapod_pin.ground.contact.normal import NormalLaw
-
-    Array = NDArray[np.float64]
 
 LONGEST = 1e5
 """Time after which a foot that has not left is said to stick, in units of depth over speed."""

@@ -15,10 +15,9 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    Array = NDArray[np.float64]
+    from hexapod_pin.arrays import Array
 
 MM_PER_M = 1e3
 Exponent = Annotated[float, Field(ge=1.0)]

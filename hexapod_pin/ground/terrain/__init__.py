@@ -7,8 +7,8 @@ from hexapod_pin.ground.terrain.ground import Surface as Surface
 from hexapod_pin.ground.terrain.height_field import HeightField as HeightField
 from hexapod_pin.ground.terrain.height_grid import HeightGrid as HeightGrid
 from hexapod_pin.ground.terrain.overlay import Patch as Patch
-from hexapod_pin.ground.terrain.overlay import Patched as Patched
-from hexapod_pin.ground.terrain.overlay import Shaken as Shaken
+from hexapod_pin.ground.terrain.overlay import PatchedGround as PatchedGround
+from hexapod_pin.ground.terrain.overlay import ShakingGround as ShakingGround
 from hexapod_pin.ground.terrain.plane import Flat as Flat
 from hexapod_pin.ground.terrain.plane import Plane as Plane
 from hexapod_pin.ground.terrain.plane import Slope as Slope

@@ -7,15 +7,15 @@ from typing import Any
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain.height_field import HeightField
-from hexapod_pin.ground.terrain.overlay import Patched, Shaken
+from hexapod_pin.ground.terrain.overlay import PatchedGround, ShakingGround
 from hexapod_pin.ground.terrain.plane import Flat, Slope
 from hexapod_pin.ground.terrain.profile import Groove, Ledge, Stairs
 
-AnyTerrain = Flat | Slope | Stairs | Ledge | Groove | HeightField | Patched | Shaken
+AnyTerrain = Flat | Slope | Stairs | Ledge | Groove | HeightField | PatchedGround | ShakingGround
 
 KINDS: dict[str, type[AnyTerrain]] = {
     str(cls.model_fields["kind"].default): cls
-    for cls in (Flat, Slope, Stairs, Ledge, Groove, HeightField, Patched, Shaken)
+    for cls in (Flat, Slope, Stairs, Ledge, Groove, HeightField, PatchedGround, ShakingGround)
 }
 
 

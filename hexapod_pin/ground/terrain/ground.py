@@ -10,9 +10,9 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    Array = NDArray[np.float64]
+    from hexapod_pin.arrays import Array
 
 STEEPEST = float(np.radians(60.0)) + 1e-12
 """Largest slope of a face or field [rad]; steeper than that is a wall: use a riser."""

@@ -16,9 +16,9 @@ from hexapod_pin.ground.terrain.height_files import read_csv, read_image
 from hexapod_pin.ground.terrain.height_grid import HeightGrid
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    Array = NDArray[np.float64]
+    from hexapod_pin.arrays import Array
 
 MOST_POINTS = 4_000_000
 WAVES = 32  # of a random field

@@ -12,9 +12,7 @@ import numpy as np
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+    from hexapod_pin.arrays import Array
 
 LUMINANCE = (0.299, 0.587, 0.114)  # of red, green, blue (ITU-R BT.601)
 MOST_BYTES = 100_000_000

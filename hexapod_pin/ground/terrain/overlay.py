@@ -14,9 +14,9 @@ from hexapod_pin.ground.terrain.profile import Groove, Ledge, Stairs
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    Array = NDArray[np.float64]
+    from hexapod_pin.arrays import Array
 
 Shape = Annotated[Flat | Slope | Stairs | Ledge | Groove | HeightField, Field(discriminator="kind")]
 
@@ -44,7 +44,7 @@ class Patch(Spec):
         return self
 
 
-class Patched(Ground):
+class PatchedGround(Ground):
     """A ground with patches; where they overlap, the first counts.
 
     Attributes:
@@ -77,7 +77,7 @@ class Patched(Ground):
         return factors
 
 
-class Shaken(Ground):
+class ShakingGround(Ground):
     """A ground that moves up and down as a whole: z + amplitude sin(2 pi frequency t).
 
     Heights, normals and clearances are those at t = 0.
@@ -90,7 +90,8 @@ class Shaken(Ground):
 
     kind: Literal["shaken"] = "shaken"
     ground: Annotated[
-        Flat | Slope | Stairs | Ledge | Groove | HeightField | Patched, Field(discriminator="kind")
+        Flat | Slope | Stairs | Ledge | Groove | HeightField | PatchedGround,
+        Field(discriminator="kind"),
     ] = Flat()
     amplitude: NonNegativeFloat
     frequency: PositiveFloat

@@ -12,9 +12,9 @@ from pydantic import Field
 from hexapod_pin.ground.terrain.ground import STEEPEST, Ground
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    Array = NDArray[np.float64]
+    from hexapod_pin.arrays import Array
 
 Angle = Annotated[float, Field(ge=-STEEPEST, le=STEEPEST)]
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.robot.description.urdf_file import Link, UrdfFile
-
-Array = NDArray[np.float64]
 
 SLACK = 1e-9
 """Relative slack of the triangle inequality and of positive eigenvalues (round-off in the file)."""

@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.robot.description.urdf_file import Joint
-from hexapod_pin.robot.state import Array, finite_vector, read_only
+from hexapod_pin.robot.state import finite_vector, read_only
 
 Posture = ArrayLike | Mapping[str, float]
 

@@ -9,7 +9,6 @@ from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hexapod_pin.benchmark.error import Distance
 from hexapod_pin.benchmark.scenes import hc40
@@ -22,9 +21,7 @@ from hexapod_pin.validation.cases.case_result import HardCase, HardRow
 from hexapod_pin.validation.cases.robots import DATA
 from hexapod_pin.validation.cases.solver_settings import Run, Wanted, measured, ways
 
-Array = NDArray[np.float64]
-
-EIGHT = (Setting("x3", 1e-8), Setting("ndf", 1e-8), Setting("dop853", 1e-8))
+EIGHT = (Setting("extrapolated-euler", 1e-8), Setting("ndf", 1e-8), Setting("dop853", 1e-8))
 
 
 def drop(variant: str, *, duration: float = 0.25, sample: float | None = None) -> Run:

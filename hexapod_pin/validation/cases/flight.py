@@ -8,8 +8,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.error import Distance
 from hexapod_pin.benchmark.settings import Setting
 from hexapod_pin.robot.robot import Robot, load_robot
@@ -19,8 +19,6 @@ from hexapod_pin.validation.cases.case_result import HardCase, HardRow, relative
 from hexapod_pin.validation.cases.reference_data import answers
 from hexapod_pin.validation.cases.robots import robot_file
 from hexapod_pin.validation.cases.solver_settings import TIGHT, TRUTH, Run, Wanted, measured, ways
-
-Array = NDArray[np.float64]
 
 
 def _spinning(inertia: tuple[float, float, float], spin: Array, duration: float) -> Run:

@@ -7,21 +7,25 @@ from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hexapod_pin.benchmark.settings import Setting
 from hexapod_pin.ground.contact import KelvinVoigt
-from hexapod_pin.ground.terrain import Ledge, Shaken
+from hexapod_pin.ground.terrain import Ledge, ShakingGround
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.validation.cases.bodies import ball, on_ground, particle, state
 from hexapod_pin.validation.cases.case_result import HardCase, HardRow, relative
 from hexapod_pin.validation.cases.reference_data import G, answers
-from hexapod_pin.validation.cases.solver_settings import TIGHT, X3, Run, Wanted, measured, ways
+from hexapod_pin.validation.cases.solver_settings import (
+    EXTRAPOLATED_EULER,
+    TIGHT,
+    Run,
+    Wanted,
+    measured,
+    ways,
+)
 
-Array = NDArray[np.float64]
-
-GROUND_WAYS = (Setting("dop853", 1e-10), Setting("ndf", 1e-10), X3)
-"""K = 1e10 N/m yields 1 nm under the particle: less than x3 at 1e-8 tells apart. Not required."""
+GROUND_WAYS = (Setting("dop853", 1e-10), Setting("ndf", 1e-10), EXTRAPOLATED_EULER)
+"""K = 1e10 N/m yields 1 nm under the particle: less than extrapolated-euler resolves at 1e-8."""
 
 # --- HC25 ---------------------------------------------------------------------------------------
 
@@ -40,7 +44,7 @@ def _shaken(stiffness: float, damping: float, way: Setting) -> Iterator[Wanted]:
     wanted, rate = answers("HC25"), 2.0 * math.pi * FREQUENCY
     normal = KelvinVoigt(stiffness=stiffness, damping=damping)
     robot = particle()
-    terrain = Shaken(amplitude=AMPLITUDE, frequency=FREQUENCY)
+    terrain = ShakingGround(amplitude=AMPLITUDE, frequency=FREQUENCY)
     start = state(robot, (0.0, 0.0, -G / stiffness), (0.0, 0.0, AMPLITUDE * rate))
     trace = Run(on_ground(robot, normal, terrain=terrain), start, 0.045, 1e-5).by(way)
     pressed = trace.foot_force[:, 0, 2] > 0.0

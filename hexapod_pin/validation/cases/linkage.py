@@ -12,10 +12,10 @@ from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.settings import Setting
-from hexapod_pin.control.hold_posture import Hold
+from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.scene import Scene
@@ -30,8 +30,6 @@ from hexapod_pin.validation.cases.solver_settings import (
     measured,
     ways,
 )
-
-Array = NDArray[np.float64]
 
 TIBIA_MASS, TIBIA_COM, TIBIA_MOMENT = 0.11, 0.049395, 87.515e-6
 """Tibia of S2 Table 1: [kg], centre of mass from the knee [m], moment about it [kg m^2]."""
@@ -179,7 +177,7 @@ def _knee(name: str, duration: float, way: Setting) -> Trace:
     servo = Servo(kp=kp, kd=kd, limited=False)
     scene = Scene(robot, servo=servo, gravity=(0.0, 0.0, 0.0), stops=FREE)
     high = state(robot, (0.0, 0.0, 1e3), joints=[0.0])
-    return Run(scene, high, duration, controller=Hold([1.0])).by(way)
+    return Run(scene, high, duration, controller=HoldPosture([1.0])).by(way)
 
 
 def _stiff_servo(name: str, way: Setting) -> Iterator[Wanted]:

@@ -7,13 +7,12 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hexapod_pin.benchmark.settings import Setting
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.hold_posture import Hold
+from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.sampled_trajectory import Held
+from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError, ReachError
 from hexapod_pin.ground.contact import Contact, HuntCrossley, Restitution, TanhCoulomb
@@ -33,8 +32,6 @@ from hexapod_pin.validation.cases.solver_settings import (
     measured,
     ways,
 )
-
-Array = NDArray[np.float64]
 
 # --- HC32 ---------------------------------------------------------------------------------------
 
@@ -94,7 +91,7 @@ def hc34(quick: bool) -> Iterator[HardRow]:
         q[1, 3] = bad
         what = f"set-point {bad} at 0.1 s: a typed error that tells joint and time"
         told = _refusal(lambda q=q: simulate(  # type: ignore[misc]
-            Scene(robot), Held([0.0, 0.1], q), duration=0.2
+            Scene(robot), SampledTrajectory([0.0, 0.1], q), duration=0.2
         ))  # fmt: skip
         missing = float(not ("0.1" in told and robot.joint_names[3] in told))
         yield HardRow("HC34", what, "refused", missing, 0.0, note=told[:120])
@@ -114,7 +111,9 @@ def _saturated(way: Setting) -> Iterator[Wanted]:
     q = np.tile(np.tile([0.0, -0.3, 0.3], 6), (2, 1))
     q[1, 3] = 1e308
     scene = Scene(robot, servo=Servo(kp=20.0, kd=0.5, limited=True))
-    trace = simulate(scene, Held([0.0, 0.1], q), duration=0.12, sample=0.01, **way.arguments)
+    trace = simulate(
+        scene, SampledTrajectory([0.0, 0.1], q), duration=0.12, sample=0.01, **way.arguments
+    )
     excess = np.abs(trace.torque) - robot.effort
     wrong = float(max(excess.max(), 0.0 if np.isfinite(trace.q).all() else math.inf))
     yield Wanted("torque beyond the effort at 1e308 rad", max(0.0, wrong), 1e-10, "N m")
@@ -125,7 +124,7 @@ def _saturated(way: Setting) -> Iterator[Wanted]:
 
 def hc35(quick: bool) -> Iterator[HardRow]:
     """The robot on its back: attitude at 180 degrees."""
-    for way in (Setting("x3", 1e-6), *ways(quick, LEGGED)):
+    for way in (Setting("extrapolated-euler", 1e-6), *ways(quick, LEGGED)):
         yield from measured("HC35", "upside down", way, _upside_down)
     yield HardRow(
         "HC35", "trunk in the ground", "-", math.nan, math.nan,
@@ -139,7 +138,7 @@ def _upside_down(way: Setting) -> Iterator[Wanted]:
     q[2], q[3] = 0.05, 1.0
     scene = Scene(robot, servo=Servo(kp=200.0, kd=4.0, limited=False), stops=FREE)
     start = robot.check_state(q, np.zeros(24))
-    trace = Run(scene, start, 0.08, 0.01, Hold(np.zeros(18))).by(way)
+    trace = Run(scene, start, 0.08, 0.01, HoldPosture(np.zeros(18))).by(way)
     off = np.abs(np.linalg.norm(trace.q[:, 3:7], axis=1) - 1.0)
     yield Wanted("quaternion norm at 180 degrees", float(off.max()), 1e-12)
     if way.adaptive:  # its feet point upwards: it falls freely

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.settings import Setting
 from hexapod_pin.ground.contact import HuntCrossley, TanhCoulomb
 from hexapod_pin.ground.terrain import Slope
@@ -25,8 +25,6 @@ from hexapod_pin.validation.cases.solver_settings import (
     measured,
     ways,
 )
-
-Array = NDArray[np.float64]
 
 ELASTIC = HuntCrossley(stiffness=1e6)
 TANH = TanhCoulomb(mu=0.5, slope=1000.0)

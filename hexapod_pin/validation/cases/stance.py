@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.settings import Setting
 from hexapod_pin.ground.contact import HuntCrossley
 from hexapod_pin.ground.terrain import Groove
@@ -27,8 +27,6 @@ from hexapod_pin.validation.cases.solver_settings import (
     measured,
     ways,
 )
-
-Array = NDArray[np.float64]
 
 # --- HC15 ---------------------------------------------------------------------------------------
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hexapod_pin.control.hold_posture import Hold
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.formulations.rigid.flow import rigid_flow
 from hexapod_pin.formulations.rigid.model import RigidModel
@@ -18,8 +18,6 @@ from hexapod_pin.validation.cases.bodies import FREE, body, state
 from hexapod_pin.validation.cases.reference_data import answers
 from hexapod_pin.validation.checks.check import Check
 from hexapod_pin.validation.checks.samples import rigid_robot, worst
-
-Array = NDArray[np.float64]
 
 
 def hc14b() -> float:
@@ -49,7 +47,13 @@ def core_flight() -> float:
     limp = Servo(kp=0.0, kd=0.0, limited=False)
     scene = Scene(model.robot, servo=limp, stops=FREE)
     trace = simulate(
-        scene, Hold(), duration=0.5, sample=0.5, initial=start, method="dop853", accuracy=1e-12
+        scene,
+        HoldPosture(),
+        duration=0.5,
+        sample=0.5,
+        initial=start,
+        method="dop853",
+        accuracy=1e-12,
     )
     return float(np.abs(pin.difference(model.model, _flight(0.5).q, trace.q[-1])).max())
 

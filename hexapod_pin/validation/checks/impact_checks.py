@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.formulations.rigid.impact import plastic_impact
 from hexapod_pin.formulations.rigid.model import RigidModel
 from hexapod_pin.validation.cases.reference_data import answers
@@ -13,7 +13,6 @@ from hexapod_pin.validation.checks.pinocchio_contacts import impulsive_motion
 from hexapod_pin.validation.checks.samples import SEED, rigid_robot, some_feet, states, worst
 from hexapod_pin.validation.checks.six_feet import six_feet
 
-Array = NDArray[np.float64]
 CASES = 100
 HC18 = {
     "six_sticking": (range(6), False),

@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.formulations.inverse import inverse_dynamics
 from hexapod_pin.formulations.rigid.force_split import Compliant, LeastTorque
 from hexapod_pin.formulations.rigid.friction_pyramid import tipping_slope
@@ -19,7 +19,6 @@ from hexapod_pin.validation.checks.impact_checks import hc18_model
 from hexapod_pin.validation.checks.samples import rigid_robot, worst
 from hexapod_pin.validation.checks.six_feet import PLACES, feet_named, six_feet
 
-Array = NDArray[np.float64]
 LEVEL = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 REST = np.zeros(6)
 

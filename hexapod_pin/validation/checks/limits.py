@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.hold_posture import Hold
+from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.formulations.rigid.impact import plastic_impact
@@ -27,8 +28,6 @@ from hexapod_pin.validation.checks.samples import SEED
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.results.trace import Trace
-
-Array = NDArray[np.float64]
 
 NEVER_SLIPS = 50.0
 """Coefficient of friction of the runs whose limit is a foot that sticks."""
@@ -62,8 +61,8 @@ def damped_impact(damping: float) -> float:
     scene = Scene(model.robot, contact=contact, servo=LIMP, stops=FREE, gravity=(0.0, 0.0, 0.0))
     time = 20.0 / (damping * rate)
     trace = simulate(
-        scene, Hold(), duration=time, sample=time, initial=model.robot.check_state(q, before),
-        method="dop853", accuracy=1e-12,
+        scene, HoldPosture(), duration=time, sample=time, method="dop853", accuracy=1e-12,
+        initial=model.robot.check_state(q, before),
     )  # fmt: skip
     return float(np.abs(trace.v[-1] - wanted).max() / np.abs(before).max())
 
@@ -138,14 +137,14 @@ CALM = 0.1
 """Share of the cycle about mid-stance that is compared: impacts and lift-offs are elsewhere."""
 
 
-def _tripod_posture() -> Hold:
+def _tripod_posture() -> HoldPosture:
     robot = load_robot("kharagpur", foot_radius=0.0)
     lifted = {"lm", "rf", "rr"}
     angles = dict(zip(robot.joint_names, robot.posture, strict=True))
     for leg in robot.legs:
         if leg.name in lifted:
             angles[leg.joints[1]] -= 0.3
-    return Hold(np.array([angles[name] for name in robot.joint_names]))
+    return HoldPosture(np.array([angles[name] for name in robot.joint_names]))
 
 
 def _compliant(stiffness: float, control: Controller, duration: float, accuracy: float) -> Trace:

@@ -20,12 +20,12 @@ from hexapod_pin.formulations.maximal import (
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from hexapod_pin.arrays import Array
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.formulations.maximal import Run
     from hexapod_pin.robot.state import State
     from hexapod_pin.simulation.scene import Scene
 
-    Array = NDArray[np.float64]
     Sample = tuple[Array, Array, Array]
     """q (7 + n,), v (6 + n,) and servo torques (n,) in the robot's order."""
 

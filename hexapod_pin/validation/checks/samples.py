@@ -6,13 +6,12 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.formulations.rigid.model import RigidModel
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.validation.cases.robots import ROBOTS, robot_file
 
-Array = NDArray[np.float64]
 SEED = 20130901
 
 
