@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated
 
 from pydantic import Field
@@ -101,19 +102,36 @@ class Contact(Spec):
             ),
         )
 
+    def with_mu(self, mu: float | None) -> Contact:
+        """Return the same laws with another friction coefficient; None changes nothing.
+
+        Args:
+            mu: friction coefficient [-]; the static one, where the dynamic one keeps its ratio.
+
+        Raises:
+            ParameterError: mu is out of range.
+        """
+        if mu is None:
+            return self
+        note = f"{self.assumed}; but mu {mu:g} as given" if self.assumed else ""
+        return Contact(normal=self.normal, friction=self.friction.with_mu(mu), assumed=note)
+
     @classmethod
     def preset(cls, name: str) -> Contact:
-        """Return the preset "accurate", "s1", "s1-printed" or "s2".
+        """Return the contact of one of the names in `PRESETS`.
 
         Raises:
             UnknownNameError: for another name.
         """
-        presets = {
-            "accurate": cls.accurate,
-            "s1": cls.s1,
-            "s1-printed": cls.s1_printed,
-            "s2": cls.s2,
-        }
-        if name not in presets:
-            raise UnknownNameError("contact preset", name, list(presets))
-        return presets[name]()
+        if name not in PRESETS:
+            raise UnknownNameError("contact preset", name, list(PRESETS))
+        return PRESETS[name]()
+
+
+PRESETS: dict[str, Callable[[], Contact]] = {
+    "accurate": Contact.accurate,
+    "s1": Contact.s1,
+    "s1-printed": Contact.s1_printed,
+    "s2": Contact.s2,
+}
+"""The named contacts."""
