@@ -1,6 +1,6 @@
 """Friction laws: f_t = -N m(s) u_t/s at slip speed s = |u_t|, or an elastic stick-slip spring.
 
-Each law is frozen data; its formula lives once, in the native core (`native/friction.hpp`).
+Each law is frozen data; its formula lives once, in the native core (`native/laws/friction.hpp`).
 A law that is a function of speed alone gives no force at rest: a loaded foot creeps at the speed
 where m(s) equals the load. `creep_speed` gives that speed exactly, for any law.
 """

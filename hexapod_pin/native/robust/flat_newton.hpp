@@ -1,0 +1,100 @@
+// A cheap first attempt: every law linearised at its contact's velocity, one solve a sweep. It finds
+// the answer of the nested Newton or gives up.
+#pragma once
+
+#include "robust/impulse_problem.hpp"
+
+namespace hexapod {
+
+template <int N>
+class FlatNewton {
+  using Problem = ImpulseProblem<N>;
+
+ public:
+  bool solve(Problem& p) {
+    points_.resize(p.contacts.size());
+    for (std::size_t i = 0; i < points_.size(); ++i) points_[i].c = p.contacts[i].start;
+    for (int k = 0; k < kMost; ++k) {
+      ++sweeps;
+      if (!sweep(p)) return false;
+      bool done = p.v.allFinite();
+      for (std::size_t i = 0; i < points_.size(); ++i) done &= move(p.contacts[i], points_[i], p);
+      if (done) return ++hits, true;
+    }
+    return false;
+  }
+
+  long sweeps = 0, hits = 0;
+
+ private:
+  static constexpr int kMost = 6;
+
+  struct Point {
+    Vec3 c, constant;  // lambda = constant + lam J v
+    Mat3 lam;
+    bool pressed;
+  };
+
+  bool sweep(Problem& p) {
+    matrix_ = p.s;
+    p.v = p.b;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const auto& contact = p.contacts[i];
+      Point& point = points_[i];
+      Mat3 slope;
+      const Vec3 impulse = contact.foot.law(point.c, slope);
+      point.pressed = impulse.z() > 0.0;
+      if (!point.pressed) continue;
+      const Mat3 a = Mat3::Identity() - contact.foot.g.lazyProduct(slope);
+      Mat3 inverse;
+      bool good = false;
+      a.computeInverseWithCheck(inverse, good, 1e-9);
+      if (!good) return false;
+      const Vec3 offset = impulse - slope * point.c;
+      point.lam.noalias() = slope.lazyProduct(inverse);
+      point.constant = offset + point.lam * (contact.foot.g * offset + contact.free);
+      const Eigen::Matrix<double, N, 3> scaled = contact.jt.lazyProduct(point.lam);
+      matrix_ -= scaled.lazyProduct(contact.jt.transpose());
+      p.v.noalias() += contact.jt * point.constant;
+    }
+    Problem::solve(matrix_, p.v);
+    return true;
+  }
+
+  // Moves a contact's point of linearisation; true if the linear law there is as good as the law.
+  bool move(StepContact<N>& contact, Point& point, const Problem& p) const {
+    FootProblem& foot = contact.foot;
+    const Vec3 there = contact.jt.transpose() * p.v;
+    foot.impulse.setZero();
+    if (point.pressed) foot.impulse = point.constant + point.lam * there;
+    const Vec3 end = contact.free + there + foot.g * foot.impulse, dc = end - point.c;
+    if (!point.pressed) {
+      point.c = end;
+      return foot.normal(end.z()).impulse == 0.0;
+    }
+    const double width = foot.friction.none() ? 1e300 : foot.friction.width(foot.impulse.z());
+    const double dip = foot.normal.deepest(point.c.z());
+    const double sinks = foot.normal.depth_at(end.z()) - foot.normal.depth_at(point.c.z());
+    const bool near = foot.impulse.z() >= 0.0 && std::abs(dc.z()) < kNear &&
+                      std::abs(sinks) <= 1e-3 * dip &&
+                      dc.head<2>().norm() < std::min(kNear, 0.01 * width);
+    point.c += limit(point.c.template head<2>() + foot.shift, dc.head<2>(), width) * dc;
+    return near;
+  }
+
+  // A slip that would turn round stops where it comes nearest to zero, because the tangent of the
+  // sliding side knows nothing of the other (TAMSI: Castro et al. 2020).
+  static double limit(const Vec2& w, const Vec2& dw, double width) {
+    const double length = dw.squaredNorm();
+    if (!(length > width * width)) return 1.0;
+    const double at = -w.dot(dw) / length;
+    if (at <= 0.0 || at >= 1.0 || w.norm() <= width) return 1.0;
+    return (w + at * dw).norm() < width ? at : 1.0;
+  }
+
+  static constexpr double kNear = 1e-5;  // m/s
+  typename Problem::Matrix matrix_;
+  std::vector<Point> points_;
+};
+
+}  // namespace hexapod
