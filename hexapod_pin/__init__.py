@@ -55,9 +55,9 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import load_robot as load_robot
     from hexapod_pin.robot.robot import urdf_path as urdf_path
     from hexapod_pin.robot.state import State as State
-    from hexapod_pin.simulation.run import Case as Case
+    from hexapod_pin.simulation.batch import simulate_batch as simulate_batch
+    from hexapod_pin.simulation.case import Case as Case
     from hexapod_pin.simulation.run import simulate as simulate
-    from hexapod_pin.simulation.run import simulate_batch as simulate_batch
     from hexapod_pin.simulation.scene import Scene as Scene
 
     __version__: str
@@ -68,7 +68,7 @@ _MODULES = {
     "Advice": "benchmark.advice",
     "Blueprint": "robot.description.blueprint",
     "BrownMcPhee": "ground.contact",
-    "Case": "simulation.run",
+    "Case": "simulation.case",
     "Checkpoint": "results.checkpoint",
     "Contact": "ground.contact",
     "Flat": "ground.terrain",
@@ -101,7 +101,7 @@ _MODULES = {
     "load_robot": "robot.robot",
     "load_trace": "results.trace",
     "simulate": "simulation.run",
-    "simulate_batch": "simulation.run",
+    "simulate_batch": "simulation.batch",
     "torque_budget": "results.torque_budget",
     "urdf_path": "robot.robot",
 }

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.netcdf import Column, read_netcdf, write_netcdf
@@ -23,9 +24,7 @@ from hexapod_pin.results.netcdf import Column, read_netcdf, write_netcdf
 if TYPE_CHECKING:
     import xarray
 
-Array = npt.NDArray[np.float64]
-
-SCHEMA = "hexapod_pin.results.trace"
+SCHEMA = "hexapod_pin.trace"
 SCHEMA_VERSION = 1
 STATE_ENERGIES = ("kinetic", "potential", "elastic")
 LOSSES = ("joint_damping_loss", "normal_loss", "friction_loss")
@@ -55,7 +54,7 @@ _LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
 class Trace:
     """Samples of a simulation: T times, n joints, F feet; SI units, radians.
 
-    Arrays are copied and read-only. Two traces are equal when every bit of them is.
+    Arrays are read-only, copied where they were not. Two traces are equal when every bit is.
 
     Attributes:
         time: (T,) [s], strictly increasing.
@@ -326,11 +325,10 @@ def _described(units: str, meaning: str) -> dict[str, str]:
 
 
 def _frozen(name: str, values: Any, shape: tuple[int, ...]) -> Array:
-    """Return a read-only copy of `values`, refusing another shape than `shape`."""
-    array = np.array(values, dtype=np.float64, order="C")
+    """Return `values` read-only, refusing another shape than `shape`."""
+    array = read_only(values)
     if array.shape != shape:
         raise ParameterError(name, array.shape, f"an array of shape {shape}")
-    array.setflags(write=False)
     return array
 
 
