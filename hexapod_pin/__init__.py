@@ -46,10 +46,10 @@ if TYPE_CHECKING:
     from hexapod_pin.ground.terrain import Slope as Slope
     from hexapod_pin.ground.terrain import Stairs as Stairs
     from hexapod_pin.results.checkpoint import Checkpoint as Checkpoint
-    from hexapod_pin.results.torque_budget import TorqueBudget as TorqueBudget
+    from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
     from hexapod_pin.results.torque_budget import torque_budget as torque_budget
     from hexapod_pin.results.trace import Trace as Trace
-    from hexapod_pin.results.trace import load_trace as load_trace
+    from hexapod_pin.results.trace_file import load_trace as load_trace
     from hexapod_pin.robot.description.blueprint import Blueprint as Blueprint
     from hexapod_pin.robot.robot import Robot as Robot
     from hexapod_pin.robot.robot import load_robot as load_robot
@@ -95,11 +95,11 @@ _MODULES = {
     "State": "robot.state",
     "StickSlip": "ground.contact",
     "TanhCoulomb": "ground.contact",
-    "TorqueBudget": "results.torque_budget",
+    "TorqueBudget": "results.robot_budget",
     "Trace": "results.trace",
     "advise": "benchmark.advice",
     "load_robot": "robot.robot",
-    "load_trace": "results.trace",
+    "load_trace": "results.trace_file",
     "simulate": "simulation.run",
     "simulate_batch": "simulation.batch",
     "torque_budget": "results.torque_budget",

@@ -15,7 +15,7 @@ def budget(
 ) -> None:
     """Print the torque budget of a trace."""
     from hexapod_pin.results.torque_budget import torque_budget
-    from hexapod_pin.results.trace import load_trace
+    from hexapod_pin.results.trace_file import load_trace
 
     found = torque_budget(load_trace(trace))
     typer.echo(found.to_json() if json else found.table())

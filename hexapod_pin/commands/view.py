@@ -18,7 +18,7 @@ def view(
     ] = False,
 ) -> None:
     """Show a trace in the browser (meshcat) until Ctrl-C."""
-    from hexapod_pin.results.trace import load_trace
+    from hexapod_pin.results.trace_file import load_trace
     from hexapod_pin.view.html import view as show
 
     show(load_trace(trace), speed=speed, port=port, open_browser=not no_browser)

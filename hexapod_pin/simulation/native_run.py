@@ -14,7 +14,8 @@ import numpy as np
 
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
 from hexapod_pin.results.checkpoint import Checkpoint
-from hexapod_pin.results.trace import ENERGIES, Trace
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.trace_layout import ENERGIES
 from hexapod_pin.simulation.methods import MethodSettings, check_supported
 from hexapod_pin.simulation.plant import native_plant, standing_on
 from hexapod_pin.simulation.time_grid import integer_ratio
