@@ -1,83 +1,14 @@
-"""Friction laws: f_t = -N m(s) u_t/s at slip speed s = |u_t|, or an elastic stick-slip spring.
-
-Each law is frozen data; its formula lives once, in the native core (`native/laws/friction.hpp`).
-A law that is a function of speed alone gives no force at rest: a loaded foot creeps at the speed
-where m(s) equals the load. `creep_speed` gives that speed exactly, for any law.
-"""
+"""Friction laws that are smooth functions of the slip speed: no force at rest, creep under load."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
+from pydantic import NonNegativeFloat, PositiveFloat, model_validator
 
-from hexapod_pin.errors import ParameterError
-from hexapod_pin.spec import Spec
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from hexapod_pin.arrays import Array
-
-
-class FrictionLaw(Spec):
-    """Base of the friction laws."""
-
-    def native(self) -> Any:
-        """Return the native law."""
-        raise TypeError(f"{type(self).__name__} is abstract")
-
-    def with_mu(self, mu: float) -> FrictionLaw:
-        """Return the same law with another (static) coefficient; the dynamic one keeps its ratio.
-
-        Raises:
-            ParameterError: mu is negative or not finite.
-        """
-        raise TypeError(f"{type(self).__name__} is abstract")
-
-    @property
-    def limit(self) -> float:
-        """Largest m(s) [-]: a load above this share of N slides away."""
-        raise TypeError(f"{type(self).__name__} is abstract")
-
-    def coefficient(self, speed: ArrayLike) -> Array:
-        """Return m(s) [-], the friction force over the normal force, at steady slip [m/s]."""
-        import numpy as np
-
-        law = self.native()
-        return np.asarray(np.vectorize(lambda s: law(s)[0] * s, otypes=[float])(speed))
-
-    def creep_speed(self, load_ratio: float) -> float:
-        """Return the steady slip speed [m/s] under a tangential load; inf above the limit.
-
-        On a slope the load ratio is tan(angle).
-
-        Args:
-            load_ratio: tangential load over the normal force [-], >= 0.
-
-        Raises:
-            ParameterError: the ratio is negative or not a number.
-        """
-        if not load_ratio >= 0.0:
-            raise ParameterError("load_ratio", load_ratio, "not negative [-]")
-        if load_ratio > self.limit:
-            return math.inf
-        return self._creep(load_ratio) if load_ratio > 0.0 else 0.0
-
-    def _creep(self, ratio: float) -> float:
-        """Return the smallest s with m(s) = ratio, 0 < ratio <= limit."""
-        raise TypeError(f"{type(self).__name__} is abstract")
-
-    def _native(self, kind: str, **fields: float) -> Any:
-        from hexapod_pin import native as _native
-
-        law = _native.FrictionLaw()
-        law.kind = getattr(_native.FrictionKind, kind)
-        for name, value in fields.items():
-            setattr(law, name, value)
-        return law
+from hexapod_pin.ground.contact.friction_law import FrictionLaw, require_order, same_ratio
 
 
 class TanhCoulomb(FrictionLaw):
@@ -149,7 +80,7 @@ class AdamsCoulomb(FrictionLaw):
         """Return the same law with another static coefficient."""
         return AdamsCoulomb(
             mu_static=mu,
-            mu_dynamic=_same_ratio(mu, self.mu_static, self.mu_dynamic),
+            mu_dynamic=same_ratio(mu, self.mu_static, self.mu_dynamic),
             stiction_speed=self.stiction_speed,
             transition_speed=self.transition_speed,
         )
@@ -188,7 +119,7 @@ class SmoothStep(FrictionLaw):
 
     @model_validator(mode="after")
     def _ordered(self) -> SmoothStep:
-        _require_order(self.mu_static, self.mu_dynamic)
+        require_order(self.mu_static, self.mu_dynamic)
         return self
 
     def native(self) -> Any:
@@ -202,7 +133,7 @@ class SmoothStep(FrictionLaw):
 
     def with_mu(self, mu: float) -> SmoothStep:
         """Return the same law with another static coefficient."""
-        dynamic = _same_ratio(mu, self.mu_static, self.mu_dynamic)
+        dynamic = same_ratio(mu, self.mu_static, self.mu_dynamic)
         return SmoothStep(mu_static=mu, mu_dynamic=dynamic, speed=self.speed)
 
     @property
@@ -234,7 +165,7 @@ class BrownMcPhee(FrictionLaw):
 
     @model_validator(mode="after")
     def _ordered(self) -> BrownMcPhee:
-        _require_order(self.mu_static, self.mu_dynamic)
+        require_order(self.mu_static, self.mu_dynamic)
         return self
 
     def native(self) -> Any:
@@ -248,7 +179,7 @@ class BrownMcPhee(FrictionLaw):
 
     def with_mu(self, mu: float) -> BrownMcPhee:
         """Return the same law with another static coefficient."""
-        dynamic = _same_ratio(mu, self.mu_static, self.mu_dynamic)
+        dynamic = same_ratio(mu, self.mu_static, self.mu_dynamic)
         return BrownMcPhee(mu_static=mu, mu_dynamic=dynamic, speed=self.speed)
 
     @property
@@ -274,82 +205,6 @@ class BrownMcPhee(FrictionLaw):
         if ratio > law(peak)[0] * peak:
             return math.inf
         return _first_above(lambda s: bool(law(s)[0] * s >= ratio), peak)
-
-
-class StickSlip(FrictionLaw):
-    """An elastic bristle per foot: it sticks up to mu N, slides at mu_dynamic N, and never creeps.
-
-    f_t = -(k z + c u_t), z the stretch since the foot stuck; beyond the cone the force is scaled
-    back to mu_dynamic N and z follows (Cundall & Strack 1979; Gonthier 2004). Below the limit the
-    foot moves by its load over k once, and then stands: its creep speed is exactly zero. The core
-    keeps z per foot.
-
-    Attributes:
-        mu: coefficient while it sticks [-].
-        mu_dynamic: coefficient while it slides [-], at most mu; mu if not given.
-        stiffness: k [N/m].
-        damping: c [N s/m].
-    """
-
-    kind: Literal["stick-slip"] = "stick-slip"
-    mu: NonNegativeFloat
-    mu_dynamic: NonNegativeFloat = Field(default_factory=float)  # mu takes its place, see below
-    stiffness: PositiveFloat
-    damping: NonNegativeFloat
-
-    @model_validator(mode="before")
-    @classmethod
-    def _one_coefficient(cls, fields: Any) -> Any:
-        if isinstance(fields, dict) and fields.get("mu_dynamic") is None and "mu" in fields:
-            return {**fields, "mu_dynamic": fields["mu"]}
-        return fields
-
-    @model_validator(mode="after")
-    def _ordered(self) -> StickSlip:
-        _require_order(self.mu, self.mu_dynamic)
-        return self
-
-    def native(self) -> Any:
-        """Return the native law."""
-        return self._native(
-            "bristle",
-            mu=self.mu,
-            mu_dynamic=self.mu_dynamic,
-            bristle_stiffness=self.stiffness,
-            bristle_damping=self.damping,
-        )
-
-    def with_mu(self, mu: float) -> StickSlip:
-        """Return the same law with another sticking coefficient."""
-        return StickSlip(
-            mu=mu,
-            mu_dynamic=_same_ratio(mu, self.mu, self.mu_dynamic),
-            stiffness=self.stiffness,
-            damping=self.damping,
-        )
-
-    @property
-    def limit(self) -> float:
-        """The sticking coefficient."""
-        return self.mu
-
-    def coefficient(self, speed: ArrayLike) -> Array:
-        """Return m(s) [-] in steady slip [m/s]: mu_dynamic, and at rest 0 (anything up to mu)."""
-        import numpy as np
-
-        return np.where(np.asarray(speed) > 0.0, self.mu_dynamic, 0.0)
-
-    def _creep(self, ratio: float) -> float:
-        return 0.0
-
-
-def _same_ratio(mu: float, old_mu: float, old_dynamic: float) -> float:
-    return mu * (old_dynamic / old_mu) if old_mu > 0.0 else mu
-
-
-def _require_order(mu: float, mu_dynamic: float) -> None:
-    if mu_dynamic > mu:
-        raise ValueError(f"mu_dynamic = {mu_dynamic} at most the static coefficient {mu}")
 
 
 def _first_above(above: Callable[[float], bool], high: float) -> float:
