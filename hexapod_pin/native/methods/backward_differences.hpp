@@ -8,15 +8,15 @@
 
 namespace hexapod {
 
-class Differences {
+class BackwardDifferences {
   using VectorXd = Eigen::VectorXd;
 
  public:
-  static constexpr int kMostOrder = 5;
+  static constexpr int kMaxOrder = 5;
 
   // A history of one point with its slope, at order 1.
   void restart(const VectorXd& y, const VectorXd& slope, double h) {
-    d_.setZero(y.size(), kMostOrder + 3);
+    d_.setZero(y.size(), kMaxOrder + 3);
     d_.col(0) = y;
     d_.col(1) = h * slope;
     order_ = 1;
@@ -49,7 +49,7 @@ class Differences {
     }
   }
 
-  // Takes the new point, d away from the predicted.
+  // Appends the new point, d away from the predicted.
   void accept(const VectorXd& d) {
     d_.col(order_ + 2) = d - d_.col(order_ + 1);
     d_.col(order_ + 1) = d;
@@ -67,9 +67,9 @@ class Differences {
   void clear_rows(int first, int count) { d_.middleRows(first, count).setZero(); }
 
  private:
-  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostOrder + 1,
-                               kMostOrder + 1>;
-  static constexpr std::array<double, kMostOrder + 2> kKappa = {
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxOrder + 1,
+                               kMaxOrder + 1>;
+  static constexpr std::array<double, kMaxOrder + 2> kKappa = {
       0.0, -0.1850, -1.0 / 9.0, -0.0823, -0.0415, 0.0, 0.0};
 
   static double gamma(int k) {  // 1 + 1/2 + .. + 1/k
@@ -86,7 +86,7 @@ class Differences {
     return m;
   }
 
-  Eigen::Matrix<double, Eigen::Dynamic, kMostOrder + 3> d_;
+  Eigen::Matrix<double, Eigen::Dynamic, kMaxOrder + 3> d_;
   int order_ = 1;
 };
 

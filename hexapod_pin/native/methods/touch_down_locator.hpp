@@ -1,5 +1,5 @@
-// Finds where, within a step, feet touch down or, where asked for, lift off: a safeguard against
-// jumping over first contact.
+// Locates touch-downs within a step, and lift-offs where asked for, so that no step passes over first
+// contact.
 #pragma once
 
 #include <algorithm>
@@ -21,9 +21,9 @@ inline double hermite_root(double a, double da, double b, double db) {
   return 0.5 * (low + high);
 }
 
-class TouchDown {
+class TouchDownLocator {
  public:
-  TouchDown(std::size_t contacts, double tolerance, bool lift_off = false)
+  TouchDownLocator(std::size_t contacts, double tolerance, bool lift_off = false)
       : gap_(contacts), rate_(contacts), slack_(std::clamp(1e-3 * tolerance, 1e-12, 1e-7)),
         lift_off_(lift_off) {}
 

@@ -3,17 +3,18 @@
 #pragma once
 
 #include "methods/error_control.hpp"
+#include "plant/chart.hpp"
 #include "plant/plant.hpp"
 #include "plant/reference.hpp"
 
 namespace hexapod {
 
 template <class PlantT>
-class Flow {
+class ChartFlow {
  public:
-  Flow(PlantT& plant, Reference& reference)
+  ChartFlow(PlantT& plant, Reference& reference)
       : plant(plant), reference(reference), nv(plant.tree.nv),
-        nz(plant.law.friction.kind == FrictionKind::bristle ? 3 * int(plant.feet.size()) : 0),
+        nz(plant.law.friction.has_bristle() ? 3 * int(plant.feet.size()) : 0),
         nw(EnergyLedger::size(plant.feet.size())), ledger_(plant.feet.size()), q_(plant.tree.nq),
         xi_(nv), v_(nv), rate_(nv), torque_(plant.joints()), q_ref_(plant.joints()),
         v_ref_(plant.joints()) {}
@@ -45,17 +46,17 @@ class Flow {
     retract(q0_, xi_, q);
   }
 
-  void evaluate(double t, const VectorXd& y, double lead = 0.0) {
+  void evaluate(double t, const VectorXd& y) {
     configuration(y, q_);
     v_ = v(y);
     for (int i = 0; i < nz / 3; ++i) plant.feet[i].memory.stretch = bristle(y, i);
-    plant.evaluate(t, q_, v_, lead);
+    plant.evaluate(t, q_, v_, 0.0);
   }
 
-  // Keeps the evaluated state y0 while others are evaluated; recall brings it back.
-  void keep() { plant.keep(); }
-  void recall(const VectorXd& y0) {
-    plant.recall();
+  // Saves the evaluated state y0 while others are evaluated.
+  void save_evaluation() { plant.save_evaluation(); }
+  void restore_evaluation(const VectorXd& y0) {
+    plant.restore_evaluation();
     configuration(y0, q_);
     v_ = v(y0);
     for (int i = 0; i < nz / 3; ++i) plant.feet[i].memory.stretch = bristle(y0, i);
@@ -74,10 +75,10 @@ class Flow {
     for (int i = 0; i < nz / 3; ++i) {
       const auto& foot = plant.feet[i];
       dy.template segment<3>(2 * nv + 3 * i) =
-          bristle_rate(plant.law.friction, foot.ground.normal, foot.contact.force, bristle(y, i));
+          stretch_rate(plant.law.friction, foot.ground.normal, foot.contact.force, bristle(y, i));
     }
     ledger_.clear();
-    plant.add_to(ledger_, v_, torque_, 1.0);
+    plant.accumulate(ledger_, v_, torque_, 1.0);
     ledger_.write(w(dy));
   }
 
@@ -86,24 +87,24 @@ class Flow {
     rate_here(t, y, dy);
   }
 
-  // y becomes the run's state: configuration and velocity out, memories settled, works booked.
-  // The plant must have been evaluated at y.
-  void settle(const VectorXd& y, VectorXd& q, VectorXd& velocity, EnergyLedger& ledger) {
+  // y becomes the run's state: configuration and velocity out, contact memories updated, works added to
+  // the ledger. The plant must have been evaluated at y.
+  void accept(const VectorXd& y, VectorXd& q, VectorXd& velocity, EnergyLedger& ledger) {
     q = q_;
     velocity = v_;
     ledger.add(w(y));
-    settle_bristles(y);
-    plant.settle_memory();
+    update_bristles(y);
+    plant.update_memories();
   }
 
-  // The contacts remember their bristles; they slide where the force last evaluated is at the cone.
-  void settle_bristles(const VectorXd& y) {
+  // The contacts remember their bristles; one slides where the force last evaluated is at the cone.
+  void update_bristles(const VectorXd& y) {
     for (int i = 0; i < nz / 3; ++i) {
       auto& foot = plant.feet[i];
       foot.memory.stretch = bristle(y, i);
       if (foot.active)
-        foot.memory.sliding = slides(plant.law.friction, foot.mu_scale, foot.ground.normal,
-                                     foot.contact.force, foot.memory.sliding);
+        foot.memory.sliding = at_cone(plant.law.friction, foot.mu_scale, foot.ground.normal,
+                                      foot.contact.force, foot.memory.sliding);
     }
   }
 
@@ -112,7 +113,13 @@ class Flow {
   const VectorXd& velocity() const { return v_; }
   auto joints() const { return q_.tail(q_.size() - 7); }
 
-  double size(const VectorXd& error, const ErrorNorm& norm, double h) const {
+  // Servo demands [N m] there for the set-points of time t.
+  void servo_demand(double t, VectorXd& demand) {
+    reference.at(t, q_ref_, v_ref_);
+    plant.servo_demand(q_, v_, q_ref_, v_ref_, demand);
+  }
+
+  double norm_of(const VectorXd& error, const ErrorNorm& norm, double h) const {
     return norm(xi(error), v(error), z(error), h);
   }
 
