@@ -10,7 +10,7 @@ from test_contact import numpy_friction, numpy_normal
 
 import hexapod_pin as hp
 from hexapod_pin import native as _native
-from hexapod_pin.plant import native_plant
+from hexapod_pin.simulation.plant import native_plant
 
 CONTACTS = {
     "s1": hp.Contact.s1(),
@@ -166,7 +166,7 @@ def test_method_converges_at_its_order_before_touch_down(method: str) -> None:
     def final(kind: str, step: float) -> np.ndarray:
         return hp.simulate(
             scene,
-            hp.Hold(target),
+            hp.HoldPosture(target),
             duration=duration,
             method=kind,
             step=step,

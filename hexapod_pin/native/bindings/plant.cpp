@@ -17,7 +17,28 @@ namespace hexapod {
 
 namespace {
 
-PlantSettings make_settings(const std::string& model, const Vec3& gravity,
+using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+// Rows of the arrays: joints 1 (the base), 2, ...; joints are counted as Pinocchio does.
+TreeModel make_tree(const std::vector<std::size_t>& parent, const RowMatrix& motion,
+                    const RowMatrix& placement, const RowMatrix& inertia,
+                    const VectorXd& armature) {
+  const Eigen::Index count = Eigen::Index(parent.size());
+  if (motion.rows() != count || motion.cols() != 6 || placement.rows() != count ||
+      placement.cols() != 12 || inertia.rows() != count || inertia.cols() != 13)
+    throw std::invalid_argument("one row of motion, placement and inertia per joint needed");
+  std::vector<std::size_t> parents{0};
+  parents.insert(parents.end(), parent.begin(), parent.end());
+  std::vector<TreeBody> bodies(1);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double *p = placement.row(i).data(), *y = inertia.row(i).data();
+    bodies.push_back({motion.row(i).transpose(), RowMat3::Map(p), Vec3::Map(p + 9), y[0],
+                      Vec3::Map(y + 1), RowMat3::Map(y + 4)});
+  }
+  return {parents, std::move(bodies), armature};
+}
+
+PlantSettings make_settings(const TreeModel& model, const Vec3& gravity,
                             const std::vector<std::tuple<std::size_t, Vec3, double>>& feet,
                             const NormalLaw& normal, const FrictionLaw& friction, const Terrain& terrain,
                             const VectorXd& kp, const VectorXd& kd, const VectorXd& limit,
@@ -97,6 +118,9 @@ nb::dict evaluate(const PlantSettings& s, const VectorXd& q, const VectorXd& v, 
 }  // namespace
 
 void bind_plant(nb::module_& m) {
+  nb::class_<TreeModel>(m, "TreeModel");
+  m.def("tree_model", &make_tree, "parent"_a, "motion"_a, "placement"_a, "inertia"_a, "armature"_a,
+        "Bodies and joints; rows as `plant.native_model` fills them.");
   nb::class_<PlantSettings>(m, "PlantSettings")
       .def_prop_ro("arrow", &PlantSettings::arrow, "true: block-arrow LU; false: dense LU")
       .def_prop_ro("dynamics", [](const PlantSettings& s) { return s.dynamics.path(); },

@@ -6,8 +6,7 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <pinocchio/multibody/data.hpp>
-#include <pinocchio/multibody/model.hpp>
+#include <pinocchio/multibody.hpp>
 
 namespace hexapod {
 

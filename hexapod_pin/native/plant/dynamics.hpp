@@ -1,31 +1,18 @@
-// Mass matrix, bias and kinematics of a floating-base tree of one-coordinate joints. Pinocchio stays
-// behind this wall: its templates are compiled once, in dynamics.cpp.
+// Mass matrix, bias and kinematics of a floating-base tree of one-coordinate joints: by the fused pass
+// where the robot suits it, else by Pinocchio.
 #pragma once
 
 #include <memory>
-#include <string>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "fused/fused_dynamics.hpp"
+#include "plant/pinocchio_dynamics.hpp"
+#include "plant/tree.hpp"
+
 namespace hexapod {
-
-using Eigen::VectorXd;
-using Vec3 = Eigen::Vector3d;
-using Mat3 = Eigen::Matrix3d;
-
-// Joints are counted as Pinocchio does: 0 the world, 1 the floating base, 2 ... the rest.
-struct Tree {
-  int nq = 0, nv = 0, joints = 0;  // `joints` counts all, the world too
-  std::vector<std::size_t> parent;
-
-  static std::size_t column(std::size_t joint) { return joint + 4; }  // of a joint >= 2 in v
-
-  // joints between the base and `joint`, base side first
-  std::vector<std::size_t> chain_to(std::size_t joint) const;
-  // true if every joint belongs to a serial three-joint leg on the base (joints 2..4, 5..7, ...)
-  bool has_three_joint_legs() const;
-};
 
 // Who computes. The fused pass wants one to eight legs of three revolute joints; Pinocchio does the
 // rest. `fused` takes AVX2 and FMA where the processor has them, and so differs by round-off from
@@ -34,19 +21,15 @@ enum class DynamicsPath { fused, fused_baseline, pinocchio };
 
 class Dynamics {
  public:
-  // from pinocchio::Model::saveToString(); gravity in world axes, m/s^2
-  Dynamics(const std::string& model, const Vec3& gravity,
-           DynamicsPath path = DynamicsPath::fused);
-  Dynamics(const Dynamics& other);
-  Dynamics(Dynamics&& other) noexcept;
-  ~Dynamics();
+  // gravity in world axes, m/s^2
+  Dynamics(TreeModel model, const Vec3& gravity, DynamicsPath path = DynamicsPath::fused);
 
   // q with the base at the origin. Everything below refers to the last call, world axes, relative to
   // the base's origin.
   void compute(const VectorXd& q, const VectorXd& v);
 
   const char* path() const;  // "fused avx2", "fused" or "pinocchio"
-  const Tree& tree() const { return tree_; }
+  const Tree& tree() const { return model_->tree; }
   const Vec3& gravity() const { return gravity_; }
   double total_mass() const { return total_mass_; }
   const Eigen::MatrixXd& mass_upper() const { return mass_upper_; }  // only that triangle is filled
@@ -66,9 +49,9 @@ class Dynamics {
   double repeat(const VectorXd& q, const VectorXd& v, long count) const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-  Tree tree_;
+  std::shared_ptr<const TreeModel> model_;
+  std::optional<FusedDynamics> fused_;
+  std::optional<PinocchioDynamics> pinocchio_;  // where there is no fused pass
   Vec3 gravity_;
   double total_mass_ = 0.0;
   Eigen::MatrixXd mass_upper_;
