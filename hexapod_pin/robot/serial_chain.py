@@ -15,15 +15,13 @@ class JointAxis:
     """One joint at q = 0 in the base frame, of one leg or of L stacked legs.
 
     Attributes:
-        unit: direction. Shape (3,) or (L, 1, 3).
         origin: a point on the axis [m]. Shape (3,) or (L, 1, 3).
-        column: the direction as a column. Shape (3, 1) or (L, 3, 1).
-        cross: matrix with v @ cross = unit x v for rows v. Shape (3, 3) or (L, 3, 3).
+        row: the unit direction as a row. Shape (1, 3) or (L, 1, 3).
+        cross: matrix with v @ cross = direction x v for rows v. Shape (3, 3) or (L, 3, 3).
     """
 
-    unit: Array
     origin: Array
-    column: Array
+    row: Array
     cross: Array
 
     @staticmethod
@@ -31,22 +29,21 @@ class JointAxis:
         """Return the axis of one leg's joint from its direction and origin, (3,) each."""
         x, y, z = unit
         cross = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-        return JointAxis(unit, origin, unit[:, None], cross)
+        return JointAxis(origin, unit[None], cross)
 
     @staticmethod
     def stack(axes: Sequence[JointAxis]) -> JointAxis:
         """Stack the same joint of several legs."""
         return JointAxis(
-            np.stack([axis.unit for axis in axes])[:, None],
             np.stack([axis.origin for axis in axes])[:, None],
-            np.stack([axis.column for axis in axes]),
+            np.stack([axis.row for axis in axes]),
             np.stack([axis.cross for axis in axes]),
         )
 
     def rotate(self, v: Array, cos: Array, sin: Array) -> Array:
         """Rotate vectors (..., 3) by angles given as cosines and sines (..., 1) (Rodrigues)."""
-        along = (1.0 - cos) * (v @ self.column) * self.unit
-        turned: Array = cos * v + sin * (v @ self.cross) + along
+        along = (1.0 - cos) * (v @ np.swapaxes(self.row, -1, -2))
+        turned: Array = cos * v + sin * (v @ self.cross) + along @ self.row
         return turned
 
 
@@ -82,8 +79,8 @@ class SerialChain:
         cos, sin = np.cos(q), np.sin(q)
         for k in (2, 1, 0):
             joint = self.joints[k]
-            arm = joint.rotate(p - joint.origin, cos[..., k, None], sin[..., k, None])
-            p = joint.origin + arm
+            c, s = cos[..., k, None], sin[..., k, None]
+            p = joint.origin + joint.rotate(p - joint.origin, c, s)
         return p
 
     def jacobian(self, q: Array) -> Array:
