@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from hexapod_pin.commands import app as cli
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.formulations.maximal import constraints, placement
 from hexapod_pin.formulations.maximal.joint_vectors import PLACE
-from hexapod_pin.formulations.rigid import impact, model, motion
+from hexapod_pin.formulations.rigid import impact, model
 from hexapod_pin.validation.checks import check as checks
 from hexapod_pin.validation.checks import (
     flight_checks,
@@ -27,6 +28,7 @@ from hexapod_pin.validation.checks.check import Check, all_checks, run_check
 from hexapod_pin.validation.checks.command import VerificationError, verify
 from hexapod_pin.validation.checks.table import markdown, summary, table
 
+DERIVATIVE = import_module("hexapod_pin.formulations.rigid.derivative")
 QUICK = "core-terms,hc15-tripods,hc18,pinocchio-impact"
 
 
@@ -103,25 +105,25 @@ def test_a_check_that_breaks_or_gives_nan_has_failed() -> None:
 
 def wrong_sign(monkeypatch) -> str:
     """Eq. 5 with the sign of its right side turned."""
-    monkeypatch.setattr(impact, "arrest", lambda rows, v: rows @ v)
+    monkeypatch.setattr(impact, "required_velocity_change", lambda rows, v: rows @ v)
     return "pinocchio-impact"
 
 
 def printed_sign(monkeypatch) -> str:
     """Eq. 5 as printed: +lambda, so that its multiplier is minus the impulse."""
-    solve = impact.solve_ranked
+    solve = impact.solve_kkt
 
     def printed(mass, right, rows, target):
         found = solve(mass, right, rows, target)
         return type(found)(**{**vars(found), "f": -found.f})
 
-    monkeypatch.setattr(impact, "solve_ranked", printed)
+    monkeypatch.setattr(impact, "solve_kkt", printed)
     return "hc18"
 
 
 def wrong_frame(monkeypatch) -> str:
     """Foot rows in the joint's own axes."""
-    monkeypatch.setattr(model, "FRAME", "LOCAL")
+    monkeypatch.setattr(model, "CONTACT_FRAME", "LOCAL")
     return "core-terms"
 
 
@@ -134,13 +136,13 @@ def no_drift(monkeypatch) -> str:
 
 def pulling_forces(monkeypatch) -> str:
     """Ground forces with their sign turned."""
-    solve = motion.solve_ranked
+    solve = DERIVATIVE.solve_kkt
 
     def turned(mass, right, rows, target):
         found = solve(mass, right, rows, target)
         return type(found)(**{**vars(found), "f": -found.f})
 
-    monkeypatch.setattr(motion, "solve_ranked", turned)
+    monkeypatch.setattr(DERIVATIVE, "solve_kkt", turned)
     return "pinocchio-motion"
 
 

@@ -120,7 +120,7 @@ def maximal_run(
     rtol: float = 1e-6,
 ) -> tuple[Twin, Run]:
     """Return a run in maximal coordinates, projected, by DOP853; atol is rtol/100."""
-    from hexapod_pin.formulations.rigid.set_points import SetPoints
+    from hexapod_pin.formulations.set_points import SetPoints
 
     twin, plan = maximal_twin(scene), SetPoints(controller.plan(scene.robot, duration))
 
