@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 from hexapod_pin.commands import app as cli
 from hexapod_pin.errors import UnknownNameError
-from hexapod_pin.formulations.maximal import constraints, placement
-from hexapod_pin.formulations.maximal.joint_vectors import PLACE
+from hexapod_pin.formulations.maximal import constraints, kinematics
+from hexapod_pin.formulations.maximal.joint_vectors import JOINT_POINT
 from hexapod_pin.formulations.rigid import impact, model
 from hexapod_pin.validation.checks import check as checks
 from hexapod_pin.validation.checks import (
@@ -148,22 +148,24 @@ def pulling_forces(monkeypatch) -> str:
 
 def sign_of_eq_3(monkeypatch) -> str:
     """S1's eq. 3, rows 2-3, with its sign turned."""
-    right = constraints.gamma_of_axis
-    monkeypatch.setattr(constraints, "gamma_of_axis", lambda i, j: -right(i, j))
+    right = constraints.gamma_rows_2_3
+    monkeypatch.setattr(constraints, "gamma_rows_2_3", lambda i, j: -right(i, j))
     return "maximal-motion"
 
 
 def lost_dots(monkeypatch) -> str:
     """S1's eq. 3, row 1, as it is printed: s where s' belongs."""
     monkeypatch.setattr(
-        constraints, "gamma_of_place", lambda i, j: i.rate[:, :, PLACE] - j.rate[:, :, PLACE]
+        constraints,
+        "gamma_row_1",
+        lambda i, j: i.rate[:, :, JOINT_POINT] - j.rate[:, :, JOINT_POINT],
     )
     return "maximal-motion"
 
 
 def wrong_inertia_axis(monkeypatch) -> str:
     """Moments of inertia left in the axes of the bodies."""
-    monkeypatch.setattr(placement, "world_inertia", lambda turn, inertia: inertia)
+    monkeypatch.setattr(kinematics, "world_inertia", lambda turn, inertia: inertia)
     return "maximal-motion"
 
 
