@@ -1,4 +1,4 @@
-"""Links that fixed joints hold together, as one rigid body."""
+"""Mass and inertia of links that fixed joints hold together, as one rigid body."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Lump:
+class RigidInertia:
     """A mass with its inertia, in the axes of the group's first link, from that link's origin.
 
     Attributes:
@@ -28,21 +28,21 @@ class Lump:
     inertia: Array
 
 
-def lump(mass: float, frame: Array, inertia: Array) -> Lump:
-    """Return a link's inertial (its own `frame` (4, 4), inertia in that frame) as a lump."""
+def link_inertia(mass: float, frame: Array, inertia: Array) -> RigidInertia:
+    """Return the inertia of a link given in a frame (4, 4) of its own."""
     turn = frame[:3, :3]
-    return Lump(float(mass), frame[:3, 3], turn @ inertia @ turn.T)
+    return RigidInertia(float(mass), frame[:3, 3], turn @ inertia @ turn.T)
 
 
-def joined(lumps: Iterable[Lump]) -> Lump:
-    """Return all lumps as one: masses add, inertias move to the common centre (Steiner)."""
-    parts = list(lumps)
+def combined(inertias: Iterable[RigidInertia]) -> RigidInertia:
+    """Return all as one: masses add, inertias move to the common centre (Steiner)."""
+    parts = list(inertias)
     mass = sum(part.mass for part in parts)
     if mass <= 0.0:
-        return Lump(0.0, np.zeros(3), np.zeros((3, 3)))
+        return RigidInertia(0.0, np.zeros(3), np.zeros((3, 3)))
     com = np.sum([part.mass * part.com for part in parts], axis=0) / mass
     inertia = np.zeros((3, 3))
     for part in parts:
         arm = part.com - com
         inertia += part.inertia + part.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    return Lump(mass, com, inertia)
+    return RigidInertia(mass, com, inertia)

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.rigid.stance import StanceLoad, stance_load
-
-if TYPE_CHECKING:
-    from hexapod_pin.formulations.rigid.model import RigidModel
+from hexapod_pin.formulations.inverse.stance import StanceLoad, stance_load
+from hexapod_pin.formulations.rigid.ground import RigidGround
+from hexapod_pin.formulations.rigid.model import RigidModel
 
 FEWEST_SIDES = 3
+"""Sides of the coarsest pyramid."""
+
+NO_SLIP_FRICTION = 100.0
+"""Coefficient of friction [-] with which nothing slips below `STEEPEST_SLOPE_RAD`."""
+
+STEEPEST_SLOPE_RAD = math.radians(89.0)
+"""Where the search for the tipping slope ends [rad]."""
 
 
 def pyramid(normal: Array, mu: float, sides: int = 8) -> Array:
@@ -43,12 +48,12 @@ def pyramid(normal: Array, mu: float, sides: int = 8) -> Array:
     return np.vstack([inside * normal - outward, normal])
 
 
-def least_load(load: StanceLoad, sides: int = 8) -> float:
-    """Return the load that can be taken off the normal force of every foot at once [N].
+def normal_force_margin(load: StanceLoad, sides: int = 8) -> float:
+    """Return the force that can be taken off the normal force of every foot at once [N].
 
     The largest s with all forces less s along the normal still inside their pyramids. Negative: the
-    stance tips or slides, some foot would have to be held. minus infinity: no forces balance the
-    load at all. A linear program (`scipy.optimize.linprog`).
+    stance tips or slides, some foot would have to be held down. Minus infinity: no forces balance
+    the load at all. A linear program (`scipy.optimize.linprog`).
     """
     from scipy.optimize import linprog
 
@@ -78,27 +83,16 @@ def tipping_slope(
     """
     from scipy.optimize import brentq
 
-    from hexapod_pin.formulations.rigid.model import RigidGround, RigidModel
-
     standing = range(len(model.robot.feet)) if feet is None else feet
     size = float(np.linalg.norm(model.gravity))
-    rough = RigidGround(mu=STEEP, normal=model.ground.normal, point=model.ground.point)
+    rough = RigidGround(mu=NO_SLIP_FRICTION, normal=model.ground.normal, point=model.ground.point)
 
     def margin(angle: float) -> float:
-        """Return the least load at a slope."""
-        down = -math.sin(angle)
-        pull = size * np.array(
-            [down * math.cos(heading), down * math.sin(heading), -math.cos(angle)]
-        )
-        tilted = RigidModel(model.robot, ground=rough, gravity=pull)
+        """Return the normal-force margin at a slope [N]."""
+        uphill = np.array([math.cos(heading), math.sin(heading), 0.0])
+        down = -math.sin(angle) * uphill - [0.0, 0.0, math.cos(angle)]
+        tilted = RigidModel(model.robot, ground=rough, gravity=size * down)
         zero = np.zeros(tilted.model.nv)
-        return least_load(stance_load(tilted, q, zero, zero, standing))
+        return normal_force_margin(stance_load(tilted, q, zero, zero, standing))
 
-    return float(brentq(margin, 0.0, STEEPEST, xtol=1e-12, rtol=1e-14))
-
-
-STEEP = 100.0
-"""Friction that lets nothing slip below 89 degrees."""
-
-STEEPEST = math.radians(89.0)
-"""Where the search for the tipping slope ends."""
+    return float(brentq(margin, 0.0, STEEPEST_SLOPE_RAD, xtol=1e-12, rtol=1e-14))

@@ -1,4 +1,7 @@
-"""How feet share a load that six equations leave open: three answers, each under its name."""
+"""Splits: how feet share a load that the six equations of the base leave open.
+
+S2 does not say which it takes; each result carries the label of its split.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,10 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.rigid.friction_pyramid import pyramid
-from hexapod_pin.formulations.rigid.least_squares import least_squares, null_space
-from hexapod_pin.formulations.rigid.stance import StanceLoad
+from hexapod_pin.formulations.inverse.friction_pyramid import pyramid
+from hexapod_pin.formulations.inverse.least_squares import least_squares
+from hexapod_pin.formulations.inverse.stance import StanceLoad
+from hexapod_pin.formulations.truncated_svd import pseudo_inverse
 
 
 class ForceSplit(Protocol):
@@ -20,7 +24,7 @@ class ForceSplit(Protocol):
 
     @property
     def label(self) -> str:
-        """What it is called in reports."""
+        """Its name in reports."""
         ...
 
     def share(self, load: StanceLoad) -> Array:
@@ -30,13 +34,13 @@ class ForceSplit(Protocol):
 
 @dataclass(frozen=True)
 class MinimumNorm:
-    """The forces of least sum of squares: no physics beyond balance; feet may be pulled."""
+    """The forces of least sum of squares: balance alone, no compliance; feet may be pulled."""
 
     label: str = "minimum norm"
 
     def share(self, load: StanceLoad) -> Array:
         """Return the forces (3k,) [N]."""
-        inverse, _ = null_space(load.base_rows.T)
+        inverse, _ = pseudo_inverse(load.base_rows.T)
         return inverse @ load.wrench
 
 
@@ -44,14 +48,14 @@ class MinimumNorm:
 class Compliant:
     """The forces of least elastic energy: feet on linear springs, joints on their servos.
 
-    It is where a robot comes to rest that was put down free of internal stress and whose feet
-    stick (Castigliano): energy = sum f.C f / 2 + sum tau^2 / (2 kp). Feet may be pulled.
+    The rest of a robot that was put down free of internal stress and whose feet stick
+    (Castigliano): energy = sum f.C f / 2 + sum tau^2 / (2 kp). Feet may be pulled.
 
     Attributes:
         normal: contact stiffness along the normal [N/m]; infinite is rigid.
         tangential: contact stiffness within the ground [N/m].
         servo: joint stiffness kp [N m/rad]; infinite is rigid.
-        label: what it is called in reports.
+        label: its name in reports.
     """
 
     normal: float = math.inf
@@ -60,7 +64,7 @@ class Compliant:
     label: str = "compliant"
 
     def __post_init__(self) -> None:
-        """Check that something gives way.
+        """Check that something is compliant.
 
         Raises:
             ParameterError: a stiffness is not positive, or none is finite where one must be.
@@ -75,7 +79,7 @@ class Compliant:
 
     def share(self, load: StanceLoad) -> Array:
         """Return the forces (3k,) [N]."""
-        inverse, null = null_space(load.base_rows.T)
+        inverse, null = pseudo_inverse(load.base_rows.T)
         particular = inverse @ load.wrench
         compliance = self._contact(load) + load.joint_rows @ load.joint_rows.T / self.servo
         slack = load.joint_rows @ load.free_torque / self.servo - compliance @ particular
@@ -100,7 +104,7 @@ class LeastTorque:
     Attributes:
         sides: of the pyramid.
         limited: whether torques keep to the joints' efforts.
-        label: what it is called in reports.
+        label: its name in reports.
     """
 
     sides: int = 8
@@ -113,16 +117,14 @@ class LeastTorque:
         Raises:
             InfeasibleError: no forces inside cones and limits balance the robot.
         """
+        torque_map = load.joint_rows.T
         cone = np.kron(np.eye(len(load.feet)), pyramid(load.normal, load.mu, self.sides))
         bound = np.zeros(len(cone))
         if self.limited:
-            map_ = load.joint_rows.T
-            cone = np.vstack([cone, map_, -map_])
+            cone = np.vstack([cone, torque_map, -torque_map])
             above, below = load.free_torque - load.effort, -load.free_torque - load.effort
             bound = np.concatenate([bound, above, below])
-        finite = np.isfinite(bound)
-        kept, torque_map = np.linalg.norm(cone, axis=1) > 0.0, load.joint_rows.T
-        use = finite & kept
+        use = np.isfinite(bound) & (np.linalg.norm(cone, axis=1) > 0.0)
         return least_squares(
             torque_map, load.free_torque, load.base_rows.T, load.wrench, cone[use], bound[use]
         )

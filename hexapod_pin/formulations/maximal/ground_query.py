@@ -12,20 +12,21 @@ if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
     from hexapod_pin.ground.terrain import Ground
 
-FAR = 1e9  # gap where there is no contact [m]
+NO_CONTACT_GAP_M = 1e9
+"""Gap of a contact that is nowhere near the ground [m]."""
 
 
-class GroundPoints:
+class GroundQuery:
     """The ground under a fixed number of spheres.
 
-    Planes are done here; stairs, ledges, grooves and height fields by the terrain's own search.
+    Planes are done here; stairs, ledges, grooves and height fields use the terrain's own search.
 
     Attributes:
-        each: contacts a sphere can have at once.
+        contacts_per_sphere: that a sphere can have at once.
     """
 
     def __init__(self, terrain: Ground) -> None:
-        """Take shaking and patches off the shape below."""
+        """Separate shaking and patches from the shape below."""
         shape: Any = terrain
         self._shaking = shape if isinstance(shape, ShakingGround) else None
         shape = shape.ground if isinstance(shape, ShakingGround) else shape
@@ -34,10 +35,10 @@ class GroundPoints:
         surface = shape.surface()
         self._plane = surface if isinstance(surface, Plane) else None
         self._search = None if self._plane is not None else shape.native()
-        self.each = 2 if isinstance(surface, Polyline) else 1
+        self.contacts_per_sphere = 2 if isinstance(surface, Polyline) else 1
 
     def under(self, time: float, centers: Array, radii: Array) -> tuple[Array, Array]:
-        """Return gaps (F * each,) [m] and unit normals (F * each, 3) of spheres (F, 3), (F,)."""
+        """Return gaps (C,) [m] and unit normals (C, 3) of spheres (F, 3), (F,); C = F or 2 F."""
         if self._shaking is not None:
             centers = centers - (0.0, 0.0, float(self._shaking.lift_at(time)))
         if self._plane is not None:
@@ -60,8 +61,8 @@ class GroundPoints:
         return self._patches.factors_at(centers[:, 0], centers[:, 1])
 
     def _searched(self, centers: Array, radii: Array) -> tuple[Array, Array]:
-        gaps = np.full((len(centers), self.each), FAR)
-        normals = np.zeros((len(centers), self.each, 3))
+        gaps = np.full((len(centers), self.contacts_per_sphere), NO_CONTACT_GAP_M)
+        normals = np.zeros((len(centers), self.contacts_per_sphere, 3))
         normals[:, :, 2] = 1.0
         search: Any = self._search
         for f, (center, radius) in enumerate(zip(centers, radii, strict=True)):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.formulations.servo import servo_torque
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -17,16 +18,16 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Drives:
-    """What acts at nj joints.
+class JointActuators:
+    """What acts at nj joints; arrays have shape (nj,).
 
     Attributes:
-        kp: (nj,) of the servos [N m/rad].
-        kd: (nj,) [N m s/rad].
-        limit: (nj,) largest servo torque [N m], may be infinite.
-        damping: (nj,) of the joint itself [N m s/rad].
-        lower: (nj,) where the stops begin [rad], may be infinite.
-        upper: (nj,) [rad].
+        kp: of the servos [N m/rad].
+        kd: [N m s/rad].
+        limit: largest servo torque [N m], may be infinite.
+        damping: of the joint itself [N m s/rad].
+        lower: where the stops begin [rad], may be infinite.
+        upper: [rad].
         stop_stiffness: K [N m/rad]; 0: no stops.
         stop_dissipation: a [s/rad].
     """
@@ -41,10 +42,10 @@ class Drives:
     stop_dissipation: float = 0.0
 
     @classmethod
-    def of(
+    def uniform(
         cls, bodies: Bodies, *, kp: ArrayLike = 0.0, kd: ArrayLike = 0.0, limited: bool = True,
         stop_stiffness: float = 0.0, stop_dissipation: float = 0.0,
-    ) -> Drives:  # fmt: skip
+    ) -> JointActuators:  # fmt: skip
         """Return the same gains at every joint, limits and damping from the URDF.
 
         Args:
@@ -61,7 +62,7 @@ class Drives:
         given = dict(kp=kp, kd=kd, stop_stiffness=stop_stiffness, stop_dissipation=stop_dissipation)
         for name, value in given.items():
             if not (np.isfinite(value).all() and (np.asarray(value) >= 0.0).all()):
-                raise ParameterError(f"Drives.{name}", value, "finite and not negative")
+                raise ParameterError(f"JointActuators.{name}", value, "finite and not negative")
         n = len(bodies.joint_names)
         limit = bodies.effort if limited else np.full(n, np.inf)
         return cls(
@@ -69,12 +70,13 @@ class Drives:
             float(stop_stiffness), float(stop_dissipation),
         )  # fmt: skip
 
-    def servo(self, angle: Array, rate: Array, wanted: Array, wanted_rate: Array) -> Array:
-        """Return kp (q_ref - q) + kd (q'_ref - q'), limited (nj,) [N m]."""
-        torque = self.kp * (wanted - angle) + self.kd * (wanted_rate - rate)
-        return np.clip(torque, -self.limit, self.limit)
+    def servo_torque(self, angle: Array, rate: Array, wanted: Array, wanted_rate: Array) -> Array:
+        """Return the limited PD torque (nj,) [N m]."""
+        return servo_torque(
+            wanted - angle, wanted_rate - rate, kp=self.kp, kd=self.kd, limit=self.limit
+        )
 
-    def passive(self, angle: Array, rate: Array) -> Array:
+    def passive_torque(self, angle: Array, rate: Array) -> Array:
         """Return damping and stops (nj,) [N m]: -c q' - K d max(0, 1 + 1.5 a d'), d beyond."""
         torque = -self.damping * rate
         if self.stop_stiffness > 0.0:

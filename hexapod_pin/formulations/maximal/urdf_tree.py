@@ -1,4 +1,4 @@
-"""The links of a URDF, grouped by the fixed joints between them, through yourdfpy."""
+"""The links of a URDF, grouped by the fixed joints between them; read by yourdfpy."""
 
 from __future__ import annotations
 
@@ -13,28 +13,29 @@ from hexapod_pin.errors import UrdfError
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
 
-TURNING = ("revolute", "continuous")
+TURNING_JOINTS = ("revolute", "continuous")
+"""URDF types of the joints that move."""
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
+class LinkGroup:
     """Links fixed to each other.
 
     Attributes:
         frames: (4, 4) of every link in the first link's frame.
-        joint: the turning joint that carries the group; None for the root.
-        carrier: index of the parent group; -1 for the root.
-        at: (4, 4) the joint's frame in the parent group's first link.
+        joint: the turning joint between the group and its parent; None for the root.
+        parent: index of the parent group; -1 for the root.
+        joint_frame: (4, 4) the joint's frame in the parent group's first link.
     """
 
     frames: dict[str, Array]
     joint: Any
-    carrier: int
-    at: Array
+    parent: int
+    joint_frame: Array
 
 
 def parsed_robot(urdf: str) -> Any:
-    """Return yourdfpy's robot; refuse what is no tree of turning and fixed joints."""
+    """Return yourdfpy's robot; refuse joints that are neither turning nor fixed."""
     import yourdfpy
 
     stream = io.BytesIO(urdf.encode())
@@ -44,7 +45,7 @@ def parsed_robot(urdf: str) -> Any:
         raise UrdfError("URDF text", [f"yourdfpy cannot read it: {error}"]) from error
     findings = []
     for joint in model.robot.joints:
-        if joint.type not in (*TURNING, "fixed") or joint.mimic is not None:
+        if joint.type not in (*TURNING_JOINTS, "fixed") or joint.mimic is not None:
             what = "mimic" if joint.mimic is not None else joint.type
             findings.append(f"joint {joint.name!r}: {what}; must be revolute, continuous or fixed")
     if findings:
@@ -52,7 +53,7 @@ def parsed_robot(urdf: str) -> Any:
     return model.robot
 
 
-def rigid_groups(robot: Any) -> list[Group]:
+def rigid_groups(robot: Any) -> list[LinkGroup]:
     """Return the groups, by depth."""
     below: dict[str, list[Any]] = {link.name: [] for link in robot.links}
     for joint in robot.joints:
@@ -62,17 +63,19 @@ def rigid_groups(robot: Any) -> list[Group]:
     if len(roots) != 1:
         raise UrdfError(robot.name, [f"root links {roots}: must be exactly one"])
     groups = [_rigid(roots[0], below, None, -1, np.eye(4))]
-    for carrier, group in enumerate(groups):
+    for parent, group in enumerate(groups):
         for name, frame in group.frames.items():
             groups += [
-                _rigid(joint.child, below, joint, carrier, frame @ joint.origin)
+                _rigid(joint.child, below, joint, parent, frame @ joint.origin)
                 for joint in below[name]
-                if joint.type in TURNING
+                if joint.type in TURNING_JOINTS
             ]
     return groups
 
 
-def _rigid(first: str, below: dict[str, list[Any]], joint: Any, carrier: int, at: Array) -> Group:
+def _rigid(
+    first: str, below: dict[str, list[Any]], joint: Any, parent: int, joint_frame: Array
+) -> LinkGroup:
     """Return `first` with every link fixed to it."""
     frames, queue = {first: np.eye(4)}, [first]
     for name in queue:
@@ -80,4 +83,4 @@ def _rigid(first: str, below: dict[str, list[Any]], joint: Any, carrier: int, at
             if fixed.type == "fixed":
                 frames[fixed.child] = frames[name] @ fixed.origin
                 queue.append(fixed.child)
-    return Group(frames, joint, carrier, at)
+    return LinkGroup(frames, joint, parent, joint_frame)

@@ -1,4 +1,4 @@
-"""Inverse dynamics with foot forces: what joints must deliver for a motion on grounded feet."""
+"""S2 appendix eqs. 1-2 solved for the torques: what joints must deliver for a given motion."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.formulations.rigid.force_split import ForceSplit, MinimumNorm
+from hexapod_pin.formulations.inverse.force_split import ForceSplit, MinimumNorm
+from hexapod_pin.formulations.inverse.stance import stance_load
 from hexapod_pin.formulations.rigid.model import RigidModel
-from hexapod_pin.formulations.rigid.stance import stance_load
-from hexapod_pin.formulations.rigid.sticking import FootCheck, check_sticking
+from hexapod_pin.formulations.rigid.sticking import StickingCheck, check_sticking
+
+EFFORT_ROUNDING = 1e-9
+"""A torque may exceed its limit by this share [-]: solvers that keep to it do so to rounding."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,7 @@ class InverseDynamics:
         unique: which force components the motion alone determines. Shape (F, 3).
         imbalance: what no foot force can give the base, body axes [N, N m]. Shape (6,).
         checks: whether each foot could stick.
-        over: names of the joints whose torque is above their effort.
+        overloaded: names of the joints whose torque is above their effort limit.
     """
 
     torque: Array
@@ -34,8 +37,8 @@ class InverseDynamics:
     split: str
     unique: NDArray[np.bool_]
     imbalance: Array
-    checks: tuple[FootCheck, ...]
-    over: tuple[str, ...]
+    checks: tuple[StickingCheck, ...]
+    overloaded: tuple[str, ...]
 
 
 def inverse_dynamics(
@@ -68,15 +71,15 @@ def inverse_dynamics(
     force[list(feet)] = share.reshape(-1, 3)
     unique[list(feet)] = load.unique.reshape(-1, 3)
     torque = load.torque(share)
-    above = np.abs(torque) > load.effort * (1.0 + 1e-9)
+    above = np.abs(torque) > load.effort * (1.0 + EFFORT_ROUNDING)
     return InverseDynamics(
         torque=torque, force=force, split=rule.label, unique=unique,
         imbalance=load.imbalance(share), checks=check_sticking(model, feet, force, unique),
-        over=tuple(np.array(model.robot.joint_names)[above]),
+        overloaded=tuple(np.array(model.robot.joint_names)[above]),
     )  # fmt: skip
 
 
-def torque_under(
+def torque_under_forces(
     model: RigidModel, q: Array, v: Array, acceleration: Array, force: ArrayLike
 ) -> Array:
     """Return generalised forces of a motion under given foot forces: RNEA with external forces.
@@ -93,12 +96,10 @@ def torque_under(
     """
     import pinocchio as pin
 
-    place = model.positions(q)[3]
-    outside = pin.StdVec_Force([pin.Force.Zero() for _ in range(model.model.njoints)])
-    for foot, point, push in zip(model.robot.feet, place, np.asarray(force), strict=True):
+    points = model.positions(q)[3]
+    external = pin.StdVec_Force([pin.Force.Zero() for _ in range(model.model.njoints)])
+    for foot, point, push in zip(model.robot.feet, points, np.asarray(force), strict=True):
         joint = model.model.getJointId(foot.joint)
         about_origin = pin.Force(push, np.cross(point, push))
-        outside[joint] += model.data.oMi[joint].actInv(about_origin)
-    found = np.array(pin.rnea(model.model, model.data, q, v, acceleration, outside))
-    found[6:] += model.robot.damping * v[6:]
-    return found
+        external[joint] += model.data.oMi[joint].actInv(about_origin)
+    return model.inverse_dynamics(q, v, acceleration, external)

@@ -1,4 +1,4 @@
-"""Feet on non-linear springs K d^n under a rigid robot: where it comes to rest, and on what."""
+"""A split for locked joints: feet on non-linear springs K d^n (HC15), the robot at rest."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import HexapodError, ParameterError
-from hexapod_pin.formulations.rigid.stance import StanceLoad
+from hexapod_pin.formulations.inverse.stance import StanceLoad
 
-STEPS = 100
-"""Newton steps before giving up."""
+MAX_NEWTON_STEPS = 100
+"""Newton steps before there is taken to be no rest."""
 
-CLOSE = 1e-12
-"""Imbalance over the largest load at which it has come to rest."""
+REST_IMBALANCE = 1e-12
+"""Imbalance over the largest load at which the robot is at rest [-]."""
+
+MIN_STEP_SHARE = 1e-12
+"""Smallest share of a Newton step that is tried [-]."""
 
 
 class NoRestError(HexapodError):
@@ -29,7 +32,7 @@ class ContactSprings:
         stiffness: K of the normal force K d^n [N/m^n].
         exponent: n [-].
         tangential: linear stiffness within the ground [N/m].
-        label: what it is called in reports.
+        label: its name in reports.
     """
 
     stiffness: float
@@ -43,8 +46,8 @@ class ContactSprings:
         Raises:
             ParameterError: a stiffness is not positive, or the exponent below 1.
         """
-        for name, least in (("stiffness", 0.0), ("tangential", 0.0)):
-            if not getattr(self, name) > least:
+        for name in ("stiffness", "tangential"):
+            if not getattr(self, name) > 0.0:
                 raise ParameterError(f"ContactSprings.{name}", getattr(self, name), "above 0")
         if not self.exponent >= 1.0:
             raise ParameterError("ContactSprings.exponent", self.exponent, "at least 1")
@@ -69,26 +72,26 @@ class ContactSprings:
         """
         moved = self._first_guess(load)
         scale = float(np.abs(load.wrench).max())
-        for _ in range(STEPS):
+        for _ in range(MAX_NEWTON_STEPS):
             force, stiffness = self._force(load, load.base_rows @ moved)
             wrong = load.imbalance(force)
-            if np.abs(wrong).max() <= CLOSE * scale:
+            if np.abs(wrong).max() <= REST_IMBALANCE * scale:
                 return moved
             tangent = load.base_rows.T @ stiffness @ load.base_rows
             change = np.asarray(np.linalg.lstsq(tangent, wrong, rcond=1e-14)[0], dtype=np.float64)
-            moved = moved + self._length(load, moved, change, float(wrong @ wrong)) * change
+            moved = moved + self._step_share(load, moved, change, float(wrong @ wrong)) * change
         raise NoRestError(f"no rest on {len(load.feet)} feet: {np.abs(wrong).max():.3g} N left")
 
-    def _length(self, load: StanceLoad, moved: Array, change: Array, before: float) -> float:
+    def _step_share(self, load: StanceLoad, moved: Array, change: Array, before: float) -> float:
         """Return the share of a step after which the imbalance is smaller."""
-        length = 1.0
-        while length > CLOSE:
-            force, _ = self._force(load, load.base_rows @ (moved + length * change))
+        share = 1.0
+        while share > MIN_STEP_SHARE:
+            force, _ = self._force(load, load.base_rows @ (moved + share * change))
             left = load.imbalance(force)
             if float(left @ left) < before:
-                return length
-            length *= 0.5
-        return length
+                return share
+            share *= 0.5
+        return share
 
     def _first_guess(self, load: StanceLoad) -> Array:
         """Return the displacement in which all feet share the load evenly."""
@@ -101,6 +104,8 @@ class ContactSprings:
 
     def _force(self, load: StanceLoad, moved: Array) -> tuple[Array, Array]:
         """Return forces (3k,) and -df/dmoved (3k, 3k) for displacements of the contact points."""
+        from scipy.linalg import block_diag
+
         count = len(load.feet)
         place = moved.reshape(count, 3)
         depth = np.maximum(-place @ load.normal, 0.0)
@@ -110,9 +115,8 @@ class ContactSprings:
         force = push[:, None] * load.normal - (self.tangential * touching)[:, None] * flat
         slope = self.exponent * self.stiffness * depth ** (self.exponent - 1.0) * touching
         along = np.outer(load.normal, load.normal)
-        blocks = [s * along + self.tangential * t * (np.eye(3) - along)
-                  for s, t in zip(slope, touching, strict=True)]  # fmt: skip
-        stiffness = np.zeros((3 * count, 3 * count))
-        for k, block in enumerate(blocks):
-            stiffness[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = block
-        return force.ravel(), stiffness
+        blocks = [
+            s * along + self.tangential * t * (np.eye(3) - along)
+            for s, t in zip(slope, touching, strict=True)
+        ]
+        return force.ravel(), np.asarray(block_diag(*blocks))

@@ -1,9 +1,9 @@
-"""What the feet of a stance must carry, as a linear problem in their forces.
+"""S2 appendix eqs. 1-2 of a stance, as a linear problem in the foot forces f.
 
-    J_b^T f = w                 six equations: the base moves as asked
+    J_b^T f = w                 six equations: the base has the given acceleration
     tau = tau_0 - J_j^T f       the torques that go with f
 
-With k feet f has 3k components: from three feet on there is a choice, which a split makes.
+With k feet f has 3k components: from three feet on it is not unique, and a split chooses.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.formulations.rigid.least_squares import null_space
 from hexapod_pin.formulations.rigid.model import RigidModel
+from hexapod_pin.formulations.truncated_svd import pseudo_inverse
 
-FREE = 1e-9
-"""A force component with a larger part than this in the null space is a choice."""
+UNIQUE_NULL_SPACE_PART = 1e-9
+"""A force component with a larger part than this in the null space is not unique [-]."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class StanceLoad:
         feet: indices of the grounded feet.
         base_rows: J_b, velocity of the contact points per base twist (body axes). Shape (3k, 6).
         joint_rows: J_j, the same per joint rate. Shape (3k, n).
-        wrench: w, what the feet give to the base, body axes [N, N m]. Shape (6,).
-        free_torque: tau_0, torques where no foot is loaded [N m]. Shape (n,).
+        wrench: w, what the feet must give to the base, body axes [N, N m]. Shape (6,).
+        free_torque: tau_0, torques with unloaded feet [N m]. Shape (n,).
         normal: of the ground. Shape (3,).
         mu: coefficient of friction [-].
         effort: largest torques [N m]. Shape (n,).
@@ -57,8 +57,8 @@ class StanceLoad:
     @property
     def unique(self) -> NDArray[np.bool_]:
         """Whether the balance alone determines each force component. Shape (3k,)."""
-        _, null = null_space(self.base_rows.T)
-        return np.asarray(np.linalg.norm(null, axis=1) < FREE)
+        _, null = pseudo_inverse(self.base_rows.T)
+        return np.asarray(np.linalg.norm(null, axis=1) < UNIQUE_NULL_SPACE_PART)
 
 
 def stance_load(
@@ -73,10 +73,7 @@ def stance_load(
         acceleration: of base (body axes) and joints [m/s^2, rad/s^2]. Shape (nv,).
         feet: indices of the grounded feet.
     """
-    import pinocchio as pin
-
-    needed = np.array(pin.rnea(model.model, model.data, q, v, acceleration))
-    needed[6:] += model.robot.damping * v[6:]
+    needed = model.inverse_dynamics(q, v, acceleration)
     rows = model.positions(q)[1][list(feet)].reshape(-1, len(needed))
     return StanceLoad(
         feet=tuple(feet), base_rows=rows[:, :6], joint_rows=rows[:, 6:], wrench=needed[:6],

@@ -2,8 +2,8 @@
 
 A strictly convex quadratic program with linear constraints is a least-distance problem, and that
 is one call of non-negative least squares (Lawson & Hanson 1974, ch. 23): finite, no tolerance to
-tune, and `scipy.optimize.nnls` is kept by others. The active constraints are then solved as
-equations, which takes the answer to rounding.
+tune (`scipy.optimize.nnls`). The active constraints are then solved as equations, which takes the
+answer to rounding.
 """
 
 from __future__ import annotations
@@ -12,24 +12,17 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import HexapodError
+from hexapod_pin.formulations.truncated_svd import pseudo_inverse
 
-RANK = 1e-10
-"""Singular values below this share of the largest count as zero."""
+EQUATION_ROUNDING = 1e-10
+"""Share of the largest bound by which a point without a choice may break an inequality [-]."""
 
-INFEASIBLE = 1e-10
-"""Residual of the non-negative problem (it is 1 where nothing is in the way) that means none."""
+INFEASIBLE_RESIDUAL = 1e-10
+"""Residual of the non-negative problem, at most 1, below which there is no solution [-]."""
 
 
 class InfeasibleError(HexapodError):
-    """No set of values meets all equations and inequalities."""
-
-
-def null_space(rows: Array) -> tuple[Array, Array]:
-    """Return pseudo-inverse (n, m) and orthonormal null-space basis (n, n - rank) of (m, n)."""
-    left, size, across = np.linalg.svd(rows, full_matrices=True)
-    rank = int((size > RANK * size[:1].max(initial=0.0)).sum())
-    inverse = across[:rank].T @ (left[:, :rank] / size[:rank]).T
-    return inverse, across[rank:].T
+    """No values meet all equations and inequalities."""
 
 
 def least_squares(a: Array, b: Array, rows: Array, target: Array, g: Array, h: Array) -> Array:
@@ -46,7 +39,7 @@ def least_squares(a: Array, b: Array, rows: Array, target: Array, g: Array, h: A
     Raises:
         InfeasibleError: no x meets them.
     """
-    inverse, null = null_space(rows)
+    inverse, null = pseudo_inverse(rows)
     x0 = inverse @ target
     if not null.shape[1]:
         return _checked(x0, g, h)
@@ -58,7 +51,7 @@ def least_squares(a: Array, b: Array, rows: Array, target: Array, g: Array, h: A
 
 
 def _checked(x: Array, g: Array, h: Array) -> Array:
-    if (g @ x < h - RANK * max(1.0, float(np.abs(h).max(initial=0.0)))).any():
+    if (g @ x < h - EQUATION_ROUNDING * max(1.0, float(np.abs(h).max(initial=0.0)))).any():
         raise InfeasibleError("the equations leave no choice, and break an inequality")
     return x
 
@@ -77,9 +70,9 @@ def _least_distance(normal: Array, bound: Array) -> Array:
     system = np.vstack([scaled.T, reach / longest])
     wanted = np.append(np.zeros(columns), 1.0)
     weight, rest = nnls(system, wanted)
-    if rest < INFEASIBLE:
+    if rest < INFEASIBLE_RESIDUAL:
         raise InfeasibleError("no forces meet the balance, the friction cones and the limits")
     active = weight > 0.0
-    inverse, _ = null_space(scaled[active])
+    inverse, _ = pseudo_inverse(scaled[active])
     found: Array = inverse @ reach[active]
     return found
