@@ -29,7 +29,7 @@ class Rk4Stepper:
         self._y, self._rate = system.accept(0.0, system.state.flat())
 
     def advance(self, stop: float) -> bool:
-        """Go to `stop` in equal steps, at most the step asked for; False where y is not finite."""
+        """Go to `stop` [s] in equal steps of about the given size; False where y is not finite."""
         count = max(1, round((stop - self._time) / self._step))
         h, begin = (stop - self._time) / count, self._time
         for k in range(count):

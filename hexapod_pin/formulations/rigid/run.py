@@ -3,8 +3,8 @@
 `integrate` runs S2 eqs. 1-4 under DOP853 with a fixed set of feet. `simulate` walks: within a phase
 the grounded feet are held (eqs. 1-4), a foot that comes down ends it with a plastic impact (eq. 5).
 Ground forces and torques come without any contact stiffness, and they are determined: 3k rows are
-independent as long as no grounded leg is singular, because the servos give way. The feet are
-assumed to stick; what that asks of friction is in `RigidRun.friction_demand`.
+independent as long as no grounded leg is singular, because the servos yield. The feet are
+assumed to stick; the friction that this needs is in `RigidRun.friction_demand`.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class RigidRun:
         trace: its samples; forces are multipliers, `normal_loss` is what impacts took.
         impacts: all touch-downs.
         releases: how often a foot was released.
-        friction_demand: what sticking asked of each foot.
+        friction_demand: the friction that sticking needed, foot by foot.
     """
 
     trace: Trace
