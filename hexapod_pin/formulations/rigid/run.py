@@ -93,15 +93,13 @@ class RigidRun:
     """A walk on rigid ground.
 
     Attributes:
-        trace: its samples; forces are multipliers, `normal_loss` is what impacts took.
+        trace: its samples; forces are multipliers, `normal_loss` is the loss in impacts.
         impacts: all touch-downs.
-        releases: how often a foot was released.
         friction_demand: the friction that sticking needed, foot by foot.
     """
 
     trace: Trace
     impacts: tuple[TouchDownImpact, ...]
-    releases: int
     friction_demand: tuple[FrictionDemand, ...]
 
 
@@ -147,4 +145,4 @@ def simulate(
         recorder.add(loop.now, loop.energy)
     counters = {"steps": loop.steps, "impacts": len(loop.impacts), "releases": loop.releases}
     trace = recorder.trace(controller, counters, step, sample)
-    return RigidRun(trace, tuple(loop.impacts), loop.releases, friction_demand(trace, model))
+    return RigidRun(trace, tuple(loop.impacts), friction_demand(trace, model))
