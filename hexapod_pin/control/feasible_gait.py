@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.kinematic import refuse_impossible
+from hexapod_pin.control.gait_refusal import refuse_impossible
 from hexapod_pin.errors import GaitError
 
 if TYPE_CHECKING:
