@@ -28,7 +28,7 @@ def feasible_gait(
 
     Args:
         robot: the robot that must be able to walk it.
-        name: tripod, ripple, tetrapod or wave.
+        name: one of `control.gait.GAITS`.
         stroke: [m], or None.
         fields: cycle_time, duty, lift, heading, turn_rate.
 

@@ -65,8 +65,8 @@ def _knots(six: SixLegs, path: FootPath, end: float, spacing: float) -> Knots:
     else:
         rest = _stopping_knots(table, previous, begin, end, path.stop_at)
     q, v = (np.empty((count + len(rest.time), len(six.posture))) for _ in range(2))
-    np.take(table.knots.q, row, axis=0, out=q[:count])
-    np.take(table.knots.v, row, axis=0, out=v[:count])
+    for whole, values in ((q, table.knots.q), (v, table.knots.v)):
+        np.take(values, row, axis=0, out=whole[:count], mode="clip")  # "raise" makes a copy
     q[count:], v[count:] = rest.q, rest.v
     error = np.append(table.error[:spans], rest.error)
     return Knots(np.append(time, rest.time), q, v, error)
