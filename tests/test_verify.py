@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hexapod_pin.commands import app as cli
+from hexapod_pin.commands.status import FAILED
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.formulations.maximal import constraints, kinematics
 from hexapod_pin.formulations.maximal.joint_vectors import JOINT_POINT
@@ -79,7 +80,7 @@ def test_command_fails_where_a_check_fails(monkeypatch, capsys) -> None:
     monkeypatch.setattr("hexapod_pin.validation.checks.command.all_checks", lambda: [wrong])
     with pytest.raises(SystemExit) as stop:
         cli.main(["verify"])
-    assert stop.value.code == cli.FAILED
+    assert stop.value.code == FAILED
     printed = capsys.readouterr()
     assert "FAIL" in printed.out
     assert "one against two" in printed.err

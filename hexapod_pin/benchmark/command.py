@@ -15,7 +15,8 @@ from hexapod_pin.benchmark.report import WRITERS, Report, require_ending, write_
 from hexapod_pin.benchmark.scene_options import Wish, find_task, given
 from hexapod_pin.benchmark.settings import methods
 from hexapod_pin.benchmark.terminal import console, show
-from hexapod_pin.commands.walk_options import progress_bar, writable
+from hexapod_pin.commands.output_files import writable
+from hexapod_pin.commands.progress import progress_bar
 from hexapod_pin.errors import ParameterError, SimulationInterrupted
 
 if TYPE_CHECKING:

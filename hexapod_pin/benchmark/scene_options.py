@@ -33,7 +33,7 @@ class Wish:
         mu: friction coefficient.
         kp: servo stiffness [N m/rad].
         kd: servo damping [N m s/rad].
-        feet: names of the foot links, separated by commas.
+        feet: names of the foot links.
         foot_radius: [m].
         duration: simulated time [s].
         sample: time between compared samples [s].
@@ -46,7 +46,7 @@ class Wish:
     mu: float | None = None
     kp: float | None = None
     kd: float | None = None
-    feet: str | None = None
+    feet: tuple[str, ...] | None = None
     foot_radius: float | None = None
     duration: float | None = None
     sample: float | None = None
@@ -120,13 +120,14 @@ def _read(path: Path) -> Scene:
 
 
 def _robot_scene(name: str, wish: Wish) -> Scene:
-    from hexapod_pin.commands.walk_options import contact_for, foot_names, servo_for
+    from hexapod_pin.drive.servo import Servo
+    from hexapod_pin.ground.contact import Contact
     from hexapod_pin.robot.robot import load_robot
     from hexapod_pin.simulation.scene import Scene
 
-    robot = load_robot(name, feet=foot_names(wish.feet), foot_radius=wish.foot_radius)
-    contact = contact_for(wish.contact or "accurate", wish.mu)
-    return Scene(robot, contact=contact, servo=servo_for(robot, wish.kp, wish.kd))
+    robot = load_robot(name, feet=wish.feet, foot_radius=wish.foot_radius)
+    contact = Contact.preset(wish.contact or "accurate").with_mu(wish.mu)
+    return Scene(robot, contact=contact, servo=Servo.from_effort(robot, kp=wish.kp, kd=wish.kd))
 
 
 def _with_gait(name: str, scene: Scene, wish: Wish) -> Task:
@@ -140,7 +141,7 @@ def _with_gait(name: str, scene: Scene, wish: Wish) -> Task:
 
 def _controller(robot: Robot, wish: Wish) -> tuple[Controller, float, str]:
     """Return the controller, how long it is run unless said [s], and what it is."""
-    from hexapod_pin.commands.walk_options import feasible_gait
+    from hexapod_pin.control.feasible_gait import feasible_gait
     from hexapod_pin.control.hold_posture import HoldPosture
     from hexapod_pin.control.kinematic import KinematicControl
 
@@ -158,5 +159,7 @@ def given(wish: Wish) -> str:
     """Return the options of a wish as they would be typed."""
     named = [(field.name, getattr(wish, field.name)) for field in fields(wish)]
     return "".join(
-        f" --{name.replace('_', '-')} {value}" for name, value in named if value is not None
+        f" --{name.replace('_', '-')} {','.join(value) if isinstance(value, tuple) else value}"
+        for name, value in named
+        if value is not None
     )

@@ -9,9 +9,14 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Plane
+from hexapod_pin.robot.once_per_robot import once_per_robot
+from hexapod_pin.robot.scratch_data import scratch_data
 
 if TYPE_CHECKING:
-    from hexapod_pin.robot.robot import State
+    import pinocchio as pin
+
+    from hexapod_pin.native import TreeModel
+    from hexapod_pin.robot.robot import Robot, State
     from hexapod_pin.simulation.scene import Scene
 
 
@@ -28,13 +33,49 @@ def standing_on(scene: Scene, posture: Array) -> State:
         tilt = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(surface.normal))
         q[:3], q[3:7] = tilt.toRotationMatrix() @ q[:3], tilt.coeffs()
     if robot.feet:
-        data = robot.model.createData()
+        data = scratch_data(robot)
         pin.forwardKinematics(robot.model, data, q)
         joints = [_native_joint(robot, foot.joint) for foot in robot.feet]
         feet = zip(joints, robot.feet, strict=True)
         centers = [data.oMi[joint].act(foot.offset) for joint, foot in feet]
         q[2] += scene.terrain.lift(centers, [foot.radius for foot in robot.feet])
     return robot.check_state(q, np.zeros(robot.model.nv))
+
+
+def native_model(model: pin.Model) -> TreeModel:
+    """Return the bodies of a model as the native core takes them.
+
+    Args:
+        model: a free-flyer, then revolute and prismatic joints alone.
+
+    Raises:
+        ParameterError: another joint.
+    """
+    from hexapod_pin import native as _native
+
+    for joint in range(1, model.njoints):
+        freedoms, wanted = (model.nqs[joint], model.nvs[joint]), (7, 6) if joint == 1 else (1, 1)
+        if freedoms != wanted or model.idx_vs[joint] != (0 if joint == 1 else joint + 4):
+            raise ParameterError(
+                "model", model.names[joint], "a free-flyer, then one-coordinate joints"
+            )
+    placements = list(model.jointPlacements)[1:]
+    inertias = list(model.inertias)[1:]
+    motion = np.zeros((model.njoints - 1, 6))
+    for row, joint in enumerate(list(model.joints)[2:], start=1):
+        motion[row] = np.asarray(joint.createData().S).ravel()
+    return _native.tree_model(
+        parent=model.parents.tolist()[1:],
+        motion=motion,
+        placement=np.array([[*p.rotation.ravel(), *p.translation] for p in placements]),
+        inertia=np.array([[y.mass, *y.lever, *y.inertia.ravel()] for y in inertias]),
+        armature=model.armature,
+    )
+
+
+@once_per_robot
+def _robot_model(robot: Robot) -> TreeModel:
+    return native_model(robot.model)
 
 
 def native_plant(scene: Scene, *, dense: bool = False) -> Any:
@@ -49,7 +90,7 @@ def native_plant(scene: Scene, *, dense: bool = False) -> Any:
     ]
     limit = robot.effort if servo.limited else np.full(n, np.inf)
     return _native.plant_settings(
-        model=robot.model.saveToString(),
+        model=_robot_model(robot),
         gravity=np.asarray(scene.gravity, dtype=float),
         feet=feet,
         normal=scene.contact.normal.native(),

@@ -17,7 +17,8 @@ from hexapod_pin.benchmark.tolerance_calibration import (
     random_tasks,
     study,
 )
-from hexapod_pin.commands.walk_options import progress_bar, writable
+from hexapod_pin.commands.output_files import writable
+from hexapod_pin.commands.progress import progress_bar
 from hexapod_pin.validation.cases.registry import run_hard
 from hexapod_pin.validation.cases.table import hard_table, summary, worst_rows
 from hexapod_pin.validation.stress import STEPS, Outcome, run_stress, stress_scenes

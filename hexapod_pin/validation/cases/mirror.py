@@ -21,7 +21,8 @@ from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.robot import Robot, load_robot
-from hexapod_pin.simulation.run import Case, simulate_batch
+from hexapod_pin.simulation.batch import simulate_batch
+from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.cases.case_result import HardCase, HardRow
 from hexapod_pin.validation.cases.drop import drop

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from hexapod_pin.commands.walk_options import progress_bar, writable
+from hexapod_pin.commands.output_files import writable
+from hexapod_pin.commands.progress import progress_bar
 from hexapod_pin.errors import HexapodError, UnknownNameError
 from hexapod_pin.validation.checks.check import Check, Row, all_checks, run_checks
 from hexapod_pin.validation.checks.table import markdown, summary, table
