@@ -43,11 +43,11 @@ class Accuracy:
         """Run at `step`, `fine` and 2 `fine` [s], and compare."""
         coarse, reference, other = run(step), run(fine), run(2.0 * fine)
         error = np.linalg.norm(coarse.positions - reference.positions, axis=1)
-        doubt = np.linalg.norm(other.positions - reference.positions, axis=1)
+        uncertainty = np.linalg.norm(other.positions - reference.positions, axis=1)
         return cls(
             first_second=float(error[: round(1.0 / SAMPLE) + 1].max()),
             whole=float(error.max()),
-            reference=float(doubt.max()),
+            reference=float(uncertainty.max()),
             feet_down=coarse.feet_down,
             counters=coarse.counters,
         )

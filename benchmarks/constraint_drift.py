@@ -21,7 +21,7 @@ from solve_cost import solve_costs
 from hexapod_pin.errors import DivergenceError
 from hexapod_pin.formulations import maximal
 from hexapod_pin.validation.cases.flight import flying
-from hexapod_pin.validation.checks.maximal_checks import maximal_twin, position_difference
+from hexapod_pin.validation.checks.maximal_twin import maximal_twin, position_difference
 
 RESULTS = Path(__file__).resolve().parent / "results"
 FIGURE = Path(__file__).resolve().parent.parent / "docs" / "constraint_drift.svg"
@@ -86,7 +86,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def measure(duration: float, rounds: int) -> list[Row]:
     """Return the runs by RK4, then those by DOP853; the least cost of interleaved rounds."""
-    truth = flown(0.0, Preset.off(), True, duration, rtol=1e-11)[0]
+    reference = flown(0.0, Preset.off(), True, duration, rtol=1e-11)[0]
     jobs = [(way, step, *choose(step), 0.0) for way, choose in WAYS.items() for step in STEPS]
     jobs += [
         (way, 0.0, Preset.off(), way == "projection", 1e-8) for way in ("nothing", "projection")
@@ -102,7 +102,7 @@ def measure(duration: float, rounds: int) -> list[Row]:
     for job, *tries in zip(jobs, *turns, strict=True):
         run, _, model = tries[0]
         cheapest = min(cost for _, cost, _ in tries)
-        found.append(compared((run, cheapest, model), job[0], job[1], truth))
+        found.append(compared((run, cheapest, model), job[0], job[1], reference))
     return found
 
 
@@ -131,11 +131,11 @@ def compared(
     flown: tuple[maximal.Run, float, maximal.MaximalModel],
     way: str,
     step: float,
-    truth: maximal.Run,
+    reference: maximal.Run,
 ) -> Row:
     """Return a run beside the reference; errors are infinite where it diverged."""
     run, cost, model = flown
-    whole = len(run.q) == len(truth.q)
+    whole = len(run.q) == len(reference.q)
     energy = [maximal.invariants(model.bodies, s, model.gravity) for s in run.states]
     start = energy[0]
     return Row(
@@ -144,7 +144,7 @@ def compared(
         path=np.array([opening(model, state) for state in run.states]),
         drift=run.drift,
         drift_rate=run.drift_rate,
-        error=position_difference(run.q, truth.q) if whole else np.inf,
+        error=position_difference(run.q, reference.q) if whole else np.inf,
         energy=max(abs(e.energy - start.energy) for e in energy) / start.kinetic,
         cost=cost,
         evaluations=run.counters["evaluations"],

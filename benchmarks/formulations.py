@@ -29,7 +29,7 @@ from hexapod_pin.formulations.rigid.model import RigidModel  # noqa: E402
 from hexapod_pin.formulations.rigid.motion import rigid_motion  # noqa: E402
 from hexapod_pin.simulation.plant import native_plant  # noqa: E402
 from hexapod_pin.validation.checks.limits import slow_gait, tripod  # noqa: E402
-from hexapod_pin.validation.checks.maximal_checks import maximal_twin, pressed_states  # noqa: E402
+from hexapod_pin.validation.checks.maximal_twin import maximal_twin, pressed_states  # noqa: E402
 from hexapod_pin.validation.checks.pinocchio_contacts import constrained_motion  # noqa: E402
 
 RESULTS = Path(__file__).resolve().parent / "results"

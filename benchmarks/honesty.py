@@ -7,11 +7,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from hexapod_pin.benchmark.machine import Machine
-from hexapod_pin.benchmark.tolerance_calibration import (
+from hexapod_pin.validation.machine import Machine
+from hexapod_pin.benchmark.studies.tolerance_calibration import (
     SEED,
-    dearer,
-    honesty_table,
+    largest_cost_ratio,
+    calibration_table,
     random_tasks,
     study,
 )
@@ -33,11 +33,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         rows = study(random_tasks(options.seed), method=method, accuracies=METHODS[method])
         bad = [row for row in rows if not row.kept]
         broken += len(bad)
-        table = honesty_table(rows)
+        table = calibration_table(rows)
         lines = [table.head, ["---"] * len(table.head), *table.rows]
         text += f"\n## {method}\n\n"
         text += "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
-        text += f"\nA looser run costs at most {dearer(rows):.2f} times a tighter one.\n"
+        text += f"\nA looser run costs at most {largest_cost_ratio(rows):.2f} times a tighter one.\n"
         text += f"Beyond the promise: {len(bad)} of {len(rows)}.\n"
         text += "".join(
             f"- {row.scene} at {row.accuracy:.0e}: {row.factor:.2f} times\n" for row in bad

@@ -28,7 +28,7 @@ from hexapod_pin.simulation.plant import native_plant
 RESULTS = Path(__file__).resolve().parent / "results"
 METHODS = ("robust", "robust-reference", "implicit-euler")
 OF_PINOCCHIO, OF_MUJOCO = 9.0 / 4.0, 0.8
-"""Wanted: a robust step in Pinocchio's two calls, and in MuJoCo's cheapest step, at most."""
+"""ExpectedValue: a robust step in Pinocchio's two calls, and in MuJoCo's cheapest step, at most."""
 
 
 @dataclass(frozen=True)
@@ -117,13 +117,13 @@ def _rows(name: str, motion: Motion, samples: Mapping[str, Array], size: Size) -
     engines = (*METHODS, *(f"MuJoCo {cone}" for cone in CONES))
     pinocchio = samples[f"pinocchio/{name}"]
     cheapest = np.minimum(*(samples[f"MuJoCo {cone}/{name}"] for cone in CONES))
-    truth = positions(motion, "robust", size.fine, size.duration)
+    reference = positions(motion, "robust", size.fine, size.duration)
     found = []
     for engine in engines:
         taken = samples[f"{engine}/{name}"]
         if engine in METHODS:
             moved = positions(motion, engine, STEP, size.duration)
-            error = float(np.linalg.norm(moved - truth, axis=1).max())
+            error = float(np.linalg.norm(moved - reference, axis=1).max())
         else:
             cone = engine.rpartition(" ")[2]
             error = accuracy.mujoco(motion, cone, size.duration, STEP, size.fine).whole

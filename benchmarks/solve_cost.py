@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 import hexapod_pin as hp
-from hexapod_pin.validation.checks.maximal_checks import maximal_twin, pressed_states
+from hexapod_pin.validation.checks.maximal_twin import maximal_twin, pressed_states
 
 ROUNDS, CALLS = 7, 40
 

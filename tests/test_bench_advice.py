@@ -8,10 +8,10 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.benchmark.advice import SAFETY, Advice, NoAdviceError, advise, advise_on
-from hexapod_pin.benchmark.error import Distance
-from hexapod_pin.benchmark.scenes import built_in
-from hexapod_pin.benchmark.task import Task
-from hexapod_pin.benchmark.tolerance_sweep import cheapest, ladders
+from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.benchmark.work_precision.scenes import built_in
+from hexapod_pin.benchmark.work_precision.task import Task
+from hexapod_pin.benchmark.work_precision.tolerance_sweep import cheapest, sweeps
 from hexapod_pin.errors import ParameterError
 
 
@@ -32,7 +32,7 @@ def test_advised_run_keeps_the_error_it_predicts(task: Task, advice: Advice):
         task.scene, task.controller, duration=task.duration, sample=task.sample,
         initial=task.initial, **advice.settings,
     )  # fmt: skip
-    error = Distance.between(trace.q, advice.truth.outcome.q).q
+    error = PositionError.between(trace.q, advice.reference.outcome.q).q
     assert error == advice.predicted_error  # the same run, bit for bit
     assert error * SAFETY <= 1e-3
     per_second = trace.counters["evaluations"] / task.duration
@@ -41,7 +41,7 @@ def test_advised_run_keeps_the_error_it_predicts(task: Task, advice: Advice):
 
 
 def test_advice_is_the_cheapest_of_what_was_good_enough(advice: Advice):
-    tried = ladders(advice.tried)
+    tried = sweeps(advice.tried)
     assert len(tried) > 1
     good = [cheapest(own, 1e-3 / SAFETY) for own in tried.values()]
     times = {row.method: row.wall * 1e3 for row in good if row is not None}

@@ -7,42 +7,43 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hexapod_pin.benchmark.entry import Truth
-from hexapod_pin.benchmark.error import Distance
-from hexapod_pin.benchmark.settings import Setting, run_ours
-from hexapod_pin.benchmark.task import Task
-from hexapod_pin.benchmark.tolerance_calibration import (
-    Honesty,
-    dearer,
-    honesty_table,
+from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
+from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.benchmark.work_precision.own_entry import run_task
+from hexapod_pin.validation.solver_setting import SolverSetting
+from hexapod_pin.benchmark.work_precision.task import Task
+from hexapod_pin.benchmark.studies.tolerance_calibration import (
+    Calibration,
+    largest_cost_ratio,
+    calibration_table,
     random_tasks,
     study,
 )
 
 
-def explicit(task: Task) -> Truth:
+def explicit(task: Task) -> ReferenceSolution:
     """A reference that shares no Jacobian with the default method; the whole study checks it."""
-    outcome = run_ours(task, Setting("dop853", 1e-7))
+    outcome = run_task(task, SolverSetting("dop853", 1e-7))
     assert outcome.ended, outcome.note
-    return Truth(outcome, "dop853 1e-7", Distance(1e-7, 1e-7), "-")
+    return ReferenceSolution(outcome, "dop853 1e-7", PositionError(1e-7, 1e-7), "-")
 
 
 @pytest.fixture(scope="module")
-def rows() -> list[Honesty]:
+def rows() -> list[Calibration]:
     # 0.15 s: set down, and a step begun
     tasks = [replace(task, duration=0.15) for task in random_tasks(drops=3, walks=3)]
-    return study(tasks, truth=explicit)
+    return study(tasks, reference=explicit)
 
 
-def test_x3_keeps_its_accuracy(rows: list[Honesty]) -> None:
+def test_x3_keeps_its_accuracy(rows: list[Calibration]) -> None:
     """Within 5 times what was asked at 1e-3 and 1e-4, within it at 1e-5 and 1e-6."""
     assert len(rows) == 6 * 4
     broken = [(row.scene, row.accuracy, row.factor) for row in rows if not row.kept]
     assert not broken
 
 
-def test_tighter_is_better_and_looser_never_dearer(rows: list[Honesty]) -> None:
-    assert dearer(rows) <= 1.2
+def test_tighter_is_better_and_looser_never_dearer(rows: list[Calibration]) -> None:
+    assert largest_cost_ratio(rows) <= 1.2
     for scene in {row.scene for row in rows}:
         errors = [row.error for row in rows if row.scene == scene]  # from loose to tight
         assert errors[-1] < 0.1 * errors[0]
@@ -71,12 +72,12 @@ def test_scenes_are_within_their_ranges() -> None:
 
 
 def test_costs_and_table() -> None:
-    def row(accuracy: float, error: float, evaluations: int) -> Honesty:
-        return Honesty("drop", "drop 1", accuracy, error, 2.0 * error, evaluations, 1e-9)
+    def row(accuracy: float, error: float, evaluations: int) -> Calibration:
+        return Calibration("drop", "drop 1", accuracy, error, 2.0 * error, evaluations, 1e-9)
 
     rows = [row(1e-3, 2e-3, 150), row(1e-5, 1.5e-5, 100)]
     assert rows[0].kept and not rows[1].kept
-    assert dearer(rows) == 1.5
-    [loose, tight] = honesty_table(rows).rows
+    assert largest_cost_ratio(rows) == 1.5
+    [loose, tight] = calibration_table(rows).rows
     assert loose[:2] == ("1 drops", "1e-03") and "2.00" in loose and "2 .. 2" in loose
     assert tight[6] == "1"

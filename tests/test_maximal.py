@@ -14,7 +14,7 @@ import hexapod_pin as hp
 from hexapod_pin.formulations.maximal import constraints as equations
 from hexapod_pin.formulations.maximal import placement
 from hexapod_pin.formulations.maximal.joint_vectors import PLACE, Carried
-from hexapod_pin.validation.checks.maximal_checks import (
+from hexapod_pin.validation.checks.maximal_twin import (
     compare_accelerations,
     maximal_twin,
     pressed_states,

@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.scenes import walk
-from hexapod_pin.benchmark.settings import Setting
+from hexapod_pin.benchmark.work_precision.scenes import walk
+from hexapod_pin.validation.solver_setting import SolverSetting
 from hexapod_pin.simulation.plant import standing_on
 from hexapod_pin.validation.cases.mirror import Motion, base_run, restarted
-from hexapod_pin.validation.cases.solver_settings import Run
+from hexapod_pin.validation.case_run import Run
 
 SAME_BITS = [
-    Setting("implicit-euler", 1e-3),
-    Setting("robust", 1e-3),
-    Setting("rk4", 5e-5),
-    Setting("extrapolated-euler", 1e-4),
-    Setting("extrapolated-euler", 1e-7),
-    Setting("dop853", 1e-4),
+    SolverSetting("implicit-euler", 1e-3),
+    SolverSetting("robust", 1e-3),
+    SolverSetting("rk4", 5e-5),
+    SolverSetting("extrapolated-euler", 1e-4),
+    SolverSetting("extrapolated-euler", 1e-7),
+    SolverSetting("dop853", 1e-4),
 ]
 
 
@@ -36,20 +36,20 @@ def walking(friction: hp.FrictionLaw | None = None) -> Run:
 
 
 @pytest.mark.parametrize("way", SAME_BITS, ids=str)
-def test_a_drop_in_parts(way: Setting) -> None:
+def test_a_drop_in_parts(way: SolverSetting) -> None:
     run = base_run()
     assert Motion.of(run.by(way)).apart(restarted(run, way, 5)) == 0.0
 
 
 @pytest.mark.parametrize("way", [SAME_BITS[0], SAME_BITS[1], SAME_BITS[3]], ids=str)
-def test_a_walk_in_parts(way: Setting) -> None:
+def test_a_walk_in_parts(way: SolverSetting) -> None:
     """Held set-points go on where they were."""
     run = walking()
     assert Motion.of(run.by(way)).apart(restarted(run, way, 4)) == 0.0
 
 
 @pytest.mark.parametrize("way", [SAME_BITS[0], SAME_BITS[1], SAME_BITS[3]], ids=str)
-def test_contacts_remember(way: Setting) -> None:
+def test_contacts_remember(way: SolverSetting) -> None:
     """Bristles and touch speeds are part of the state: with them the same bits, without not."""
     run = walking(hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0))
     whole = Motion.of(run.by(way))
@@ -72,7 +72,7 @@ def test_times_go_on() -> None:
 
 
 def test_a_saved_trace_goes_on(tmp_path) -> None:
-    run, way = base_run(), Setting("extrapolated-euler", 1e-5)
+    run, way = base_run(), SolverSetting("extrapolated-euler", 1e-5)
     first = Run(run.scene, run.start, 0.05, 0.01, run.controller).by(way)
     saved = hp.load_trace(first.save(tmp_path / "half.nc"))
     rest = [

@@ -23,7 +23,7 @@ from hexapod_pin.validation.checks import (
     rigid_checks,
     s1_checks,
 )
-from hexapod_pin.validation.checks.check import Check, all_checks, run_check
+from hexapod_pin.validation.hard_case import Check, all_checks, run_check
 from hexapod_pin.validation.checks.command import VerificationError, verify
 from hexapod_pin.validation.checks.table import markdown, summary, table
 

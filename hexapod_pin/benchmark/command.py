@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hexapod_pin.benchmark.advice import advise_on
-from hexapod_pin.benchmark.comparison import Comparison, ComparisonSettings, compare
-from hexapod_pin.benchmark.figure import ENDINGS, write_plot
-from hexapod_pin.benchmark.machine import Machine
-from hexapod_pin.benchmark.report import WRITERS, Report, require_ending, write_report
-from hexapod_pin.benchmark.scene_options import Wish, find_task, given
-from hexapod_pin.benchmark.settings import methods
+from hexapod_pin.benchmark.work_precision.comparison import Comparison, ComparisonSettings, compare
+from hexapod_pin.benchmark.report.figure import ENDINGS, write_plot
+from hexapod_pin.validation.machine import Machine
+from hexapod_pin.benchmark.report.pages import WRITERS, BenchmarkReport, require_ending, write_report
+from hexapod_pin.benchmark.work_precision.scene_options import SceneOptions, find_task, given
+from hexapod_pin.validation.solver_setting import method_names
 from hexapod_pin.benchmark.terminal import console, show
 from hexapod_pin.commands.walk_options import progress_bar, writable
 from hexapod_pin.errors import ParameterError, SimulationInterrupted
@@ -21,7 +21,7 @@ from hexapod_pin.errors import ParameterError, SimulationInterrupted
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from hexapod_pin.benchmark.task import Task
+    from hexapod_pin.benchmark.work_precision.task import Task
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Request:
     """
 
     scenes: Sequence[str]
-    wish: Wish
+    wish: SceneOptions
     plan: ComparisonSettings
     advise: float | None = None
     out: Path | None = None
@@ -53,7 +53,7 @@ class Request:
             + ("" if plan.names is None else f" --methods {','.join(plan.names)}")
             + ("" if self.advise is not None else f" --rounds {plan.rounds}")
             + (" --quick" if plan.quick else "")
-            + (" --peers" if plan.peers else "")
+            + (" --engines" if plan.engines else "")
             + ("" if self.advise is None else f" --advise {self.advise:g}")
         )
 
@@ -69,7 +69,7 @@ def bench(request: Request) -> None:
     out, plot = _files(request)
     if request.plan.rounds < 1:
         raise ParameterError("--rounds", request.plan.rounds, "at least 1")
-    methods(request.plan.names)
+    method_names(request.plan.names)
     tasks = [find_task(name, request.wish) for name in request.scenes]
     machine, screen = Machine.here(), console()
     screen.print(str(machine), markup=False, soft_wrap=True)
@@ -83,7 +83,7 @@ def bench(request: Request) -> None:
         if interrupted or done[-1].interrupted:
             break
     if done:
-        _write(Report(machine, request.text, done), out, plot, screen)
+        _write(BenchmarkReport(machine, request.text, done), out, plot, screen)
     if interrupted or done[-1].interrupted:
         raise SimulationInterrupted("interrupted; what was measured before is above", None)
 
@@ -125,10 +125,10 @@ def _one(task: Task, request: Request, screen: Console) -> Comparison:
 def _advice(task: Task, accuracy: float) -> Comparison:
     """Return what was tried for an advice, with the advice among the notes."""
     advice = advise_on(task, accuracy)
-    return Comparison(task, (advice.truth,), advice.tried, (str(advice),))
+    return Comparison(task, (advice.reference,), advice.tried, (str(advice),))
 
 
-def _write(report: Report, out: Path | None, plot: Path | None, screen: Console) -> None:
+def _write(report: BenchmarkReport, out: Path | None, plot: Path | None, screen: Console) -> None:
     if out is not None:
         screen.print(f"wrote {write_report(report, out)}", markup=False, soft_wrap=True)
     if plot is not None:

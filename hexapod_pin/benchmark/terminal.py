@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hexapod_pin.benchmark.comparison import Comparison
-from hexapod_pin.benchmark.report import facts
-from hexapod_pin.benchmark.tables import Table, has_peers, tables
+from hexapod_pin.benchmark.work_precision.comparison import Comparison
+from hexapod_pin.benchmark.report.pages import facts
+from hexapod_pin.benchmark.report.tables import Table, has_engines, tables
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -31,7 +31,7 @@ def show(comparison: Comparison, out: Console) -> None:
     *levels, runs = tables(comparison)
     for table in (runs, *levels):
         show_table(table, out)
-    if has_peers(comparison):
+    if has_engines(comparison):
         for line in comparison.ratios:
             out.print(line, markup=False, soft_wrap=True)
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from hexapod_pin.benchmark.engines.engine import Ladder, Problem
-from hexapod_pin.benchmark.entry import Outcome
+from hexapod_pin.benchmark.engines.engine import EngineSweep, Problem
+from hexapod_pin.benchmark.work_precision.entry import RunOutcome
 
 INTEGRATORS = ("implicitfast", "Euler", "RK4")
 CONES = ("pyramidal", "elliptic")
@@ -29,12 +29,12 @@ class Mujoco:
     law: str = "soft constraint (default solref 0.02 s), convex friction cone"
     _built: dict[tuple[str, float, bool], Any] = field(default_factory=dict, repr=False)
 
-    def ladders(self, *, quick: bool) -> list[Ladder]:
+    def sweeps(self, *, quick: bool) -> list[EngineSweep]:
         """Return six methods; each cone has its own reference, RK4 at a tenth of the last step."""
         steps = QUICK_STEPS if quick else STEPS
         fine = steps[-1] / 10.0
         return [
-            Ladder(
+            EngineSweep(
                 f"{integrator} {cone}", "step", steps,
                 (f"RK4 {cone}", "step", fine), (f"RK4 {cone}", "step", 2.0 * fine),
             )
@@ -42,7 +42,7 @@ class Mujoco:
             for integrator in INTEGRATORS
         ]  # fmt: skip
 
-    def run(self, method: str, kind: str, value: float, *, exact: bool = False) -> Outcome:
+    def run(self, method: str, kind: str, value: float, *, exact: bool = False) -> RunOutcome:
         """Run the problem at a step [s]; see `Engine.run`."""
         mujoco = import_module("mujoco")
         model, data, controls = self._model(method, value, exact)
@@ -58,11 +58,11 @@ class Mujoco:
                 mujoco.mj_step(model, data, each)
                 places[k + 1] = data.qpos[:3]
                 if warned:
-                    return Outcome.failed(f"diverged: {warned[0]}", time.perf_counter() - begin)
+                    return RunOutcome.failed(f"diverged: {warned[0]}", time.perf_counter() - begin)
             wall = time.perf_counter() - begin
         steps = each * task.samples
         evaluations = 4 * steps if method.startswith("RK4") else steps
-        return Outcome(places, None, wall, evaluations, steps, 0)
+        return RunOutcome(places, None, wall, evaluations, steps, 0)
 
     def _model(self, method: str, step: float, exact: bool) -> Any:
         """Return the compiled model, its data, and the set-points in its actuator order."""

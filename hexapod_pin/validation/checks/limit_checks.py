@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hexapod_pin.validation.checks.check import Check
+from hexapod_pin.validation.hard_case import Check
 from hexapod_pin.validation.checks.limits import damped_impact, slow_gait, tripod
 
 

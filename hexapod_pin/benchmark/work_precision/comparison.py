@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from hexapod_pin.benchmark.entry import Contender, Truth
-from hexapod_pin.benchmark.measure import Row, measure
-from hexapod_pin.benchmark.reference_solution import known_answer, reference
-from hexapod_pin.benchmark.settings import Own, ladder, methods
-from hexapod_pin.benchmark.task import Task, held_task
-from hexapod_pin.benchmark.tolerance_sweep import ratios
+from hexapod_pin.benchmark.work_precision.entry import Entry, ReferenceSolution
+from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow, measure
+from hexapod_pin.benchmark.work_precision.reference_solution import known_answer, find_reference
+from hexapod_pin.benchmark.work_precision.own_entry import OwnEntry, tolerance_sweep
+from hexapod_pin.validation.solver_setting import method_names
+from hexapod_pin.benchmark.work_precision.task import Task, held_task
+from hexapod_pin.benchmark.work_precision.tolerance_sweep import ratios
 
 ROUNDS = 5
 QUICK_ROUNDS = 3
@@ -25,13 +26,13 @@ class ComparisonSettings:
         names: our methods; None for all.
         rounds: timed rounds.
         quick: fewer settings.
-        peers: whether other engines take part.
+        engines: whether other engines take part.
     """
 
     names: Sequence[str] | None = None
     rounds: int = ROUNDS
     quick: bool = False
-    peers: bool = False
+    engines: bool = False
 
 
 @dataclass(frozen=True)
@@ -40,15 +41,15 @@ class Comparison:
 
     Attributes:
         task: what was run.
-        truths: the references used, ours first.
-        rows: one per contender.
+        references: the references used, ours first.
+        rows: one per entry.
         notes: what must be said with the rows.
         interrupted: whether Ctrl-C cut it short.
     """
 
     task: Task
-    truths: tuple[Truth, ...]
-    rows: tuple[Row, ...]
+    references: tuple[ReferenceSolution, ...]
+    rows: tuple[BenchmarkRow, ...]
     notes: tuple[str, ...] = field(default=())
     interrupted: bool = False
 
@@ -70,47 +71,47 @@ def compare(task: Task, plan: ComparisonSettings, progress: Progress | None = No
         NoReferenceError: nothing to compare with.
         UnknownNameError: a method that does not exist.
     """
-    names = methods(plan.names)
-    problem = held_task(task) if plan.peers else task
+    names = method_names(plan.names)
+    problem = held_task(task) if plan.engines else task
     notes = [] if problem is task else [f"set-points held for {task.sample * 1e3:g} ms"]
-    truth = reference(problem)
-    _answer_note(problem, truth, notes)
-    contenders: list[Contender] = [
-        Own(problem, setting, truth)
+    reference = find_reference(problem)
+    _answer_note(problem, reference, notes)
+    entries: list[Entry] = [
+        OwnEntry(problem, setting, reference)
         for name in names
-        for setting in ladder(problem, name, quick=plan.quick)
-        if str(setting) != truth.text  # no run is compared with itself
+        for setting in tolerance_sweep(problem, name, quick=plan.quick)
+        if str(setting) != reference.text  # no run is compared with itself
     ]
-    if plan.peers:
-        _stops_note(problem, truth, notes)
-        contenders += _others(problem, plan, notes, progress)
-    found = measure(contenders, problem.duration, plan.rounds, _later(progress, plan.peers))
-    truths = tuple(dict.fromkeys([truth, *(one.truth for one in contenders)]))
-    return Comparison(problem, truths, found.rows, tuple(notes), found.interrupted)
+    if plan.engines:
+        _stops_note(problem, reference, notes)
+        entries += _others(problem, plan, notes, progress)
+    found = measure(entries, problem.duration, plan.rounds, _later(progress, plan.engines))
+    references = tuple(dict.fromkeys([reference, *(one.reference for one in entries)]))
+    return Comparison(problem, references, found.rows, tuple(notes), found.interrupted)
 
 
 def _others(
     task: Task, plan: ComparisonSettings, notes: list[str], progress: Progress | None
-) -> Sequence[Contender]:
-    """Return the other engines' contenders; says in `notes` what there is to say."""
-    from hexapod_pin.benchmark.engines.available import LAW, rivals
+) -> Sequence[Entry]:
+    """Return the other engines' entries; says in `notes` what there is to say."""
+    from hexapod_pin.benchmark.engines.available import LAW, engine_entries
 
-    found = rivals(task, quick=plan.quick, progress=_first(progress))
-    if found.contenders:
+    found = engine_entries(task, quick=plan.quick, progress=_first(progress))
+    if found.entries:
         notes.append(LAW)
     notes += found.notes
-    return found.contenders
+    return found.entries
 
 
-def _stops_note(task: Task, truth: Truth, notes: list[str]) -> None:
+def _stops_note(task: Task, reference: ReferenceSolution, notes: list[str]) -> None:
     """Say where the comparison has joint stops on one side only."""
-    robot, q = task.scene.robot, truth.outcome.q
+    robot, q = task.scene.robot, reference.outcome.q
     if q is not None and ((q[:, 7:] < robot.lower) | (q[:, 7:] > robot.upper)).any():
         notes.append("a joint passes its limit: our stops hold it, other engines have none here")
 
 
-def _answer_note(task: Task, truth: Truth, notes: list[str]) -> None:
-    distance = known_answer(task, truth)
+def _answer_note(task: Task, reference: ReferenceSolution, notes: list[str]) -> None:
+    distance = known_answer(task, reference)
     if distance is not None:
         notes.append(f"the reference is {distance:.1e} from the hard case's published end state")
 
@@ -120,8 +121,8 @@ def _first(progress: Progress | None) -> Progress | None:
     return None if progress is None else lambda fraction: progress(0.5 * fraction)
 
 
-def _later(progress: Progress | None, peers: bool) -> Progress | None:
+def _later(progress: Progress | None, engines: bool) -> Progress | None:
     """Map onto the second half of a bar, where the first is taken by references."""
-    if progress is None or not peers:
+    if progress is None or not engines:
         return progress
     return lambda fraction: progress(0.5 + 0.5 * fraction)

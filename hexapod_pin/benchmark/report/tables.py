@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hexapod_pin.benchmark.comparison import Comparison
-from hexapod_pin.benchmark.entry import OURS
-from hexapod_pin.benchmark.measure import Row
-from hexapod_pin.benchmark.tolerance_sweep import LEVELS, Measure, cheapest, ladders, resolved
+from hexapod_pin.benchmark.work_precision.comparison import Comparison
+from hexapod_pin.benchmark.work_precision.entry import OURS
+from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow
+from hexapod_pin.benchmark.work_precision.tolerance_sweep import LEVELS, Measure, cheapest, sweeps, resolved
 
 
 @dataclass(frozen=True)
@@ -29,12 +29,12 @@ class Table:
 def tables(comparison: Comparison) -> list[Table]:
     """Return the tables of one scene: cost by level, and every run."""
     found = [level_table(comparison, "error")]
-    if has_peers(comparison):
+    if has_engines(comparison):
         found.append(level_table(comparison, "trunk"))
     return [*found, run_table(comparison)]
 
 
-def has_peers(comparison: Comparison) -> bool:
+def has_engines(comparison: Comparison) -> bool:
     """Tell whether another engine has rows."""
     return any(row.engine != OURS for row in comparison.rows)
 
@@ -47,7 +47,7 @@ def level_table(comparison: Comparison, measure: Measure) -> Table:
     what = "any position [m, rad]" if measure == "error" else "the trunk's place [m]"
     groups = {
         name: own
-        for name, own in ladders(comparison.rows).items()
+        for name, own in sweeps(comparison.rows).items()
         if measure == "trunk" or name[0] == OURS
     }
     levels = LEVELS if measure == "error" else LEVELS[:4]
@@ -69,7 +69,7 @@ def run_table(comparison: Comparison) -> Table:
     return Table("Every run", head, rows)
 
 
-def _run(row: Row) -> tuple[str, ...]:
+def _run(row: BenchmarkRow) -> tuple[str, ...]:
     counts = (row.evaluations, row.steps, row.rejected)
     return (
         _name(row.engine, row.method), row.setting, _error(row.error),
@@ -79,8 +79,8 @@ def _run(row: Row) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def _cell(own: list[Row], level: float, measure: Measure) -> str:
-    """Return "5.6 (1.9k)"; "-" where a level is not reached, "?" below the reference's doubt."""
+def _cell(own: list[BenchmarkRow], level: float, measure: Measure) -> str:
+    """Return "5.6 (1.9k)"; "-" where a level is not reached, "?" below the reference's uncertainty."""
     if not resolved(own, level):
         return "?"
     row = cheapest(own, level, measure)

@@ -15,17 +15,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hexapod_pin.benchmark.entry import Truth
-from hexapod_pin.benchmark.error import Distance
-from hexapod_pin.benchmark.reference_solution import reference
-from hexapod_pin.benchmark.scenes import hc40, walk
-from hexapod_pin.benchmark.settings import Setting
-from hexapod_pin.benchmark.tables import Table
-from hexapod_pin.benchmark.task import Task
+from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
+from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.benchmark.work_precision.reference_solution import find_reference
+from hexapod_pin.benchmark.work_precision.scenes import hc40, walk
+from hexapod_pin.validation.solver_setting import SolverSetting
+from hexapod_pin.benchmark.report.tables import Table
+from hexapod_pin.benchmark.work_precision.task import Task
 from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
 from hexapod_pin.simulation.run import simulate
 from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.cases.bodies import FREE
+from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS
 
 ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6)
 SEED = 20
@@ -38,7 +38,7 @@ run over that of a tighter one."""
 
 
 @dataclass(frozen=True)
-class Honesty:
+class Calibration:
     """One run.
 
     Attributes:
@@ -48,7 +48,7 @@ class Honesty:
         error: largest difference of any position at any sample from the reference [m, rad].
         estimate: what the run says of its own error [m, rad]; nan where it says nothing.
         evaluations: what it cost.
-        doubt: distance of the reference from its check [m, rad].
+        uncertainty: distance of the reference from its check [m, rad].
     """
 
     kind: str
@@ -57,7 +57,7 @@ class Honesty:
     error: float
     estimate: float
     evaluations: int
-    doubt: float
+    uncertainty: float
 
     @property
     def factor(self) -> float:
@@ -91,7 +91,7 @@ def _drop(generator: np.random.Generator, name: str) -> Task:
     base = hc40("soft")
     robot = base.scene.robot
     contact = _contact(generator, (1e5, 1e8), (1e2, 1e4), (0.2, 1.0))
-    scene = Scene(robot, contact=contact, servo=base.scene.servo, stops=FREE)
+    scene = Scene(robot, contact=contact, servo=base.scene.servo, stops=NO_JOINT_STOPS)
     roll, pitch = generator.uniform(-0.3, 0.3, 2)
     attitude = pin.Quaternion(pin.rpy.rpyToMatrix(roll, pitch, generator.uniform(-3.0, 3.0)))
     q = np.concatenate([np.zeros(3), attitude.coeffs(), base.initial.q[7:]])
@@ -140,45 +140,45 @@ def study(
     *,
     method: str = "extrapolated-euler",
     accuracies: Sequence[float] = ACCURACIES,
-    truth: Callable[[Task], Truth] = reference,
+    reference: Callable[[Task], ReferenceSolution] = reference,
     progress: Callable[[float], None] | None = None,
-) -> list[Honesty]:
+) -> list[Calibration]:
     """Run every task at every accuracy and compare with its reference.
 
     Args:
         tasks: the scenes, named "drop ..." or "walk ...".
         method: an adaptive method.
         accuracies: [m, rad].
-        truth: finds the reference of a task.
+        reference: finds the reference of a task.
         progress: called with the finished fraction.
 
     Raises:
         NoReferenceError: a task without a reference.
         DivergenceError: a run that did not end.
     """
-    rows: list[Honesty] = []
+    rows: list[Calibration] = []
     for done, task in enumerate(tasks, start=1):
-        known = truth(task)
-        rows.extend(_run(task, known, Setting(method, accuracy)) for accuracy in accuracies)
+        known = find_reference(task)
+        rows.extend(_run(task, known, SolverSetting(method, accuracy)) for accuracy in accuracies)
         if progress is not None:
             progress(done / len(tasks))
     return rows
 
 
-def _run(task: Task, truth: Truth, setting: Setting) -> Honesty:
+def _run(task: Task, reference: ReferenceSolution, setting: SolverSetting) -> Calibration:
     trace = simulate(
         task.scene, task.controller, duration=task.duration, sample=task.sample,
         initial=task.initial, **setting.arguments,
     )  # fmt: skip
-    assert truth.outcome.q is not None
-    return Honesty(
+    assert reference.outcome.q is not None
+    return Calibration(
         kind=task.name.split()[0], scene=task.name, accuracy=setting.value,
-        error=Distance.between(trace.q, truth.outcome.q).q, estimate=trace.error_estimate,
-        evaluations=int(trace.counters["evaluations"]), doubt=truth.doubt.q,
+        error=PositionError.between(trace.q, reference.outcome.q).q, estimate=trace.error_estimate,
+        evaluations=int(trace.counters["evaluations"]), uncertainty=reference.uncertainty.q,
     )  # fmt: skip
 
 
-def dearer(rows: Sequence[Honesty]) -> float:
+def largest_cost_ratio(rows: Sequence[Calibration]) -> float:
     """Return the largest cost of a run over that of any tighter run of its scene."""
     ratios = [
         loose.evaluations / tight.evaluations
@@ -189,17 +189,17 @@ def dearer(rows: Sequence[Honesty]) -> float:
     return max(ratios, default=0.0)
 
 
-def honesty_table(rows: Sequence[Honesty]) -> Table:
+def calibration_table(rows: Sequence[Calibration]) -> Table:
     """Return medians and extremes by kind of scene and accuracy."""
     head = (
         "scenes", "accuracy", "error, median", "error, most", "over accuracy, median",
         "over accuracy, most", "promised", "estimate over error, least .. most",
-        "evaluations, median", "doubt, most",
+        "evaluations, median", "uncertainty, most",
     )  # fmt: skip
     return Table("Accuracy asked for and kept", head, tuple(_table_rows(rows)))
 
 
-def _table_rows(rows: Sequence[Honesty]) -> Iterator[tuple[str, ...]]:
+def _table_rows(rows: Sequence[Calibration]) -> Iterator[tuple[str, ...]]:
     for kind in dict.fromkeys(row.kind for row in rows):
         for accuracy in dict.fromkeys(row.accuracy for row in rows):
             own = [row for row in rows if (row.kind, row.accuracy) == (kind, accuracy)]
@@ -211,5 +211,5 @@ def _table_rows(rows: Sequence[Honesty]) -> Iterator[tuple[str, ...]]:
                 f"{statistics.median(factors):.2f}", f"{max(factors):.2f}",
                 f"{own[0].promised:g}", f"{min(ratios):.2g} .. {max(ratios):.2g}",
                 f"{statistics.median(row.evaluations for row in own):.0f}",
-                f"{max(row.doubt for row in own):.0e}",
+                f"{max(row.uncertainty for row in own):.0e}",
             )  # fmt: skip

@@ -9,13 +9,13 @@ from typing import Protocol
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.error import Distance, trunk_error
+from hexapod_pin.validation.position_error import PositionError, trunk_error
 
 OURS = "hexapod_pin"
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class RunOutcome:
     """One run.
 
     Attributes:
@@ -43,37 +43,37 @@ class Outcome:
     ended: bool = True
 
     @classmethod
-    def failed(cls, note: str, wall: float = math.nan) -> Outcome:
+    def failed(cls, note: str, wall: float = math.nan) -> RunOutcome:
         """Return a run without a result."""
         return cls(np.empty((0, 3)), None, wall, note=note, ended=False)
 
-    def distance(self, truth: Outcome) -> Distance:
+    def distance(self, reference: RunOutcome) -> PositionError:
         """Return how far this run is from another; nan where there is nothing to compare."""
-        if not (self.ended and truth.ended):
-            return Distance(math.nan, math.nan)
-        if self.q is not None and truth.q is not None:
-            return Distance.between(self.q, truth.q)
-        return Distance(math.nan, trunk_error(self.places, truth.places))
+        if not (self.ended and reference.ended):
+            return PositionError(math.nan, math.nan)
+        if self.q is not None and reference.q is not None:
+            return PositionError.between(self.q, reference.q)
+        return PositionError(math.nan, trunk_error(self.places, reference.places))
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
+class ReferenceSolution:
     """What runs are compared with.
 
     Attributes:
         outcome: the reference run.
         text: what it is.
-        doubt: how far it is from the run that checks it.
+        uncertainty: how far it is from the run that checks it.
         check: what that run is.
     """
 
-    outcome: Outcome
+    outcome: RunOutcome
     text: str
-    doubt: Distance
+    uncertainty: PositionError
     check: str
 
 
-class Contender(Protocol):
+class Entry(Protocol):
     """A method of an engine at one setting."""
 
     @property
@@ -97,10 +97,10 @@ class Contender(Protocol):
         ...
 
     @property
-    def truth(self) -> Truth:
+    def reference(self) -> ReferenceSolution:
         """What it is compared with."""
         ...
 
-    def run(self) -> Outcome:
+    def run(self) -> RunOutcome:
         """Run the task from its start."""
         ...

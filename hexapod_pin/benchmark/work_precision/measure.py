@@ -1,4 +1,4 @@
-"""Work-precision: every contender in turn, round after round; rows that keep error beside cost."""
+"""Work-precision: every entry in turn, round after round; rows that keep error beside cost."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from hexapod_pin.benchmark.entry import Contender, Outcome
+from hexapod_pin.benchmark.work_precision.entry import Entry, RunOutcome
 from hexapod_pin.errors import SimulationInterrupted
 
-SLOW = 1.0
+SINGLE_RUN_WALL = 1.0
 """Wall time [s] above which a run is timed once: its noise is small and its cost no contest."""
 
 
 @dataclass(frozen=True)
-class Row:
-    """What one contender did.
+class BenchmarkRow:
+    """What one entry did.
 
     Attributes:
         engine: whose method it is.
@@ -27,7 +27,7 @@ class Row:
             engine and for a run that did not end.
         trunk: largest distance of the trunk from the reference [m]; nan for a run that did not end.
         estimate: the method's own estimate of `error`; nan where it has none.
-        doubt: uncertainty of the reference in `error`, or in `trunk` for another engine.
+        uncertainty: uncertainty of the reference in `error`, or in `trunk` for another engine.
         wall: median wall time per simulated second [s].
         runs: how many runs that is the median of.
         evaluations: per simulated second; None where the engine does not tell.
@@ -43,7 +43,7 @@ class Row:
     error: float
     trunk: float
     estimate: float
-    doubt: float
+    uncertainty: float
     wall: float
     runs: int
     evaluations: float | None
@@ -64,61 +64,61 @@ class Row:
 
 @dataclass(frozen=True)
 class Measured:
-    """Rows in the order of the contenders, and whether Ctrl-C cut them short."""
+    """Rows in the order of the entries, and whether Ctrl-C cut them short."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[BenchmarkRow, ...]
     interrupted: bool
 
 
 def measure(
-    contenders: Sequence[Contender],
+    entries: Sequence[Entry],
     duration: float,
     rounds: int,
     progress: Callable[[float], None] | None = None,
 ) -> Measured:
-    """Run all contenders `rounds` times in turn, every other round backwards.
+    """Run all entries `rounds` times in turn, every other round backwards.
 
     A round before the first gives errors and counts; its times are kept only where there are no
-    others: of runs slower than `SLOW`, and when interrupted.
+    others: of runs slower than `SINGLE_RUN_WALL`, and when interrupted.
 
     Args:
-        contenders: put next to each other what is to be compared.
+        entries: put next to each other what is to be compared.
         duration: simulated time of a run [s].
         rounds: how many timed rounds.
         progress: called with the finished fraction of all runs.
     """
-    first: dict[int, Outcome] = {}
-    walls: dict[int, list[float]] = {k: [] for k in range(len(contenders))}
-    total, done, interrupted = len(contenders) * (rounds + 1), 0, False
+    first: dict[int, RunOutcome] = {}
+    walls: dict[int, list[float]] = {k: [] for k in range(len(entries))}
+    total, done, interrupted = len(entries) * (rounds + 1), 0, False
     try:
         for turn in range(rounds + 1):
-            for k in list(range(len(contenders)))[:: -1 if turn % 2 else 1]:
+            for k in list(range(len(entries)))[:: -1 if turn % 2 else 1]:
                 if turn == 0:
-                    first[k] = contenders[k].run()
-                elif first[k].ended and first[k].wall <= SLOW:
-                    walls[k].append(contenders[k].run().wall)
+                    first[k] = entries[k].run()
+                elif first[k].ended and first[k].wall <= SINGLE_RUN_WALL:
+                    walls[k].append(entries[k].run().wall)
                 done += 1
                 if progress is not None:
                     progress(done / total)
     except (KeyboardInterrupt, SimulationInterrupted):
         interrupted = True
-    rows = [row_of(contenders[k], first[k], walls[k], duration) for k in sorted(first)]
+    rows = [row_of(entries[k], first[k], walls[k], duration) for k in sorted(first)]
     return Measured(tuple(rows), interrupted)
 
 
-def row_of(contender: Contender, outcome: Outcome, walls: Sequence[float], duration: float) -> Row:
-    """Return the row of one contender from its first run and its timed ones [s]."""
-    truth = contender.truth
-    apart = outcome.distance(truth.outcome)
-    doubt = truth.doubt.trunk if math.isnan(truth.doubt.q) else truth.doubt.q
+def row_of(entry: Entry, outcome: RunOutcome, walls: Sequence[float], duration: float) -> BenchmarkRow:
+    """Return the row of one entry from its first run and its timed ones [s]."""
+    reference = entry.reference
+    apart = outcome.distance(reference.outcome)
+    uncertainty = reference.uncertainty.trunk if math.isnan(reference.uncertainty.q) else reference.uncertainty.q
     per_second = (
         None if count is None else count / duration
         for count in (outcome.evaluations, outcome.steps, outcome.rejected)
     )  # fmt: skip
     evaluations, steps, rejected = per_second
-    return Row(
-        contender.engine, contender.method, contender.setting, contender.value,
-        error=apart.q, trunk=apart.trunk, estimate=outcome.estimate, doubt=doubt,
+    return BenchmarkRow(
+        entry.engine, entry.method, entry.setting, entry.value,
+        error=apart.q, trunk=apart.trunk, estimate=outcome.estimate, uncertainty=uncertainty,
         wall=statistics.median(walls or [outcome.wall]) / duration, runs=max(1, len(walls)),
         evaluations=evaluations, steps=steps, rejected=rejected, note=outcome.note,
     )  # fmt: skip

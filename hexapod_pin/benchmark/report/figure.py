@@ -7,24 +7,24 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hexapod_pin.benchmark.entry import OURS
-from hexapod_pin.benchmark.machine import Machine
-from hexapod_pin.benchmark.report import Report, require_ending
-from hexapod_pin.benchmark.tables import has_peers
-from hexapod_pin.benchmark.tolerance_sweep import ladders
+from hexapod_pin.benchmark.work_precision.entry import OURS
+from hexapod_pin.validation.machine import Machine
+from hexapod_pin.benchmark.report.pages import BenchmarkReport, require_ending
+from hexapod_pin.benchmark.report.tables import has_engines
+from hexapod_pin.benchmark.work_precision.tolerance_sweep import sweeps
 from hexapod_pin.results.atomic_file import write_atomically
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from hexapod_pin.benchmark.comparison import Comparison
+    from hexapod_pin.benchmark.work_precision.comparison import Comparison
 
 ENDINGS = (".png", ".svg", ".pdf")
 MARKERS = "osD^vP*X<>hd"
 
 
-def write_plot(report: Report, path: Path) -> Path:
+def write_plot(report: BenchmarkReport, path: Path) -> Path:
     """Draw a report into a file.
 
     Raises:
@@ -52,8 +52,8 @@ def draw(scenes: Sequence[Comparison], machine: Machine) -> Figure:
 
 def _draw_scene(left: Axes, right: Axes, scene: Comparison) -> None:
     """Draw one line per method; all positions, or the trunk where other engines take part."""
-    measure = "trunk" if has_peers(scene) else "error"
-    for k, ((engine, method), own) in enumerate(ladders(scene.rows).items()):
+    measure = "trunk" if has_engines(scene) else "error"
+    for k, ((engine, method), own) in enumerate(sweeps(scene.rows).items()):
         done = [row for row in own if row.ended]
         style = {
             "marker": MARKERS[k % len(MARKERS)], "markersize": 4.0, "color": f"C{k % 10}",

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.task import Task
-from hexapod_pin.benchmark.tripod import tripod_setpoints
+from hexapod_pin.benchmark.work_precision.task import Task
+from hexapod_pin.benchmark.work_precision.tripod import tripod_setpoints
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.drive.servo import Servo

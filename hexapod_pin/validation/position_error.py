@@ -10,7 +10,7 @@ from hexapod_pin.arrays import Array
 
 
 @dataclass(frozen=True)
-class Distance:
+class PositionError:
     """The largest differences over the samples.
 
     Attributes:
@@ -22,7 +22,7 @@ class Distance:
     trunk: float
 
     @classmethod
-    def between(cls, found: Array, wanted: Array) -> Distance:
+    def between(cls, found: Array, wanted: Array) -> PositionError:
         """Compare configurations sample by sample.
 
         Args:

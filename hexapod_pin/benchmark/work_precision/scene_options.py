@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hexapod_pin.benchmark.task import Task, standing_task
+from hexapod_pin.benchmark.work_precision.task import Task, standing_task
 from hexapod_pin.errors import ParameterError, UnknownNameError
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ GAIT, CYCLE, SAMPLE, STANDING = "tetrapod", 2.4, 0.01, 1.0
 
 
 @dataclass(frozen=True)
-class Wish:
+class SceneOptions:
     """What a command says about the scene; None where it says nothing.
 
     Attributes:
@@ -68,7 +68,7 @@ GAIT_OPTIONS = ("gait", "stroke", "cycle")
 SCENE_OPTIONS = ("contact", "mu", "kp", "kd", "feet", "foot_radius")
 
 
-def find_task(name: str, wish: Wish) -> Task:
+def find_task(name: str, wish: SceneOptions) -> Task:
     """Return the task that a name and options mean.
 
     Args:
@@ -81,7 +81,7 @@ def find_task(name: str, wish: Wish) -> Task:
         ParameterError: an option that the named scene does not take, or a value out of range.
         UrdfError, GaitError: as when it is walked.
     """
-    from hexapod_pin.benchmark.scenes import BUILT_IN, built_in
+    from hexapod_pin.benchmark.work_precision.scenes import BUILT_IN, built_in
 
     if name in BUILT_IN:
         wish.refuse((*GAIT_OPTIONS, *SCENE_OPTIONS), f"{name} is built in, with its own numbers.")
@@ -98,7 +98,7 @@ def find_task(name: str, wish: Wish) -> Task:
         raise UnknownNameError("benchmark scene or robot", name, known) from error
 
 
-def _cut(task: Task, wish: Wish) -> Task:
+def _cut(task: Task, wish: SceneOptions) -> Task:
     """Return a built-in task with the duration and samples asked for."""
     duration = task.duration if wish.duration is None else wish.duration
     if not 0.0 < duration <= task.duration:
@@ -119,7 +119,7 @@ def _read(path: Path) -> Scene:
     return Scene.from_toml(text)
 
 
-def _robot_scene(name: str, wish: Wish) -> Scene:
+def _robot_scene(name: str, wish: SceneOptions) -> Scene:
     from hexapod_pin.commands.walk_options import contact_for, foot_names, servo_for
     from hexapod_pin.robot.robot import load_robot
     from hexapod_pin.simulation.scene import Scene
@@ -129,7 +129,7 @@ def _robot_scene(name: str, wish: Wish) -> Scene:
     return Scene(robot, contact=contact, servo=servo_for(robot, wish.kp, wish.kd))
 
 
-def _with_gait(name: str, scene: Scene, wish: Wish) -> Task:
+def _with_gait(name: str, scene: Scene, wish: SceneOptions) -> Task:
     controller, length, about = _controller(scene.robot, wish)
     sample = SAMPLE if wish.sample is None else wish.sample
     if not (math.isfinite(sample) and sample > 0.0):
@@ -138,7 +138,7 @@ def _with_gait(name: str, scene: Scene, wish: Wish) -> Task:
     return standing_task(name, scene, controller, duration=duration, sample=sample, about=about)
 
 
-def _controller(robot: Robot, wish: Wish) -> tuple[Controller, float, str]:
+def _controller(robot: Robot, wish: SceneOptions) -> tuple[Controller, float, str]:
     """Return the controller, how long it is run unless said [s], and what it is."""
     from hexapod_pin.commands.walk_options import feasible_gait
     from hexapod_pin.control.hold_posture import HoldPosture
@@ -154,7 +154,7 @@ def _controller(robot: Robot, wish: Wish) -> tuple[Controller, float, str]:
     return KinematicControl(gait), cycle, about
 
 
-def given(wish: Wish) -> str:
+def given(wish: SceneOptions) -> str:
     """Return the options of a wish as they would be typed."""
     named = [(field.name, getattr(wish, field.name)) for field in fields(wish)]
     return "".join(

@@ -11,11 +11,11 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from hexapod_pin.benchmark.comparison import Comparison
-from hexapod_pin.benchmark.entry import Truth
-from hexapod_pin.benchmark.machine import Machine
-from hexapod_pin.benchmark.measure import Row
-from hexapod_pin.benchmark.tables import Table, has_peers, tables
+from hexapod_pin.benchmark.work_precision.comparison import Comparison
+from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
+from hexapod_pin.validation.machine import Machine
+from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow
+from hexapod_pin.benchmark.report.tables import Table, has_engines, tables
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.spec import Spec
@@ -35,7 +35,7 @@ HOW_TO_READ = """This page is written by the command above with `--out`.
 
 
 @dataclass(frozen=True)
-class Report:
+class BenchmarkReport:
     """What was measured, where and how.
 
     Attributes:
@@ -58,7 +58,7 @@ def facts(comparison: Comparison) -> list[str]:
         f"{task.scene.robot.name}, {task.scene.robot.total_mass:.4g} kg; "
         f"{_law(contact.normal)}; {_law(contact.friction)}; servo kp {servo.kp:g} N m/rad, "
         f"kd {servo.kd:g} N m s/rad",
-        *(_truth(truth) for truth in comparison.truths),
+        *(_truth(reference) for reference in comparison.references),
         *comparison.notes,
     ]
     if comparison.interrupted:
@@ -73,13 +73,13 @@ def _law(law: Spec) -> str:
     return f"{own['kind']} ({', '.join(numbers)})"
 
 
-def _truth(truth: Truth) -> str:
-    doubt = truth.doubt
-    size = f"{doubt.trunk:.1e} m (trunk)" if math.isnan(doubt.q) else f"{doubt.q:.1e}"
-    return f"reference: {truth.text}; its distance from {truth.check}: {size}"
+def _truth(reference: ReferenceSolution) -> str:
+    uncertainty = reference.uncertainty
+    size = f"{uncertainty.trunk:.1e} m (trunk)" if math.isnan(uncertainty.q) else f"{uncertainty.q:.1e}"
+    return f"reference: {reference.text}; its distance from {reference.check}: {size}"
 
 
-def markdown(report: Report) -> str:
+def markdown(report: BenchmarkReport) -> str:
     """Return the report as a Markdown page."""
     head = f"# Speed against error\n\n`{report.command}`\n\n{report.machine}\n\n{HOW_TO_READ}\n"
     return "\n".join([head, *(_section(scene) for scene in report.scenes)])
@@ -90,7 +90,7 @@ def _section(comparison: Comparison) -> str:
     text = f"## {comparison.task.name}\n\n{lines}\n"
     *levels, runs = tables(comparison)
     text += "".join(_markdown_table(table) for table in levels)
-    if has_peers(comparison):
+    if has_engines(comparison):
         text += "### Ratios of wall times\n\n"
         text += "".join(f"- {line}\n" for line in comparison.ratios) + "\n"
     return text + _markdown_table(runs)
@@ -102,14 +102,14 @@ def _markdown_table(table: Table) -> str:
     return f"### {table.title}\n\n{body}\n"
 
 
-def csv_text(report: Report) -> str:
+def csv_text(report: BenchmarkReport) -> str:
     """Return every row of every scene; the lines before the table begin with "#"."""
     stream = io.StringIO()
     for line in (report.command, str(report.machine)):
         stream.write(f"# {line}\n")
     for scene in report.scenes:
         stream.writelines(f"# {scene.task.name}: {line}\n" for line in facts(scene))
-    names = [field.name for field in fields(Row)]
+    names = [field.name for field in fields(BenchmarkRow)]
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["scene", *names])
     for scene in report.scenes:
@@ -118,7 +118,7 @@ def csv_text(report: Report) -> str:
     return stream.getvalue()
 
 
-def json_text(report: Report) -> str:
+def json_text(report: BenchmarkReport) -> str:
     """Return everything; what is not a finite number is null."""
     data = {
         "command": report.command,
@@ -145,7 +145,7 @@ def _scene_data(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-WRITERS: dict[str, Callable[[Report], str]] = {
+WRITERS: dict[str, Callable[[BenchmarkReport], str]] = {
     ".md": markdown, ".csv": csv_text, ".json": json_text,
 }  # fmt: skip
 
@@ -162,7 +162,7 @@ def require_ending(option: str, path: Path, allowed: Sequence[str]) -> str:
     return ending
 
 
-def write_report(report: Report, path: Path) -> Path:
+def write_report(report: BenchmarkReport, path: Path) -> Path:
     """Write a report in the form that the file's ending names.
 
     Raises:
