@@ -19,7 +19,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 BUILD_REQUIRES := "pip>=23" "scikit-build-core>=0.10" "nanobind>=2.4" "libpinocchio==4.1.*" \
 	cmeel-eigen cmeel-urdfdom-headers ninja cmake
-NATIVE := $(wildcard CMakeLists.txt hexapod_pin/native/*)
+NATIVE := CMakeLists.txt $(sort $(shell find hexapod_pin/native -name '*.[ch]pp'))
 MODULES := $(sort $(shell find hexapod_pin -name '*.py'))
 
 # Each probe ends with one line that says what is missing, or silently with status 0.

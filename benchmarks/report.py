@@ -45,7 +45,7 @@ settling is part of every error. Sampling does not change a run, the dense solve
 round; MuJoCo's solver iterations are means over 10 ms samples.
 
 Pinocchio's crba + nle: CRBA and nonLinearEffects called in C++, what mass matrix and bias cost with
-it: the yardstick. A step takes both from its own fused pass (`native/fused_legs.hpp`).
+it: the yardstick. A step takes both from its own fused pass (`native/fused/fused_legs.hpp`).
 """
 
 

@@ -18,8 +18,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hexapod_pin import errors as errors
     from hexapod_pin import view as view
-    from hexapod_pin.benchmark.advice import Advice as Advice
-    from hexapod_pin.benchmark.advice import advise as advise
     from hexapod_pin.control.gait import Gait as Gait
     from hexapod_pin.control.hold_posture import HoldPosture as HoldPosture
     from hexapod_pin.control.kinematic import KinematicControl as KinematicControl
@@ -46,18 +44,18 @@ if TYPE_CHECKING:
     from hexapod_pin.ground.terrain import Slope as Slope
     from hexapod_pin.ground.terrain import Stairs as Stairs
     from hexapod_pin.results.checkpoint import Checkpoint as Checkpoint
-    from hexapod_pin.results.torque_budget import TorqueBudget as TorqueBudget
+    from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
     from hexapod_pin.results.torque_budget import torque_budget as torque_budget
     from hexapod_pin.results.trace import Trace as Trace
-    from hexapod_pin.results.trace import load_trace as load_trace
+    from hexapod_pin.results.trace_file import load_trace as load_trace
     from hexapod_pin.robot.description.blueprint import Blueprint as Blueprint
     from hexapod_pin.robot.robot import Robot as Robot
     from hexapod_pin.robot.robot import load_robot as load_robot
     from hexapod_pin.robot.robot import urdf_path as urdf_path
     from hexapod_pin.robot.state import State as State
-    from hexapod_pin.simulation.run import Case as Case
+    from hexapod_pin.simulation.batch import simulate_batch as simulate_batch
+    from hexapod_pin.simulation.case import Case as Case
     from hexapod_pin.simulation.run import simulate as simulate
-    from hexapod_pin.simulation.run import simulate_batch as simulate_batch
     from hexapod_pin.simulation.scene import Scene as Scene
 
     __version__: str
@@ -65,10 +63,9 @@ if TYPE_CHECKING:
 _MODULES = {
     "AdamsCoulomb": "ground.contact",
     "AdamsImpact": "ground.contact",
-    "Advice": "benchmark.advice",
     "Blueprint": "robot.description.blueprint",
     "BrownMcPhee": "ground.contact",
-    "Case": "simulation.run",
+    "Case": "simulation.case",
     "Checkpoint": "results.checkpoint",
     "Contact": "ground.contact",
     "Flat": "ground.terrain",
@@ -95,16 +92,25 @@ _MODULES = {
     "State": "robot.state",
     "StickSlip": "ground.contact",
     "TanhCoulomb": "ground.contact",
-    "TorqueBudget": "results.torque_budget",
+    "TorqueBudget": "results.robot_budget",
     "Trace": "results.trace",
-    "advise": "benchmark.advice",
     "load_robot": "robot.robot",
-    "load_trace": "results.trace",
+    "load_trace": "results.trace_file",
     "simulate": "simulation.run",
-    "simulate_batch": "simulation.run",
+    "simulate_batch": "simulation.batch",
     "torque_budget": "results.torque_budget",
     "urdf_path": "robot.robot",
 }
+
+_FORMER = {
+    "Held": "control.sampled_trajectory.SampledTrajectory",
+    "Hold": "control.hold_posture.HoldPosture",
+    "Patched": "ground.terrain.PatchedGround",
+    "Shaken": "ground.terrain.ShakingGround",
+    "advise": "benchmark.advice.advise",
+    "playback": "view",
+}
+"""Names of 0.1 and what they are now (docs/names.md)."""
 
 __all__ = ["__version__", "errors", "view", *_MODULES]  # noqa: PLE0604
 
@@ -121,10 +127,24 @@ if not TYPE_CHECKING:  # with it, a type checker would take any name for granted
             value = import_module(f"hexapod_pin.{name}")
         elif name in _MODULES:
             value = getattr(import_module(f"hexapod_pin.{_MODULES[name]}"), name)
+        elif name in _FORMER:
+            return _former(name)
         else:
             raise AttributeError(f"module 'hexapod_pin' has no attribute {name!r}")
         globals()[name] = value
         return value
+
+
+def _former(name: str) -> Any:
+    """Return what a former name is called now, with a warning that says so."""
+    import warnings
+
+    now = _FORMER[name]
+    warnings.warn(f"hexapod_pin.{name} is now hexapod_pin.{now}", DeprecationWarning, stacklevel=3)
+    module, _, attribute = now.rpartition(".")
+    if not module:
+        return import_module(f"hexapod_pin.{now}")
+    return getattr(import_module(f"hexapod_pin.{module}"), attribute)
 
 
 def __dir__() -> list[str]:

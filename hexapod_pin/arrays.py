@@ -12,10 +12,29 @@ Array = NDArray[np.float64]
 
 
 def read_only(values: ArrayLike) -> Array:
-    """Return an own, contiguous, write-protected copy in double precision."""
+    """Return the values as a contiguous, write-protected array in double precision.
+
+    A copy, unless they are such an array already: that one is shared.
+    """
+    if _is_stored(values):
+        return values  # type: ignore[return-value]  # checked
     array = np.array(values, dtype=np.float64, order="C")
     array.flags.writeable = False
     return array
+
+
+def _is_stored(values: ArrayLike) -> bool:
+    """Tell whether `values` is a contiguous array of doubles that nothing can write to."""
+    if type(values) is not np.ndarray or values.dtype != np.float64:
+        return False
+    if not values.flags.c_contiguous:
+        return False
+    array: object = values
+    while isinstance(array, np.ndarray):
+        if array.flags.writeable:
+            return False
+        array = array.base
+    return True
 
 
 def digest(text: str) -> str:

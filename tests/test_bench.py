@@ -15,20 +15,24 @@ import pinocchio as pin
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.work_precision.comparison import ComparisonSettings, compare
-from hexapod_pin.benchmark.work_precision.entry import OURS, RunOutcome, ReferenceSolution
-from hexapod_pin.validation.position_error import PositionError
-from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow, measure
-from hexapod_pin.benchmark.work_precision.reference_solution import NoReferenceError, known_answer, find_reference
 from hexapod_pin.benchmark.report.pages import BenchmarkReport, csv_text, json_text, markdown
-from hexapod_pin.benchmark.work_precision.scenes import built_in
-from hexapod_pin.benchmark.work_precision.own_entry import run_task, tolerance_sweep
-from hexapod_pin.validation.solver_setting import SolverSetting
 from hexapod_pin.benchmark.report.tables import level_table
-from hexapod_pin.benchmark.work_precision.tolerance_sweep import best_of, cheapest, sweeps, ratios
+from hexapod_pin.benchmark.work_precision.comparison import ComparisonSettings, compare
+from hexapod_pin.benchmark.work_precision.entry import OURS, ReferenceSolution, RunOutcome
+from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow, measure
+from hexapod_pin.benchmark.work_precision.own_entry import run_task, sweep_settings
+from hexapod_pin.benchmark.work_precision.reference_solution import (
+    NoReferenceError,
+    find_reference,
+    known_answer,
+)
+from hexapod_pin.benchmark.work_precision.scenes import built_in
+from hexapod_pin.benchmark.work_precision.tolerance_sweep import best_of, cheapest, ratios, sweeps
 from hexapod_pin.commands.app import main
 from hexapod_pin.errors import ParameterError, SimulationInterrupted, UnknownNameError
 from hexapod_pin.simulation.methods import METHODS
+from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.validation.solver_setting import SolverSetting
 
 STILL = np.array([[0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0, 0.3, -0.2]] * 3)
 
@@ -97,7 +101,7 @@ def test_ratio_is_our_time_over_the_other_engines_best():
     assert ratios([*rows, slower])[0].endswith("ours 8 ms (extrapolated-euler, 0.001), ratio 0.500")
 
 
-def test_refused_settings_are_no_part_of_a_ladder():
+def test_refused_settings_are_no_part_of_a_sweep():
     rows = [row(1e-3, 1e-4, 1.0), row(1e-2, math.nan, math.nan, note="refused: no")]
     assert [one.value for one in sweeps(rows)[OURS, "a"]] == [1e-3]
 
@@ -113,7 +117,9 @@ class Fake:
     engine: str = OURS
     setting: str = "s"
     value: float = 1.0
-    reference: ReferenceSolution = field(default_factory=lambda: ReferenceSolution(outcome(0.0), "t", PositionError(0, 0), "c"))
+    reference: ReferenceSolution = field(
+        default_factory=lambda: ReferenceSolution(outcome(0.0), "t", PositionError(0, 0), "c")
+    )
 
     def run(self) -> RunOutcome:
         """Note the run; Ctrl-C comes at the run that was asked for."""
@@ -162,18 +168,18 @@ def test_reference_of_hc40_soft_is_the_published_end_state():
     assert known_answer(built_in("stand"), reference) is None
 
 
-def test_a_reference_without_patience_is_refused_with_what_was_tried():
+def test_a_reference_without_time_is_refused_with_what_was_tried():
     with pytest.raises(NoReferenceError, match="more than 0 s"):
-        find_reference(replace(built_in("stand"), duration=0.01), patience=0.0)
+        find_reference(replace(built_in("stand"), duration=0.01), max_wall=0.0)
 
 
-def test_ladders_keep_to_what_a_method_allows():
+def test_sweeps_keep_to_what_a_method_allows():
     task = replace(built_in("walk"), sample=2.5e-3, duration=0.01)
-    steps = [one.value for one in tolerance_sweep(task, "implicit-euler")]
+    steps = [one.value for one in sweep_settings(task, "implicit-euler")]
     assert steps == [2.5e-3, 5e-4, 2.5e-4, 1e-4, 5e-5, 2.5e-5, 1e-5]
     for name, method in METHODS.items():
         if method.adaptive:
-            values = [one.value for one in tolerance_sweep(task, name)]
+            values = [one.value for one in sweep_settings(task, name)]
             assert min(values) >= method.tightest
             assert max(values) <= method.loosest
             assert len(values) > 3
@@ -310,16 +316,16 @@ def test_command_refuses_before_it_measures(run, words, says):
 
 
 def test_ctrl_c_writes_what_is_done_and_ends_with_130(run, monkeypatch: pytest.MonkeyPatch):
-    from hexapod_pin.benchmark import command
+    from hexapod_pin.benchmark.work_precision import comparison
 
-    real = command.compare
+    real = comparison.compare
 
     def interrupted(task, plan, progress):
         if task.name == "stand":
             raise KeyboardInterrupt
         return real(task, plan, progress)
 
-    monkeypatch.setattr(command, "compare", interrupted)
+    monkeypatch.setattr(comparison, "compare", interrupted)
     done = run("walk", "stand", *SHORT, "--out", "r.json")
     assert (done.status, done.left) == (130, ["r.json"])
     assert [one["name"] for one in json.loads(Path("r.json").read_text())["scenes"]] == ["walk"]

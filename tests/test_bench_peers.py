@@ -13,16 +13,16 @@ import pinocchio as pin
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.work_precision.comparison import ComparisonSettings, compare
 from hexapod_pin.benchmark.engines import available as rivals_module
 from hexapod_pin.benchmark.engines.available import engine_entries
 from hexapod_pin.benchmark.engines.engine import Problem
 from hexapod_pin.benchmark.engines.urdf import engine_urdf
-from hexapod_pin.benchmark.work_precision.scenes import built_in
+from hexapod_pin.benchmark.work_precision.comparison import ComparisonSettings, compare
 from hexapod_pin.benchmark.work_precision.own_entry import run_task
-from hexapod_pin.validation.solver_setting import SolverSetting
+from hexapod_pin.benchmark.work_precision.scenes import built_in
 from hexapod_pin.benchmark.work_precision.task import Task
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.validation.solver_setting import SolverSetting
 
 
 def engine(module: str, task: Task):
@@ -179,7 +179,9 @@ def test_ours_and_mujoco_stand_in_one_table_with_their_ratio(monkeypatch):
 
     monkeypatch.setattr(mujoco_engine, "QUICK_STEPS", (1e-3, 5e-4))
     task = replace(built_in("walk"), duration=0.1)
-    found = compare(task, ComparisonSettings(["implicit-euler"], rounds=1, quick=True, engines=True))
+    found = compare(
+        task, ComparisonSettings(["implicit-euler"], rounds=1, quick=True, engines=True)
+    )
     engines = {one.engine for one in found.rows}
     assert engines == {"hexapod_pin", "MuJoCo"}
     methods = {one.method for one in found.rows if one.engine == "MuJoCo"}

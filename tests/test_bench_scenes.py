@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from vehicles import DATA, HARD_CASES, drop, hexa_ref
+from vehicles import HARD_CASES, drop, hexa_ref
 
 import hexapod_pin as hp
 from hexapod_pin.benchmark.work_precision.scene_options import SceneOptions, find_task
@@ -18,9 +18,8 @@ from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 from hexapod_pin.validation.cases.robots import BENCH19, robot_file
 
 
-def test_packaged_robots_are_their_table_and_the_hard_cases_own():
+def test_the_packaged_robot_is_its_table():
     assert robot_file("bench19").read_text() == BENCH19.urdf()
-    assert robot_file("hexa_ref").read_bytes() == (DATA / "hexa_ref.urdf").read_bytes()
     assert BENCH19.total_mass == pytest.approx(0.65 + 6 * (0.15 + 0.041 + 0.11), abs=1e-12)
 
 
@@ -107,7 +106,7 @@ def test_a_scene_file_and_a_gait_name_a_task(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    ("name", "wish", "error", "says"),
+    ("name", "options", "error", "says"),
     [
         ("walk", SceneOptions(contact="s1"), ParameterError, "--contact"),
         ("walk", SceneOptions(gait="wave"), ParameterError, "--gait"),
@@ -119,12 +118,12 @@ def test_a_scene_file_and_a_gait_name_a_task(tmp_path: Path):
         ("nothing", SceneOptions(), UnknownNameError, "hc40-soft"),
         ("nothing.toml", SceneOptions(), ParameterError, "can be read"),
         ("nothing.toml", SceneOptions(kp=1.0), ParameterError, "--kp"),
-        (str(DATA / "hexa_ref.urdf"), SceneOptions(gait="tripod", stroke=1.0), GaitError, "stroke"),
+        (str(robot_file("hexa_ref")), SceneOptions(gait="tripod", stroke=1.0), GaitError, "stroke"),
     ],
 )
-def test_what_a_scene_does_not_take_is_refused(name, wish, error, says):
+def test_what_a_scene_does_not_take_is_refused(name, options, error, says):
     with pytest.raises(error, match=says):
-        find_task(name, wish)
+        find_task(name, options)
 
 
 def test_built_in_scenes_are_the_five_of_the_study():

@@ -11,7 +11,8 @@ import pytest
 from synthetic import JOINTS, WEIGHT, synthetic_trace
 
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.results.joint_budget import joint_kinds, steady_window
+from hexapod_pin.results.joint_budget import joint_kinds
+from hexapod_pin.results.steady_window import steady_window
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
 

@@ -237,7 +237,7 @@ def test_ctrl_c_during_the_simulation_keeps_what_was_done(
     def interrupting(_title: str) -> Iterator[Callable[[float], None]]:
         yield lambda _fraction: signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr("hexapod_pin.commands.walk_options.progress_bar", interrupting)
+    monkeypatch.setattr("hexapod_pin.commands.progress.progress_bar", interrupting)
     done = run(*WALK, "--duration", "10")
     assert done.status == 130
     assert done.err.startswith("hexapod-pin: interrupted after ")

@@ -15,7 +15,7 @@ from test_simulation import quadruped
 
 import hexapod_pin as hp
 from hexapod_pin import native as _native
-from hexapod_pin.simulation.plant import native_plant
+from hexapod_pin.simulation.plant import native_model, native_plant
 
 BUILDS = {"best": {}, "baseline": {"baseline": True}}
 
@@ -140,7 +140,7 @@ def test_sliding_joints_are_left_to_pinocchio(tmp_path: Path) -> None:
     model = pin.buildModelFromUrdf(str(tmp_path / "skew.urdf"), pin.JointModelFreeFlyer())
     with mock.patch.object(_native, "plant_settings") as call:
         native_plant(hp.Scene(robot))
-    plant = _native.plant_settings(**{**call.call_args.kwargs, "model": model.saveToString()})
+    plant = _native.plant_settings(**{**call.call_args.kwargs, "model": native_model(model)})
     assert plant.arrow and plant.dynamics == "pinocchio"
     q, v = random_state(robot, np.random.default_rng(1))
     found = _native.evaluate(plant, q, v, np.zeros(6))

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hexapod_pin.validation.solver_setting import SolverSetting
 from hexapod_pin.validation.cases.mirror import (
     SHIFT,
-    Motion,
+    SampledMotion,
     base_run,
     in_a_batch,
     mirror_map,
@@ -19,6 +18,7 @@ from hexapod_pin.validation.cases.mirror import (
     shifted,
     yawed,
 )
+from hexapod_pin.validation.solver_setting import SolverSetting
 
 IMPLICIT, RK4, EXTRAPOLATED_EULER = (
     SolverSetting("implicit-euler", 1e-3),
@@ -34,11 +34,11 @@ WAYS = pytest.mark.parametrize(
 
 @pytest.fixture(scope="module")
 def known():
-    motions: dict[SolverSetting, Motion] = {}
+    motions: dict[SolverSetting, SampledMotion] = {}
 
-    def get(way: SolverSetting) -> Motion:
+    def get(way: SolverSetting) -> SampledMotion:
         if way not in motions:
-            motions[way] = Motion.of(base_run().by(way))
+            motions[way] = SampledMotion.of(base_run().by(way))
         return motions[way]
 
     return get
@@ -114,6 +114,6 @@ def test_a_wrong_mirror_is_seen(broken: str, known) -> None:
     else:
         v[6] = -v[6]
     q[:3] += SHIFT
-    found = Motion.of(moved(run, q, v).by(IMPLICIT))
+    found = SampledMotion.of(moved(run, q, v).by(IMPLICIT))
     found.q[:, :3] -= SHIFT
     assert known(IMPLICIT).apart(found) > 1e-3

@@ -14,8 +14,8 @@ from hexapod_pin.formulations.rigid.flow import rigid_flow
 from hexapod_pin.formulations.rigid.kkt import solve_ranked
 from hexapod_pin.formulations.rigid.model import RigidGround, RigidModel
 from hexapod_pin.formulations.rigid.motion import motion_under, rigid_gait, rigid_motion
-from hexapod_pin.validation.checks import rigid_checks
 from hexapod_pin.validation.cases.bodies import SIX_FEET_MASS as MASS
+from hexapod_pin.validation.checks import rigid_checks
 from hexapod_pin.validation.checks.six_feet import feet_named, six_feet
 
 LEVEL = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])

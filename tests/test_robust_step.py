@@ -13,9 +13,9 @@ import vehicles
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.benchmark.work_precision.scenes import built_in
 from hexapod_pin.simulation.plant import native_plant
+from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.validation.stress import stress_scenes
 
 G = 9.81
@@ -58,7 +58,9 @@ def test_hc40_errors_are_those_of_the_study(name: str) -> None:
     )
     for step, expected in zip((1e-3, 5e-4), HC40[name], strict=True):
         run = robust(task.scene, task.controller, 0.25, step, sample=0.25, initial=task.initial)
-        assert PositionError.between(run.q[-1:], reference.q[-1:]).q == pytest.approx(expected, rel=0.05)
+        assert PositionError.between(run.q[-1:], reference.q[-1:]).q == pytest.approx(
+            expected, rel=0.05
+        )
 
 
 SCENES = {  # contact, ground, servos; largest error at 1 ms as measured, first order

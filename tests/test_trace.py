@@ -16,7 +16,9 @@ import pytest
 from synthetic import FEET, JOINTS, WEIGHT, synthetic_trace
 
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
-from hexapod_pin.results.trace import ENERGIES, Trace, load_trace
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.trace_file import load_trace
+from hexapod_pin.results.trace_layout import ENERGIES
 
 
 @pytest.fixture

@@ -6,16 +6,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
+from hexapod_pin.benchmark.work_precision.comparison import Comparison
 from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
-from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow, measure
+from hexapod_pin.benchmark.work_precision.own_entry import STEPS, OwnEntry, run_task
 from hexapod_pin.benchmark.work_precision.reference_solution import find_reference
-from hexapod_pin.benchmark.work_precision.own_entry import OwnEntry, STEPS, run_task
-from hexapod_pin.validation.solver_setting import SolverSetting, divides, method_names
 from hexapod_pin.benchmark.work_precision.task import Task, standing_task
 from hexapod_pin.benchmark.work_precision.tolerance_sweep import cheapest, sweeps
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.simulation.methods import METHODS
+from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.validation.solver_setting import SolverSetting, divides, method_names
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
@@ -118,8 +119,8 @@ def advise(
     """Measure all methods on a short piece of a scene and recommend one.
 
     Errors are measured against a tight reference on that piece. Accepted is a setting whose
-    error, `SAFETY_FACTOR` times over, stays within the wanted one, and with it every tighter setting
-    tried of that method; recommended is the one with the least wall time.
+    error, `SAFETY_FACTOR` times over, stays within the wanted one, and with it every tighter
+    setting tried of that method; recommended is the one with the least wall time.
 
     Args:
         scene: robot, ground, contact, servos.
@@ -147,7 +148,9 @@ def advise(
 def advise_on(task: Task, accuracy: float) -> Advice:
     """Return the advice for a task as it is; see `advise`."""
     reference = find_reference(task)
-    entries = [OwnEntry(task, setting, reference) for setting in _worth_timing(task, reference, accuracy)]
+    entries = [
+        OwnEntry(task, setting, reference) for setting in _worth_timing(task, reference, accuracy)
+    ]
     found = measure(entries, task.duration, ROUNDS)
     best = _choose(found.rows, accuracy)
     if best is None:
@@ -165,7 +168,8 @@ def advise_on(task: Task, accuracy: float) -> Advice:
         predicted_error=best.error,
         evaluations=float(best.evaluations or 0.0),
         milliseconds=best.wall * 1e3,
-        sure=sure, reasons=reasons, wanted=accuracy, piece=task, reference=reference, tried=found.rows,
+        sure=sure, reasons=reasons, wanted=accuracy, piece=task, reference=reference,
+        tried=found.rows,
     )  # fmt: skip
 
 
@@ -193,19 +197,25 @@ def _settings(task: Task, method: str, accuracy: float) -> Iterator[SolverSettin
     found = METHODS[method]
     if found.adaptive:
         values = (float(f"{share * accuracy:.1e}") for share in ACCURACY_RATIOS)
-        yield from (SolverSetting(method, x) for x in values if found.tightest <= x <= found.loosest)
+        yield from (
+            SolverSetting(method, x) for x in values if found.tightest <= x <= found.loosest
+        )
     else:
         yield from (SolverSetting(method, step) for step in STEPS if divides(step, task.sample))
 
 
 def _choose(rows: tuple[BenchmarkRow, ...], accuracy: float) -> BenchmarkRow | None:
-    """Return the cheapest row that is `SAFETY_FACTOR` times better than wanted, its tighter ones too."""
+    """Return the cheapest row that, with its tighter ones, is `SAFETY_FACTOR` times better."""
     found = [cheapest(own, accuracy / SAFETY_FACTOR) for own in sweeps(rows).values()]
     return min((row for row in found if row is not None), key=lambda row: row.wall, default=None)
 
 
 def _sureness(
-    task: Task, reference: ReferenceSolution, best: BenchmarkRow, rows: tuple[BenchmarkRow, ...], accuracy: float
+    task: Task,
+    reference: ReferenceSolution,
+    best: BenchmarkRow,
+    rows: tuple[BenchmarkRow, ...],
+    accuracy: float,
 ) -> tuple[tuple[str, ...], Literal["high", "fair", "low"]]:
     """Return what speaks against the advice, and how sure that leaves it."""
     reasons = []
@@ -232,3 +242,9 @@ def _growth(task: Task, reference: ReferenceSolution, best: BenchmarkRow) -> flo
     half = task.samples // 2 + 1
     first = PositionError.between(outcome.q[:half], reference.outcome.q[:half]).q
     return outcome.distance(reference.outcome).q / max(first, 1e-15)
+
+
+def advice_comparison(task: Task, accuracy: float) -> Comparison:
+    """Return what was tried for an advice, with the advice among the notes."""
+    advice = advise_on(task, accuracy)
+    return Comparison(task, (advice.reference,), advice.tried, (str(advice),))

@@ -17,6 +17,7 @@ from hexapod_pin.ground.contact import (
     SmoothStep,
 )
 from hexapod_pin.ground.contact.bounce import bounce
+from hexapod_pin.ground.contact.pair import PRESETS
 from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, delivered_restitution
 
 Law = Union[NormalLaw, FrictionLaw, Contact]  # noqa: UP007 (evaluated on Python 3.10)
@@ -29,8 +30,6 @@ SHARES = (0.1, 0.3, 0.5, 0.7, 0.9, 0.99)
 """Shares of the friction limit of the printed creep table."""
 
 NO_FIGURE = "no figure: matplotlib is not installed; pip install 'hexapod-pin[plot]' brings it"
-
-PRESETS = ("accurate", "s1", "s1-printed", "s2")
 
 
 def examples() -> dict[str, NormalLaw | FrictionLaw]:

@@ -29,12 +29,34 @@ class Servo(Spec):
     assumed: bool = False
 
     @classmethod
-    def from_effort(cls, robot: Robot, *, error: float = 0.025, time: float = 0.02) -> Servo:
-        """Return *assumed* gains: full effort at `error` [rad], kd = kp * `time` [s].
+    def from_effort(
+        cls,
+        robot: Robot,
+        *,
+        kp: float | None = None,
+        kd: float | None = None,
+        error: float = 0.025,
+        time: float = 0.02,
+    ) -> Servo:
+        """Return servos with *assumed* gains where none are given.
 
         Neither paper gives gains. A hobby servo reaches its full torque within a few degrees of
         error; 0.025 rad is 1.4 degrees.
+
+        Args:
+            robot: whose joints they drive.
+            kp: stiffness [N m/rad]; None: the largest effort at `error`.
+            kd: damping [N m s/rad]; None: the assumed stiffness times `time`.
+            error: joint error of full effort [rad].
+            time: kd / kp of the assumed gains [s].
+
+        Raises:
+            ParameterError: a gain is negative or not finite.
         """
         effort = float(robot.effort.max()) if robot.effort.size else 0.0
-        kp = effort / error
-        return cls(kp=kp, kd=kp * time, assumed=True)
+        stiffness = effort / error
+        return cls(
+            kp=stiffness if kp is None else kp,
+            kd=stiffness * time if kd is None else kd,
+            assumed=kp is None or kd is None,
+        )

@@ -1,6 +1,7 @@
 """The C++17 inner loop: plant, contact, integrators, rollouts; compiled into `_core`.
 
-One header per concept beside this file; `bindings.cpp` is the border.
+One header per concept: `laws/`, `plant/`, `methods/`, `robust/`, `fused/`, `run/`;
+`bindings/` is the border.
 """
 
 from hexapod_pin.native._core import Checkpoint as Checkpoint
@@ -11,6 +12,7 @@ from hexapod_pin.native._core import NormalLaw as NormalLaw
 from hexapod_pin.native._core import PlantSettings as PlantSettings
 from hexapod_pin.native._core import Rollout as Rollout
 from hexapod_pin.native._core import Terrain as Terrain
+from hexapod_pin.native._core import TreeModel as TreeModel
 from hexapod_pin.native._core import advance_all as advance_all
 from hexapod_pin.native._core import checkpoint as checkpoint
 from hexapod_pin.native._core import evaluate as evaluate
@@ -21,5 +23,6 @@ from hexapod_pin.native._core import profile as profile
 from hexapod_pin.native._core import repeat_compute as repeat_compute
 from hexapod_pin.native._core import repeat_dynamics as repeat_dynamics
 from hexapod_pin.native._core import start as start
+from hexapod_pin.native._core import tree_model as tree_model
 from hexapod_pin.native._core import with_patches as with_patches
 from hexapod_pin.native._core import with_shaking as with_shaking

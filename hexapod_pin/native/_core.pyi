@@ -60,6 +60,12 @@ def with_patches(
 ) -> Terrain: ...
 def with_shaking(terrain: Terrain, amplitude: float, frequency: float) -> Terrain: ...
 
+class TreeModel: ...
+
+def tree_model(
+    parent: Sequence[int], motion: Array, placement: Array, inertia: Array, armature: Array
+) -> TreeModel: ...
+
 class PlantSettings:
     @property
     def arrow(self) -> bool: ...
@@ -85,7 +91,7 @@ class Rollout:
     def checkpoint(self) -> Checkpoint: ...
 
 def plant_settings(
-    model: str,
+    model: TreeModel,
     gravity: Array,
     feet: Sequence[tuple[int, Array, float]],
     normal: NormalLaw,

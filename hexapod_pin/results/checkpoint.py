@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hexapod_pin.arrays import Array
+from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import StateError
 
 
@@ -38,10 +38,9 @@ class Checkpoint:
             StateError: a number is not finite.
         """
         for name in ("q", "v", "contacts"):
-            array = np.array(getattr(self, name), dtype=float)
+            array = read_only(getattr(self, name))
             if not np.isfinite(array).all():
                 raise StateError(f"Checkpoint.{name} is not finite.")
-            array.flags.writeable = False
             object.__setattr__(self, name, array)
 
     @classmethod

@@ -16,46 +16,33 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.checkpoint import Checkpoint
-from hexapod_pin.results.netcdf import Column, read_netcdf, write_netcdf
+from hexapod_pin.results.netcdf import Column, write_netcdf
+from hexapod_pin.results.trace_layout import (
+    BASE_Q,
+    BASE_V,
+    ENERGIES,
+    LAYOUT,
+    LOSSES,
+    SCHEMA,
+    SCHEMA_VERSION,
+    STATE_ENERGIES,
+    described,
+    frozen,
+    frozen_json,
+)
 
 if TYPE_CHECKING:
     import xarray
-
-Array = npt.NDArray[np.float64]
-
-SCHEMA = "hexapod_pin.results.trace"
-SCHEMA_VERSION = 1
-STATE_ENERGIES = ("kinetic", "potential", "elastic")
-LOSSES = ("joint_damping_loss", "normal_loss", "friction_loss")
-ENERGIES = (*STATE_ENERGIES, "servo_work", *LOSSES)
-
-_BASE_Q = ("base_x", "base_y", "base_z", "base_qx", "base_qy", "base_qz", "base_qw")
-_BASE_V = ("base_vx", "base_vy", "base_vz", "base_wx", "base_wy", "base_wz")
-
-
-# name: (axes, unit, meaning) of every array field, in the order of the fields.
-_LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "time": (("time",), "s", "time since the start of the simulation"),
-    "q": (("time", "q_name"), "m, 1, rad", "base position in the world, quaternion xyzw, joints"),
-    "v": (("time", "v_name"), "m/s, rad/s", "base twist in body axes (linear, angular), joints"),
-    "torque": (("time", "joint"), "N m", "torque applied by the servos"),
-    "q_ref": (("time", "joint"), "rad", "joint angle set-points"),
-    "v_ref": (("time", "joint"), "rad/s", "joint rate set-points"),
-    "foot_position": (("time", "foot", "axis"), "m", "centres of the foot spheres, world axes"),
-    "foot_force": (("time", "foot", "axis"), "N", "force on the robot at the feet, world axes"),
-    "foot_gap": (("time", "foot"), "m", "lowest point of the foot to the ground, < 0 pressed in"),
-    "com": (("time", "axis"), "m", "centre of mass, world axes"),
-    "foot_normal": (("time", "foot", "axis"), "1", "ground normal under the feet, world axes"),
-}
 
 
 @dataclass(frozen=True, eq=False)
 class Trace:
     """Samples of a simulation: T times, n joints, F feet; SI units, radians.
 
-    Arrays are copied and read-only. Two traces are equal when every bit of them is.
+    Arrays are read-only, copied where they were not. Two traces are equal when every bit is.
 
     Attributes:
         time: (T,) [s], strictly increasing.
@@ -113,10 +100,10 @@ class Trace:
             normal = np.broadcast_to(self.foot_normal, shapes["foot_normal"])
             object.__setattr__(self, "foot_normal", normal)
         for name, shape in shapes.items():
-            object.__setattr__(self, name, _frozen(f"Trace.{name}", getattr(self, name), shape))
+            object.__setattr__(self, name, frozen(f"Trace.{name}", getattr(self, name), shape))
         object.__setattr__(self, "energy", self._frozen_energy())
-        object.__setattr__(self, "counters", _frozen_json("Trace.counters", self.counters))
-        object.__setattr__(self, "meta", _frozen_json("Trace.meta", self.meta))
+        object.__setattr__(self, "counters", frozen_json("Trace.counters", self.counters))
+        object.__setattr__(self, "meta", frozen_json("Trace.meta", self.meta))
         if np.any(np.diff(self.time) <= 0.0) or not np.all(np.isfinite(self.time)):
             raise ParameterError("Trace.time", self.time, "finite and strictly increasing [s]")
 
@@ -125,14 +112,14 @@ class Trace:
         sizes = {axis: len(labels) for axis, labels in self._labels().items()}
         if np.ndim(self.time) != 1 or sizes["time"] == 0:
             raise ParameterError("Trace.time", np.shape(self.time), "a 1-D array of >= 1 times [s]")
-        return {name: tuple(sizes[axis] for axis in row[0]) for name, row in _LAYOUT.items()}
+        return {name: tuple(sizes[axis] for axis in row[0]) for name, row in LAYOUT.items()}
 
     def _labels(self) -> dict[str, Any]:
         """Return the labels of every axis."""
         return {
             "time": self.time,
-            "q_name": (*_BASE_Q, *self.joint_names),
-            "v_name": (*_BASE_V, *self.joint_names),
+            "q_name": (*BASE_Q, *self.joint_names),
+            "v_name": (*BASE_V, *self.joint_names),
             "joint": self.joint_names,
             "foot": self.foot_names,
             "axis": ("x", "y", "z"),
@@ -144,8 +131,8 @@ class Trace:
         if missing:
             raise ParameterError("Trace.energy", sorted(self.energy), f"given with {missing} [J]")
         shape = (len(self.time),)
-        frozen = {k: _frozen(f"Trace.energy[{k!r}]", e, shape) for k, e in self.energy.items()}
-        return MappingProxyType(frozen)
+        stored = {k: frozen(f"Trace.energy[{k!r}]", e, shape) for k, e in self.energy.items()}
+        return MappingProxyType(stored)
 
     def __eq__(self, other: object) -> bool:
         """Tell whether every array, name and entry is the same, bit for bit."""
@@ -221,7 +208,7 @@ class Trace:
 
     def _arrays(self) -> dict[str, Array]:
         """Return the stored arrays by their names in a file."""
-        arrays = {name: getattr(self, name) for name in _LAYOUT}
+        arrays = {name: getattr(self, name) for name in LAYOUT}
         return arrays | {f"energy_{name}": self.energy[name] for name in sorted(self.energy)}
 
     def _columns(self) -> dict[str, Column]:
@@ -231,17 +218,17 @@ class Trace:
             for axis, labels in self._labels().items()
             if axis != "time"
         }
-        for name, (dims, units, meaning) in _LAYOUT.items():
-            columns[name] = Column(dims, getattr(self, name), _described(units, meaning))
+        for name, (dims, units, meaning) in LAYOUT.items():
+            columns[name] = Column(dims, getattr(self, name), described(units, meaning))
         for name in sorted(self.energy):
-            about = _described("J", name.replace("_", " "))
+            about = described("J", name.replace("_", " "))
             columns[f"energy_{name}"] = Column(("time",), self.energy[name], about)
         feet = ("time", "foot")
-        columns["normal_force"] = Column(feet, self.normal_force, _described("N", "along normal"))
-        about = _described("N", "foot force within the ground, world axes")
+        columns["normal_force"] = Column(feet, self.normal_force, described("N", "along normal"))
+        about = described("N", "foot force within the ground, world axes")
         columns["tangential_force"] = Column((*feet, "axis"), self.tangential_force, about)
-        columns["contact"] = Column(feet, self.contact, _described("1", "the ground pushes"))
-        about = _described("J", "energy that the method lost or made")
+        columns["contact"] = Column(feet, self.contact, described("1", "the ground pushes"))
+        about = described("J", "energy that the method lost or made")
         columns["energy_residual"] = Column(("time",), self.energy_residual, about)
         for name in ("meta", "counters"):
             text = json.dumps(dict(getattr(self, name)))
@@ -271,83 +258,6 @@ class Trace:
             TraceFileError: the file cannot be written; an old one stays as it was.
         """
         return write_netcdf(path, self._columns(), self._attributes())
-
-
-def load_trace(path: str | Path) -> Trace:
-    """Read a trace that `Trace.save` wrote; equal to it bit for bit.
-
-    Raises:
-        TraceFileError: the file is missing, truncated, damaged, of another kind or of a newer
-            schema; the message names the file and the reason.
-    """
-    arrays, attributes = read_netcdf(path)
-    _check_schema(path, attributes)
-    try:
-        trace = _from_arrays(arrays)
-    except KeyError as error:
-        raise TraceFileError(f"{path}: variable {error.args[0]!r} is missing.") from error
-    except (ParameterError, ValueError, TypeError, AttributeError) as error:
-        raise TraceFileError(f"{path}: damaged ({error})") from error
-    if trace.digest != attributes.get("digest"):
-        raise TraceFileError(f"{path}: damaged: its content does not match its digest.")
-    return trace
-
-
-def _check_schema(path: str | Path, attributes: Mapping[str, Any]) -> None:
-    """Refuse files that are no traces, and traces of a later schema."""
-    if attributes.get("schema") != SCHEMA:
-        found = attributes.get("schema")
-        raise TraceFileError(f"{path}: not a trace (schema {found!r} instead of {SCHEMA!r}).")
-    version = attributes.get("schema_version")
-    if not isinstance(version, int | np.integer) or not 1 <= version <= SCHEMA_VERSION:
-        raise TraceFileError(
-            f"{path}: schema version {version}; this release reads versions up to "
-            f"{SCHEMA_VERSION}: use the release of hexapod_pin that wrote the file, or a later one."
-        )
-
-
-def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]]) -> Trace:
-    """Build a trace from the variables of a file."""
-    prefix = "energy_"
-    stored = (name for name in arrays if name.startswith(prefix) and name != "energy_residual")
-    return Trace(
-        energy={name[len(prefix) :]: arrays[name] for name in stored},
-        counters=json.loads(arrays["counters"].item()),
-        meta=json.loads(arrays["meta"].item()),
-        joint_names=tuple(arrays["joint"]),
-        foot_names=tuple(arrays["foot"]),
-        **{name: arrays[name] for name in _LAYOUT},
-    )
-
-
-def _described(units: str, meaning: str) -> dict[str, str]:
-    """Return the attributes of a column."""
-    return {"units": units, "long_name": meaning}
-
-
-def _frozen(name: str, values: Any, shape: tuple[int, ...]) -> Array:
-    """Return a read-only copy of `values`, refusing another shape than `shape`."""
-    array = np.array(values, dtype=np.float64, order="C")
-    if array.shape != shape:
-        raise ParameterError(name, array.shape, f"an array of shape {shape}")
-    array.setflags(write=False)
-    return array
-
-
-def _frozen_json(name: str, values: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return `values` as JSON would give them back, so that a file loses nothing."""
-    try:
-        plain = json.loads(json.dumps(dict(values), default=_plain))
-    except TypeError as error:
-        raise ParameterError(name, error.args[0], "made of what JSON can hold") from error
-    return MappingProxyType(plain)
-
-
-def _plain(value: Any) -> Any:
-    """Turn arrays and NumPy scalars into lists and numbers."""
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    raise TypeError(f"{type(value).__name__} {value!r}")
 
 
 def _index(kind: str, name: str, names: tuple[str, ...]) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hexapod_pin.arrays import Array
+from hexapod_pin.arrays import Array, digest, read_only
 from hexapod_pin.errors import UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_check import check_urdf
 from hexapod_pin.robot.description.urdf_file import UrdfFile, read_urdf
@@ -21,7 +20,7 @@ from hexapod_pin.robot.loading.limbs import Leg, find_limbs
 from hexapod_pin.robot.loading.pin_model import build_model, joints_in_order
 from hexapod_pin.robot.loading.posture import Posture, joint_angles, standing_angles
 from hexapod_pin.robot.loading.provenance import read_provenance
-from hexapod_pin.robot.state import State, checked_state, read_only
+from hexapod_pin.robot.state import State, checked_state
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -174,7 +173,7 @@ def load_robot(
         total_mass=math.fsum(link.mass or 0.0 for link in file.links),
         posture=angles, provenance=given.line, assumed=given.assumed,
         notes=(*notes, *limbs.notes, *foot_notes, *posture_notes, *_unused(file, placed)),
-        urdf=file.text, digest=hashlib.sha256(file.text.encode()).hexdigest(),
+        urdf=file.text, digest=digest(file.text),
     )  # fmt: skip
 
 

@@ -8,18 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hexapod_pin.arrays import Array
+from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import StateError
 
 QUATERNION_SLACK = 1e-6
 """Largest | |quaternion| - 1 | that is taken for round-off."""
-
-
-def read_only(values: ArrayLike) -> Array:
-    """Return a read-only float copy."""
-    array = np.array(values, dtype=float)
-    array.setflags(write=False)
-    return array
 
 
 @dataclass(frozen=True, eq=False)

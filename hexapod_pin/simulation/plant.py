@@ -11,6 +11,9 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Plane
 
 if TYPE_CHECKING:
+    import pinocchio as pin
+
+    from hexapod_pin.native import TreeModel
     from hexapod_pin.robot.robot import State
     from hexapod_pin.simulation.scene import Scene
 
@@ -37,6 +40,37 @@ def standing_on(scene: Scene, posture: Array) -> State:
     return robot.check_state(q, np.zeros(robot.model.nv))
 
 
+def native_model(model: pin.Model) -> TreeModel:
+    """Return the bodies of a model as the native core takes them.
+
+    Args:
+        model: a free-flyer, then revolute and prismatic joints alone.
+
+    Raises:
+        ParameterError: another joint.
+    """
+    from hexapod_pin import native as _native
+
+    for joint in range(1, model.njoints):
+        freedoms, wanted = (model.nqs[joint], model.nvs[joint]), (7, 6) if joint == 1 else (1, 1)
+        if freedoms != wanted or model.idx_vs[joint] != (0 if joint == 1 else joint + 4):
+            raise ParameterError(
+                "model", model.names[joint], "a free-flyer, then one-coordinate joints"
+            )
+    placements = list(model.jointPlacements)[1:]
+    inertias = list(model.inertias)[1:]
+    motion = np.zeros((model.njoints - 1, 6))
+    for row, joint in enumerate(list(model.joints)[2:], start=1):
+        motion[row] = np.asarray(joint.createData().S).ravel()
+    return _native.tree_model(
+        parent=model.parents.tolist()[1:],
+        motion=motion,
+        placement=np.array([[*p.rotation.ravel(), *p.translation] for p in placements]),
+        inertia=np.array([[y.mass, *y.lever, *y.inertia.ravel()] for y in inertias]),
+        armature=model.armature,
+    )
+
+
 def native_plant(scene: Scene, *, dense: bool = False) -> Any:
     """Return the native settings of a scene's plant; `dense` avoids the block-arrow solver."""
     from hexapod_pin import native as _native
@@ -49,7 +83,7 @@ def native_plant(scene: Scene, *, dense: bool = False) -> Any:
     ]
     limit = robot.effort if servo.limited else np.full(n, np.inf)
     return _native.plant_settings(
-        model=robot.model.saveToString(),
+        model=native_model(robot.model),
         gravity=np.asarray(scene.gravity, dtype=float),
         feet=feet,
         normal=scene.contact.normal.native(),

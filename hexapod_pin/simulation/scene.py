@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.drive.joint_stops import JointStops
@@ -101,6 +102,10 @@ class Scene:
 
     def to_toml(self) -> str:
         """Return the scene as TOML text."""
+        return self._toml
+
+    @cached_property
+    def _toml(self) -> str:
         import tomli_w
 
         return tomli_w.dumps(self.to_dict())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.simulation.run import simulate
@@ -34,6 +34,11 @@ class CaseRun:
     duration: float
     sample: float | None = None
     controller: Controller = field(default_factory=HoldPosture)
+
+    @property
+    def initial(self) -> State:
+        """The state at t = 0 of a run that does not go on from a checkpoint."""
+        return cast("State", self.start)
 
     def by(self, setting: SolverSetting) -> Trace:
         """Return the trace of this run by a method at a setting.

@@ -21,7 +21,7 @@ import umsgpack
 import zmq
 
 from hexapod_pin.errors import ViewerError
-from hexapod_pin.view.scene_graph import Command
+from hexapod_pin.view.meshcat_commands import Command
 
 with warnings.catch_warnings():
     warnings.filterwarnings("ignore", "zmq.eventloop.ioloop", DeprecationWarning)

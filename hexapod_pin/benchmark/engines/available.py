@@ -9,10 +9,10 @@ from importlib.util import find_spec
 from typing import cast
 
 from hexapod_pin.benchmark.engines.engine import Engine, EngineSweep, Problem
-from hexapod_pin.benchmark.work_precision.entry import RunOutcome, ReferenceSolution
-from hexapod_pin.validation.solver_setting import setting_text
+from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution, RunOutcome
 from hexapod_pin.benchmark.work_precision.task import Task
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.validation.solver_setting import setting_text
 
 ENGINES = {
     "mujoco": ("MuJoCo", "mujoco_engine", "Mujoco"),
@@ -65,7 +65,9 @@ class EngineEntries:
     notes: list[str] = field(default_factory=list)
 
 
-def engine_entries(task: Task, *, quick: bool, progress: Callable[[float], None] | None = None) -> EngineEntries:
+def engine_entries(
+    task: Task, *, quick: bool, progress: Callable[[float], None] | None = None
+) -> EngineEntries:
     """Return every installed engine's methods on a task with held set-points.
 
     Runs the references: each method has its engine's own, with a step at most a tenth of the

@@ -13,6 +13,7 @@ from hexapod_pin.benchmark.work_precision.entry import RunOutcome
 from hexapod_pin.benchmark.work_precision.task import Task, setpoints
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Flat
+from hexapod_pin.validation.cases.robots import lowest_foot
 
 MAX_INITIAL_DEPTH = 1e-4
 """Feet deeper in the ground than this at t = 0 are each engine's own problem [m]."""
@@ -58,7 +59,7 @@ class Problem:
         scene, servo = task.scene, task.scene.servos
         if not isinstance(scene.terrain, Flat):
             raise ParameterError("terrain", scene.terrain.kind, "flat in other engines")
-        depth = deepest_foot(task)
+        depth = scene.terrain.height - lowest_foot(scene.robot, task.initial.q)
         if depth > MAX_INITIAL_DEPTH:
             raise ParameterError(
                 "depth of a foot at t = 0", round(depth, 6), f"at most {MAX_INITIAL_DEPTH:g} m",
@@ -78,20 +79,6 @@ class Problem:
     def joints(self) -> tuple[str, ...]:
         """Names of the joints, in the order of `setpoints`."""
         return self.task.scene.robot.joint_names
-
-
-def deepest_foot(task: Task) -> float:
-    """Return how deep the deepest foot is in flat ground at t = 0 [m]; negative above it."""
-    import pinocchio as pin
-
-    robot, ground = task.scene.robot, task.scene.terrain
-    data = robot.model.createData()
-    pin.forwardKinematics(robot.model, data, task.initial.q)
-    lowest = [
-        float(data.oMi[robot.model.getJointId(foot.joint)].act(foot.offset)[2]) - foot.radius
-        for foot in robot.feet
-    ]
-    return float(getattr(ground, "height", 0.0)) - min(lowest)
 
 
 @dataclass(frozen=True)

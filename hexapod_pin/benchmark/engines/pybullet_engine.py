@@ -42,7 +42,9 @@ class Pybullet:
         """Return one method; reference at a tenth of the last step."""
         steps = QUICK_STEPS if quick else STEPS
         fine = steps[-1] / 10.0
-        return [EngineSweep(METHOD, "step", steps, (METHOD, "step", fine), (METHOD, "step", 2 * fine))]
+        return [
+            EngineSweep(METHOD, "step", steps, (METHOD, "step", fine), (METHOD, "step", 2 * fine))
+        ]
 
     def run(self, method: str, kind: str, value: float, *, exact: bool = False) -> RunOutcome:
         """Run the problem at a step [s]; see `Engine.run`."""

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hexapod_pin.benchmark.work_precision.entry import OURS
-from hexapod_pin.validation.machine import Machine
 from hexapod_pin.benchmark.report.pages import BenchmarkReport, require_ending
 from hexapod_pin.benchmark.report.tables import has_engines
+from hexapod_pin.benchmark.work_precision.entry import OURS
 from hexapod_pin.benchmark.work_precision.tolerance_sweep import sweeps
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.validation.machine import Machine
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
     from hexapod_pin.benchmark.work_precision.comparison import Comparison
 
-ENDINGS = (".png", ".svg", ".pdf")
+FIGURE_ENDINGS = (".png", ".svg", ".pdf")
 MARKERS = "osD^vP*X<>hd"
 
 
@@ -32,10 +33,25 @@ def write_plot(report: BenchmarkReport, path: Path) -> Path:
         TraceFileError: the file cannot be written.
         ModuleNotFoundError: matplotlib is not installed.
     """
-    ending = require_ending("--plot", path, ENDINGS).removeprefix(".")
+    ending = require_ending("--plot", path, FIGURE_ENDINGS).removeprefix(".")
     stream = io.BytesIO()
     draw(report.scenes, report.machine).savefig(stream, format=ending)
     return write_atomically(path, stream.getvalue())
+
+
+def require_matplotlib() -> None:
+    """Refuse a figure where matplotlib is not installed.
+
+    Raises:
+        ParameterError: it is not.
+    """
+    from importlib.util import find_spec
+
+    if find_spec("matplotlib") is None:
+        raise ParameterError(
+            "--plot", "given", "left out without matplotlib",
+            "pip install 'hexapod-pin[plot]' brings it.",
+        )  # fmt: skip
 
 
 def draw(scenes: Sequence[Comparison], machine: Machine) -> Figure:

@@ -11,14 +11,15 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from hexapod_pin.benchmark.report.tables import has_engines, tables
 from hexapod_pin.benchmark.work_precision.comparison import Comparison
 from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
-from hexapod_pin.validation.machine import Machine
 from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow
-from hexapod_pin.benchmark.report.tables import Table, has_engines, tables
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.spec import Spec
+from hexapod_pin.validation.machine import Machine
+from hexapod_pin.validation.tables import Table
 
 HOW_TO_READ = """This page is written by the command above with `--out`.
 
@@ -75,7 +76,11 @@ def _law(law: Spec) -> str:
 
 def _truth(reference: ReferenceSolution) -> str:
     uncertainty = reference.uncertainty
-    size = f"{uncertainty.trunk:.1e} m (trunk)" if math.isnan(uncertainty.q) else f"{uncertainty.q:.1e}"
+    size = (
+        f"{uncertainty.trunk:.1e} m (trunk)"
+        if math.isnan(uncertainty.q)
+        else f"{uncertainty.q:.1e}"
+    )
     return f"reference: {reference.text}; its distance from {reference.check}: {size}"
 
 
@@ -89,17 +94,23 @@ def _section(comparison: Comparison) -> str:
     lines = "".join(f"- {line}\n" for line in facts(comparison))
     text = f"## {comparison.task.name}\n\n{lines}\n"
     *levels, runs = tables(comparison)
-    text += "".join(_markdown_table(table) for table in levels)
+    text += "".join(_titled(table) for table in levels)
     if has_engines(comparison):
         text += "### Ratios of wall times\n\n"
         text += "".join(f"- {line}\n" for line in comparison.ratios) + "\n"
-    return text + _markdown_table(runs)
+    return text + _titled(runs)
 
 
-def _markdown_table(table: Table) -> str:
-    rows = [table.head, ["---"] * len(table.head), *table.rows]
-    body = "".join(f"| {' | '.join(row)} |\n" for row in rows)
-    return f"### {table.title}\n\n{body}\n"
+def _titled(table: Table) -> str:
+    return f"### {table.title}\n\n{table.markdown()}\n"
+
+
+def scene_text(comparison: Comparison) -> str:
+    """Return a scene's facts, tables and ratios as plain text."""
+    *levels, runs = tables(comparison)
+    lines = [f"\n{comparison.task.name}", *(f"- {line}" for line in facts(comparison)), ""]
+    lines += [table.text() for table in (runs, *levels)]
+    return "\n".join([*lines, *(comparison.ratios if has_engines(comparison) else ())])
 
 
 def csv_text(report: BenchmarkReport) -> str:

@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from hexapod_pin.benchmark.work_precision.comparison import Comparison
 from hexapod_pin.benchmark.work_precision.entry import OURS
 from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow
-from hexapod_pin.benchmark.work_precision.tolerance_sweep import LEVELS, Measure, cheapest, sweeps, resolved
-
-
-@dataclass(frozen=True)
-class Table:
-    """A titled table.
-
-    Attributes:
-        title: what it shows, with units.
-        head: names of the columns.
-        rows: the cells, as text.
-    """
-
-    title: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+from hexapod_pin.benchmark.work_precision.tolerance_sweep import (
+    LEVELS,
+    Measure,
+    cheapest,
+    resolved,
+    sweeps,
+)
+from hexapod_pin.validation.tables import Table
 
 
 def tables(comparison: Comparison) -> list[Table]:
@@ -80,7 +71,7 @@ def _run(row: BenchmarkRow) -> tuple[str, ...]:
 
 
 def _cell(own: list[BenchmarkRow], level: float, measure: Measure) -> str:
-    """Return "5.6 (1.9k)"; "-" where a level is not reached, "?" below the reference's uncertainty."""
+    """Return "5.6 (1.9k)"; "-" where a level is not reached, "?" where it is not resolved."""
     if not resolved(own, level):
         return "?"
     row = cheapest(own, level, measure)

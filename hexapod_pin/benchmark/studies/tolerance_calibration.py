@@ -13,26 +13,25 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
-from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.benchmark.work_precision.reference_solution import find_reference
-from hexapod_pin.benchmark.work_precision.scenes import hc40, walk
-from hexapod_pin.validation.solver_setting import SolverSetting
-from hexapod_pin.benchmark.report.tables import Table
+from hexapod_pin.benchmark.work_precision.scenes import walk
 from hexapod_pin.benchmark.work_precision.task import Task
 from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
 from hexapod_pin.simulation.run import simulate
-from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS
+from hexapod_pin.validation.cases.drop import drop
+from hexapod_pin.validation.cases.robots import lowest_foot
+from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.validation.solver_setting import SolverSetting
+from hexapod_pin.validation.tables import Table
 
 ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6)
 SEED = 20
-DROP_TIME, WALK_TIME, SAMPLE = 0.3, 1.0, 0.01
+DROP_DURATION, WALK_DURATION, SAMPLE = 0.3, 1.0, 0.01
 """[s]"""
 
-LOOSE_FACTOR, TIGHT_FACTOR, COST_FACTOR = 5.0, 1.0, 1.2
+LOOSE_ERROR_RATIO, TIGHT_ERROR_RATIO, COST_RATIO = 5.0, 1.0, 1.2
 """What is promised: error over accuracy at 1e-4 and looser, at 1e-5 and tighter; cost of a looser
 run over that of a tighter one."""
 
@@ -67,7 +66,7 @@ class Calibration:
     @property
     def promised(self) -> float:
         """Largest factor promised."""
-        return LOOSE_FACTOR if self.accuracy >= 0.9e-4 else TIGHT_FACTOR
+        return LOOSE_ERROR_RATIO if self.accuracy >= 0.9e-4 else TIGHT_ERROR_RATIO
 
     @property
     def kept(self) -> bool:
@@ -88,35 +87,22 @@ def _drop(generator: np.random.Generator, name: str) -> Task:
     """Return the reference hexapod thrown down somehow from 5 to 40 mm."""
     import pinocchio as pin
 
-    base = hc40("soft")
+    base = drop("soft")
     robot = base.scene.robot
     contact = _contact(generator, (1e5, 1e8), (1e2, 1e4), (0.2, 1.0))
-    scene = Scene(robot, contact=contact, servo=base.scene.servo, stops=NO_JOINT_STOPS)
+    scene = replace(base.scene, contact=contact)
     roll, pitch = generator.uniform(-0.3, 0.3, 2)
     attitude = pin.Quaternion(pin.rpy.rpyToMatrix(roll, pitch, generator.uniform(-3.0, 3.0)))
     q = np.concatenate([np.zeros(3), attitude.coeffs(), base.initial.q[7:]])
-    q[2] = generator.uniform(0.005, 0.04) - _lowest_foot(scene, q)
+    q[2] = generator.uniform(0.005, 0.04) - lowest_foot(robot, q)
     v = np.zeros(robot.model.nv)
     v[:3], v[3:6] = generator.uniform(-0.3, 0.3, 3), generator.uniform(-1.0, 1.0, 3)
     start = robot.check_state(q, v)
-    return Task(name, scene, base.controller, start, DROP_TIME, SAMPLE)
-
-
-def _lowest_foot(scene: Scene, q: NDArray[np.float64]) -> float:
-    import pinocchio as pin
-
-    model = scene.robot.model
-    data = model.createData()
-    pin.forwardKinematics(model, data, q)
-    feet = scene.robot.feet
-    return min(
-        float(data.oMi[model.getJointId(foot.joint)].act(foot.offset)[2]) - foot.radius
-        for foot in feet
-    )
+    return Task(name, scene, base.controller, start, DROP_DURATION, SAMPLE)
 
 
 def _walk(generator: np.random.Generator, name: str) -> Task:
-    base = walk(WALK_TIME)
+    base = walk(WALK_DURATION)
     contact = _contact(generator, (1e5, 1e7), (2e2, 3e3), (0.3, 1.0))
     return replace(base, name=name, scene=replace(base.scene, contact=contact))
 
@@ -135,12 +121,12 @@ def _contact(
     return Contact(normal=normal, friction=friction)
 
 
-def study(
+def calibrate(
     tasks: Sequence[Task],
     *,
     method: str = "extrapolated-euler",
     accuracies: Sequence[float] = ACCURACIES,
-    reference: Callable[[Task], ReferenceSolution] = reference,
+    reference: Callable[[Task], ReferenceSolution] = find_reference,
     progress: Callable[[float], None] | None = None,
 ) -> list[Calibration]:
     """Run every task at every accuracy and compare with its reference.
@@ -158,7 +144,7 @@ def study(
     """
     rows: list[Calibration] = []
     for done, task in enumerate(tasks, start=1):
-        known = find_reference(task)
+        known = reference(task)
         rows.extend(_run(task, known, SolverSetting(method, accuracy)) for accuracy in accuracies)
         if progress is not None:
             progress(done / len(tasks))

@@ -7,14 +7,15 @@ from dataclasses import dataclass, field
 
 from hexapod_pin.benchmark.work_precision.entry import Entry, ReferenceSolution
 from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow, measure
-from hexapod_pin.benchmark.work_precision.reference_solution import known_answer, find_reference
-from hexapod_pin.benchmark.work_precision.own_entry import OwnEntry, tolerance_sweep
-from hexapod_pin.validation.solver_setting import method_names
+from hexapod_pin.benchmark.work_precision.own_entry import OwnEntry, sweep_settings
+from hexapod_pin.benchmark.work_precision.reference_solution import find_reference, known_answer
+from hexapod_pin.benchmark.work_precision.scene_options import SceneOptions, as_typed
 from hexapod_pin.benchmark.work_precision.task import Task, held_task
 from hexapod_pin.benchmark.work_precision.tolerance_sweep import ratios
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.validation.solver_setting import method_names
 
 ROUNDS = 5
-QUICK_ROUNDS = 3
 Progress = Callable[[float], None]
 
 
@@ -33,6 +34,16 @@ class ComparisonSettings:
     rounds: int = ROUNDS
     quick: bool = False
     engines: bool = False
+
+    def check(self) -> None:
+        """Refuse what cannot be measured.
+
+        Raises:
+            ParameterError, UnknownNameError: no rounds, or a method that does not exist.
+        """
+        if self.rounds < 1:
+            raise ParameterError("--rounds", self.rounds, "at least 1")
+        method_names(self.names)
 
 
 @dataclass(frozen=True)
@@ -59,6 +70,20 @@ class Comparison:
         return ratios(self.rows)
 
 
+def command_text(
+    scenes: Sequence[str], options: SceneOptions, plan: ComparisonSettings, accuracy: float | None
+) -> str:
+    """Return the command that asks for a comparison, or for advice with an accuracy [m, rad]."""
+    return (
+        f"hexapod-pin bench {' '.join(scenes)}{as_typed(options)}"
+        + ("" if plan.names is None else f" --methods {','.join(plan.names)}")
+        + ("" if accuracy is not None else f" --rounds {plan.rounds}")
+        + (" --quick" if plan.quick else "")
+        + (" --engines" if plan.engines else "")
+        + ("" if accuracy is None else f" --advise {accuracy:g}")
+    )
+
+
 def compare(task: Task, plan: ComparisonSettings, progress: Progress | None = None) -> Comparison:
     """Measure a task.
 
@@ -79,7 +104,7 @@ def compare(task: Task, plan: ComparisonSettings, progress: Progress | None = No
     entries: list[Entry] = [
         OwnEntry(problem, setting, reference)
         for name in names
-        for setting in tolerance_sweep(problem, name, quick=plan.quick)
+        for setting in sweep_settings(problem, name, quick=plan.quick)
         if str(setting) != reference.text  # no run is compared with itself
     ]
     if plan.engines:

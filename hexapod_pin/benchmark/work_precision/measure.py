@@ -106,11 +106,17 @@ def measure(
     return Measured(tuple(rows), interrupted)
 
 
-def row_of(entry: Entry, outcome: RunOutcome, walls: Sequence[float], duration: float) -> BenchmarkRow:
+def row_of(
+    entry: Entry, outcome: RunOutcome, walls: Sequence[float], duration: float
+) -> BenchmarkRow:
     """Return the row of one entry from its first run and its timed ones [s]."""
     reference = entry.reference
     apart = outcome.distance(reference.outcome)
-    uncertainty = reference.uncertainty.trunk if math.isnan(reference.uncertainty.q) else reference.uncertainty.q
+    uncertainty = (
+        reference.uncertainty.trunk
+        if math.isnan(reference.uncertainty.q)
+        else reference.uncertainty.q
+    )
     per_second = (
         None if count is None else count / duration
         for count in (outcome.evaluations, outcome.steps, outcome.rejected)

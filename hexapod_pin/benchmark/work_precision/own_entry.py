@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hexapod_pin.benchmark.work_precision.entry import OURS, RunOutcome, ReferenceSolution
+from hexapod_pin.benchmark.work_precision.entry import OURS, ReferenceSolution, RunOutcome
 from hexapod_pin.benchmark.work_precision.task import Task
 from hexapod_pin.errors import (
     DivergenceError,
@@ -27,7 +27,7 @@ QUICK_ACCURACIES = (1e-3, 1e-4, 1e-5)
 QUICK_STEPS = (1e-3, 5e-4, 2.5e-4, 1e-4)
 
 
-def tolerance_sweep(task: Task, method: str, *, quick: bool = False) -> list[SolverSetting]:
+def sweep_settings(task: Task, method: str, *, quick: bool = False) -> list[SolverSetting]:
     """Return the settings of a method on a task, loosest first."""
     found = METHODS[method]
     if found.adaptive:

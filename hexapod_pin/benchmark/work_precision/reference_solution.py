@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from hexapod_pin.benchmark.work_precision.entry import RunOutcome, ReferenceSolution
-from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution, RunOutcome
 from hexapod_pin.benchmark.work_precision.own_entry import run_task
-from hexapod_pin.validation.solver_setting import SolverSetting
 from hexapod_pin.benchmark.work_precision.task import Task
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.simulation.methods import METHODS
+from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.validation.solver_setting import SolverSetting
 
 MAX_ATTEMPT_WALL = 120.0
 """Longest wall time of one attempt [s]."""
@@ -65,7 +65,9 @@ def known_answer(task: Task, reference: ReferenceSolution) -> float | None:
     return PositionError.between(reference.outcome.q[-1:], task.answer[np.newaxis]).q
 
 
-def _attempts(task: Task, max_wall: float, told: list[str]) -> Iterator[tuple[SolverSetting, RunOutcome]]:
+def _attempts(
+    task: Task, max_wall: float, told: list[str]
+) -> Iterator[tuple[SolverSetting, RunOutcome]]:
     """Yield the tightest run of every line of `CHOICES` that gives a result."""
     for line in CHOICES:
         for setting in line:

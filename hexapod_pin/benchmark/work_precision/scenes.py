@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.work_precision.task import Task
 from hexapod_pin.benchmark.work_precision.tripod import tripod_setpoints
 from hexapod_pin.control.hold_posture import HoldPosture
@@ -17,26 +16,17 @@ from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.cases.reference_data import references
+from hexapod_pin.validation.cases.drop import catalogue_state, drop, drop_numbers
 from hexapod_pin.validation.cases.robots import robot_file
 
 if TYPE_CHECKING:
-    from hexapod_pin.robot.robot import Robot
     from hexapod_pin.robot.state import State
 
-CLEARANCE = 0.010
+DROP_HEIGHT = 0.010
 """Height from which `walk` and `stand` are dropped [m]."""
 
-HOLD = 0.010
+SETPOINT_PERIOD = 0.010
 """How long a set-point of `walk` is held [s]."""
-
-
-VARIANTS = {
-    "soft": {"K": 1e5, "kt": 1e2},
-    "mid": {"K": 1e6, "kt": 1e3},
-    "stiff": {"K": 1e8, "kt": 1e4},
-}
-"""HC40's contact stiffness [N/m^1.5] and slope of the friction law [s/m]."""
 
 
 def built_in(name: str) -> Task:
@@ -53,10 +43,11 @@ def built_in(name: str) -> Task:
 def walk(duration: float = 1.0) -> Task:
     """A tripod gait from a drop of 10 mm; 100 set-points a second, each held for 10 ms."""
     scene, state = _dropped()
-    time = np.asarray(np.arange(round(duration / HOLD)) * HOLD, dtype=np.float64)
+    count = round(duration / SETPOINT_PERIOD)
+    time = np.asarray(np.arange(count) * SETPOINT_PERIOD, dtype=np.float64)
     controller = SampledTrajectory(time, tripod_setpoints(scene.robot, time))
     about = "drop by 10 mm, then a tripod gait of 1 Hz, set-points held 10 ms"
-    return Task("walk", scene, controller, state, duration, HOLD, about=about)
+    return Task("walk", scene, controller, state, duration, SETPOINT_PERIOD, about=about)
 
 
 def stand(duration: float = 1.0) -> Task:
@@ -64,7 +55,7 @@ def stand(duration: float = 1.0) -> Task:
     scene, state = _dropped()
     controller = HoldPosture(scene.robot.posture)
     about = "drop by 10 mm, set-points constant"
-    return Task("stand", scene, controller, state, duration, HOLD, about=about)
+    return Task("stand", scene, controller, state, duration, SETPOINT_PERIOD, about=about)
 
 
 def _dropped() -> tuple[Scene, State]:
@@ -78,7 +69,7 @@ def _dropped() -> tuple[Scene, State]:
     scene = Scene(robot, contact=contact, servo=Servo(kp=20.0, kd=0.3, limited=False))
     standing = robot.stand()
     q = standing.q.copy()
-    q[2] += CLEARANCE
+    q[2] += DROP_HEIGHT
     return scene, robot.check_state(q, standing.v)
 
 
@@ -88,41 +79,11 @@ def hc40(variant: str) -> Task:
     Args:
         variant: "soft", "mid" or "stiff".
     """
-    case: dict[str, Any] = references()["HC40_hexapod_drop_soft"]
-    numbers = {**case["params"], **VARIANTS[variant]}
-    robot = load_robot(robot_file("hexa_ref"))
-    contact = Contact(
-        normal=HuntCrossley(stiffness=numbers["K"], dissipation=numbers["a"]),
-        friction=TanhCoulomb(mu=numbers["mu"], slope=numbers["kt"]),
-    )
-    servo = Servo(kp=numbers["kp"], kd=numbers["kd"], limited=False)
-    scene, state = Scene(robot, contact=contact, servo=servo), _tilted(robot, numbers)
-    duration = float(numbers["T"])
+    run, numbers = drop(variant, stops=True), drop_numbers(variant)
     about = f"tilted hexapod set down at 0.2 m/s, K {numbers['K']:g}, kt {numbers['kt']:g}"
-    answer = _answer(robot, case["ref"]) if variant == "soft" else None
-    controller = HoldPosture(state.q[7:])
-    return Task(f"hc40-{variant}", scene, controller, state, duration, duration, answer, about)
-
-
-def _tilted(robot: Robot, numbers: dict[str, Any]) -> State:
-    """Return HC40's first state: tilted, moving, some feet already in the ground."""
-    import pinocchio as pin
-
-    femur = -0.3
-    rotation = pin.rpy.rpyToMatrix(numbers["roll"], numbers["pitch"], 0.0)
-    height = 0.09879 + 0.11934 * np.sin(femur) + numbers["clear"]
-    posture = np.tile([0.0, femur, -femur], 6)
-    q = np.concatenate([[0.0, 0.0, height], pin.Quaternion(rotation).coeffs(), posture])
-    v = np.zeros(robot.model.nv)
-    v[:3] = rotation.T @ np.array(numbers["vel"])
-    return robot.check_state(q, v)
-
-
-def _answer(robot: Robot, known: dict[str, Any]) -> Array:
-    """Return the known end state of HC40 soft in our joint order. Shape (7 + n,)."""
-    angles = dict(zip(known["joint_order"], known["q_joints_pin_order"], strict=True))
-    joints = [angles[joint] for joint in robot.joint_names]
-    return np.array([*known["base_xyz"], *known["quat_xyzw"], *joints])
+    answer = catalogue_state(run.scene.robot).q if variant == "soft" else None
+    name, duration = f"hc40-{variant}", run.duration
+    return Task(name, run.scene, run.controller, run.initial, duration, duration, answer, about)
 
 
 BUILT_IN: dict[str, Callable[[], Task]] = {

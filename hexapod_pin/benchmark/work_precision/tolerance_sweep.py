@@ -24,7 +24,9 @@ def sweeps(rows: Iterable[BenchmarkRow]) -> dict[tuple[str, str], list[Benchmark
     return {name: sorted(own, key=lambda row: -row.value) for name, own in found.items()}
 
 
-def cheapest(own: Sequence[BenchmarkRow], level: float, measure: Measure = "error") -> BenchmarkRow | None:
+def cheapest(
+    own: Sequence[BenchmarkRow], level: float, measure: Measure = "error"
+) -> BenchmarkRow | None:
     """Return the cheapest setting of one method whose error is at most `level`.
 
     A setting counts only if every tighter one meets the level too: a run that hits it by chance

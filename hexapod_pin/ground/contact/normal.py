@@ -1,6 +1,6 @@
 """Normal laws: the force of the ground on a foot from penetration and approach rate.
 
-Each law is frozen data; its formula lives once, in the native core (`native/normal.hpp`), and
+Each law is frozen data; its formula lives once, in the native core (`native/laws/normal.hpp`), and
 `force` evaluates it from Python. Depth d and approach rate d' are positive into the ground.
 """
 

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated
 
 from pydantic import Field
 
 from hexapod_pin.errors import UnknownNameError
-from hexapod_pin.ground.contact.friction import (
-    AdamsCoulomb,
-    BrownMcPhee,
-    SmoothStep,
-    StickSlip,
-    TanhCoulomb,
-)
 from hexapod_pin.ground.contact.normal import (
     AdamsImpact,
     HuntCrossley,
     KelvinVoigt,
     hertz_stiffness,
 )
+from hexapod_pin.ground.contact.regularised_friction import (
+    AdamsCoulomb,
+    BrownMcPhee,
+    SmoothStep,
+    TanhCoulomb,
+)
 from hexapod_pin.ground.contact.restitution import Restitution
+from hexapod_pin.ground.contact.stick_slip import StickSlip
 from hexapod_pin.spec import Spec
 
 RUBBER = hertz_stiffness(young=5e6, poisson=0.49, radius=0.020)
@@ -101,19 +102,36 @@ class Contact(Spec):
             ),
         )
 
+    def with_mu(self, mu: float | None) -> Contact:
+        """Return the same laws with another friction coefficient; None changes nothing.
+
+        Args:
+            mu: friction coefficient [-]; the static one, where the dynamic one keeps its ratio.
+
+        Raises:
+            ParameterError: mu is out of range.
+        """
+        if mu is None:
+            return self
+        note = f"{self.assumed}; but mu {mu:g} as given" if self.assumed else ""
+        return Contact(normal=self.normal, friction=self.friction.with_mu(mu), assumed=note)
+
     @classmethod
     def preset(cls, name: str) -> Contact:
-        """Return the preset "accurate", "s1", "s1-printed" or "s2".
+        """Return the contact of one of the names in `PRESETS`.
 
         Raises:
             UnknownNameError: for another name.
         """
-        presets = {
-            "accurate": cls.accurate,
-            "s1": cls.s1,
-            "s1-printed": cls.s1_printed,
-            "s2": cls.s2,
-        }
-        if name not in presets:
-            raise UnknownNameError("contact preset", name, list(presets))
-        return presets[name]()
+        if name not in PRESETS:
+            raise UnknownNameError("contact preset", name, list(PRESETS))
+        return PRESETS[name]()
+
+
+PRESETS: dict[str, Callable[[], Contact]] = {
+    "accurate": Contact.accurate,
+    "s1": Contact.s1,
+    "s1-printed": Contact.s1_printed,
+    "s2": Contact.s2,
+}
+"""The named contacts."""

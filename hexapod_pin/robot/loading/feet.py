@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.arrays import Array
+from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, UrdfError
 from hexapod_pin.robot.description.urdf_file import Sphere, UrdfFile
 from hexapod_pin.robot.loading.limbs import Limbs
 from hexapod_pin.robot.loading.pin_model import placement
-from hexapod_pin.robot.state import read_only
 
 if TYPE_CHECKING:
     import pinocchio as pin

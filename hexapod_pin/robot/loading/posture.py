@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hexapod_pin.arrays import Array
+from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.robot.description.urdf_file import Joint
-from hexapod_pin.robot.state import finite_vector, read_only
+from hexapod_pin.robot.state import finite_vector
 
 Posture = ArrayLike | Mapping[str, float]
 

@@ -4,24 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.validation.case_result import ExpectedValue, relative
-from hexapod_pin.validation.case_run import CaseRun
-from hexapod_pin.validation.hard_case import HardCase, Trial
-from hexapod_pin.validation.solver_setting import IMPLICIT_1MS, ORDER_3, EXTRAPOLATED_EULER, DOP853, NDF, TIGHT, SolverSetting, rk4
-from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.validation.case_result import ExpectedValue, relative
+from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS, ZERO_GAIN_SERVO, body, state
 from hexapod_pin.validation.cases.reference_data import answers
 from hexapod_pin.validation.cases.robots import robot_file
-
+from hexapod_pin.validation.hard_case import HardCase, Trial
+from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.validation.solver_setting import (
+    DOP853,
+    EXTRAPOLATED_EULER,
+    IMPLICIT_1MS,
+    NDF,
+    ORDER_3,
+    TIGHT,
+    SolverSetting,
+    rk4,
+)
 
 Values = Iterator[ExpectedValue]
+
 
 def _spinning(inertia: tuple[float, float, float], spin: Array, duration: float) -> CaseRun:
     """Return a body in empty space, its base at its centre of mass."""
@@ -34,7 +42,6 @@ def _spinning(inertia: tuple[float, float, float], spin: Array, duration: float)
 
 TRUNK = (0.0025185, 0.0166529, 0.0168972)
 """Principal moments of S2's trunk, sorted [kg m^2]."""
-
 
 
 def flip(setting: SolverSetting, name: str) -> Values:
@@ -64,7 +71,7 @@ def flip(setting: SolverSetting, name: str) -> Values:
         error = float(np.abs(after.v[-1, 3:6] - known).max() / np.abs(spin).max())
         yield ExpectedValue(
             f"body rates after 10 s, {name}", error, tolerance,
-            expected_miss="round-off in the energy, 1e-15 over eps^2, moves the second flip by 1e-7",
+            expected_miss="round-off of the energy, 1e-15 over eps^2, moves the 2nd flip by 1e-7",
         )  # fmt: skip
 
 

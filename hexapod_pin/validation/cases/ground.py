@@ -50,9 +50,7 @@ def flight_samples(trace: Trace) -> tuple[int, int]:
     return off, off + int(np.argmax(pressed[off:]))
 
 
-def linear_table(
-    setting: SolverSetting, stiffness: float, damping: float, sample: float
-) -> Values:
+def linear_table(setting: SolverSetting, stiffness: float, damping: float, sample: float) -> Values:
     """A particle on a table shaken at 1.16 g: take-off, landing, speed."""
     expected, rate = answers("HC25"), 2.0 * math.pi * FREQUENCY
     normal = KelvinVoigt(stiffness=stiffness, damping=damping)
@@ -208,7 +206,8 @@ CASES = (
         Trial(hertz_table, (SMALL_STEPS,)),
     )),
     HardCase("HC27", "an edge: flipping normals, kicks", (
-        Trial(leaves_at_once, (SMALL_STEPS, DOP853_10, NDF_10, EXTRAPOLATED_EULER), quick_settings=2),
+        Trial(leaves_at_once, (SMALL_STEPS, DOP853_10, NDF_10, EXTRAPOLATED_EULER),
+              quick_settings=2),
         Trial(rolls_off, (SMALL_STEPS, DOP853_10, NDF_10), (EXTRAPOLATED_EULER,), UNRESOLVED,
               _PARTINGS, quick_settings=2),
         Trial(rolls_off, (SMALL_STEPS, DOP853_10, NDF_10, EXTRAPOLATED_EULER),

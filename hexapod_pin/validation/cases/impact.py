@@ -296,7 +296,7 @@ def bounces_at_small_steps(_: None, name: str, step: float, bounces: int) -> Val
     samples = round(1e3 * (round(end, 3) + 1e-3))
     strike = Strike(_elastic(name), 0.5, 0.0, 1e-3 * samples, gap=0.1, gravity=G)
     trace = strike.by(rk4(step), samples)
-    energy = sum(trace.energy[part] for part in ("kinetic", "potential", "elastic"))
+    energy = trace.energy["kinetic"] + trace.energy["potential"] + trace.energy["elastic"]
     what = f"{bounces} bounces; {name}, {rk4(step)}"
     yield ExpectedValue(f"energy, {what}", float(np.abs(energy / energy[0] - 1.0).max()), 1e-6)
     late = int(np.argmin(np.abs(trace.time - end)))  # in flight, near the apex
@@ -364,8 +364,8 @@ CASES = (
     )),
     HardCase("HC01c", "force jump at touch-down, adhesive pull at separation", (
         Trial(linear_restitution, TIGHT, (EXTRAPOLATED_EULER,), ORDER_3, _BOTH_GAPS),
-        Trial(no_tension, (DOP853, EXTRAPOLATED_EULER), (NDF,), "the force is not smooth where it ends",
-              _BOTH_GAPS),
+        Trial(no_tension, (DOP853, EXTRAPOLATED_EULER), (NDF,),
+              "the force is not smooth where it ends", _BOTH_GAPS),
         Trial(force_jump, REFERENCE, variants=_AT_TOUCH),
         # at touch alone: a fixed step that meets the jump in its middle is of order 1
         *(Trial(run, (rk4(KELVIN_VOIGT_STEP),), variants=_AT_TOUCH)

@@ -17,12 +17,27 @@ from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.case_result import ExpectedValue, relative
+from hexapod_pin.validation.case_result import ExpectedValue
 from hexapod_pin.validation.case_run import CaseRun
-from hexapod_pin.validation.hard_case import HardCase, Trial
-from hexapod_pin.validation.solver_setting import DOP853, EXTRAPOLATED_EULER, IMPLICIT_1MS, ORDER_3, ORDER_5, REFERENCE, TIGHT, SolverSetting
-from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS, ChainLink, anchored, anchored_scene, state
+from hexapod_pin.validation.cases.bodies import (
+    NO_JOINT_STOPS,
+    ChainLink,
+    anchored,
+    anchored_scene,
+    state,
+)
 from hexapod_pin.validation.cases.reference_data import G, answers
+from hexapod_pin.validation.hard_case import HardCase, Trial
+from hexapod_pin.validation.solver_setting import (
+    DOP853,
+    EXTRAPOLATED_EULER,
+    IMPLICIT_1MS,
+    ORDER_3,
+    ORDER_5,
+    REFERENCE,
+    TIGHT,
+    SolverSetting,
+)
 
 Values = Iterator[ExpectedValue]
 
@@ -43,7 +58,7 @@ PENDULUMS = {
 def swing(setting: SolverSetting, name: str, degrees: str) -> Values:
     """Period of a pendulum released at 10 to 179.999 degrees."""
     period, angle = float(answers("HC12")[name][degrees]), float(degrees)
-    what = f"period of {name.split('_')[0]} from {degrees} degrees"
+    what = f"period of {name.partition('_')[0]} from {degrees} degrees"
     scene, start = anchored_scene(anchored([PENDULUMS[name]]), [math.radians(angle)], [0.0])
     quarters = 5 if angle < 179.95 else 1
     end = 0.25 * quarters * period
@@ -57,7 +72,6 @@ def swing(setting: SolverSetting, name: str, degrees: str) -> Values:
 
 Numbers = tuple[float, float, float, float, float, float, float]
 """m1, c1, l1, J1, m2, c2, J2, SI."""
-
 
 
 def double(setting: SolverSetting, ratio: float) -> Values:

@@ -19,14 +19,15 @@ from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.robot import Robot, load_robot
-from hexapod_pin.simulation.run import Case, simulate_batch
+from hexapod_pin.simulation.batch import simulate_batch
+from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue
 from hexapod_pin.validation.case_run import CaseRun
-from hexapod_pin.validation.hard_case import HardCase, Trial
-from hexapod_pin.validation.solver_setting import IMPLICIT_1MS, ROBUST_1MS, SolverSetting, rk4
 from hexapod_pin.validation.cases.drop import drop
 from hexapod_pin.validation.cases.robots import robot_file
+from hexapod_pin.validation.hard_case import HardCase, Trial
+from hexapod_pin.validation.solver_setting import IMPLICIT_1MS, ROBUST_1MS, SolverSetting, rk4
 
 Values = Iterator[ExpectedValue]
 
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.state import State
 Index = NDArray[np.intp]
-
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ SHIFT = np.array([64.0, -16.0, 0.0])
 
 
 def shifted(run: CaseRun, setting: SolverSetting) -> SampledMotion:
-    """CaseRun it some setting off and bring it back."""
+    """Run it some setting off and bring it back."""
     q = run.start.q.copy()
     q[:3] += SHIFT
     found = SampledMotion.of(moved(run, q, run.start.v).by(setting))
@@ -94,7 +94,7 @@ def shifted(run: CaseRun, setting: SolverSetting) -> SampledMotion:
 
 
 def yawed(run: CaseRun, angle: float, setting: SolverSetting) -> SampledMotion:
-    """CaseRun it turned about the vertical and turn it back."""
+    """Run it turned about the vertical and turn it back."""
     found = SampledMotion.of(moved(run, _turned(run.start.q, angle), run.start.v).by(setting))
     return SampledMotion(np.array([_turned(q, -angle) for q in found.q]), found.v)
 
@@ -113,7 +113,7 @@ def _turned(q: Array, angle: float) -> Array:
 
 
 def mirrored(run: CaseRun, setting: SolverSetting) -> SampledMotion:
-    """CaseRun its mirror image, left for right, and mirror it back."""
+    """Run its mirror image, left for right, and mirror it back."""
     robot = run.scene.robot
     joints, signs = mirror_map(robot)
     posture = signs * run.controller.plan(robot, 1.0).q[0][joints]
@@ -182,7 +182,7 @@ def reordered_robot() -> Robot:
 
 
 def reordered(run: CaseRun, setting: SolverSetting) -> SampledMotion:
-    """CaseRun the robot whose legs stand in the other order; its joints in the order of the first."""
+    """Run the robot whose legs stand in the other order; its joints in the order of the first."""
     robot = reordered_robot()
     names = dict(zip(["L1", "L2", "L3", "R1", "R2", "R3"],
                      ["R3", "R2", "R1", "L3", "L2", "L1"], strict=True))  # fmt: skip
@@ -208,11 +208,13 @@ def reordered(run: CaseRun, setting: SolverSetting) -> SampledMotion:
 
 
 def restarted(run: CaseRun, setting: SolverSetting, parts: int = 2) -> SampledMotion:
-    """CaseRun it in equal parts, each from the checkpoint of the one before, read from its text."""
+    """Run it in equal parts, each from the checkpoint of the one before, read from its text."""
     q, v = [], []
     start: State | Checkpoint = run.start
     for part in range(parts):
-        trace = CaseRun(run.scene, start, run.duration / parts, run.sample, run.controller).by(setting)
+        trace = CaseRun(run.scene, start, run.duration / parts, run.sample, run.controller).by(
+            setting
+        )
         start = Checkpoint.from_dict(json.loads(json.dumps(trace.checkpoint.to_dict())))
         q.append(trace.q[min(part, 1) :])
         v.append(trace.v[min(part, 1) :])
@@ -220,7 +222,7 @@ def restarted(run: CaseRun, setting: SolverSetting, parts: int = 2) -> SampledMo
 
 
 def in_a_batch(run: CaseRun, setting: SolverSetting) -> SampledMotion:
-    """CaseRun it as the second of four cases on two threads."""
+    """Run it as the second of four cases on two threads."""
     other = base_run()
     cases = [Case(one.scene, one.controller, one.start) for one in (other, run, other, other)]
     traces = simulate_batch(
@@ -230,7 +232,6 @@ def in_a_batch(run: CaseRun, setting: SolverSetting) -> SampledMotion:
 
 
 # --- rows ---------------------------------------------------------------------------------------
-
 
 
 def transformed(setting: SolverSetting) -> Values:
@@ -247,7 +248,9 @@ def transformed(setting: SolverSetting) -> Values:
     yield ExpectedValue("mirrored", known.apart(mirrored(run, setting)), 1e-9, "any")
     # a checkpoint holds all that the future depends on: the same bits
     yield ExpectedValue("in two parts", known.apart(restarted(run, setting)), 0.0, "any")
-    yield ExpectedValue("in a batch on two threads", known.apart(in_a_batch(run, setting)), 0.0, "any")
+    yield ExpectedValue(
+        "in a batch on two threads", known.apart(in_a_batch(run, setting)), 0.0, "any"
+    )
 
 
 CASES = (

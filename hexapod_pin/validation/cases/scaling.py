@@ -9,22 +9,21 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from hexapod_pin.validation.case_result import ExpectedValue
-from hexapod_pin.validation.case_run import CaseRun
-from hexapod_pin.validation.hard_case import HardCase, Trial
-from hexapod_pin.validation.solver_setting import SolverSetting
-from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.validation.case_result import ExpectedValue
+from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS
 from hexapod_pin.validation.cases.drop import drop
 from hexapod_pin.validation.cases.robots import robot_file
-
-
+from hexapod_pin.validation.hard_case import HardCase, Trial
+from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.validation.solver_setting import SolverSetting
 
 Values = Iterator[ExpectedValue]
+
 
 def scaled(setting: SolverSetting, size: float) -> Values:
     """CaseRun both for the same number of steps, each in its own time.
@@ -38,7 +37,9 @@ def scaled(setting: SolverSetting, size: float) -> Values:
     known = run.by(setting).q
     found = small.by(SolverSetting(setting.method, setting.value * pace)).q.copy()
     found[:, :3] /= size
-    yield ExpectedValue(f"motion at {size:g} of the size", PositionError.between(found, known).q, 1e-9)
+    yield ExpectedValue(
+        f"motion at {size:g} of the size", PositionError.between(found, known).q, 1e-9
+    )
 
 
 def _scaled_run(run: CaseRun, size: float) -> CaseRun:

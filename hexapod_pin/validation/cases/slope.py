@@ -175,7 +175,8 @@ def across_a_slope(setting: SolverSetting, heading: float | None) -> Values:
     down, across, out = downhill(heading or 0.0, angle)
     moved, speed = trace.q[-1, :3] - trace.q[0, :3], trace.v[-1, :3]
     errors = (
-        relative(float(moved @ down), expected["x"]), relative(float(moved @ across), expected["y"]),
+        relative(float(moved @ down), expected["x"]),
+        relative(float(moved @ across), expected["y"]),
         relative(float(speed @ down), expected["vx"]),
     )  # fmt: skip
     name = "gravity tilted" if heading is None else f"heading {heading:g} rad"

@@ -13,9 +13,9 @@ from hexapod_pin.robot.state import State
 from hexapod_pin.validation.cases.bodies import body, state
 from hexapod_pin.validation.cases.flight import flying
 from hexapod_pin.validation.cases.reference_data import answers
+from hexapod_pin.validation.checks.samples import worst
 from hexapod_pin.validation.hard_case import Check
 from hexapod_pin.validation.solver_setting import DOP853
-from hexapod_pin.validation.checks.samples import worst
 
 
 def hc14b() -> float:
@@ -76,7 +76,7 @@ def pendulum() -> float:
 @lru_cache(maxsize=1)
 def _flight_start() -> tuple[RigidModel, State]:
     robot, run = flying()
-    return RigidModel(robot), run.start
+    return RigidModel(robot), run.initial
 
 
 @lru_cache(maxsize=2)

@@ -8,10 +8,10 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.formulations.rigid.impact import plastic_impact
 from hexapod_pin.formulations.rigid.model import RigidModel
 from hexapod_pin.validation.cases.reference_data import answers
-from hexapod_pin.validation.hard_case import Check
 from hexapod_pin.validation.checks.pinocchio_contacts import impulsive_motion
 from hexapod_pin.validation.checks.samples import SEED, rigid_robot, some_feet, states, worst
 from hexapod_pin.validation.checks.six_feet import six_feet
+from hexapod_pin.validation.hard_case import Check
 
 STATES = 100
 HC18 = {

@@ -15,10 +15,10 @@ from hexapod_pin.formulations.rigid.spring_split import ContactSprings
 from hexapod_pin.formulations.rigid.stance import stance_load
 from hexapod_pin.validation.cases.bodies import SIX_FEET
 from hexapod_pin.validation.cases.reference_data import answers
-from hexapod_pin.validation.hard_case import Check
 from hexapod_pin.validation.checks.impact_checks import hc18_model
 from hexapod_pin.validation.checks.samples import rigid_robot, worst
 from hexapod_pin.validation.checks.six_feet import feet_named, six_feet
+from hexapod_pin.validation.hard_case import Check
 
 LEVEL = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 REST = np.zeros(6)

@@ -58,7 +58,13 @@ def damped_impact(damping: float) -> float:
         normal=KelvinVoigt(stiffness=BEDDING_STIFFNESS, damping=damping),
         friction=StickSlip(mu=NO_SLIP_MU, stiffness=BEDDING_STIFFNESS, damping=damping),
     )
-    scene = Scene(model.robot, contact=contact, servo=ZERO_GAIN_SERVO, stops=NO_JOINT_STOPS, gravity=(0.0, 0.0, 0.0))
+    scene = Scene(
+        model.robot,
+        contact=contact,
+        servo=ZERO_GAIN_SERVO,
+        stops=NO_JOINT_STOPS,
+        gravity=(0.0, 0.0, 0.0),
+    )
     time = 20.0 / (damping * rate)
     trace = simulate(
         scene, HoldPosture(), duration=time, sample=time, method="dop853", accuracy=1e-12,
@@ -128,7 +134,9 @@ def slow_gait(stiffness: float, accuracy: float = 1e-6) -> RigidLimit:
     """Return half a cycle of a slow tripod gait against the rigid walk, in mid-stance."""
     control, duration = KinematicControl(SLOW_TRIPOD), 0.5 * SLOW_TRIPOD.cycle_time
     trace = _compliant(stiffness, control, duration, accuracy)
-    mid_stance = np.flatnonzero(np.abs(trace.time / SLOW_TRIPOD.cycle_time - 0.25) < MID_STANCE_HALF_WIDTH)
+    mid_stance = np.flatnonzero(
+        np.abs(trace.time / SLOW_TRIPOD.cycle_time - 0.25) < MID_STANCE_HALF_WIDTH
+    )
     return _apart(trace, _rigid(control, duration, 2e-3), mid_stance)
 
 

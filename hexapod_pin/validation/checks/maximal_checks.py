@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.hard_case import Check
 from hexapod_pin.validation.checks.maximal_twin import (
     compare_accelerations,
     pressed_states,
 )
+from hexapod_pin.validation.hard_case import Check
 
 FEW_STATES = 40
 

@@ -8,9 +8,9 @@ from hexapod_pin.formulations.inverse import torque_under
 from hexapod_pin.formulations.rigid.motion import rigid_gait, rigid_motion
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.hard_case import Check
 from hexapod_pin.validation.checks.pinocchio_contacts import constrained_motion
 from hexapod_pin.validation.checks.samples import SEED, rigid_robot, some_feet, states, worst
+from hexapod_pin.validation.hard_case import Check
 
 STATES = 100
 FEW_STATES = 20

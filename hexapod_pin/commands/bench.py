@@ -1,0 +1,202 @@
+"""`hexapod-pin bench`: speed against error, other engines, hard cases."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Optional
+
+import typer
+
+from hexapod_pin.commands.options import (
+    Feet,
+    FootRadius,
+    OptionalFloat,
+    OptionalPath,
+    OptionalText,
+    foot_names,
+)
+from hexapod_pin.commands.output_files import writable
+from hexapod_pin.commands.progress import progress_bar
+from hexapod_pin.commands.status import FAILED, fail
+from hexapod_pin.errors import ParameterError, SimulationInterrupted
+
+if TYPE_CHECKING:
+    from hexapod_pin.benchmark.work_precision.comparison import Comparison, ComparisonSettings
+    from hexapod_pin.benchmark.work_precision.scene_options import SceneOptions
+    from hexapod_pin.benchmark.work_precision.task import Task
+
+
+def bench(
+    scenes: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Argument(
+            help="walk, stand, hc40-soft, hc40-mid, hc40-stiff; a scene file (.toml); a robot: its "
+            "name or the path of its URDF."
+        ),
+    ] = None,
+    hard: Annotated[
+        bool,
+        typer.Option(
+            "--hard", help="The hard cases, random extremes, calibration of the accuracy."
+        ),
+    ] = False,
+    methods: Annotated[
+        OptionalText,
+        typer.Option(help="Names, separated by commas; default: all."),
+    ] = None,
+    advise: Annotated[
+        OptionalFloat,
+        typer.Option(help="Only say how to reach this accuracy at least cost [m, rad]."),
+    ] = None,
+    engines: Annotated[
+        bool,
+        typer.Option(
+            "--engines", "--peers", help="MuJoCo, Drake and PyBullet too, where installed."
+        ),
+    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer settings.")] = False,
+    rounds: Annotated[int, typer.Option(help="Timed rounds; the median counts.")] = 5,
+    out: Annotated[
+        OptionalPath,
+        typer.Option(help="Report to write: .md, .csv or .json."),
+    ] = None,
+    plot: Annotated[
+        OptionalPath,
+        typer.Option(help="Figure to write: .png, .svg or .pdf."),
+    ] = None,
+    duration: Annotated[
+        OptionalFloat,
+        typer.Option(help="Simulated time [s]; default: the scene's own, or one cycle."),
+    ] = None,
+    sample: Annotated[
+        OptionalFloat,
+        typer.Option(help="Time between compared samples [s]."),
+    ] = None,
+    gait: Annotated[
+        OptionalText,
+        typer.Option(help="tripod, ripple, tetrapod, wave or hold; default tetrapod."),
+    ] = None,
+    stroke: Annotated[
+        OptionalFloat,
+        typer.Option(help="[m]; default as in `walk`."),
+    ] = None,
+    cycle: Annotated[
+        OptionalFloat,
+        typer.Option(help="Cycle time [s]; default 2.4."),
+    ] = None,
+    contact: Annotated[
+        OptionalText,
+        typer.Option(help="accurate, s1, s1-printed or s2; default accurate."),
+    ] = None,
+    mu: Annotated[OptionalFloat, typer.Option(help="Friction coefficient.")] = None,
+    kp: Annotated[
+        OptionalFloat,
+        typer.Option(help="Servo stiffness [N m/rad]."),
+    ] = None,
+    kd: Annotated[
+        OptionalFloat,
+        typer.Option(help="Servo damping [N m s/rad]."),
+    ] = None,
+    feet: Feet = None,
+    foot_radius: FootRadius = None,
+) -> None:
+    """Measure speed against error on a scene, every method and other engines."""
+    if hard:
+        return _hard(quick, out)
+    if not scenes:
+        raise ParameterError("SCENE", None, "named, or --hard given", "See --help.")
+    from hexapod_pin.benchmark.work_precision.comparison import ComparisonSettings
+    from hexapod_pin.benchmark.work_precision.scene_options import SceneOptions
+
+    options = SceneOptions(
+        gait=gait, stroke=stroke, cycle=cycle, contact=contact, mu=mu, kp=kp, kd=kd,
+        feet=None if feet is None else tuple(foot_names(feet) or ()),
+        foot_radius=foot_radius, duration=duration, sample=sample,
+    )  # fmt: skip
+    names = None if methods is None else [name.strip() for name in methods.split(",")]
+    settings = ComparisonSettings(names, rounds, quick, engines)
+    _measure(scenes, options, settings, advise, _report_files(out, plot))
+
+
+def _measure(
+    scenes: list[str],
+    options: SceneOptions,
+    settings: ComparisonSettings,
+    accuracy: float | None,
+    files: tuple[Path | None, Path | None],
+) -> None:
+    """Measure, print, write and draw; what is done when Ctrl-C comes is printed and written too."""
+    from hexapod_pin.benchmark.report.figure import write_plot
+    from hexapod_pin.benchmark.report.pages import BenchmarkReport, scene_text, write_report
+    from hexapod_pin.benchmark.work_precision.comparison import command_text
+    from hexapod_pin.benchmark.work_precision.scene_options import find_task
+    from hexapod_pin.validation.machine import Machine
+
+    settings.check()
+    tasks = [find_task(name, options) for name in scenes]
+    machine, done, interrupted = Machine.here(), [], False
+    typer.echo(str(machine))
+    for task in tasks:
+        try:
+            done.append(_one(task, settings, accuracy))
+            typer.echo(scene_text(done[-1]))
+        except (KeyboardInterrupt, SimulationInterrupted):
+            interrupted = True
+        if interrupted or done[-1].interrupted:
+            break
+    if done:
+        command = command_text(scenes, options, settings, accuracy)
+        report = BenchmarkReport(machine, command, done)
+        for path, write in zip(files, (write_report, write_plot), strict=True):
+            if path is not None:
+                typer.echo(f"wrote {write(report, path)}")
+    if interrupted or done[-1].interrupted:
+        raise SimulationInterrupted("interrupted; what was measured before is above", None)
+
+
+def _one(task: Task, settings: ComparisonSettings, accuracy: float | None) -> Comparison:
+    """Measure one scene, or find the advice for it."""
+    from hexapod_pin.benchmark.advice import advice_comparison
+    from hexapod_pin.benchmark.work_precision.comparison import compare
+
+    if accuracy is not None:
+        return advice_comparison(task, accuracy)
+    with progress_bar(f"measuring {task.name}") as progress:
+        return compare(task, settings, progress)
+
+
+def _report_files(out: Path | None, plot: Path | None) -> tuple[Path | None, Path | None]:
+    """Return the files to write, refused now rather than after the measurement."""
+    from hexapod_pin.benchmark.report.figure import FIGURE_ENDINGS, require_matplotlib
+    from hexapod_pin.benchmark.report.pages import WRITERS, require_ending
+
+    if out is not None:
+        require_ending("--out", out, tuple(WRITERS))
+        out = writable("--out", out)
+    if plot is not None:
+        require_ending("--plot", plot, FIGURE_ENDINGS)
+        plot = writable("--plot", plot)
+        require_matplotlib()
+    return out, plot
+
+
+def _hard(quick: bool, out: Path | None) -> None:
+    """Run the suite, print its tables and write them to `out` (.md)."""
+    from hexapod_pin.benchmark.hard_suite import suite_page, suite_parts
+    from hexapod_pin.benchmark.report.pages import require_ending
+    from hexapod_pin.validation.machine import Machine
+
+    if out is not None:
+        require_ending("--out", out, (".md",))
+        out = writable("--out", out)
+    machine, parts = Machine.here(), []
+    typer.echo(str(machine))
+    for title, run in suite_parts(quick):
+        with progress_bar(title) as tick:
+            parts.append(run(tick))
+        typer.echo(f"\n{parts[-1].table.text()}\n{parts[-1].summary}")
+    if out is not None:
+        out.write_text(suite_page(machine, parts), encoding="utf-8")
+        typer.echo(f"wrote {out}")
+    if any(part.failed for part in parts):
+        fail("a hard case failed; see the table", FAILED)

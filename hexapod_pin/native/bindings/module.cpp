@@ -1,0 +1,11 @@
+#include <nanobind/nanobind.h>
+
+#include "bindings/bindings.hpp"
+
+NB_MODULE(_core, m) {
+  m.doc() = "Inner loop of hexapod_pin: plant, contact, integrators, rollouts.";
+  hexapod::bind_laws(m);
+  hexapod::bind_terrain(m);
+  hexapod::bind_plant(m);
+  hexapod::bind_runs(m);
+}

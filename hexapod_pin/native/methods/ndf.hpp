@@ -1,0 +1,240 @@
+// Numerical differentiation formulas of order 1 to 5 (Shampine & Reichelt, 1997): quasi-constant steps
+// that pass over samples, simplified Newton with the stiff block, a new history where the right-hand
+// side has a kink: at jumps of the set-points and at touch-downs.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "methods/backward_differences.hpp"
+#include "methods/error_control.hpp"
+#include "methods/chart_flow.hpp"
+#include "methods/ndf_newton.hpp"
+#include "methods/touch_down_locator.hpp"
+#include "run/rollout.hpp"
+
+namespace hexapod {
+
+template <class PlantT>
+class NdfDriver {
+ public:
+  NdfDriver(PlantT& plant, Reference& reference, double accuracy,
+            const std::vector<double>& /*memory*/)
+      : flow_(plant, reference), tolerance_(kToleranceShare * accuracy),
+        norm_{tolerance_, kLeastVelocityWeight, plant.law.friction.steepness()},
+        newton_(flow_, norm_), touch_(plant.feet.size(), kTouchTolerances * tolerance_) {}
+
+  // From t to `stop`, in steps that may end beyond it but not beyond `horizon`, the set-points' next
+  // jump. The plant is evaluated at (t, q, v) before and at `stop` after. False: no step of a
+  // reasonable size is accurate enough.
+  bool advance(double t, double stop, double horizon, VectorXd& q, VectorXd& v,
+               EnergyLedger& ledger) {
+    if (interpolated_) flow_.plant.restore_evaluation();
+    interpolated_ = false;
+    if (history_.empty()) begin(t, q, v);
+    while (time_ < stop) {
+      if (!memories_updated_) update_memories();
+      if (restart_needed_) restart(ledger);
+      if (!take_step(horizon)) return false;
+    }
+    sample(stop, q, v, ledger);
+    return true;
+  }
+
+  std::vector<double> memory() const { return {}; }  // a run that goes on starts anew, at order 1
+
+  std::map<std::string, double> counters() const {
+    return {{"steps", double(steps_)},
+            {"rejected", double(rejected_)},
+            {"newton_failures", double(failed_)},
+            {"newton_iterations", double(newton_.iterations())},
+            {"jacobians", double(newton_.factorisations())},
+            {"factorisations", double(newton_.factorisations())},
+            {"events", double(events_)},
+            {"restarts", double(restarts_)},
+            {"order_mean", steps_ > 0 ? double(orders_) / double(steps_) : 0.0},
+            {"error_most", error_most_},
+            {"error_sum", error_sum_},
+            {"error_estimate", std::sqrt(error_most_ * error_sum_)}};
+  }
+
+ private:
+  using Newton = NdfNewton<PlantT>;
+  static constexpr double kToleranceShare = 1.0 / 6.0;  // of the accuracy that one step may lose
+  static constexpr double kLeastVelocityWeight = 0.03;  // s, of velocity errors
+  static constexpr double kTouchTolerances = 1e4;  // a foot has landed within 10 tolerances of the ground
+  static constexpr double kLeastStep = 1e-14;      // s, and of the time
+  static constexpr double kMaxTurn = 0.5;          // rad, of the chart
+  static constexpr double kMaxGrowth = 10.0;       // of the step size
+  static constexpr double kLimitGrowth = 1.2;      // of the step limit, per step after a failure
+  static constexpr int kMaxTries = 100, kMaxEventTries = 4;
+
+  void begin(double t, const VectorXd& q, const VectorXd& v) {
+    flow_.begin(q, v, y_);
+    booked_works_ = flow_.w(y_);
+    time_ = t;
+  }
+
+  // A new history from the last point, in a chart of its own.
+  void restart(EnergyLedger& ledger) {
+    if (!history_.empty()) {
+      y_ = history_.last();
+      book_works(ledger);
+      flow_.configuration(y_, q_);
+      v_ = flow_.v(y_);
+      flow_.begin(q_, v_, y_);
+      booked_works_.setZero();
+    }
+    flow_.rate(time_, y_, rate_);
+    touch_.begin(flow_.plant);
+    h_ = 0.5 * std::sqrt(tolerance_ / std::max(1e-3, flow_.v(rate_).cwiseAbs().maxCoeff()));
+    history_.restart(y_, rate_, h_);
+    step_limit_ = std::numeric_limits<double>::infinity();
+    newton_.forget_contraction();
+    equal_steps_ = 0;
+    restart_needed_ = false;
+    ++restarts_;
+  }
+
+  // Accepts one step; false if none can be found.
+  bool take_step(double horizon) {
+    if (h_ > step_limit_) resize(step_limit_);
+    int located = 0;
+    for (int tries = 0; tries < kMaxTries; ++tries) {
+      const double rest = horizon - time_, h = fit_step(h_, rest);
+      if (h != h_) resize(h);
+      if (!(h > kLeastStep * std::max(1.0, std::abs(time_)) || h == rest)) return false;
+      const double end = h == rest ? horizon : time_ + h;
+      const TouchDownLocator* touch = located < kMaxEventTries ? &touch_ : nullptr;
+      const typename Newton::NewtonOutcome outcome = newton_.solve(end, h_, history_, touch, y_);
+      if (outcome == Newton::NewtonOutcome::touched_down) {
+        ++located;
+        resize(h * newton_.touch_share());
+      } else if (outcome == Newton::NewtonOutcome::failed) {
+        ++failed_;
+        resize(0.5 * h);
+        step_limit_ = kLimitGrowth * h_;
+        newton_.forget_contraction();
+      } else {
+        const double size = error_of(history_.order(), newton_.correction());
+        if (size <= 1.0) {
+          accept(end, size, located > 0, end == horizon);
+          return flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed;
+        }
+        ++rejected_;
+        const double power = std::pow(size, -1.0 / (history_.order() + 1));
+        resize(h * std::max(0.2, newton_.safety() * power));
+      }
+    }
+    return false;
+  }
+
+  double error_of(int order, const VectorXd& d) const {
+    return BackwardDifferences::error_constant(order) * flow_.norm_of(d, norm_, h_);
+  }
+
+  void accept(double t, double size, bool located, bool last) {
+    const double local = BackwardDifferences::error_constant(history_.order()) *
+                         flow_.xi(newton_.correction()).cwiseAbs().maxCoeff();
+    error_most_ = std::max(error_most_, local);
+    error_sum_ += local;
+    history_.accept(newton_.correction());
+    touch_.begin(flow_.plant);
+    time_ = t;
+    step_limit_ *= kLimitGrowth;
+    ++steps_, ++equal_steps_;
+    orders_ += history_.order();
+    events_ += located;
+    located_ = located;
+    memories_updated_ = false;
+    restart_needed_ = located || last || flow_.xi(y_).template segment<3>(3).norm() > kMaxTurn;
+    if (!restart_needed_ && equal_steps_ > history_.order()) choose_order_and_step(size);
+  }
+
+  // By the errors of this order and its neighbours, as in SciPy's BDF.
+  void choose_order_and_step(double size) {
+    const int order = history_.order();
+    int best = order;
+    double most = 0.0;
+    const auto offer = [&](int k, double error) {
+      const double factor = error > 0.0 ? std::pow(error, -1.0 / (k + 1)) : kMaxGrowth;
+      if (factor > most) most = factor, best = k;
+    };
+    offer(order, size);
+    if (order > 1) offer(order - 1, error_of(order - 1, history_.of(order)));
+    if (order < BackwardDifferences::kMaxOrder)
+      offer(order + 1, error_of(order + 1, history_.of(order + 2)));
+    history_.set_order(best);
+    resize(h_ * std::min(kMaxGrowth, newton_.safety() * most));
+  }
+
+  void resize(double h) {
+    history_.rescale(h / h_);
+    h_ = h;
+    equal_steps_ = 0;
+  }
+
+  // Updates what contacts remember at an accepted point; those that separate lose their bristle.
+  void update_memories() {
+    PlantT& plant = flow_.plant;
+    const FrictionLaw& law = plant.law.friction;
+    y_ = history_.last();
+    std::size_t sliding = 0, slid = 0;
+    for (auto& foot : plant.feet) {
+      slid += foot.memory.sliding;
+      if (located_ && foot.active && !foot.memory.touching)
+        foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
+    }
+    flow_.update_bristles(y_);
+    plant.update_memories();
+    for (int i = 0; i < flow_.nz / 3; ++i) {
+      sliding += plant.feet[i].memory.sliding;
+      if (!plant.feet[i].active) history_.clear_rows(2 * flow_.nv + 3 * i, 3);
+    }
+    const bool two_coefficients = law.coefficient(true) != law.coefficient(false);
+    restart_needed_ = restart_needed_ || (sliding != slid && two_coefficients);
+    memories_updated_ = true;
+  }
+
+  // The state at `stop`, not beyond the last point; what the next step needs is saved.
+  void sample(double stop, VectorXd& q, VectorXd& v, EnergyLedger& ledger) {
+    interpolated_ = stop < time_;
+    if (interpolated_) {
+      flow_.save_evaluation();
+      history_.at((stop - time_) / h_, y_);
+    } else {
+      y_ = history_.last();
+    }
+    flow_.evaluate(stop, y_);
+    q = flow_.position();
+    v = flow_.velocity();
+    book_works(ledger);
+    if (!interpolated_) update_memories();
+  }
+
+  void book_works(EnergyLedger& ledger) {  // those since the last booking, up to y_
+    ledger.add((flow_.w(y_) - booked_works_).eval());
+    booked_works_ = flow_.w(y_);
+  }
+
+  ChartFlow<PlantT> flow_;
+  double tolerance_;  // of one step, m and rad
+  ErrorNorm norm_;
+  Newton newton_;
+  TouchDownLocator touch_;
+  BackwardDifferences history_;
+  VectorXd y_, rate_, booked_works_, q_, v_;
+  double time_ = 0.0, h_ = 0.0, step_limit_ = 0.0;  // s
+  int equal_steps_ = 0;                             // of this size and order
+  bool restart_needed_ = true, memories_updated_ = true;
+  bool interpolated_ = false;  // the plant is evaluated at a sample, its last step's end is saved
+  bool located_ = false;       // the last step ended at a touch-down
+  long steps_ = 0, rejected_ = 0, failed_ = 0, events_ = 0, restarts_ = 0, orders_ = 0;
+  double error_most_ = 0.0, error_sum_ = 0.0;  // m and rad
+};
+
+}  // namespace hexapod

@@ -1,0 +1,45 @@
+// Classical Runge-Kutta of order 4 in the chart of the step's start: explicit, shares no Jacobian.
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+
+#include "methods/chart_flow.hpp"
+
+namespace hexapod {
+
+template <class PlantT>
+class RungeKutta4 {
+ public:
+  static constexpr bool kForcesAtStepEnd = false;     // contact forces belong to the state itself
+  static constexpr bool kNeedsSeparatedFeet = false;  // feet out of contact need no Jacobian
+
+  explicit RungeKutta4(const PlantT&) {}
+
+  // One step from the evaluated state; adds the work done during it to the ledger.
+  void step(PlantT& plant, Reference& reference, double t, double h, VectorXd& q, VectorXd& v,
+            EnergyLedger& ledger) {
+    static constexpr double node[4] = {0.0, 0.5, 0.5, 1.0};
+    ChartFlow<PlantT> flow(plant, reference);
+    flow.begin(q, v, y0_);
+    flow.rate_here(t, y0_, k_[0]);
+    for (int s = 1; s < 4; ++s) {
+      y_ = y0_ + (node[s] * h) * k_[s - 1];
+      flow.rate(t + node[s] * h, y_, k_[s]);
+    }
+    y_ = y0_ + (h / 6.0) * (k_[0] + 2.0 * k_[1] + 2.0 * k_[2] + k_[3]);
+    flow.configuration(y_, q);
+    v = flow.v(y_);
+    ledger.add(flow.w(y_));
+    flow.update_bristles(y_);
+  }
+
+  std::map<std::string, double> counters() const { return {}; }
+
+ private:
+  VectorXd y0_, y_;
+  std::array<VectorXd, 4> k_;
+};
+
+}  // namespace hexapod

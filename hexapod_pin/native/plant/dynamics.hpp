@@ -1,0 +1,63 @@
+// Mass matrix, bias and kinematics of a floating-base tree of one-coordinate joints: by the fused pass
+// where the robot suits it, else by Pinocchio.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "fused/fused_dynamics.hpp"
+#include "plant/pinocchio_dynamics.hpp"
+#include "plant/tree.hpp"
+
+namespace hexapod {
+
+// Who computes. The fused pass wants one to eight legs of three revolute joints; Pinocchio does the
+// rest. `fused` takes AVX2 and FMA where the processor has them, and so differs by round-off from
+// processors without; `fused_baseline` is the same code on all of them.
+enum class DynamicsPath { fused, fused_baseline, pinocchio };
+
+class Dynamics {
+ public:
+  // gravity in world axes, m/s^2
+  Dynamics(TreeModel model, const Vec3& gravity, DynamicsPath path = DynamicsPath::fused);
+
+  // q with the base at the origin. Everything below refers to the last call, world axes, relative to
+  // the base's origin.
+  void compute(const VectorXd& q, const VectorXd& v);
+
+  const char* path() const;  // "fused avx2", "fused" or "pinocchio"
+  const Tree& tree() const { return model_->tree; }
+  const Vec3& gravity() const { return gravity_; }
+  double total_mass() const { return total_mass_; }
+  const Eigen::MatrixXd& mass_upper() const { return mass_upper_; }  // only that triangle is filled
+  const VectorXd& bias() const { return bias_; }  // C v + g, as Pinocchio's nonLinearEffects
+  // of the same sizes, with the same zeros in the mass matrix
+  void swap_results(Eigen::MatrixXd& mass_upper, VectorXd& bias) {
+    mass_upper_.swap(mass_upper);
+    bias_.swap(bias);
+  }
+  const Mat3& base_rotation() const { return base_rotation_; }
+  const Vec3& axis(std::size_t joint) const { return axis_[joint]; }
+  const Vec3& origin(std::size_t joint) const { return origin_[joint]; }
+  Vec3 point(std::size_t joint, const Vec3& offset) const;  // a point fixed to the joint's body
+  Vec3 center_of_mass() const;
+
+  // Pinocchio's crba and nonLinearEffects and nothing else, `count` times, for benchmarks
+  double repeat(const VectorXd& q, const VectorXd& v, long count) const;
+
+ private:
+  std::shared_ptr<const TreeModel> model_;
+  std::optional<FusedDynamics> fused_;
+  std::optional<PinocchioDynamics> pinocchio_;  // where there is no fused pass
+  Vec3 gravity_;
+  double total_mass_ = 0.0;
+  Eigen::MatrixXd mass_upper_;
+  VectorXd bias_;
+  Mat3 base_rotation_ = Mat3::Identity();
+  std::vector<Vec3> axis_, origin_;
+};
+
+}  // namespace hexapod

@@ -1,0 +1,245 @@
+// The robot on its ground: mass matrix, bias, feet with Jacobians, servos, at one state (q, v).
+#pragma once
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "laws/contact.hpp"
+#include "laws/joint_stops.hpp"
+#include "laws/servo.hpp"
+#include "laws/terrain.hpp"
+#include "plant/contact_kinematics.hpp"
+#include "plant/contact_state.hpp"
+#include "plant/dynamics.hpp"
+#include "plant/energy_ledger.hpp"
+#include "plant/mount.hpp"
+
+namespace hexapod {
+
+constexpr double kLocatedTouchDepth = 2e-7;  // m; touch-downs that were located are less deep
+
+template <class SystemT>
+class Plant {
+ public:
+  using System = SystemT;
+  using Contact = ContactState<typename System::LegJacobian>;
+
+  Plant(const Dynamics& body, std::vector<FootMount> mounts, ContactLaw law, Terrain terrain,
+        ServoLaw servo, JointStops stops)
+      : dynamics(body), tree(body.tree()), mounts(std::move(mounts)), law(law),
+        terrain(std::move(terrain)), servo(std::move(servo)), stops(std::move(stops)),
+        system(tree, this->mounts), per_foot(this->terrain.max_contacts()),
+        feet(this->mounts.size() * per_foot), stop(tree.nv - 6), q_local_(VectorXd::Zero(tree.nq)) {
+    for (const FootMount& mount : this->mounts) columns_.push_back(system.columns(tree, mount));
+    for (std::size_t i = 0; i < feet.size(); ++i) {
+      feet[i].jl.setZero(3, System::kLegColumns == Eigen::Dynamic ? columns(i).size() : 3);
+      feet[i].ql = feet[i].jl;
+    }
+    v_.setZero(tree.nv);
+    saved_ = {Eigen::MatrixXd::Zero(tree.nv, tree.nv), VectorXd::Zero(tree.nv), v_, feet, stop};
+  }
+
+  // Everything below refers to the state of the last call. Dynamics do not depend on the base
+  // position, so they are evaluated with the base at the origin: no digits are lost far away.
+  // `implicit_dt` is the step of a method that takes contact forces at its end, else 0.
+  void evaluate(double t, const VectorXd& q, const VectorXd& v, double implicit_dt) {
+    q_local_.tail(tree.nq - 3) = q.tail(tree.nq - 3);
+    v_ = v;
+    dynamics.compute(q_local_, v);
+    ground_velocity = Vec3(0.0, 0.0, terrain.surface_speed(t));
+    for (std::size_t f = 0; f < mounts.size(); ++f) place_foot(f, t, q, v, implicit_dt);
+    for (int j = 0; j < joints(); ++j) stop[j] = stops(j, q[7 + j], v[6 + j]);
+    ++evaluations;
+  }
+
+  // Saves what solving needs of the evaluated state while others are evaluated.
+  void save_evaluation() {
+    swap_saved();
+    for (std::size_t i = 0; i < feet.size(); ++i) {
+      feet[i].memory = saved_.feet[i].memory;
+      feet[i].ground = saved_.feet[i].ground;
+    }
+  }
+  void restore_evaluation() { swap_saved(); }
+
+  // The contact forces again, for another step at whose end they are taken; q as in the last call.
+  void set_implicit_dt(const VectorXd& q, double implicit_dt) {
+    if (!law.friction.has_bristle()) return;
+    for (Contact& foot : feet)
+      if (foot.active) find_force(foot, q.head<3>() + foot.center, implicit_dt);
+  }
+
+  // At an accepted state: contacts that have begun or ended change their memory. The touch speed is
+  // that of the last state out of the ground, or of the first in it where that is a located touch-down.
+  void update_memories() {
+    for (Contact& foot : feet) {
+      const bool located =
+          foot.active && !foot.memory.touching && foot.ground.gap > -kLocatedTouchDepth;
+      if (foot.active) foot.memory.touching = true;
+      else if (foot.memory.touching) foot.memory.reset();
+      if ((!foot.active || located) && law.normal.needs_touch_speed() && foot.ground.gap < kFarAway)
+        foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
+    }
+  }
+
+  const Eigen::MatrixXd& mass_upper() const { return dynamics.mass_upper(); }
+  const VectorXd& bias() const { return dynamics.bias(); }
+  int joints() const { return tree.nv - 6; }
+  double rate(int joint) const { return v_[6 + joint]; }
+  Vec3 center_of_mass() const { return dynamics.center_of_mass(); }  // relative to the base origin
+
+  double kinetic_energy(const VectorXd& v) const {  // the upper triangle holds all of M
+    double twice = 0.0;
+    for (int c = 0; c < tree.nv; ++c)
+      twice += v[c] * (2.0 * mass_upper().col(c).head(c).dot(v.head(c)) + mass_upper()(c, c) * v[c]);
+    return 0.5 * twice;
+  }
+
+  std::size_t foot_of(std::size_t contact) const { return contact / per_foot; }
+
+  template <class Force>
+  void add_jacobian_transposed(std::size_t i, const Force& f, VectorXd& out) const {
+    const Contact& foot = feet[i];
+    out.head<6>().noalias() += foot.jb.transpose() * f;
+    for (std::size_t k = 0; k < columns(i).size(); ++k)
+      out[Tree::column(columns(i)[k])] += foot.jl.col(k).dot(f);
+  }
+
+  // [xb xl] v for a contact's 3 x (6 + leg) matrix, e.g. (jb, jl) or (qb, ql)
+  Vec3 jacobian_times(std::size_t i, const Eigen::Matrix<double, 3, 6>& xb,
+                      const typename System::LegJacobian& xl, const VectorXd& v) const {
+    Vec3 sum = xb * v.head<6>();
+    for (std::size_t k = 0; k < columns(i).size(); ++k)
+      sum += xl.col(k) * v[Tree::column(columns(i)[k])];
+    return sum;
+  }
+
+  // Energy stored in a contact's normal spring and in its bristle, J.
+  double stored_normal(const Contact& foot) const {
+    return foot.k_scale * law.normal.energy(-foot.ground.gap);
+  }
+  double stored_bristle(const Contact& foot) const {
+    return law.friction.bristle_energy(foot.memory.stretch.squaredNorm());
+  }
+
+  // Servo torques before their limits at a state (q, v) for set-points (q_ref, v_ref).
+  void servo_demand(const VectorXd& q, const VectorXd& v, const VectorXd& q_ref,
+                    const VectorXd& v_ref, VectorXd& demand) const {
+    for (int j = 0; j < joints(); ++j)
+      demand[j] = servo.demand(j, q_ref[j] - q[7 + j], v_ref[j] - v[6 + j]);
+  }
+
+  // Servo torques at a state for set-points.
+  void servo_torque(const VectorXd& q, const VectorXd& v, const VectorXd& q_ref,
+                    const VectorXd& v_ref, VectorXd& torque) const {
+    for (int j = 0; j < joints(); ++j)
+      torque[j] = servo.torque(j, q_ref[j] - q[7 + j], v_ref[j] - v[6 + j]);
+  }
+
+  double stored_in_stops(const VectorXd& q) const {
+    double sum = 0.0;
+    for (int j = 0; j < joints(); ++j) sum += stops.energy(j, q[7 + j]);
+    return sum;
+  }
+
+  // Adds dt of every power at the evaluated state to the ledger.
+  void accumulate(EnergyLedger& ledger, const VectorXd& v, const VectorXd& torque,
+                  double dt) const {
+    ledger.servo += dt * torque.dot(v.tail(joints()));
+    ledger.joint_damping += dt * v.tail(joints()).cwiseAbs2().dot(servo.damping);
+    for (int j = 0; j < joints(); ++j) ledger.stops -= dt * stop[j].torque * v[6 + j];
+    for (std::size_t i = 0; i < feet.size(); ++i)
+      if (feet[i].active)
+        ledger.add_contact(i, feet[i].contact.force, feet[i].velocity, feet[i].ground.normal, dt);
+  }
+
+  // v' at the evaluated state under the given servo torques.
+  void acceleration(const VectorXd& v, const VectorXd& torque, VectorXd& out) {
+    out = -bias();
+    out.tail(joints()) += torque - servo.damping.cwiseProduct(v.tail(joints()));
+    for (int j = 0; j < joints(); ++j) out[6 + j] += stop[j].torque;
+    for (std::size_t i = 0; i < feet.size(); ++i)
+      if (feet[i].active) add_jacobian_transposed(i, feet[i].contact.force, out);
+    system.load(mass_upper());
+    system.factor();
+    system.solve(out);
+  }
+
+  Dynamics dynamics;
+  Tree tree;
+  std::vector<FootMount> mounts;
+  ContactLaw law;
+  Terrain terrain;
+  ServoLaw servo;
+  JointStops stops;
+  System system;
+  bool differentiates_separated = false;  // feet out of contact have velocities and Jacobians too
+  std::size_t per_foot;    // contacts a foot can have at once
+  std::vector<Contact> feet;  // contacts: those of foot f are f * per_foot ...
+  std::vector<StopTorque> stop;  // of each joint, at the evaluated state
+  Vec3 ground_velocity = Vec3::Zero();
+  long evaluations = 0;
+
+ private:
+  const std::vector<std::size_t>& columns(std::size_t i) const { return columns_[foot_of(i)]; }
+
+  void place_foot(std::size_t f, double t, const VectorXd& q, const VectorXd& v, double implicit_dt) {
+    const FootMount& mount = mounts[f];
+    const Vec3 center = dynamics.point(mount.joint, mount.offset), world = q.head<3>() + center;
+    GroundPoints points;
+    terrain.find_contacts(world, mount.radius, t, points);
+    if (per_foot == 2) keep_order(feet[2 * f], feet[2 * f + 1], points);
+    for (std::size_t k = 0; k < per_foot; ++k) {
+      Contact& foot = feet[f * per_foot + k];
+      foot.center = center;
+      foot.ground = points[k];
+      foot.active = foot.ground.gap < 0.0;
+      foot.contact = ContactForce();
+      const bool wanted = differentiates_separated || law.normal.needs_touch_speed();
+      if (foot.active || (wanted && foot.ground.gap < kFarAway))
+        differentiate_contact(dynamics, mount, columns_[f], v, ground_velocity, foot);
+      if (foot.active) find_force(foot, world, implicit_dt);
+    }
+  }
+
+  // A contact that goes on keeps its place, and with it its memory, when the faces change.
+  static void keep_order(const Contact& first, const Contact& second, GroundPoints& points) {
+    const auto similarity = [](const Contact& old, const GroundPoint& point) {
+      return old.memory.touching && point.gap < kFarAway ? old.ground.normal.dot(point.normal) : -1.0;
+    };
+    const double kept = similarity(first, points[0]) + similarity(second, points[1]);
+    const double swapped = similarity(first, points[1]) + similarity(second, points[0]);
+    if (swapped > kept) std::swap(points[0], points[1]);
+  }
+
+  void find_force(Contact& foot, const Vec3& world, double implicit_dt) {
+    if (!foot.memory.touching && foot.memory.touch_speed <= 0.0)  // never seen free
+      foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
+    if (!terrain.patches.empty())
+      std::tie(foot.mu_scale, foot.k_scale) = terrain.patch_factors(world.x(), world.y());
+    foot.contact = contact_force(law, foot.ground, foot.velocity, foot.memory, implicit_dt,
+                                 foot.mu_scale, foot.k_scale);
+  }
+
+  struct SavedEvaluation {
+    Eigen::MatrixXd mass;
+    VectorXd bias, v;
+    std::vector<Contact> feet;
+    std::vector<StopTorque> stop;
+  };
+
+  void swap_saved() {
+    dynamics.swap_results(saved_.mass, saved_.bias);
+    v_.swap(saved_.v);
+    feet.swap(saved_.feet);
+    stop.swap(saved_.stop);
+  }
+
+  VectorXd q_local_, v_;
+  SavedEvaluation saved_;
+  std::vector<std::vector<std::size_t>> columns_;
+};
+
+}  // namespace hexapod

@@ -1,0 +1,34 @@
+// Everything a plant is made of, as the bindings get it from Python.
+#pragma once
+
+#include <vector>
+
+#include "plant/arrow.hpp"
+#include "plant/dense.hpp"
+#include "plant/plant.hpp"
+
+namespace hexapod {
+
+struct PlantSettings {
+  Dynamics dynamics;
+  std::vector<FootMount> mounts;
+  ContactLaw law;
+  Terrain terrain;
+  ServoLaw servo;
+  JointStops stops;
+  bool dense = false;
+
+  bool arrow() const { return !dense && dynamics.tree().has_three_joint_legs(); }
+  template <class System>
+  Plant<System> make() const {
+    return {dynamics, mounts, law, terrain, servo, stops};
+  }
+
+  // use(plant) with the plant of the linear system that fits the tree.
+  template <class Use>
+  auto with_plant(Use&& use) const {
+    return arrow() ? use(make<ArrowSystem>()) : use(make<DenseSystem>());
+  }
+};
+
+}  // namespace hexapod
