@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from hexapod_pin.benchmark.engines.engine import EngineSweep, Problem
 from hexapod_pin.benchmark.engines.mujoco_model import (
     CONES,
     MujocoSettings,
     compile_model,
     put_state,
 )
-from hexapod_pin.benchmark.engines.engine import EngineSweep, Problem
 from hexapod_pin.benchmark.work_precision.entry import RunOutcome
 
 INTEGRATORS = ("implicitfast", "Euler", "RK4")

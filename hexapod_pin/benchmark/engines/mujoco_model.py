@@ -71,6 +71,8 @@ def compile_model(
         contype=1, conaffinity=0, friction=[mu, 0.005, 0.0001], priority=1,
     )  # fmt: skip
     for name, most in zip(joints, limit, strict=True):
+        joint = spec.joint(name)
+        joint.limited = joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
         actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         actuator.set_to_position(kp=kp, kv=kd)
         if np.isfinite(most):

@@ -1,35 +1,34 @@
 """How far joints in maximal coordinates drift apart: Baumgarte's terms, the step, and projection.
 
 The limp hexapod of HC14b flies for one second by RK4, every joint turning at up to 3 rad/s; errors
-are against DOP853 at rtol 1e-11, projected. Writes constraint_drift.md and a figure.
+are against DOP853 at rtol 1e-11, projected.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import machine
 import numpy as np
-from solve_cost import solve_costs
 
+from hexapod_pin.arrays import Array
+from hexapod_pin.benchmark.studies.solve_cost import solve_costs
+from hexapod_pin.benchmark.study import StudyReport
 from hexapod_pin.errors import DivergenceError
 from hexapod_pin.formulations import maximal
 from hexapod_pin.validation.cases.flight import flying
 from hexapod_pin.validation.checks.maximal_twin import maximal_twin, position_difference
+from hexapod_pin.validation.tables import Table
 
-RESULTS = Path(__file__).resolve().parent / "results"
-FIGURE = Path(__file__).resolve().parent.parent / "docs" / "constraint_drift.svg"
+FIGURE = Path("docs") / "constraint_drift.svg"
 STEPS = (4e-3, 2e-3, 1e-3)
 SAMPLE = 0.02
 
 Preset = maximal.Baumgarte
-WAYS: dict[str, Callable[[float], tuple[maximal.Baumgarte, bool]]] = {
+STABILISATIONS: dict[str, Callable[[float], tuple[maximal.Baumgarte, bool]]] = {
     "nothing": lambda h: (Preset.off(), False),
     "alpha = beta = 5": lambda h: (Preset.constant(), False),
     "alpha = beta = 50": lambda h: (Preset.critical(50.0), False),
@@ -40,11 +39,11 @@ WAYS: dict[str, Callable[[float], tuple[maximal.Baumgarte, bool]]] = {
 
 
 @dataclass(frozen=True)
-class Row:
+class DriftRow:
     """One run.
 
     Attributes:
-        way: of WAYS.
+        stabilisation: of STABILISATIONS.
         step: [s]; 0 for DOP853.
         path: largest |Phi| at each sample [m, rad].
         drift: largest |Phi| over all steps.
@@ -55,9 +54,9 @@ class Row:
         evaluations: of the model.
     """
 
-    way: str
+    stabilisation: str
     step: float
-    path: np.ndarray
+    path: Array
     drift: float
     drift_rate: float
     error: float
@@ -66,35 +65,22 @@ class Row:
     evaluations: int
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Print the tables, write them to --out and the figure to --figure. Return the exit status."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=RESULTS, help="folder of constraint_drift.md")
-    parser.add_argument("--figure", type=Path, default=FIGURE)
-    parser.add_argument("--duration", type=float, default=1.0, help="of the flight [s]")
-    parser.add_argument("--rounds", type=int, default=3, help="of which the cheapest counts")
-    options = parser.parse_args(argv)
-    before = machine.describe()
-    rows = measure(options.duration, options.rounds)
-    text = page(rows, options.duration, machine.as_text(before, machine.load()))
-    options.out.mkdir(parents=True, exist_ok=True)
-    (options.out / "constraint_drift.md").write_text(text, encoding="utf-8")
-    draw(rows, options.figure)
-    print(text)
-    return 0
-
-
-def measure(duration: float, rounds: int) -> list[Row]:
+def measure(duration: float, rounds: int) -> list[DriftRow]:
     """Return the runs by RK4, then those by DOP853; the least cost of interleaved rounds."""
     reference = flown(0.0, Preset.off(), True, duration, rtol=1e-11)[0]
-    jobs = [(way, step, *choose(step), 0.0) for way, choose in WAYS.items() for step in STEPS]
+    jobs = [
+        (stabilisation, step, *choose(step), 0.0)
+        for stabilisation, choose in STABILISATIONS.items()
+        for step in STEPS
+    ]
     jobs += [
-        (way, 0.0, Preset.off(), way == "projection", 1e-8) for way in ("nothing", "projection")
+        (stabilisation, 0.0, Preset.off(), stabilisation == "projection", 1e-8)
+        for stabilisation in ("nothing", "projection")
     ]
     turns = [
         [
             flown(step, terms, projected, duration, rtol)
-            for way, step, terms, projected, rtol in jobs
+            for stabilisation, step, terms, projected, rtol in jobs
         ]
         for _ in range(rounds)
     ]
@@ -109,7 +95,7 @@ def measure(duration: float, rounds: int) -> list[Row]:
 def flown(
     step: float, terms: maximal.Baumgarte, projected: bool, duration: float,
     rtol: float = 0.0,
-) -> tuple[maximal.Run, float, maximal.MaximalModel]:  # fmt: skip
+) -> tuple[maximal.MaximalRun, float, maximal.MaximalModel]:  # fmt: skip
     """Return a run, its processor time and its model; a run that diverged ends early."""
     _, flight = flying()
     twin = maximal_twin(flight.scene)
@@ -119,8 +105,9 @@ def flown(
     began = time.process_time()
     try:
         with np.errstate(all="ignore"):
+            start = maximal.initial_state(model, q, v)
             run = maximal.integrate(
-                model, q, v, duration=duration, sample=SAMPLE, projected=projected, **how
+                model, start, duration, sample=SAMPLE, projected=projected, **how
             )
     except DivergenceError as error:
         run = error.trace
@@ -128,70 +115,71 @@ def flown(
 
 
 def compared(
-    flown: tuple[maximal.Run, float, maximal.MaximalModel],
-    way: str,
+    flown: tuple[maximal.MaximalRun, float, maximal.MaximalModel],
+    stabilisation: str,
     step: float,
-    reference: maximal.Run,
-) -> Row:
+    reference: maximal.MaximalRun,
+) -> DriftRow:
     """Return a run beside the reference; errors are infinite where it diverged."""
     run, cost, model = flown
     whole = len(run.q) == len(reference.q)
-    energy = [maximal.invariants(model.bodies, s, model.gravity) for s in run.states]
+    energy = [maximal.energy(model, s) for s in run.states]
     start = energy[0]
-    return Row(
-        way=way,
+    return DriftRow(
+        stabilisation=stabilisation,
         step=step,
         path=np.array([opening(model, state) for state in run.states]),
         drift=run.drift,
         drift_rate=run.drift_rate,
         error=position_difference(run.q, reference.q) if whole else np.inf,
-        energy=max(abs(e.energy - start.energy) for e in energy) / start.kinetic,
+        energy=max(abs(e.total - start.total) for e in energy) / start.kinetic,
         cost=cost,
         evaluations=run.counters["evaluations"],
     )
 
 
-def opening(model: maximal.MaximalModel, state: maximal.BodyState) -> float:
+def opening(model: maximal.MaximalModel, state: maximal.MaximalState) -> float:
     """Return the largest |Phi| [m, rad]."""
-    return float(np.abs(model.constraints(state, model.place(state)).violation).max())
+    return float(np.abs(model.constraints(state, model.kinematics(state)).violation).max())
 
 
-def page(rows: Sequence[Row], duration: float, where: str) -> str:
-    """Return the results as Markdown."""
-    lines = [
-        "# Drift of joints in maximal coordinates",
-        "",
-        where,
-        "",
+def constraint_drift(
+    *, duration: float = 1.0, rounds: int = 3, figure: Path = FIGURE
+) -> StudyReport:
+    """Drift of joints in maximal coordinates; duration of the flight [s], file of the figure."""
+    rows = measure(duration, rounds)
+    draw(rows, figure)
+    head = (
+        "stabilisation", "method", "largest Phi [m, rad]", "largest Phi'", "error [m, rad]",
+        "energy", "evaluations", "processor time [s/s]",
+    )  # fmt: skip
+    cells = [
+        (row.stabilisation, f"RK4, {1e3 * row.step:g} ms" if row.step else "DOP853, rtol 1e-8",
+         *(f"{x:.1e}" for x in (row.drift, row.drift_rate, row.error, row.energy)),
+         str(row.evaluations), f"{row.cost / duration:.2f}")
+        for row in rows
+    ]  # fmt: skip
+    about = (
         f"The limp hexapod of HC14b in flight, {duration:g} s, 19 bodies, 90 constraints. Error: "
         "positions of the base and joint angles against DOP853 at rtol 1e-11. Processor time: the "
-        "least of interleaved rounds.",
-        "",
-        "| stabilisation | method | largest Phi [m, rad] | largest Phi' | error [m, rad] | "
-        "energy | evaluations | processor time [s/s] |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
-    ]
-    for row in rows:
-        method = f"RK4, {1e3 * row.step:g} ms" if row.step else "DOP853, rtol 1e-8"
-        lines.append(
-            f"| {row.way} | {method} | {row.drift:.1e} | {row.drift_rate:.1e} | {row.error:.1e} | "
-            f"{row.energy:.1e} | {row.evaluations} | {row.cost / duration:.2f} |"
-        )
-    lines += ["", "## One solve of the 204 equations", "", *solve_costs()]
-    return "\n".join(lines) + "\n"
+        "least of interleaved rounds."
+    )
+    return StudyReport(
+        "Drift of joints in maximal coordinates", [about, Table("", head, cells), solve_costs()]
+    )
 
 
-def draw(rows: Sequence[Row], path: Path) -> None:
+def draw(rows: Sequence[DriftRow], path: Path) -> None:
     """Draw drift against time at 2 ms, and drift and error against the step."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(12.0, 4.0), layout="constrained")
     left, middle, right = figure.subplots(1, 3)
-    for number, way in enumerate(WAYS):
-        own = [row for row in rows if row.way == way and row.step]
+    for number, stabilisation in enumerate(STABILISATIONS):
+        own = [row for row in rows if row.stabilisation == stabilisation and row.step]
         at = next(row for row in own if row.step == STEPS[1])
         steps = [1e3 * row.step for row in own]
-        look = {"color": f"C{number}", "label": way}
+        look = {"color": f"C{number}", "label": stabilisation}
         left.semilogy(SAMPLE * np.arange(len(at.path)), np.maximum(at.path, 1e-17), **look)
         middle.loglog(steps, [row.drift for row in own], "o-", **look)
         right.loglog(steps, [row.error for row in own], "o-", **look)
@@ -201,10 +189,8 @@ def draw(rows: Sequence[Row], path: Path) -> None:
     for panel in (middle, right):
         panel.set_xticks([1e3 * step for step in STEPS], [f"{1e3 * step:g}" for step in STEPS])
         panel.minorticks_off()
-    figure.legend(*right.get_legend_handles_labels(), loc="outside lower center", ncols=len(WAYS))
+    figure.legend(
+        *right.get_legend_handles_labels(), loc="outside lower center", ncols=len(STABILISATIONS)
+    )
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, metadata={"Date": None})
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,27 +1,23 @@
-"""What the choice of contact laws costs: microseconds a step for every pair, beside its error.
-
-kharagpur walks the tetrapod at 1 ms; rounds are interleaved, ratios are taken inside a round
-against the cheapest pair. Writes contact_cost.md.
-"""
+"""What the choice of contact laws costs: microseconds a step for every pair, beside its error."""
 
 from __future__ import annotations
 
-import argparse
 import itertools
-import sys
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-import machine
 import numpy as np
-from motions import Motion
 
 import hexapod_pin as hp
+from hexapod_pin.benchmark.studies.native_motion import NativeMotion
+from hexapod_pin.benchmark.studies.step_entries import STEP
+from hexapod_pin.benchmark.studies.timing import interleaved
+from hexapod_pin.benchmark.study import StudyReport
+from hexapod_pin.validation.tables import Table
 
-RESULTS = Path(__file__).resolve().parent / "results"
-STEP = 1e-3
-MOST = 1.3
+FINE_STEP = 2e-5
+"""Of the runs that errors are against [s]."""
+
+MAX_COST_RATIO = 1.3
 """Target: the dearest pair over the cheapest."""
 
 NORMAL: dict[str, Any] = {
@@ -39,68 +35,42 @@ FRICTION: dict[str, Any] = {
 }
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Print the table and write it to --out. Return the exit status."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=RESULTS, help="folder of contact_cost.md")
-    parser.add_argument("--rounds", type=int, default=15)
-    parser.add_argument("--duration", type=float, default=2.4, help="of the walk [s]")
-    options = parser.parse_args(argv)
-    text = report(options.rounds, options.duration)
-    options.out.mkdir(parents=True, exist_ok=True)
-    (options.out / "contact_cost.md").write_text(text, encoding="utf-8")
-    print(text)
-    return 0
-
-
-def motions(duration: float) -> dict[str, Motion]:
-    """One walk per pair of laws."""
-    robot = hp.load_robot("kharagpur")
-    control = hp.KinematicControl(hp.Gait.tetrapod())
-    return {
-        f"{n} + {f}": Motion.of(
-            hp.Scene(robot, contact=hp.Contact(normal=normal, friction=friction)), control, duration
-        )
-        for (n, normal), (f, friction) in itertools.product(NORMAL.items(), FRICTION.items())
-    }
-
-
-def report(rounds: int, duration: float) -> str:
-    """Measure and return the table as Markdown."""
-    before = machine.describe()
-    walks = motions(duration)
-    steps = round(duration / STEP)
+def contact_cost(*, rounds: int = 15, duration: float = 2.4) -> StudyReport:
+    """Cost of every pair of contact laws; duration: of the walk [s]."""
+    walks, steps = pair_motions(duration), round(duration / STEP)
     runs = {name: walk.timed_run(STEP, steps) for name, walk in walks.items()}
-    times = np.array([[run() for run in runs.values()] for _ in range(rounds)]) / steps * 1e6
+    found = interleaved(runs, rounds)
+    times = np.array(list(found.values())).T / steps * 1e6
     ratio = np.median(times / times.min(axis=1, keepdims=True), axis=0)
-    rows = []
-    for k, (name, walk) in enumerate(walks.items()):
-        error = _error(walk, duration)
-        rows.append(f"| {name} | {np.median(times[:, k]):.2f} | {ratio[k]:.2f} | {error:.1e} |")
-    return "\n".join(
+    rows = [
+        (name, f"{np.median(times[:, k]):.2f}", f"{ratio[k]:.2f}", f"{_error(walk, duration):.1e}")
+        for k, (name, walk) in enumerate(walks.items())
+    ]
+    return StudyReport(
+        "Cost of the contact laws",
         [
-            "# Cost of the contact laws",
-            "",
-            machine.as_text(before, machine.load()),
-            "",
-            f"kharagpur, tetrapod, {duration:g} s at {STEP * 1e3:g} ms, {rounds} rounds; "
-            "ratio to the cheapest pair of the same round; error: largest distance of the trunk "
-            "from the same method at 0.02 ms, on a 10 ms grid.",
-            "",
-            "| pair | us per step | ratio | error [m] |",
-            "| --- | --- | --- | --- |",
-            *rows,
-            "",
-            f"Dearest over cheapest: {ratio.max():.2f} (target: at most {MOST:g}).",
-            "",
-        ]
+            f"kharagpur, tetrapod, {duration:g} s at {STEP * 1e3:g} ms, {rounds} interleaved "
+            "rounds; ratio to the cheapest pair of the same round; error: largest distance of the "
+            f"trunk from the same method at {FINE_STEP * 1e3:g} ms, on a 10 ms grid.",
+            Table("", ("pair", "us per step", "ratio", "error [m]"), rows),
+            f"Dearest over cheapest: {ratio.max():.2f} (target: at most {MAX_COST_RATIO:g}).",
+        ],
     )
 
 
-def _error(walk: Motion, duration: float) -> float:
-    coarse, fine = (walk.positions(step, duration)[0] for step in (STEP, 2e-5))
+def pair_motions(duration: float) -> dict[str, NativeMotion]:
+    """Return one walk per pair of laws."""
+    robot = hp.load_robot("kharagpur")
+    control = hp.KinematicControl(hp.Gait.tetrapod())
+    pairs = itertools.product(NORMAL.items(), FRICTION.items())
+    return {
+        f"{n} + {f}": NativeMotion.of(
+            hp.Scene(robot, contact=hp.Contact(normal=normal, friction=friction)), control, duration
+        )
+        for (n, normal), (f, friction) in pairs
+    }
+
+
+def _error(walk: NativeMotion, duration: float) -> float:
+    coarse, fine = (walk.path(step, duration).positions for step in (STEP, FINE_STEP))
     return float(np.linalg.norm(coarse - fine, axis=1).max())
-
-
-if __name__ == "__main__":
-    sys.exit(main())

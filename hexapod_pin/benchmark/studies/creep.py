@@ -1,26 +1,23 @@
-"""How fast a standing robot creeps under a side load, ours beside MuJoCo's on the same URDF.
-
-kharagpur stands on flat ground, gravity tilted so that the side load is 20 % of the load on the
-feet; then on slopes just below and just above the friction angle. Writes creep.md.
-"""
+"""How fast a standing robot creeps under a side load, ours beside MuJoCo's on the same URDF."""
 
 from __future__ import annotations
 
-import argparse
-import sys
-from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
-import machine
 import numpy as np
-from mujoco_scene import CONES, MujocoScene
 
 import hexapod_pin as hp
+from hexapod_pin.arrays import Array
+from hexapod_pin.benchmark.engines.mujoco_model import CONES, MujocoSettings
+from hexapod_pin.benchmark.engines.mujoco_twin import SAMPLE, MujocoTwin
+from hexapod_pin.benchmark.studies.step_entries import STEP
+from hexapod_pin.benchmark.study import StudyReport
+from hexapod_pin.validation.tables import Table
 
-RESULTS = Path(__file__).resolve().parent / "results"
 MU = 0.7
-LOADS = {"20 %": 0.2, "just below mu": 0.98 * MU, "just above mu": 1.02 * MU}
+LOAD_RATIOS = {"20 %": 0.2, "just below mu": 0.98 * MU, "just above mu": 1.02 * MU}
+"""Side load over normal load."""
+
 LAWS: dict[str, Any] = {
     "stick-slip": hp.StickSlip(mu=MU, stiffness=2e4, damping=60.0),
     "tanh, kt 1000 s/m": hp.TanhCoulomb(mu=MU, slope=1e3),
@@ -29,86 +26,60 @@ LAWS: dict[str, Any] = {
         mu_static=MU, mu_dynamic=MU, stiction_speed=1e-3, transition_speed=1e-2
     ),
 }
-SETTLED, END = 4.0, 6.0
-"""The creep is the mean speed between these times [s]."""
+SETTLED_TIME = 4.0
+"""The creep is the mean speed from this time to the end [s]."""
+
 SERVO = hp.Servo(kp=1000.0, kd=20.0, limited=False)
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Print the table and write it to --out. Return the exit status."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=RESULTS, help="folder of creep.md")
-    options = parser.parse_args(argv)
-    text = report()
-    options.out.mkdir(parents=True, exist_ok=True)
-    (options.out / "creep.md").write_text(text, encoding="utf-8")
-    print(text)
-    return 0
+def creep(*, duration: float = 6.0) -> StudyReport:
+    """Creep of standing kharagpur, gravity tilted; below and above the friction angle."""
+    head = ["friction", *(f"{load} [m/s]" for load in LOAD_RATIOS)]
+    rows = []
+    for name, law in LAWS.items():
+        found = [own_creep(law, ratio, duration) for ratio in LOAD_RATIOS.values()]
+        rows.append([name, *map("{:.3g}".format, found), f"{law.creep_speed(0.2):.3g}"])
+    for cone in CONES:
+        found = [mujoco_creep(cone, ratio, duration) for ratio in LOAD_RATIOS.values()]
+        rows.append([f"MuJoCo, {cone} cone", *map("{:.3g}".format, found), "-"])
+    return StudyReport(
+        "Creep of a standing robot",
+        [
+            f"kharagpur, mu {MU}, 1 ms steps, {SERVO}; mean side speed from {SETTLED_TIME:g} to "
+            f"{duration:g} s. Sliding free of friction would give about 1e1 m/s.",
+            Table("", [*head, "the law's formula at 20 % [m/s]"], rows),
+        ],
+    )
 
 
-def scene(law: Any, ratio: float) -> hp.Scene:
-    """Kharagpur under gravity tilted towards +y; `ratio` is the side load over the normal load."""
+def tilted_scene(law: Any, ratio: float) -> hp.Scene:
+    """Return kharagpur under gravity tilted towards +y by a ratio of side load to normal load."""
     cosine = 9.81 / np.hypot(1.0, ratio)
     contact = hp.Contact(normal=hp.Contact.s1().normal, friction=law)
     robot = hp.load_robot("kharagpur")
     return hp.Scene(robot, contact=contact, servo=SERVO, gravity=(0.0, ratio * cosine, -cosine))
 
 
-def ours(law: Any, ratio: float) -> float:
-    """Return the mean side speed of the trunk at 1 ms [m/s]."""
-    trace = hp.simulate(scene(law, ratio), hp.HoldPosture(), duration=END, sample=0.01)
-    return mean_speed(trace.q[:, 1])
+def own_creep(law: Any, ratio: float, duration: float) -> float:
+    """Return the mean side speed of the trunk [m/s]."""
+    scene = tilted_scene(law, ratio)
+    return _mean_speed(
+        hp.simulate(scene, hp.HoldPosture(), duration=duration, step=STEP, sample=SAMPLE).q[:, 1]
+    )
 
 
-def mujoco(cone: str, ratio: float) -> float:
+def mujoco_creep(cone: str, ratio: float, duration: float) -> float:
     """Return the same of MuJoCo at 1 ms, implicitfast, default solver parameters [m/s]."""
-    here = scene(LAWS["tanh, kt 1000 s/m"], ratio)
-    twin = MujocoScene(here, cone=cone)
-    posture = here.robot.posture[None]
-    path, _, _ = twin.positions(
-        here.robot.stand(),
-        lambda t: (np.repeat(posture, len(t), 0), np.zeros((len(t), posture.shape[1]))),
-        END,
-    )
-    return mean_speed(path[:, 1])
+    scene = tilted_scene(LAWS["tanh, kt 1000 s/m"], ratio)
+    posture = scene.robot.posture[None]
+
+    def hold(t: Array) -> tuple[Array, Array]:
+        return np.repeat(posture, len(t), 0), np.zeros((len(t), posture.shape[1]))
+
+    twin = MujocoTwin(scene, MujocoSettings(STEP, cone=cone))
+    return _mean_speed(twin.path(scene.robot.stand(), hold, duration).positions[:, 1])
 
 
-def mean_speed(path: np.ndarray) -> float:
-    """Return the mean speed over the last seconds, samples every 10 ms [m/s]."""
-    first = round(SETTLED / 0.01)
-    return float((path[-1] - path[first]) / (END - SETTLED))
-
-
-def rows() -> Iterator[list[str]]:
-    """One row per law or cone: creep under every load, and the law's own creep under 20 %."""
-    for name, law in LAWS.items():
-        found = [ours(law, ratio) for ratio in LOADS.values()]
-        yield [name, *map("{:.3g}".format, found), f"{law.creep_speed(0.2):.3g}"]
-    for cone in CONES:
-        found = [mujoco(cone, ratio) for ratio in LOADS.values()]
-        yield [f"MuJoCo, {cone} cone", *map("{:.3g}".format, found), "-"]
-
-
-def report() -> str:
-    """Return the table as Markdown."""
-    before = machine.describe()
-    head = ["friction", *(f"{load} [m/s]" for load in LOADS), "the law's formula at 20 % [m/s]"]
-    table = [head, ["---"] * len(head), *rows()]
-    lines = ["| " + " | ".join(row) + " |" for row in table]
-    return "\n".join(
-        [
-            "# Creep of a standing robot",
-            "",
-            machine.as_text(before, machine.load()),
-            "",
-            f"kharagpur, mu {MU}, 1 ms steps, {SERVO}; mean side speed from {SETTLED:g} to "
-            f"{END:g} s. Sliding free of friction for {END:g} s would give about 1e1 m/s.",
-            "",
-            *lines,
-            "",
-        ]
-    )
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def _mean_speed(path: Array) -> float:
+    first = min(round(SETTLED_TIME / SAMPLE), len(path) - 2)
+    return float((path[-1] - path[first]) / (SAMPLE * (len(path) - 1 - first)))

@@ -1,23 +1,27 @@
-"""What is simulated: standing and walking from standing, planned once, run by the native core."""
+"""A planned motion from standing, run by the native core: timed, and as the trunk's path."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from mujoco_scene import SAMPLE, Array, SetPoints
-from scipy.interpolate import CubicHermiteSpline
 
-import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
+from hexapod_pin.benchmark.engines.mujoco_twin import SAMPLE, SetPoints, TrunkPath
+from hexapod_pin.errors import DivergenceError
 from hexapod_pin.simulation.plant import native_plant
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
+    from hexapod_pin.robot.state import State
+    from hexapod_pin.simulation.scene import Scene
 
 
 @dataclass(frozen=True)
-class Motion:
+class NativeMotion:
     """One scene with its reference and its first state: standing at the first set-point.
 
     Attributes:
@@ -26,12 +30,12 @@ class Motion:
         state: the state at t = 0.
     """
 
-    scene: hp.Scene
+    scene: Scene
     plan: JointTrajectory
-    state: hp.State
+    state: State
 
     @classmethod
-    def of(cls, scene: hp.Scene, controller: Controller, duration: float) -> Motion:
+    def of(cls, scene: Scene, controller: Controller, duration: float) -> NativeMotion:
         """Plan a motion of `duration` [s]."""
         plan = controller.plan(scene.robot, duration)
         return cls(scene, plan, scene.robot.stand(plan.q[0]))
@@ -39,24 +43,18 @@ class Motion:
     @property
     def setpoints(self) -> SetPoints:
         """The reference as a function of time, for MuJoCo."""
+        from scipy.interpolate import CubicHermiteSpline
+
         angles = CubicHermiteSpline(self.plan.time, self.plan.q, self.plan.v)
-        rates = angles.derivative()
-        return lambda t: (
-            angles(np.minimum(t, self.plan.time[-1])),
-            rates(np.minimum(t, self.plan.time[-1])),
-        )
+        rates, end = angles.derivative(), self.plan.time[-1]
+        return lambda t: (angles(np.minimum(t, end)), rates(np.minimum(t, end)))
 
     def rollout(
-        self,
-        step: float,
-        stride: int,
-        *,
-        method: str = "implicit-euler",
-        plant: native.PlantSettings | None = None,
+        self, step: float, stride: int, *, method: str = "implicit-euler", dense: bool = False
     ) -> native.Rollout:
-        """Return a run that has not begun."""
+        """Return a run that has not begun, sampled every `stride` steps."""
         return native.start(
-            plant or native_plant(self.scene),
+            native_plant(self.scene, dense=dense),
             time=[float(t) for t in self.plan.time],
             position=np.ascontiguousarray(self.plan.q),
             rate=np.ascontiguousarray(self.plan.v),
@@ -66,34 +64,36 @@ class Motion:
         )  # fmt: skip
 
     def timed_run(
-        self, step: float, steps: int, *, stride: int | None = None, dense: bool = False
-    ) -> Callable[[], float]:
+        self, step: float, steps: int, *, stride: int | None = None,
+        method: str = "implicit-euler", dense: bool = False,
+    ) -> Callable[[], float]:  # fmt: skip
         """Return a function that runs `steps` steps and returns the wall time [s].
 
         A sample every `stride` steps; None: one at the end.
         """
         every = stride or steps
-        plant = native_plant(self.scene, dense=dense)
 
         def run() -> float:
-            rollout = self.rollout(step, every, plant=plant)
+            rollout = self.rollout(step, every, method=method, dense=dense)
             begin = time.perf_counter()
             good = rollout.advance(steps // every)
             taken = time.perf_counter() - begin
-            if not good:
-                raise RuntimeError(f"the run diverged at a step of {step:g} s")
+            _require(good, method, step)
             return taken
 
         return run
 
-    def positions(
-        self, step: float, duration: float, *, dense: bool = False
-    ) -> tuple[Array, float, dict[str, float]]:
-        """Return the trunk's positions every 10 ms [m], the mean feet down, and the counters."""
-        plant = native_plant(self.scene, dense=dense)
-        run = self.rollout(step, round(SAMPLE / step), plant=plant)
-        if not run.advance(round(duration / SAMPLE)):
-            raise RuntimeError(f"the run diverged at a step of {step:g} s")
+    def path(
+        self, step: float, duration: float, *, method: str = "implicit-euler", dense: bool = False
+    ) -> TrunkPath:
+        """Return the trunk's path over a duration [s]."""
+        run = self.rollout(step, round(SAMPLE / step), method=method, dense=dense)
+        _require(run.advance(round(duration / SAMPLE)), method, step)
         record = run.record()
         down = (record["foot_gap"][1:] < 0.0).sum(axis=1).mean()
-        return record["q"][:, :3], float(down), run.counters()
+        return TrunkPath(record["q"][:, :3], float(down), run.counters())
+
+
+def _require(good: bool, method: str, step: float) -> None:
+    if not good:
+        raise DivergenceError(f"{method} diverged at a step of {step:g} s", None)

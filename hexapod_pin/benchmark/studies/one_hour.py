@@ -1,4 +1,4 @@
-"""One hour of walking at 1 ms: nothing but the clock may change. Writes one_hour.md.
+"""One hour of walking at 1 ms: nothing but the clock may change.
 
 kharagpur walks a tetrapod gait (stroke 0.14 m, cycle 2.4 s, duty 2/3) in one run of 1500 cycles,
 sampled once a cycle. The fifth cycle after that, run from the checkpoint, and the third and tenth
@@ -7,23 +7,22 @@ are sampled at 1 ms. The resident memory is read after every cycle.
 
 from __future__ import annotations
 
-import argparse
 import os
-import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import machine
 import numpy as np
 
 import hexapod_pin as hp
+from hexapod_pin.arrays import Array
+from hexapod_pin.benchmark.study import StudyReport
+from hexapod_pin.validation.tables import Table
 
-RESULTS = Path(__file__).resolve().parent / "results"
 CYCLE, STEP = 2.4, 1e-3  # [s]
 CYCLES = 1500
-MOST_GROWTH, MOST_NORM, MOST_LATE = 5.0, 1e-12, 1e-9  # [MB], [-], [s]
+MAX_MEMORY_GROWTH, MAX_NORM_ERROR, MAX_TIME_ERROR = 5.0, 1e-12, 1e-9  # [MB], [-], [s]
 
 
 @dataclass(frozen=True)
@@ -58,19 +57,21 @@ class Hour:
     wall: float
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Print the table and write it to --out. Return 1 where a limit is not kept."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=RESULTS, help="folder of one_hour.md")
-    parser.add_argument("--methods", default="implicit-euler,robust")
-    parser.add_argument("--cycles", type=int, default=CYCLES, help="1500 are an hour")
-    options = parser.parse_args(argv)
-    hours = [walk(method, options.cycles) for method in options.methods.split(",")]
-    text = report(hours, options.cycles)
-    options.out.mkdir(parents=True, exist_ok=True)
-    (options.out / "one_hour.md").write_text(text, encoding="utf-8")
-    print(text)
-    return 0 if all(map(kept, hours)) else 1
+def one_hour(*, methods: str = "implicit-euler,robust", cycles: int = CYCLES) -> StudyReport:
+    """An hour of walking at 1 ms; 1500 cycles are an hour."""
+    hours = [walk(method, cycles) for method in methods.split(",")]
+    about = (
+        "kharagpur, default contact, tetrapod gait, stroke 0.14 m, cycle "
+        f"{CYCLE:g} s; {cycles} cycles, {cycles * CYCLE:g} s, in steps of 1 ms; one sample a cycle."
+    )
+    rows = [
+        (name, *(form.format(number(hour)) for hour in hours), limit)
+        for name, number, form, limit in ROWS
+    ]
+    head = ("", *(hour.method for hour in hours), "limit")
+    return StudyReport(
+        "An hour of walking", [about, Table("", head, rows)], met=all(map(kept, hours))
+    )
 
 
 def walk(method: str, cycles: int) -> Hour:
@@ -84,7 +85,7 @@ def walk(method: str, cycles: int) -> Hour:
         progress=lambda _: memory.append(resident()),
     )  # fmt: skip
     wall = time.perf_counter() - begin
-    settled = memory[round(60.0 / CYCLE) :]
+    settled = memory[min(round(60.0 / CYCLE), cycles - 1) :]
     early = hp.simulate(
         scene, control, duration=11.0 * CYCLE, method=method, step=STEP, sample=STEP
     )
@@ -111,10 +112,10 @@ def walk(method: str, cycles: int) -> Hour:
     )
 
 
-def _peaks(trace: hp.Trace, cycle: int) -> np.ndarray:
+def _peaks(trace: hp.Trace, cycle: int) -> Array:
     """Return the largest torque of every joint in a cycle, counted from 1 [N m]."""
     n = round(CYCLE / STEP)
-    peaks: np.ndarray = np.abs(trace.torque[(cycle - 1) * n + 1 : cycle * n + 1]).max(axis=0)
+    peaks: Array = np.abs(trace.torque[(cycle - 1) * n + 1 : cycle * n + 1]).max(axis=0)
     return peaks
 
 
@@ -124,7 +125,7 @@ def resident() -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def _yaw(q: np.ndarray) -> float:
+def _yaw(q: Array) -> float:
     x, y, z, w = q[3:7]
     return float(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
 
@@ -133,53 +134,23 @@ def kept(hour: Hour) -> bool:
     """Tell whether every limit was kept."""
     return (
         hour.bad == 0
-        and hour.norm <= MOST_NORM
-        and hour.late <= MOST_LATE
-        and hour.most <= MOST_GROWTH
+        and hour.norm <= MAX_NORM_ERROR
+        and hour.late <= MAX_TIME_ERROR
+        and hour.most <= MAX_MEMORY_GROWTH
     )
 
 
-def report(hours: Sequence[Hour], cycles: int) -> str:
-    """Return the results as Markdown."""
-    about = machine.describe()
-    packages = ", ".join(f"{name} {number}" for name, number in about["packages"].items())
-    lines = [
-        "# An hour of walking",
-        "",
-        f"{about['date']}. {about['cpu']}, {about['cores']} cores, {about['system']}; "
-        f"Python {about['python']}; {packages}.",
-        "",
-        f"`python benchmarks/one_hour.py`: kharagpur, default contact, tetrapod gait, stroke "
-        f"0.14 m, cycle {CYCLE:g} s; {cycles} cycles, {cycles * CYCLE:g} s, in steps of 1 ms; one "
-        "sample a cycle.",
-        "",
-    ]
-    head = ("", *(hour.method for hour in hours), "limit")
-    rows = [
-        ("numbers not finite", *(f"{h.bad}" for h in hours), "0"),
-        ("quaternion norm less 1", *(f"{h.norm:.1e}" for h in hours), f"{MOST_NORM:g}"),
-        ("time stamps off by [s]", *(f"{h.late:.1e}" for h in hours), f"{MOST_LATE:g}"),
-        ("memory at the end, over that after 60 s [MB]", *(f"{h.growth:.2f}" for h in hours), "5"),
-        ("memory at most, over that after 60 s [MB]", *(f"{h.most:.2f}" for h in hours), "5"),
-        ("memory after 60 s [MB]", *(f"{h.base:.0f}" for h in hours), "-"),
-        ("torque peaks, a later cycle to third", *(f"{h.peaks[0]:.1e}" for h in hours), "-"),
-        ("torque peaks, a later cycle to tenth", *(f"{h.peaks[1]:.1e}" for h in hours), "-"),
-        ("walked [m]", *(f"{h.distance:.3f}" for h in hours), "-"),
-        ("turned [rad]", *(f"{h.turned:.4f}" for h in hours), "-"),
-        ("computing [s]", *(f"{h.wall:.1f}" for h in hours), "-"),
-    ]
-    table = [head, ["---"] * len(head), *rows]
-    lines += [f"| {' | '.join(row)} |" for row in table]
-    plan = cycles * CYCLE / 0.01 * 37 * 8 / 1e6
-    lines += [
-        "",
-        f"The planned set-points of the hour (knots every 10 ms, {plan:.0f} MB, held twice) are "
-        "there before the first step. A sample takes "
-        "about 1.5 kB, so that samples at 1 ms would be 5 GB.",
-        "",
-    ]
-    return "\n".join(lines)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+ROWS: tuple[tuple[str, Callable[[Hour], float], str, str], ...] = (
+    ("numbers not finite", lambda h: h.bad, "{}", "0"),
+    ("quaternion norm less 1", lambda h: h.norm, "{:.1e}", f"{MAX_NORM_ERROR:g}"),
+    ("time stamps off by [s]", lambda h: h.late, "{:.1e}", f"{MAX_TIME_ERROR:g}"),
+    ("memory at the end, over that after 60 s [MB]", lambda h: h.growth, "{:.2f}", "5"),
+    ("memory at most, over that after 60 s [MB]", lambda h: h.most, "{:.2f}", "5"),
+    ("memory after 60 s [MB]", lambda h: h.base, "{:.0f}", "-"),
+    ("torque peaks, a later cycle to third", lambda h: h.peaks[0], "{:.1e}", "-"),
+    ("torque peaks, a later cycle to tenth", lambda h: h.peaks[1], "{:.1e}", "-"),
+    ("walked [m]", lambda h: h.distance, "{:.3f}", "-"),
+    ("turned [rad]", lambda h: h.turned, "{:.4f}", "-"),
+    ("computing [s]", lambda h: h.wall, "{:.1f}", "-"),
+)
+"""Name, number, format and limit of every row."""

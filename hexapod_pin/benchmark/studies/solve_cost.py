@@ -4,24 +4,31 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import hexapod_pin as hp
+from hexapod_pin.arrays import Array
+from hexapod_pin.benchmark.studies.timing import interleaved
+from hexapod_pin.formulations import maximal
 from hexapod_pin.validation.checks.maximal_twin import maximal_twin, pressed_states
+from hexapod_pin.validation.tables import Table
+
+Index = NDArray[np.signedinteger[Any]]
 
 ROUNDS, CALLS = 7, 40
 
 
-def solve_costs() -> list[str]:
-    """Return a Markdown table: median over interleaved rounds, microseconds of processor time."""
-    jobs = subjects()
-    times = np.array([[timed(job) for job in jobs.values()] for _ in range(ROUNDS)])
-    lines = ["| what | processor time [us] |", "| --- | --- |"]
-    for name, value in zip(jobs, np.median(times, axis=0), strict=True):
-        lines.append(f"| {name} | {value:.1f} |")
-    lines.append(f"| the core: an evaluation inside an RK4 run (wall time) | {core_run():.1f} |")
-    return lines
+def solve_costs() -> Table:
+    """Return medians over interleaved rounds, microseconds of processor time."""
+    jobs = solve_subjects()
+    runs = {name: partial(_processor_time, job) for name, job in jobs.items()}
+    rows = [(name, f"{np.median(x):.1f}") for name, x in interleaved(runs, ROUNDS).items()]
+    rows.append(("the core: an evaluation inside an RK4 run (wall time)", f"{core_run():.1f}"))
+    return Table("One solve of the 204 equations", ("what", "processor time [us]"), rows)
 
 
 def core_run() -> float:
@@ -31,7 +38,7 @@ def core_run() -> float:
     return float(trace.meta["wall_time"] / trace.counters["evaluations"] * 1e6)
 
 
-def subjects() -> dict[str, Callable[[], object]]:
+def solve_subjects() -> dict[str, Callable[[], object]]:
     """Return kharagpur on five or six feet, the same state for all."""
     from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import splu
@@ -42,19 +49,19 @@ def subjects() -> dict[str, Callable[[], object]]:
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1())
     twin, (q, v, torque) = maximal_twin(scene), pressed_states(scene, 1)[0]
     model, plant = twin.model, native_plant(scene)
-    state = model.state(twin.bodies_order(q, 7), twin.bodies_order(v, 6))
-    at = model.place(state)
+    state = maximal.initial_state(model, twin.bodies_order(q, 7), twin.bodies_order(v, 6))
+    at = model.kinematics(state)
     joints = model.constraints(state, at)
-    rows, force, none = model.rows(at, joints), np.ones((19, 6)), np.empty(0)
-    full = integer_ratio(model.bodies.parent, at.mass, rows.on_parent, rows.on_child)
+    force, none = np.ones((19, 6)), np.empty(0)
+    full = full_matrix(model.bodies.parent, at.mass, joints.on_parent, joints.on_child)
     right = np.r_[force.ravel(), joints.gamma.ravel()]
     thin = csc_matrix(full)
     return {
-        "whole evaluation: kinematics, contacts, elimination": lambda: model.evaluate(
-            0.0, state, torque
+        "whole evaluation: kinematics, contacts, elimination": lambda: maximal.derivative(
+            model, state, torque
         ),
-        "block elimination on the tree alone": lambda: model.eliminate(
-            at.mass, force, rows, joints.gamma, none
+        "block elimination on the tree alone": lambda: model.solve_kkt(
+            at.mass, force, joints, joints.gamma, none
         ),
         "dense LU, 204 x 204": lambda: np.linalg.solve(full, right),
         "SuperLU, the same matrix already in CSC": lambda: splu(thin).solve(right),
@@ -64,9 +71,7 @@ def subjects() -> dict[str, Callable[[], object]]:
     }
 
 
-def integer_ratio(
-    parent: np.ndarray, mass: np.ndarray, up: np.ndarray, down: np.ndarray
-) -> np.ndarray:
+def full_matrix(parent: Index, mass: Array, up: Array, down: Array) -> Array:
     """Return [M -D'; D 0]."""
     bodies, joints = len(mass), len(parent)
     full = np.zeros((6 * bodies + 5 * joints,) * 2)
@@ -80,7 +85,7 @@ def integer_ratio(
     return full
 
 
-def timed(job: Callable[[], object]) -> float:
+def _processor_time(job: Callable[[], object]) -> float:
     """Return microseconds of processor time a call."""
     began = time.process_time()
     for _ in range(CALLS):

@@ -9,9 +9,6 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 
-Subject = Callable[[], Mapping[str, float]]
-"""Prepares itself, runs once, and returns what it measured by name, preparation excluded."""
-
 
 @dataclass(frozen=True)
 class Quartiles:
@@ -32,21 +29,21 @@ class Quartiles:
         return f"{self.median:{form}} ({self.low:{form}} to {self.high:{form}})"
 
 
-def interleaved(subjects: list[Subject], rounds: int) -> dict[str, Array]:
+def interleaved(subjects: Mapping[str, Callable[[], float]], rounds: int) -> dict[str, Array]:
     """Run every subject once a round, in turn, every other round backwards.
 
     One round before the first warms up and is not counted.
 
     Args:
-        subjects: put next to each other what is to be compared.
+        subjects: what runs once and returns what it measured, by name; put next to each other what
+            is to be compared.
         rounds: how many counted rounds.
 
     Returns:
         The values of every name, one per round. Shape (rounds,) each.
     """
-    found: dict[str, list[float]] = {}
+    found: dict[str, list[float]] = {name: [] for name in subjects}
     for k in range(rounds + 1):
-        for subject in subjects[:: -1 if k % 2 else 1]:
-            for name, value in subject().items():
-                found.setdefault(name, []).append(value)
+        for name in list(subjects)[:: -1 if k % 2 else 1]:
+            found[name].append(subjects[name]())
     return {name: np.array(values[1:]) for name, values in found.items()}

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hexapod_pin.benchmark.study import StudyReport
 from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
 from hexapod_pin.benchmark.work_precision.reference_solution import find_reference
 from hexapod_pin.benchmark.work_precision.scenes import walk
@@ -199,3 +200,26 @@ def _table_rows(rows: Sequence[Calibration]) -> Iterator[tuple[str, ...]]:
                 f"{statistics.median(row.evaluations for row in own):.0f}",
                 f"{max(row.uncertainty for row in own):.0e}",
             )  # fmt: skip
+
+
+METHOD_ACCURACIES = {"extrapolated-euler": ACCURACIES, "ndf": (1e-5, 1e-6, 1e-7)}
+
+
+def tolerance_calibration(
+    *, methods: str = ",".join(METHOD_ACCURACIES), seed: int = SEED, drops: int = 18
+) -> StudyReport:
+    """The accuracy asked for and the error made, over random drops and as many walks."""
+    parts: list[str | Table] = [f"Seed {seed}."]
+    broken = 0
+    for method in methods.split(","):
+        tasks = random_tasks(seed, drops, drops)
+        rows = calibrate(tasks, method=method, accuracies=METHOD_ACCURACIES[method])
+        bad = [row for row in rows if not row.kept]
+        broken += len(bad)
+        parts += [
+            replace(calibration_table(rows), title=method),
+            f"A looser run costs at most {largest_cost_ratio(rows):.2f} times a tighter one. "
+            f"Beyond the promise: {len(bad)} of {len(rows)}.",
+            *(f"- {row.scene} at {row.accuracy:.0e}: {row.factor:.2f} times" for row in bad),
+        ]
+    return StudyReport("Accuracy asked for, error made", parts, met=broken == 0)

@@ -11,7 +11,7 @@ namespace hexapod {
 
 class Profile {
  public:
-  // Points with x not falling; equal x = a vertical riser. Beyond the ends the ground is level.
+  // Points with non-decreasing x; equal x: a vertical riser. Beyond the ends the ground is level.
   Profile(double heading, std::vector<double> x, std::vector<double> z)
       : along_(std::cos(heading), std::sin(heading), 0.0), x_(std::move(x)), z_(std::move(z)) {
     if (x_.size() < 2 || x_.size() != z_.size())

@@ -2,7 +2,7 @@
 // complete (their coupling, their friction, the turning of the contact point), servos and stops too;
 // Coriolis, gravity and the configuration's pull on M are left out:
 //   (M + sD + s^2 K) x_v = M b_v - s K b_xi,  x_xi = b_xi + s x_v,
-// in the frame of the body; the chart's own map stands before and after. Bristles are eliminated.
+// in the frame of the body; the chart's map is applied before and after. Bristles are eliminated.
 #pragma once
 
 #include <utility>

@@ -27,7 +27,7 @@ class TouchDownLocator {
       : gap_(contacts), rate_(contacts), slack_(std::clamp(1e-3 * tolerance, 1e-12, 1e-7)),
         lift_off_(lift_off) {}
 
-  // Notes the gaps at the start of a step, where the plant is evaluated and looks ahead.
+  // Stores the gaps at the start of a step; the plant is evaluated there, separated feet too.
   template <class PlantT>
   void begin(const PlantT& plant) {
     for (std::size_t i = 0; i < gap_.size(); ++i) {

@@ -1,4 +1,4 @@
-// Nonsymmetric block-arrow LU: a 6x6 base block with three-joint legs hanging on it,
+// Nonsymmetric block-arrow LU: a 6x6 base block with three-joint legs attached,
 //   [B U1 U2 ..; L1 G1 0 ..; L2 0 G2 ..], the sparsity of M + hD + h^2 K for feet on legs.
 #pragma once
 

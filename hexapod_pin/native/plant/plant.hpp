@@ -42,7 +42,7 @@ class Plant {
   }
 
   // Everything below refers to the state of the last call. Dynamics do not depend on the base
-  // position, so they are evaluated with the base at the origin: no digits are lost far away.
+  // position, so they are evaluated with the base at the origin: no precision is lost far from the origin.
   // `implicit_dt` is the step of a method that takes contact forces at its end, else 0.
   void evaluate(double t, const VectorXd& q, const VectorXd& v, double implicit_dt) {
     q_local_.tail(tree.nq - 3) = q.tail(tree.nq - 3);

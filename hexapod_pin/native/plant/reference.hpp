@@ -57,11 +57,11 @@ class Reference {
     k_ = std::min(k_, time_.size() - 2);
   }
 
-  static constexpr double kRounding = 1e-9;  // s: the last step may end a hair after the last knot
+  static constexpr double kRounding = 1e-9;  // s: the last step may end slightly after the last knot
 
   // the row held at t; a time within rounding of a knot belongs to what follows it
   std::size_t row_at(double t) const {
-    const double late = t + 1e-9 * std::max(1.0, std::abs(t));
+    const double late = t + kRounding * std::max(1.0, std::abs(t));
     const auto next = std::upper_bound(time_.begin(), time_.end(), late);
     return next == time_.begin() ? 0 : std::size_t(next - time_.begin()) - 1;
   }

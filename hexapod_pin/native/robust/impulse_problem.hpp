@@ -58,7 +58,7 @@ struct ImpulseProblem {
   std::vector<StepContact<N>> contacts;
   bool rigid = false;  // a contact has no compliance of its own leg
 
-  // Solves m x = x in place; the matrix is used up.
+  // Solves m x = x in place; the matrix is overwritten.
   static void solve(Matrix& m, Vector& x) {
     if constexpr (N == 6) {
       factor6(m);

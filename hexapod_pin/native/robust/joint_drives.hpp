@@ -33,10 +33,10 @@ class JointDrives {
       const ServoGains gains = servo_->gains(j, joint.side);
       double damping = servo_->damping[j] + gains.damping, stiffness = gains.stiffness;
       const double angle = q_[j] + h_ * v[j];
-      // dampers come in by `damping`: the demand is that at rest
+      // the dampers act through `damping`, so the demand is the one at zero rate
       double torque = servo_->torque_on(
           j, joint.side, servo_->demand(j, q_ref_[j] - q_[j] - h_ * v[j], v_ref_[j]));
-      if (joint.beyond != 0.0) {  // the stop's damper as deep as known
+      if (joint.beyond != 0.0) {  // the stop's damper at the depth known so far
         torque += stops_->elastic_torque(j, joint.beyond, angle);
         damping += stops_->damping(joint.beyond);
         stiffness += stops_->stiffness;

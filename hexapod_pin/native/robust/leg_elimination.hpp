@@ -1,5 +1,5 @@
-// A step's system with the legs eliminated: (M + w D + w h K) dv = r + sum J^T lambda, left with the
-// base alone, and the way back to the joints. M's upper triangle is that of the plant.
+// A step's system with the legs eliminated: (M + w D + w h K) dv = r + sum J^T lambda, reduced
+// to the base alone, and the back-substitution for the joints. M's upper triangle is that of the plant.
 #pragma once
 
 #include <algorithm>

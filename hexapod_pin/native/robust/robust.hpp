@@ -226,10 +226,10 @@ class RobustStep {
   LegElimination legs_;
   JointDrives drives_;
   Solver<6> base_solver_;
-  Solver<Eigen::Dynamic> any_solver_;     // with the joints of legs that are kept
-  std::vector<std::size_t> in_step_;  // contacts in the step
-  std::vector<char> leg_in_contact_;         // legs with a contact in the step
-  std::vector<Vec3> leg_impulse_;      // J_l^T lambda per leg
+  Solver<Eigen::Dynamic> any_solver_;  // with the joints of legs that are kept
+  std::vector<std::size_t> in_step_;     // contacts in the step
+  std::vector<char> leg_in_contact_;     // legs with a contact in the step
+  std::vector<Vec3> leg_impulse_;        // J_l^T lambda per leg
   VectorXd right_, dv_, velocity_used_, xi_;
   Vec3 drift_ = Vec3::Zero();
   long solved_again_ = 0, halved_ = 0;

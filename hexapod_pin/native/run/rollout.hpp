@@ -14,7 +14,7 @@ namespace hexapod {
 
 constexpr double kDivergedSpeed = 1e4;  // rad/s and m/s: beyond it a run has diverged
 
-// Where a run starts, or stands: all that the future depends on.
+// A run at one sample: all that its continuation depends on.
 struct Checkpoint {
   long first = 0;      // its time is first * sample interval
   VectorXd q, v;

@@ -8,24 +8,21 @@ takes some ten minutes (stiff: 670 000 calls in Python).
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from scipy.integrate import solve_ivp
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.validation.cases.reference_data import references
+from hexapod_pin.validation.cases.robots import DATA
 
-DATA = Path(__file__).resolve().parents[1] / "hexapod_pin" / "validation" / "data"
 VARIANTS = {"soft": (1e5, 1e2), "mid": (1e6, 1e3), "stiff": (1e8, 1e4)}
 """K [N/m^1.5], kt [s/m]."""
 TOLERANCES = {"soft": (1e-10, 1e-12), "mid": (1e-10, 1e-12), "stiff": (1e-8, 1e-10)}
 """rtol of the check and of the reference; atol is a hundredth."""
-
-Array = np.ndarray
 
 
 def first_state(model: Any, numbers: dict[str, Any]) -> tuple[Array, Array]:
@@ -96,8 +93,8 @@ def solve(model: Any, numbers: dict[str, Any], variant: str, rtol: float) -> Arr
     return end
 
 
-def main() -> int:
-    """Compute and write. Return the exit status."""
+def write_references() -> Iterator[str]:
+    """Compute and write; yield one line per variant: how far check and reference are apart."""
     numbers = references()["HC40_hexapod_drop_soft"]["params"]
     model = pin.buildModelFromUrdf(str(DATA / "hexa_ref.urdf"), pin.JointModelFreeFlyer())
     out: dict[str, Any] = {
@@ -115,10 +112,5 @@ def main() -> int:
             "apart_q": float(apart[: model.nq].max()), "apart_v": float(apart[model.nq :].max()),
             "q": end[: model.nq].tolist(), "v": end[model.nq :].tolist(),
         }  # fmt: skip
-        print(variant, out[variant]["apart_q"], out[variant]["apart_v"])
+        yield f"{variant} {out[variant]['apart_q']} {out[variant]['apart_v']}"
     (DATA / "hc40_references.json").write_text(json.dumps(out, indent=1) + "\n", encoding="utf-8")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

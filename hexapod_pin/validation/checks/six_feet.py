@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hexapod_pin.formulations.rigid.model import RigidModel
+from hexapod_pin.formulations.rigid import RigidModel
 from hexapod_pin.validation.cases.bodies import SIX_FEET, Vector, six_feet_body
 
 
