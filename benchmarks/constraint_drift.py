@@ -18,10 +18,10 @@ import machine
 import numpy as np
 from solve_cost import solve_costs
 
-from hexapod_pin.bench.hard_flight import flying
-from hexapod_pin.dynamics import maximal
 from hexapod_pin.errors import DivergenceError
-from hexapod_pin.verify.maximal_checks import maximal_twin, position_difference
+from hexapod_pin.formulations import maximal
+from hexapod_pin.validation.cases.flight import flying
+from hexapod_pin.validation.checks.maximal_checks import maximal_twin, position_difference
 
 RESULTS = Path(__file__).resolve().parent / "results"
 FIGURE = Path(__file__).resolve().parent.parent / "docs" / "constraint_drift.svg"

@@ -56,7 +56,7 @@ def scene(law: Any, ratio: float) -> hp.Scene:
 
 def ours(law: Any, ratio: float) -> float:
     """Return the mean side speed of the trunk at 1 ms [m/s]."""
-    trace = hp.simulate(scene(law, ratio), hp.Hold(), duration=END, sample=0.01)
+    trace = hp.simulate(scene(law, ratio), hp.HoldPosture(), duration=END, sample=0.01)
     return mean_speed(trace.q[:, 1])
 
 

@@ -22,15 +22,15 @@ from timing import Quartiles  # noqa: E402
 
 import hexapod_pin as hp  # noqa: E402
 from hexapod_pin import native  # noqa: E402
-from hexapod_pin.dynamics.force_split import Compliant, LeastTorque, MinimumNorm  # noqa: E402
-from hexapod_pin.dynamics.impact import plastic_impact  # noqa: E402
-from hexapod_pin.dynamics.inverse import inverse_dynamics  # noqa: E402
-from hexapod_pin.dynamics.rigid import rigid_motion  # noqa: E402
-from hexapod_pin.dynamics.rigid_model import RigidModel  # noqa: E402
-from hexapod_pin.plant import native_plant  # noqa: E402
-from hexapod_pin.verify.limits import slow_gait, tripod  # noqa: E402
-from hexapod_pin.verify.maximal_checks import maximal_twin, pressed_states  # noqa: E402
-from hexapod_pin.verify.pinocchio_contacts import constrained_motion  # noqa: E402
+from hexapod_pin.formulations.inverse import inverse_dynamics  # noqa: E402
+from hexapod_pin.formulations.rigid.force_split import Compliant, LeastTorque, MinimumNorm  # noqa: E402
+from hexapod_pin.formulations.rigid.impact import plastic_impact  # noqa: E402
+from hexapod_pin.formulations.rigid.model import RigidModel  # noqa: E402
+from hexapod_pin.formulations.rigid.motion import rigid_motion  # noqa: E402
+from hexapod_pin.simulation.plant import native_plant  # noqa: E402
+from hexapod_pin.validation.checks.limits import slow_gait, tripod  # noqa: E402
+from hexapod_pin.validation.checks.maximal_checks import maximal_twin, pressed_states  # noqa: E402
+from hexapod_pin.validation.checks.pinocchio_contacts import constrained_motion  # noqa: E402
 
 RESULTS = Path(__file__).resolve().parent / "results"
 STIFFNESS = (1e4, 1e5, 1e6, 1e7, 1e8, 1e9)

@@ -1,7 +1,7 @@
 """Reference end states of HC40 by other software: SciPy's DOP853 over Pinocchio's ABA.
 
 Shares with the package the robot's file and the formulas of the laws, which are written out again
-here; no integrator, no contact code, no chart. Writes hexapod_pin/bench/data/hc40_references.json;
+here; no integrator, no contact code, no chart. Writes validation/data/hc40_references.json;
 takes some ten minutes (stiff: 670 000 calls in Python).
 """
 
@@ -17,9 +17,9 @@ import numpy as np
 import pinocchio as pin
 from scipy.integrate import solve_ivp
 
-from hexapod_pin.bench.hard_data import references
+from hexapod_pin.validation.cases.reference_data import references
 
-DATA = Path(__file__).resolve().parents[1] / "hexapod_pin" / "bench" / "data"
+DATA = Path(__file__).resolve().parents[1] / "hexapod_pin" / "validation" / "data"
 VARIANTS = {"soft": (1e5, 1e2), "mid": (1e6, 1e3), "stiff": (1e8, 1e4)}
 """K [N/m^1.5], kt [s/m]."""
 TOLERANCES = {"soft": (1e-10, 1e-12), "mid": (1e-10, 1e-12), "stiff": (1e-8, 1e-10)}

@@ -7,11 +7,17 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from hexapod_pin.bench.honesty import SEED, dearer, honesty_table, random_tasks, study
-from hexapod_pin.bench.machine import Machine
+from hexapod_pin.benchmark.machine import Machine
+from hexapod_pin.benchmark.tolerance_calibration import (
+    SEED,
+    dearer,
+    honesty_table,
+    random_tasks,
+    study,
+)
 
 RESULTS = Path(__file__).resolve().parent / "results"
-METHODS = {"x3": (1e-3, 1e-4, 1e-5, 1e-6), "ndf": (1e-5, 1e-6, 1e-7)}
+METHODS = {"extrapolated-euler": (1e-3, 1e-4, 1e-5, 1e-6), "ndf": (1e-5, 1e-6, 1e-7)}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

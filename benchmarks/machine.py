@@ -7,7 +7,7 @@ import platform
 from datetime import datetime, timezone
 from typing import Any
 
-from hexapod_pin.bench.machine import cpu_model, installed, load
+from hexapod_pin.benchmark.machine import cpu_model, installed, load
 
 __all__ = ["as_text", "describe", "load"]
 

@@ -12,8 +12,8 @@ from scipy.interpolate import CubicHermiteSpline
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.control.reference import Controller, Plan
-from hexapod_pin.plant import native_plant
+from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
+from hexapod_pin.simulation.plant import native_plant
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Motion:
     """
 
     scene: hp.Scene
-    plan: Plan
+    plan: JointTrajectory
     state: hp.State
 
     @classmethod

@@ -15,11 +15,10 @@ from typing import Any
 import mujoco  # type: ignore[import-untyped]
 import numpy as np
 from mujoco import rollout
-from numpy.typing import NDArray
 
 import hexapod_pin as hp
+from hexapod_pin.arrays import Array
 
-Array = NDArray[np.float64]
 SetPoints = Callable[[Array], tuple[Array, Array]]
 """Times (n,) [s] -> joint angles (n, joints) [rad] and rates [rad/s], `joint_names` order."""
 

@@ -23,7 +23,7 @@ from subjects import QUICK, STEP, Size, pinocchio_calls, standing_and_walking
 from timing import Quartiles, Subject, interleaved
 
 from hexapod_pin import native
-from hexapod_pin.plant import native_plant
+from hexapod_pin.simulation.plant import native_plant
 
 RESULTS = Path(__file__).resolve().parent / "results"
 METHODS = ("robust", "robust-reference", "implicit-euler")

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 import hexapod_pin as hp
-from hexapod_pin.verify.maximal_checks import maximal_twin, pressed_states
+from hexapod_pin.validation.checks.maximal_checks import maximal_twin, pressed_states
 
 ROUNDS, CALLS = 7, 40
 
@@ -27,7 +27,7 @@ def solve_costs() -> list[str]:
 def core_run() -> float:
     """Return microseconds of wall time an evaluation: 0.2 s of standing in steps of 0.1 ms."""
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1())
-    trace = hp.simulate(scene, hp.Hold(), duration=0.2, method="rk4", step=1e-4, sample=0.2)
+    trace = hp.simulate(scene, hp.HoldPosture(), duration=0.2, method="rk4", step=1e-4, sample=0.2)
     return float(trace.meta["wall_time"] / trace.counters["evaluations"] * 1e6)
 
 
@@ -37,7 +37,7 @@ def subjects() -> dict[str, Callable[[], object]]:
     from scipy.sparse.linalg import splu
 
     from hexapod_pin import native
-    from hexapod_pin.plant import native_plant
+    from hexapod_pin.simulation.plant import native_plant
 
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1())
     twin, (q, v, torque) = maximal_twin(scene), pressed_states(scene, 1)[0]
@@ -46,7 +46,7 @@ def subjects() -> dict[str, Callable[[], object]]:
     at = model.place(state)
     joints = model.constraints(state, at)
     rows, force, none = model.rows(at, joints), np.ones((19, 6)), np.empty(0)
-    full = whole(model.bodies.parent, at.mass, rows.on_parent, rows.on_child)
+    full = integer_ratio(model.bodies.parent, at.mass, rows.on_parent, rows.on_child)
     right = np.r_[force.ravel(), joints.gamma.ravel()]
     thin = csc_matrix(full)
     return {
@@ -64,7 +64,9 @@ def subjects() -> dict[str, Callable[[], object]]:
     }
 
 
-def whole(parent: np.ndarray, mass: np.ndarray, up: np.ndarray, down: np.ndarray) -> np.ndarray:
+def integer_ratio(
+    parent: np.ndarray, mass: np.ndarray, up: np.ndarray, down: np.ndarray
+) -> np.ndarray:
     """Return [M -D'; D 0]."""
     bodies, joints = len(mass), len(parent)
     full = np.zeros((6 * bodies + 5 * joints,) * 2)

@@ -13,7 +13,7 @@ from timing import Subject
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.plant import native_plant
+from hexapod_pin.simulation.plant import native_plant
 
 STEP = 1e-3
 """Integration step of everything timed [s]."""
@@ -54,7 +54,7 @@ def standing_and_walking(duration: float) -> dict[str, Motion]:
     """Return stand, tripod and tetrapod on both contact sets, by "motion/contact"."""
     robot = hp.load_robot(ROBOT)
     controllers: dict[str, hp.Hold | hp.KinematicControl] = {
-        "stand": hp.Hold(),
+        "stand": hp.HoldPosture(),
         "tripod": hp.KinematicControl(hp.Gait.tripod()),
         "tetrapod": hp.KinematicControl(hp.Gait.tetrapod()),
     }

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hexapod_pin.arrays import Array
+
 Subject = Callable[[], Mapping[str, float]]
 """Prepares itself, runs once, and returns what it measured by name, preparation excluded."""
 

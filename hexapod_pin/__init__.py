@@ -17,96 +17,102 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hexapod_pin import errors as errors
-    from hexapod_pin import playback as playback
-    from hexapod_pin.actuator import Servo as Servo
-    from hexapod_pin.bench.advice import Advice as Advice
-    from hexapod_pin.bench.advice import advise as advise
-    from hexapod_pin.budget import TorqueBudget as TorqueBudget
-    from hexapod_pin.budget import torque_budget as torque_budget
-    from hexapod_pin.checkpoint import Checkpoint as Checkpoint
-    from hexapod_pin.contact import AdamsCoulomb as AdamsCoulomb
-    from hexapod_pin.contact import AdamsImpact as AdamsImpact
-    from hexapod_pin.contact import BrownMcPhee as BrownMcPhee
-    from hexapod_pin.contact import Contact as Contact
-    from hexapod_pin.contact import HuntCrossley as HuntCrossley
-    from hexapod_pin.contact import KelvinVoigt as KelvinVoigt
-    from hexapod_pin.contact import Restitution as Restitution
-    from hexapod_pin.contact import SmoothStep as SmoothStep
-    from hexapod_pin.contact import StickSlip as StickSlip
-    from hexapod_pin.contact import TanhCoulomb as TanhCoulomb
-    from hexapod_pin.control.held import Held as Held
-    from hexapod_pin.control.hold import Hold as Hold
+    from hexapod_pin import view as view
+    from hexapod_pin.control.gait import Gait as Gait
+    from hexapod_pin.control.hold_posture import HoldPosture as HoldPosture
     from hexapod_pin.control.kinematic import KinematicControl as KinematicControl
-    from hexapod_pin.description.blueprint import Blueprint as Blueprint
-    from hexapod_pin.gait import Gait as Gait
-    from hexapod_pin.robot import Robot as Robot
-    from hexapod_pin.robot import load_robot as load_robot
-    from hexapod_pin.robot import urdf_path as urdf_path
-    from hexapod_pin.scene import Scene as Scene
-    from hexapod_pin.simulation import Case as Case
-    from hexapod_pin.simulation import simulate as simulate
-    from hexapod_pin.simulation import simulate_batch as simulate_batch
-    from hexapod_pin.state import State as State
-    from hexapod_pin.stops import JointStops as JointStops
-    from hexapod_pin.terrain import Flat as Flat
-    from hexapod_pin.terrain import Groove as Groove
-    from hexapod_pin.terrain import HeightField as HeightField
-    from hexapod_pin.terrain import Ledge as Ledge
-    from hexapod_pin.terrain import Patch as Patch
-    from hexapod_pin.terrain import Patched as Patched
-    from hexapod_pin.terrain import Shaken as Shaken
-    from hexapod_pin.terrain import Slope as Slope
-    from hexapod_pin.terrain import Stairs as Stairs
-    from hexapod_pin.trace import Trace as Trace
-    from hexapod_pin.trace import load_trace as load_trace
+    from hexapod_pin.control.sampled_trajectory import SampledTrajectory as SampledTrajectory
+    from hexapod_pin.drive.joint_stops import JointStops as JointStops
+    from hexapod_pin.drive.servo import Servo as Servo
+    from hexapod_pin.ground.contact import AdamsCoulomb as AdamsCoulomb
+    from hexapod_pin.ground.contact import AdamsImpact as AdamsImpact
+    from hexapod_pin.ground.contact import BrownMcPhee as BrownMcPhee
+    from hexapod_pin.ground.contact import Contact as Contact
+    from hexapod_pin.ground.contact import HuntCrossley as HuntCrossley
+    from hexapod_pin.ground.contact import KelvinVoigt as KelvinVoigt
+    from hexapod_pin.ground.contact import Restitution as Restitution
+    from hexapod_pin.ground.contact import SmoothStep as SmoothStep
+    from hexapod_pin.ground.contact import StickSlip as StickSlip
+    from hexapod_pin.ground.contact import TanhCoulomb as TanhCoulomb
+    from hexapod_pin.ground.terrain import Flat as Flat
+    from hexapod_pin.ground.terrain import Groove as Groove
+    from hexapod_pin.ground.terrain import HeightField as HeightField
+    from hexapod_pin.ground.terrain import Ledge as Ledge
+    from hexapod_pin.ground.terrain import Patch as Patch
+    from hexapod_pin.ground.terrain import PatchedGround as PatchedGround
+    from hexapod_pin.ground.terrain import ShakingGround as ShakingGround
+    from hexapod_pin.ground.terrain import Slope as Slope
+    from hexapod_pin.ground.terrain import Stairs as Stairs
+    from hexapod_pin.results.checkpoint import Checkpoint as Checkpoint
+    from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
+    from hexapod_pin.results.torque_budget import torque_budget as torque_budget
+    from hexapod_pin.results.trace import Trace as Trace
+    from hexapod_pin.results.trace_file import load_trace as load_trace
+    from hexapod_pin.robot.description.blueprint import Blueprint as Blueprint
+    from hexapod_pin.robot.robot import Robot as Robot
+    from hexapod_pin.robot.robot import load_robot as load_robot
+    from hexapod_pin.robot.robot import urdf_path as urdf_path
+    from hexapod_pin.robot.state import State as State
+    from hexapod_pin.simulation.batch import simulate_batch as simulate_batch
+    from hexapod_pin.simulation.case import Case as Case
+    from hexapod_pin.simulation.run import simulate as simulate
+    from hexapod_pin.simulation.scene import Scene as Scene
 
     __version__: str
 
 _MODULES = {
-    "AdamsCoulomb": "contact",
-    "AdamsImpact": "contact",
-    "Advice": "bench.advice",
-    "Blueprint": "description.blueprint",
-    "BrownMcPhee": "contact",
-    "Case": "simulation",
-    "Checkpoint": "checkpoint",
-    "Contact": "contact",
-    "Flat": "terrain",
-    "Gait": "gait",
-    "Groove": "terrain",
-    "HeightField": "terrain",
-    "Held": "control.held",
-    "Hold": "control.hold",
-    "HuntCrossley": "contact",
-    "JointStops": "stops",
-    "KelvinVoigt": "contact",
+    "AdamsCoulomb": "ground.contact",
+    "AdamsImpact": "ground.contact",
+    "Blueprint": "robot.description.blueprint",
+    "BrownMcPhee": "ground.contact",
+    "Case": "simulation.case",
+    "Checkpoint": "results.checkpoint",
+    "Contact": "ground.contact",
+    "Flat": "ground.terrain",
+    "Gait": "control.gait",
+    "Groove": "ground.terrain",
+    "HeightField": "ground.terrain",
+    "SampledTrajectory": "control.sampled_trajectory",
+    "HoldPosture": "control.hold_posture",
+    "HuntCrossley": "ground.contact",
+    "JointStops": "drive.joint_stops",
+    "KelvinVoigt": "ground.contact",
     "KinematicControl": "control.kinematic",
-    "Ledge": "terrain",
-    "Patch": "terrain",
-    "Patched": "terrain",
-    "Restitution": "contact",
-    "Robot": "robot",
-    "Scene": "scene",
-    "Servo": "actuator",
-    "Shaken": "terrain",
-    "Slope": "terrain",
-    "SmoothStep": "contact",
-    "Stairs": "terrain",
-    "State": "state",
-    "StickSlip": "contact",
-    "TanhCoulomb": "contact",
-    "TorqueBudget": "budget",
-    "Trace": "trace",
-    "advise": "bench.advice",
-    "load_robot": "robot",
-    "load_trace": "trace",
-    "simulate": "simulation",
-    "simulate_batch": "simulation",
-    "torque_budget": "budget",
-    "urdf_path": "robot",
+    "Ledge": "ground.terrain",
+    "Patch": "ground.terrain",
+    "PatchedGround": "ground.terrain",
+    "Restitution": "ground.contact",
+    "Robot": "robot.robot",
+    "Scene": "simulation.scene",
+    "Servo": "drive.servo",
+    "ShakingGround": "ground.terrain",
+    "Slope": "ground.terrain",
+    "SmoothStep": "ground.contact",
+    "Stairs": "ground.terrain",
+    "State": "robot.state",
+    "StickSlip": "ground.contact",
+    "TanhCoulomb": "ground.contact",
+    "TorqueBudget": "results.robot_budget",
+    "Trace": "results.trace",
+    "load_robot": "robot.robot",
+    "load_trace": "results.trace_file",
+    "simulate": "simulation.run",
+    "simulate_batch": "simulation.batch",
+    "torque_budget": "results.torque_budget",
+    "urdf_path": "robot.robot",
 }
 
-__all__ = ["__version__", "errors", "playback", *_MODULES]  # noqa: PLE0604
+_FORMER = {
+    "Held": "control.sampled_trajectory.SampledTrajectory",
+    "Hold": "control.hold_posture.HoldPosture",
+    "Patched": "ground.terrain.PatchedGround",
+    "Shaken": "ground.terrain.ShakingGround",
+    "advise": "benchmark.advice.advise",
+    "playback": "view",
+}
+"""Names of 0.1 and what they are now (docs/names.md)."""
+
+__all__ = ["__version__", "errors", "view", *_MODULES]  # noqa: PLE0604
 
 
 if not TYPE_CHECKING:  # with it, a type checker would take any name for granted
@@ -117,14 +123,28 @@ if not TYPE_CHECKING:  # with it, a type checker would take any name for granted
             from importlib.metadata import version
 
             value: Any = version("hexapod-pin")
-        elif name in ("errors", "playback"):
+        elif name in ("errors", "view"):
             value = import_module(f"hexapod_pin.{name}")
         elif name in _MODULES:
             value = getattr(import_module(f"hexapod_pin.{_MODULES[name]}"), name)
+        elif name in _FORMER:
+            return _former(name)
         else:
             raise AttributeError(f"module 'hexapod_pin' has no attribute {name!r}")
         globals()[name] = value
         return value
+
+
+def _former(name: str) -> Any:
+    """Return what a former name is called now, with a warning that says so."""
+    import warnings
+
+    now = _FORMER[name]
+    warnings.warn(f"hexapod_pin.{name} is now hexapod_pin.{now}", DeprecationWarning, stacklevel=3)
+    module, _, attribute = now.rpartition(".")
+    if not module:
+        return import_module(f"hexapod_pin.{now}")
+    return getattr(import_module(f"hexapod_pin.{module}"), attribute)
 
 
 def __dir__() -> list[str]:

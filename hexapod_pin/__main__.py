@@ -1,6 +1,6 @@
 """`python -m hexapod_pin` is `hexapod-pin`."""
 
-from hexapod_pin.cli import main
+from hexapod_pin.commands.app import main
 
 if __name__ == "__main__":
     main()

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from hexapod_pin.description.paper_robots import PAPER_ROBOTS
+from hexapod_pin.robot.description.paper_robots import PAPER_ROBOTS
 
 FOLDER = Path(__file__).resolve().parent.parent / "urdf"
 

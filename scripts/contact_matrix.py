@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 import hexapod_pin as hp
-from hexapod_pin.contact.restitution import DAMPING_RATIO
 from hexapod_pin.errors import DivergenceError
+from hexapod_pin.ground.contact.restitution import DAMPING_RATIO
 
 STEPS = (1e-3, 5e-4, 2.5e-4, 1e-4, 5e-5)
 STROKE = {"kharagpur": 0.14, "athena": 0.10}

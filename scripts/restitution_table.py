@@ -6,7 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from hexapod_pin.contact_view import restitution_table
+from hexapod_pin.commands.contact_report import restitution_table
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -15,19 +15,19 @@ import pinocchio as pin
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.bench.comparison import Plan, compare
-from hexapod_pin.bench.contender import OURS, Outcome, Truth
-from hexapod_pin.bench.error import Distance
-from hexapod_pin.bench.levels import best_of, cheapest, ladders, ratios
-from hexapod_pin.bench.measure import Row, measure
-from hexapod_pin.bench.reference import NoReferenceError, known_answer, reference
-from hexapod_pin.bench.report import Report, csv_text, json_text, markdown
-from hexapod_pin.bench.scenes import built_in
-from hexapod_pin.bench.settings import Setting, ladder, run_ours
-from hexapod_pin.bench.tables import level_table
-from hexapod_pin.cli import main
+from hexapod_pin.benchmark.comparison import ComparisonSettings, compare
+from hexapod_pin.benchmark.entry import OURS, Outcome, Truth
+from hexapod_pin.benchmark.error import Distance
+from hexapod_pin.benchmark.measure import Row, measure
+from hexapod_pin.benchmark.reference_solution import NoReferenceError, known_answer, reference
+from hexapod_pin.benchmark.report import Report, csv_text, json_text, markdown
+from hexapod_pin.benchmark.scenes import built_in
+from hexapod_pin.benchmark.settings import Setting, ladder, run_ours
+from hexapod_pin.benchmark.tables import level_table
+from hexapod_pin.benchmark.tolerance_sweep import best_of, cheapest, ladders, ratios
+from hexapod_pin.commands.app import main
 from hexapod_pin.errors import ParameterError, SimulationInterrupted, UnknownNameError
-from hexapod_pin.methods import METHODS
+from hexapod_pin.simulation.methods import METHODS
 
 STILL = np.array([[0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0, 0.3, -0.2]] * 3)
 
@@ -92,8 +92,8 @@ def test_ratio_is_our_time_over_the_other_engines_best():
     first, second = ratios(rows)
     assert first.endswith("X 16 ms (fast, 0.001); ours 4 ms (a, 0.001), ratio 0.250")
     assert "no method of X reached it" in second
-    slower = row(1e-3, 5e-4, 0.008, method="x3")
-    assert ratios([*rows, slower])[0].endswith("ours 8 ms (x3, 0.001), ratio 0.500")
+    slower = row(1e-3, 5e-4, 0.008, method="extrapolated-euler")
+    assert ratios([*rows, slower])[0].endswith("ours 8 ms (extrapolated-euler, 0.001), ratio 0.500")
 
 
 def test_refused_settings_are_no_part_of_a_ladder():
@@ -181,7 +181,7 @@ def test_ladders_keep_to_what_a_method_allows():
 def test_implicit_euler_on_hc40_is_first_order_and_costs_what_it_says():
     """Halving the step halves the error, within 25 %; evaluations are steps and one more."""
     task = built_in("hc40-soft")
-    found = compare(task, Plan(["implicit-euler"], rounds=1, quick=True))
+    found = compare(task, ComparisonSettings(["implicit-euler"], rounds=1, quick=True))
     errors = [one.error for one in found.rows]
     assert errors[0] == pytest.approx(2.77e-3, rel=0.02)  # known: 2.6e-3 to 2.8e-3 at 1 ms
     assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.25)
@@ -209,18 +209,18 @@ def test_a_refused_combination_is_a_note():
             friction=hp.StickSlip(mu=0.7, stiffness=2e4, damping=0.0),
         ),
     )
-    task = replace(built_in("stand"), scene=scene, controller=hp.Hold(), duration=0.01)
-    found = run_ours(task, Setting("x3", 1e-3))
+    task = replace(built_in("stand"), scene=scene, controller=hp.HoldPosture(), duration=0.01)
+    found = run_ours(task, Setting("extrapolated-euler", 1e-3))
     assert found.note.startswith("refused: StickSlip.damping")
 
 
 @pytest.fixture(scope="module")
 def report() -> Report:
     """A short measurement of the walk."""
-    from hexapod_pin.bench.machine import Machine
+    from hexapod_pin.benchmark.machine import Machine
 
     task = replace(built_in("walk"), duration=0.05)
-    found = compare(task, Plan(["implicit-euler", "rk4"], rounds=1, quick=True))
+    found = compare(task, ComparisonSettings(["implicit-euler", "rk4"], rounds=1, quick=True))
     return Report(Machine.here(), "hexapod-pin bench walk", [found])
 
 
@@ -264,7 +264,15 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     return command
 
 
-SHORT = ("--duration", "0.02", "--rounds", "1", "--quick", "--methods", "implicit-euler,x3")
+SHORT = (
+    "--duration",
+    "0.02",
+    "--rounds",
+    "1",
+    "--quick",
+    "--methods",
+    "implicit-euler,extrapolated-euler",
+)
 
 
 def test_command_prints_tables_and_writes_report_and_figure(run: Callable[..., SimpleNamespace]):
@@ -276,7 +284,10 @@ def test_command_prints_tables_and_writes_report_and_figure(run: Callable[..., S
         for cell in ("step 0.25 ms", "accuracy 1e-04", "implicit-euler", "evaluations"):
             assert cell in text
     assert page.count("| implicit-euler | step 1 ms | ") == 2
-    assert "`hexapod-pin bench walk stand --duration 0.02 --methods implicit-euler,x3" in page
+    assert (
+        "`hexapod-pin bench walk stand --duration 0.02 --methods implicit-euler,extrapolated-euler"
+        in page
+    )
     assert Path("f.svg").read_text().count("<svg") == 1
 
 
@@ -286,7 +297,7 @@ def test_command_prints_tables_and_writes_report_and_figure(run: Callable[..., S
         (("walk", "--out", "r.txt"), ".md, .csv, .json"),
         (("walk", "--plot", "r.md"), ".png, .svg, .pdf"),
         (("walk", "--out", "nowhere/r.md"), "there is no folder"),
-        (("walk", "--methods", "x3,magic"), "'magic'"),
+        (("walk", "--methods", "extrapolated-euler,magic"), "'magic'"),
         (("walk", "--rounds", "0"), "--rounds"),
         (("gallop",), "hc40-soft"),
     ],
@@ -298,7 +309,7 @@ def test_command_refuses_before_it_measures(run, words, says):
 
 
 def test_ctrl_c_writes_what_is_done_and_ends_with_130(run, monkeypatch: pytest.MonkeyPatch):
-    from hexapod_pin.bench import command
+    from hexapod_pin.benchmark import command
 
     real = command.compare
 
@@ -315,7 +326,7 @@ def test_ctrl_c_writes_what_is_done_and_ends_with_130(run, monkeypatch: pytest.M
 
 
 def test_errors_of_the_library_are_this_packages_own():
-    with pytest.raises(UnknownNameError, match="x3"):
-        compare(built_in("walk"), Plan(["magic"]))
+    with pytest.raises(UnknownNameError, match="extrapolated-euler"):
+        compare(built_in("walk"), ComparisonSettings(["magic"]))
     with pytest.raises(ParameterError):
         replace(built_in("walk"), sample=0.03)

@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.bench.advice import SAFETY, Advice, NoAdviceError, advise, advise_on
-from hexapod_pin.bench.error import Distance
-from hexapod_pin.bench.levels import cheapest, ladders
-from hexapod_pin.bench.scenes import built_in
-from hexapod_pin.bench.task import Task
+from hexapod_pin.benchmark.advice import SAFETY, Advice, NoAdviceError, advise, advise_on
+from hexapod_pin.benchmark.error import Distance
+from hexapod_pin.benchmark.scenes import built_in
+from hexapod_pin.benchmark.task import Task
+from hexapod_pin.benchmark.tolerance_sweep import cheapest, ladders
 from hexapod_pin.errors import ParameterError
 
 
@@ -62,7 +62,7 @@ def test_a_piece_without_touch_down_lowers_the_sureness():
     q = high.q.copy()
     q[2] += 1.0
     found = advise(
-        scene, hp.Hold(), 1e-3, piece=0.05, initial=robot.check_state(q, high.v)
+        scene, hp.HoldPosture(), 1e-3, piece=0.05, initial=robot.check_state(q, high.v)
     )  # fmt: skip
     assert found.sure in ("fair", "low")
     assert any("no foot touched down" in reason for reason in found.reasons)
@@ -70,7 +70,7 @@ def test_a_piece_without_touch_down_lowers_the_sureness():
 
 
 def test_what_nothing_reaches_is_refused_with_what_came_nearest(task: Task, monkeypatch):
-    monkeypatch.setattr("hexapod_pin.bench.advice.methods", lambda: ("implicit-euler",))
+    monkeypatch.setattr("hexapod_pin.benchmark.advice.methods", lambda: ("implicit-euler",))
     with pytest.raises(NoAdviceError, match="the best was"):
         advise_on(task, 1e-8)
 
@@ -79,4 +79,4 @@ def test_what_nothing_reaches_is_refused_with_what_came_nearest(task: Task, monk
 def test_numbers_out_of_range_are_refused(accuracy, piece):
     scene = built_in("stand").scene
     with pytest.raises(ParameterError):
-        advise(scene, hp.Hold(), accuracy, piece=piece)
+        advise(scene, hp.HoldPosture(), accuracy, piece=piece)

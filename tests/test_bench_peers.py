@@ -13,14 +13,14 @@ import pinocchio as pin
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.bench.comparison import Plan, compare
-from hexapod_pin.bench.peers import rivals as rivals_module
-from hexapod_pin.bench.peers.engine import Problem
-from hexapod_pin.bench.peers.rivals import rivals
-from hexapod_pin.bench.peers.urdf import peer_urdf
-from hexapod_pin.bench.scenes import built_in
-from hexapod_pin.bench.settings import Setting, run_ours
-from hexapod_pin.bench.task import Task
+from hexapod_pin.benchmark.comparison import ComparisonSettings, compare
+from hexapod_pin.benchmark.engines import available as rivals_module
+from hexapod_pin.benchmark.engines.available import rivals
+from hexapod_pin.benchmark.engines.engine import Problem
+from hexapod_pin.benchmark.engines.urdf import peer_urdf
+from hexapod_pin.benchmark.scenes import built_in
+from hexapod_pin.benchmark.settings import Setting, run_ours
+from hexapod_pin.benchmark.task import Task
 from hexapod_pin.errors import ParameterError
 
 
@@ -29,7 +29,7 @@ def engine(module: str, task: Task):
     pytest.importorskip(module)
     name = {"mujoco": "Mujoco", "pydrake": "Drake", "pybullet": "Pybullet"}[module]
     adapter = {"mujoco": "mujoco", "pydrake": "drake", "pybullet": "pybullet"}[module]
-    found = importlib.import_module(f"hexapod_pin.bench.peers.{adapter}_engine")
+    found = importlib.import_module(f"hexapod_pin.benchmark.engines.{adapter}_engine")
     return getattr(found, name)(Problem.of(task))
 
 
@@ -42,7 +42,7 @@ def flight(limited: bool = False) -> Task:
     q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(0.3, -0.4, 0.9)).coeffs()
     v = 0.3 * np.random.default_rng(5).standard_normal(robot.model.nv)
     v[:6] = (0.4, -0.2, 0.1, 0.5, -0.8, 1.1)
-    controller = hp.Held([0.0, 0.02], [robot.posture + 0.1, robot.posture - 0.1])
+    controller = hp.SampledTrajectory([0.0, 0.02], [robot.posture + 0.1, robot.posture - 0.1])
     servo = hp.Servo(kp=20.0, kd=0.3, limited=limited)
     scene = replace(task.scene, servo=servo)
     state = robot.check_state(q, v)
@@ -174,11 +174,11 @@ def test_ours_and_mujoco_stand_in_one_table_with_their_ratio(monkeypatch):
     monkeypatch.setattr(
         rivals_module, "find_spec", lambda name: "there" if name == "mujoco" else None
     )
-    from hexapod_pin.bench.peers import mujoco_engine
+    from hexapod_pin.benchmark.engines import mujoco_engine
 
     monkeypatch.setattr(mujoco_engine, "QUICK_STEPS", (1e-3, 5e-4))
     task = replace(built_in("walk"), duration=0.1)
-    found = compare(task, Plan(["implicit-euler"], rounds=1, quick=True, peers=True))
+    found = compare(task, ComparisonSettings(["implicit-euler"], rounds=1, quick=True, peers=True))
     engines = {one.engine for one in found.rows}
     assert engines == {"hexapod_pin", "MuJoCo"}
     methods = {one.method for one in found.rows if one.engine == "MuJoCo"}

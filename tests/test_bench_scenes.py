@@ -10,12 +10,12 @@ import pytest
 from vehicles import DATA, HARD_CASES, drop, hexa_ref
 
 import hexapod_pin as hp
-from hexapod_pin.bench.choice import Wish, find_task
-from hexapod_pin.bench.robots import BENCH19, robot_file
-from hexapod_pin.bench.scenes import BUILT_IN, built_in
-from hexapod_pin.bench.task import held_task, setpoints
-from hexapod_pin.bench.tripod import tripod_setpoints
+from hexapod_pin.benchmark.scene_options import Wish, find_task
+from hexapod_pin.benchmark.scenes import BUILT_IN, built_in
+from hexapod_pin.benchmark.task import held_task, setpoints
+from hexapod_pin.benchmark.tripod import tripod_setpoints
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
+from hexapod_pin.validation.cases.robots import BENCH19, robot_file
 
 
 def test_packaged_robots_are_their_table_and_the_hard_cases_own():

@@ -18,7 +18,7 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.plant import native_plant
+from hexapod_pin.simulation.plant import native_plant
 
 FOLDER = Path(__file__).resolve().parent.parent / "benchmarks"
 STEP = 1e-3

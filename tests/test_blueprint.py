@@ -10,14 +10,14 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from hexapod_pin.description.blueprint import Blueprint
-from hexapod_pin.description.paper_robots import ATHENA, KHARAGPUR, PAPER_ROBOTS
-from hexapod_pin.description.segments import Segment, Trunk, six_hips
-from hexapod_pin.description.solids import box_inertia, kg_mm2, mm, rod_inertia
-from hexapod_pin.description.urdf_file import Link, parse_urdf
-from hexapod_pin.description.urdf_writer import number
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.robot import load_robot, urdf_path
+from hexapod_pin.robot.description.blueprint import Blueprint
+from hexapod_pin.robot.description.paper_robots import ATHENA, KHARAGPUR, PAPER_ROBOTS
+from hexapod_pin.robot.description.segments import Segment, Trunk, six_hips
+from hexapod_pin.robot.description.solids import box_inertia, kg_mm2, mm, rod_inertia
+from hexapod_pin.robot.description.urdf_file import Link, parse_urdf
+from hexapod_pin.robot.description.urdf_writer import number
+from hexapod_pin.robot.robot import load_robot, urdf_path
 
 
 def links(blueprint: Blueprint) -> dict[str, Link]:

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from synthetic import JOINTS, WEIGHT, synthetic_trace
 
-from hexapod_pin.budget import torque_budget
-from hexapod_pin.budget_rows import joint_kinds, steady_window
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.trace import Trace
+from hexapod_pin.results.joint_budget import joint_kinds
+from hexapod_pin.results.steady_window import steady_window
+from hexapod_pin.results.torque_budget import torque_budget
+from hexapod_pin.results.trace import Trace
 
 TORQUE, RATE = 2.0, 3.0  # amplitudes [N m], [rad/s]
 CYCLE = 1.0  # of the synthetic trace [s]

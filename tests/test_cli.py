@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.cli import main
+from hexapod_pin.commands.app import main
 from hexapod_pin.errors import DivergenceError, SimulationInterrupted
 
 Run = Callable[..., SimpleNamespace]
@@ -219,7 +219,7 @@ def test_run_that_ends_early_keeps_its_trace(
     def simulate(*_: object, **__: object) -> hp.Trace:
         raise kind("stopped early", partial)
 
-    monkeypatch.setattr("hexapod_pin.simulation.simulate", simulate)
+    monkeypatch.setattr("hexapod_pin.simulation.run.simulate", simulate)
     done = run("walk", "kharagpur", "--out", "part.nc")
     assert done.status == status
     assert done.err.startswith("hexapod-pin: stopped early")
@@ -237,7 +237,7 @@ def test_ctrl_c_during_the_simulation_keeps_what_was_done(
     def interrupting(_title: str) -> Iterator[Callable[[float], None]]:
         yield lambda _fraction: signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr("hexapod_pin.walk.progress_bar", interrupting)
+    monkeypatch.setattr("hexapod_pin.commands.progress.progress_bar", interrupting)
     done = run(*WALK, "--duration", "10")
     assert done.status == 130
     assert done.err.startswith("hexapod-pin: interrupted after ")
@@ -250,7 +250,7 @@ def test_ctrl_c_before_the_simulation(run: Run, monkeypatch: pytest.MonkeyPatch)
         signal.raise_signal(signal.SIGINT)
         raise AssertionError("not reached")
 
-    monkeypatch.setattr("hexapod_pin.robot.load_robot", load_robot)
+    monkeypatch.setattr("hexapod_pin.robot.robot.load_robot", load_robot)
     done = run(*WALK)
     assert (done.status, done.left) == (130, [])
     assert done.err.startswith("hexapod-pin: interrupted")

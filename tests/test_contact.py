@@ -13,7 +13,7 @@ from contact_formulas import FRICTION, NORMAL, numpy_friction, numpy_normal
 import hexapod_pin as hp
 from hexapod_pin import native as _native
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.plant import native_plant
+from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.spec import read_toml
 
 FRICTIONS = {

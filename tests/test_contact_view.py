@@ -13,10 +13,16 @@ import pytest
 from contact_formulas import FRICTION, NORMAL
 
 import hexapod_pin as hp
-from hexapod_pin.cli import main
-from hexapod_pin.contact.restitution import DAMPING_RATIO
-from hexapod_pin.contact_view import PRESETS, examples, named_law, report, restitution_table
+from hexapod_pin.commands.app import main
+from hexapod_pin.commands.contact_report import (
+    PRESETS,
+    examples,
+    named_law,
+    report,
+    restitution_table,
+)
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.ground.contact.restitution import DAMPING_RATIO
 
 ROOT = Path(__file__).parent.parent
 
@@ -98,7 +104,7 @@ def test_figure_is_written(run, tmp_path: Path, name: str, ending: str) -> None:
 def test_figure_shows_what_the_law_has() -> None:
     """Two panels for a normal law, one for a friction law, three for a pair; axes with units."""
     pytest.importorskip("matplotlib")
-    from hexapod_pin.contact_figure import draw
+    from hexapod_pin.view.contact_figure import draw
 
     for name, panels in [("hunt-crossley", 2), ("restitution", 2), ("tanh-coulomb", 1), ("s2", 3)]:
         axes = draw(named_law(name), mass=0.5, speed=0.1).axes

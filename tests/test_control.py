@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
 
-from hexapod_pin.control import Hold, KinematicControl, Plan
+from hexapod_pin.control import HoldPosture, JointTrajectory, KinematicControl
+from hexapod_pin.control.foot_path import FootPath
+from hexapod_pin.control.gait import LEG_ORDER, Gait
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
-from hexapod_pin.footpath import FootPath
-from hexapod_pin.gait import LEG_ORDER, Gait
-from hexapod_pin.leg import LegKinematics
-from hexapod_pin.robot import Robot, load_robot, urdf_path
+from hexapod_pin.robot.leg_kinematics import LegKinematics
+from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
 
 MakeGait = Callable[..., Gait]
 
@@ -268,7 +268,7 @@ def test_robot_without_six_legs_cannot_walk(kharagpur: Robot) -> None:
         KinematicControl(Gait.tripod()).plan(without, 10.0)
 
 
-@pytest.mark.parametrize("controller", [Hold(), KinematicControl(Gait.tripod())])
+@pytest.mark.parametrize("controller", [HoldPosture(), KinematicControl(Gait.tripod())])
 @pytest.mark.parametrize("duration", [0.0, -1.0, np.nan, np.inf])
 def test_bad_duration_is_named(kharagpur: Robot, controller: Any, duration: float) -> None:
     with pytest.raises(ParameterError, match="duration"):
@@ -296,7 +296,7 @@ def test_hold_takes_posture_array_or_names(robot: Robot) -> None:
     expected["names"][row] = 0.2
     given: dict[str | None, Any] = {None: None, "array": some, "names": {"rm_femur_joint": 0.2}}
     for case, q in given.items():
-        plan = Hold(q).plan(robot, 3.0)
+        plan = HoldPosture(q).plan(robot, 3.0)
         np.testing.assert_array_equal(plan.q, np.tile(expected[case], (2, 1)))
         np.testing.assert_array_equal(plan.v, np.zeros((2, n)))
         assert (plan.cycle_time, plan.steady_from, plan.steady_until) == (None, 0.0, 3.0)
@@ -304,23 +304,25 @@ def test_hold_takes_posture_array_or_names(robot: Robot) -> None:
 
 
 def test_hold_is_data() -> None:
-    assert Hold().to_dict() == {"kind": "hold"}
-    assert Hold({"a": 1}).to_dict() == {"kind": "hold", "q": {"a": 1.0}}
+    assert HoldPosture().to_dict() == {"kind": "hold"}
+    assert HoldPosture({"a": 1}).to_dict() == {"kind": "hold", "q": {"a": 1.0}}
     angles = np.array([0.1, 0.2])
-    hold = Hold(angles)
+    hold = HoldPosture(angles)
     angles[0] = 9.0
     assert hold.to_dict() == {"kind": "hold", "q": [0.1, 0.2]}
 
 
 def test_hold_refuses_what_the_robot_cannot_take(kharagpur: Robot) -> None:
-    with pytest.raises(ParameterError, match=r"Hold.q\[lf_tibia_joint\] = -0.5"):
-        Hold({"lf_tibia_joint": -0.5}).plan(kharagpur, 1.0)
-    with pytest.raises(ParameterError, match=r"Hold.q\[lf_coxa_joint\] = nan"):
-        Hold({"lf_coxa_joint": np.nan}).plan(kharagpur, 1.0)
+    with pytest.raises(ParameterError, match=r"HoldPosture.q\[lf_tibia_joint\] = -0.5"):
+        HoldPosture({"lf_tibia_joint": -0.5}).plan(kharagpur, 1.0)
+    with pytest.raises(ParameterError, match=r"HoldPosture.q\[lf_coxa_joint\] = nan"):
+        HoldPosture({"lf_coxa_joint": np.nan}).plan(kharagpur, 1.0)
     with pytest.raises(UnknownNameError, match="'elbow'"):
-        Hold({"elbow": 0.0}).plan(kharagpur, 1.0)
-    with pytest.raises(ParameterError, match=re.escape("Hold.q = (3,): must be 18 joint angles")):
-        Hold([0.0, 0.0, 0.0]).plan(kharagpur, 1.0)
+        HoldPosture({"elbow": 0.0}).plan(kharagpur, 1.0)
+    with pytest.raises(
+        ParameterError, match=re.escape("HoldPosture.q = (3,): must be 18 joint angles")
+    ):
+        HoldPosture([0.0, 0.0, 0.0]).plan(kharagpur, 1.0)
 
 
 def plan_fields(**changes: Any) -> dict[str, Any]:
@@ -335,21 +337,21 @@ def plan_fields(**changes: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("changes", "culprit"),
     [
-        ({"time": [0.0, 1.0, 1.0]}, "Plan.time"),
-        ({"time": [0.1, 1.0, 2.0]}, "Plan.time"),
-        ({"time": [0.0, 1.0]}, "Plan shapes"),
-        ({"q": np.full((3, 2), np.nan)}, "Plan.q"),
-        ({"v": np.zeros((3, 1))}, "Plan shapes"),
+        ({"time": [0.0, 1.0, 1.0]}, "JointTrajectory.time"),
+        ({"time": [0.1, 1.0, 2.0]}, "JointTrajectory.time"),
+        ({"time": [0.0, 1.0]}, "JointTrajectory shapes"),
+        ({"q": np.full((3, 2), np.nan)}, "JointTrajectory.q"),
+        ({"v": np.zeros((3, 1))}, "JointTrajectory shapes"),
     ],
 )
 def test_malformed_plan_is_refused(changes: dict[str, Any], culprit: str) -> None:
     with pytest.raises(ParameterError, match=culprit):
-        Plan(**plan_fields(**changes))
+        JointTrajectory(**plan_fields(**changes))
 
 
 def test_plan_owns_its_arrays() -> None:
     q = np.ones((3, 2))
-    plan = Plan(**plan_fields(q=q))
+    plan = JointTrajectory(**plan_fields(q=q))
     q[:] = 5.0
     assert plan.q.max() == 1.0
     with pytest.raises(ValueError, match="read-only"):

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.foot_path import RAMP_CYCLES, FootPath
+from hexapod_pin.control.gait import Gait
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.footpath import RAMP_CYCLES, FootPath
-from hexapod_pin.gait import Gait
-
-Array = NDArray[np.float64]
 
 # The standing feet of S2's robot: hips at +-0.2, 0 by +-0.1025 m, feet 0.20284 m further out.
 NEUTRAL = np.array([(x, y, -0.09879) for y in (0.30534, -0.30534) for x in (0.2, 0.0, -0.2)])

@@ -15,7 +15,7 @@ from test_simulation import quadruped
 
 import hexapod_pin as hp
 from hexapod_pin import native as _native
-from hexapod_pin.plant import native_model, native_plant
+from hexapod_pin.simulation.plant import native_model, native_plant
 
 BUILDS = {"best": {}, "baseline": {"baseline": True}}
 
@@ -231,7 +231,7 @@ def test_sine_and_cosine_to_the_last_digits(build: str, tmp_path: Path) -> None:
         assert (np.abs(axis[:2] - expected) <= 1.01 * np.spacing(np.abs(expected))).all()
 
 
-@pytest.mark.parametrize("method", ["implicit-euler", "x3"])
+@pytest.mark.parametrize("method", ["implicit-euler", "extrapolated-euler"])
 def test_runs_do_not_depend_on_the_pass(method: str) -> None:
     """A falling robot with moving legs; X3 keeps and recalls evaluations. Round-off only."""
     robot = hp.load_robot("kharagpur")
@@ -244,7 +244,7 @@ def test_runs_do_not_depend_on_the_pass(method: str) -> None:
         with with_dynamics(**how):
             trace = hp.simulate(
                 hp.Scene(robot),
-                hp.Hold(robot.posture + np.tile([0.2, -0.1, 0.15], 6)),
+                hp.HoldPosture(robot.posture + np.tile([0.2, -0.1, 0.15], 6)),
                 duration=0.1,
                 sample=0.1,
                 method=method,

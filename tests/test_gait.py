@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hexapod_pin.control.gait import LEG_ORDER, Gait, smallest_duty, wave_phases
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
-from hexapod_pin.gait import LEG_ORDER, Gait, smallest_duty, wave_phases
 
 S2_NUMBER = {"lf": 1, "rf": 2, "lm": 3, "rm": 4, "lr": 5, "rr": 6}
 

@@ -10,7 +10,7 @@ from vehicles import HARD_CASES
 
 import hexapod_pin as hp
 from hexapod_pin import native as _native
-from hexapod_pin.plant import native_plant
+from hexapod_pin.simulation.plant import native_plant
 
 ELASTIC = hp.HuntCrossley(stiffness=1e6, dissipation=0.0)
 TANH = hp.TanhCoulomb(mu=0.5, slope=1000.0)
@@ -35,7 +35,7 @@ def test_hc06_creep_on_a_slope(tangent: str, tmp_path) -> None:
     Near the friction angle the speed settles slowly: 0.5 s time constant at tan = 0.4999.
     """
     scene, start = resting_particle(tmp_path, float(tangent))
-    trace = hp.simulate(scene, hp.Hold(), duration=15.0, sample=1.0, initial=start)
+    trace = hp.simulate(scene, hp.HoldPosture(), duration=15.0, sample=1.0, initial=start)
     expected = float(HARD_CASES["HC06_slope_tanh"]["ref"]["below_mu"][tangent]["creep_speed"])
     assert trace.v[-1, 0] == pytest.approx(expected, rel=1e-6)
     assert abs(trace.v[-1, 1]) < 1e-15
@@ -45,7 +45,7 @@ def test_hc06_creep_on_a_slope(tangent: str, tmp_path) -> None:
 def test_hc06_at_and_above_the_friction_angle(tangent: float, key: str, tmp_path) -> None:
     scene, start = resting_particle(tmp_path, tangent)
     trace = hp.simulate(
-        scene, hp.Hold(), duration=1.0, method="rk4", step=5e-5, sample=1.0, initial=start
+        scene, hp.HoldPosture(), duration=1.0, method="rk4", step=5e-5, sample=1.0, initial=start
     )
     assert trace.v[-1, 0] == pytest.approx(
         float(HARD_CASES["HC06_slope_tanh"]["ref"][key]), rel=1e-6
@@ -58,7 +58,7 @@ def test_hc07_sliding_stop(heading: tuple[float, float], tmp_path) -> None:
     scene, start = resting_particle(tmp_path, 0.0)
     start = vehicles.state(scene.robot, start.q[2], (*heading, 0.0))
     trace = hp.simulate(
-        scene, hp.Hold(), duration=0.21, method="rk4", step=2e-5, sample=5e-3, initial=start
+        scene, hp.HoldPosture(), duration=0.21, method="rk4", step=2e-5, sample=5e-3, initial=start
     )
     reference = HARD_CASES["HC07_sliding_stop"]["ref"]
     along = trace.q[:, :2] @ np.array(heading)
@@ -85,7 +85,7 @@ def test_hc14b_free_flight() -> None:
     scene = hp.Scene(robot, servo=vehicles.LIMP, stops=vehicles.FREE)
     trace = hp.simulate(
         scene,
-        hp.Hold(),
+        hp.HoldPosture(),
         duration=0.5,
         method="rk4",
         step=2e-4,
@@ -127,7 +127,7 @@ def test_hc15_static_tripod(case: str, names: str, tmp_path) -> None:
     contact = hp.Contact(normal=normal, friction=TANH)
     scene = hp.Scene(robot, contact=contact, servo=vehicles.LIMP)
     trace = hp.simulate(
-        scene, hp.Hold(), duration=2.0, sample=2.0, initial=vehicles.state(robot, 0.1)
+        scene, hp.HoldPosture(), duration=2.0, sample=2.0, initial=vehicles.state(robot, 0.1)
     )
     expected = [float(n) for n in HARD_CASES["HC15_static_stance"]["ref"][case]]
     # feet at the height of the mass: the tilt of 1e-5 rad changes the arms by its square only
@@ -163,7 +163,7 @@ def test_hc16_standing_servos_carry_the_static_torque() -> None:
     """The torque a simulated stand settles to is the one statics give for its own foot forces."""
     robot = vehicles.hexa_ref()
     scene = hp.Scene(robot, contact=hp.Contact.s1(), servo=hp.Servo(kp=200.0, kd=4.0))
-    hold = hp.Hold(np.tile([0.0, -0.3, 0.3], 6))
+    hold = hp.HoldPosture(np.tile([0.0, -0.3, 0.3], 6))
     trace = hp.simulate(scene, hold, duration=4.0)
     found = _native.evaluate(native_plant(scene), trace.q[-1], trace.v[-1], trace.torque[-1])
     statics = found["bias"] - found["foot_jacobian"].T @ trace.foot_force[-1].ravel()
@@ -176,7 +176,13 @@ def test_hc40_soft_drop() -> None:
     robot = vehicles.hexa_ref()
     scene, start, posture = vehicles.drop(robot)
     trace = hp.simulate(
-        scene, hp.Hold(posture), duration=0.25, method="rk4", step=1e-5, sample=0.05, initial=start
+        scene,
+        hp.HoldPosture(posture),
+        duration=0.25,
+        method="rk4",
+        step=1e-5,
+        sample=0.05,
+        initial=start,
     )
     reference = HARD_CASES["HC40_hexapod_drop_soft"]["ref"]
     final = np.r_[reference["base_xyz"], reference["quat_xyzw"], reference["q_joints_pin_order"]]
@@ -192,7 +198,7 @@ def test_hc40_soft_drop_by_large_implicit_steps(step: float, error: float) -> No
     robot = vehicles.hexa_ref()
     scene, start, posture = vehicles.drop(robot)
     trace = hp.simulate(
-        scene, hp.Hold(posture), duration=0.25, step=step, sample=0.05, initial=start
+        scene, hp.HoldPosture(posture), duration=0.25, step=step, sample=0.05, initial=start
     )
     reference = HARD_CASES["HC40_hexapod_drop_soft"]["ref"]
     final = np.r_[reference["base_xyz"], reference["quat_xyzw"], reference["q_joints_pin_order"]]
@@ -204,7 +210,13 @@ def test_energy_account_of_the_drop_closes() -> None:
     robot = vehicles.hexa_ref()
     scene, start, posture = vehicles.drop(robot)
     trace = hp.simulate(
-        scene, hp.Hold(posture), duration=0.25, method="rk4", step=2e-5, sample=0.01, initial=start
+        scene,
+        hp.HoldPosture(posture),
+        duration=0.25,
+        method="rk4",
+        step=2e-5,
+        sample=0.01,
+        initial=start,
     )
     throughput = trace.energy["normal_loss"][-1] + trace.energy["friction_loss"][-1]
     assert throughput > 0.01

@@ -35,7 +35,13 @@ def strike(
     start = vehicles.state(robot, gap, (0.0, 0.0, -speed))
     duration = step * steps
     return hp.simulate(
-        scene, hp.Hold(), duration=duration, method="rk4", step=step, sample=step, initial=start
+        scene,
+        hp.HoldPosture(),
+        duration=duration,
+        method="rk4",
+        step=step,
+        sample=step,
+        initial=start,
     )
 
 
@@ -180,7 +186,7 @@ def test_hc04_elastic_bounces(case: str, step: float, bounces: int, tmp_path: Pa
     end = bounces * float(expected["period"])
     trace = hp.simulate(
         hp.Scene(robot, contact=contact, servo=vehicles.LIMP),
-        hp.Hold(),
+        hp.HoldPosture(),
         duration=round(end, 3) + 1e-3,
         method="rk4",
         step=step,
@@ -222,7 +228,9 @@ def test_hc06_creep_of_every_friction_law(name: str, share: float, tmp_path: Pat
     law = FRICTION[name]
     tangent = share * law.limit
     scene, start = on_slope(tmp_path, law, tangent)
-    trace = hp.simulate(scene, hp.Hold(), duration=10.0, step=1e-3, sample=1.0, initial=start)
+    trace = hp.simulate(
+        scene, hp.HoldPosture(), duration=10.0, step=1e-3, sample=1.0, initial=start
+    )
     if name == "stick-slip":
         assert np.abs(trace.v[-1, :2]).max() < 1e-12
         stretch = tangent * G / math.hypot(1.0, tangent) / law.stiffness
@@ -238,7 +246,7 @@ def test_hc06_above_the_friction_angle_every_law_slides_away(name: str, tmp_path
     law = FRICTION[name]
     tangent = 1.05 * law.limit
     scene, start = on_slope(tmp_path, law, tangent)
-    trace = hp.simulate(scene, hp.Hold(), duration=2.0, sample=0.5, initial=start)
+    trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, sample=0.5, initial=start)
     pull = G / math.hypot(1.0, tangent)
     gained = np.diff(trace.v[1:, 0]) / 0.5  # without the start-up
     passed = np.linspace(trace.v[1, 0], trace.v[-1, 0], 100)
@@ -253,7 +261,7 @@ def test_hc10_across_a_slope(tmp_path: Path) -> None:
     scene, start = on_slope(tmp_path, TANH, 0.3)
     start = vehicles.state(scene.robot, start.q[2], (0.0, 1.0, 0.0))
     trace = hp.simulate(
-        scene, hp.Hold(), duration=1.0, method="rk4", step=2e-5, sample=1.0, initial=start
+        scene, hp.HoldPosture(), duration=1.0, method="rk4", step=2e-5, sample=1.0, initial=start
     )
     assert trace.q[-1, 0] == pytest.approx(case["x"], rel=1e-7)
     assert trace.q[-1, 1] == pytest.approx(case["y"], rel=1e-7)
@@ -295,7 +303,13 @@ def test_hc24_grazing(name: str, method: str, lowest: float, tmp_path: Path) -> 
             gravity=(0, 0, G),
         )
         trace = hp.simulate(
-            scene, hp.Hold(), duration=0.02, method=method, step=1e-6, sample=half, initial=start
+            scene,
+            hp.HoldPosture(),
+            duration=0.02,
+            method=method,
+            step=1e-6,
+            sample=half,
+            initial=start,
         )
         ends.append(np.concatenate([trace.q[-1], trace.v[-1]]))
     assert np.abs(ends[0] - ends[1]).max() < 1e-10
@@ -310,7 +324,9 @@ def test_hc33_denormal_start(name: str, method: str, tmp_path: Path) -> None:
     for normal in (*GRAZING.values(), hp.KelvinVoigt(stiffness=1e5, damping=10.0)):
         contact = hp.Contact(normal=normal, friction=FRICTION[name])
         scene = hp.Scene(robot, contact=contact, servo=vehicles.LIMP, gravity=(0, 0, 0))
-        trace = hp.simulate(scene, hp.Hold(), duration=0.1, method=method, step=1e-3, initial=start)
+        trace = hp.simulate(
+            scene, hp.HoldPosture(), duration=0.1, method=method, step=1e-3, initial=start
+        )
         assert np.isfinite(trace.q).all()
         assert np.abs(trace.v).max() < 1e-300
         assert np.abs(trace.foot_force).max() < 1e-300

@@ -55,7 +55,7 @@ def test_hc10_slide_across_a_slope(heading: float, tmp_path: Path) -> None:
     slope = hp.Slope(angle=-angle, heading=heading)
     trace = hp.simulate(
         scene(robot, slope, normal, hp.TanhCoulomb(mu=0.5, slope=1000.0)),
-        hp.Hold(),
+        hp.HoldPosture(),
         duration=1.0,
         method="rk4",
         step=2e-5,
@@ -78,8 +78,8 @@ def shaken_table(tmp_path: Path, normal, depth: float) -> hp.Trace:
     robot, amplitude, frequency = vehicles.particle(tmp_path), 2e-3, 12.0
     rate = 2.0 * math.pi * frequency
     return hp.simulate(
-        scene(robot, hp.Shaken(amplitude=amplitude, frequency=frequency), normal),
-        hp.Hold(),
+        scene(robot, hp.ShakingGround(amplitude=amplitude, frequency=frequency), normal),
+        hp.HoldPosture(),
         duration=0.045,
         method="rk4",
         step=5e-6,
@@ -143,7 +143,7 @@ def over_the_edge(tmp_path: Path, speed: float, duration: float, heading: float 
     ledge = hp.Ledge(height=SHELF, heading=heading)
     return hp.simulate(
         scene(robot, ledge, STIFF),
-        hp.Hold(),
+        hp.HoldPosture(),
         duration=duration,
         method="rk4",
         step=5e-6,
@@ -241,7 +241,7 @@ def test_hc28_v_groove(left: float, right: float, heading: float, tmp_path: Path
     start = groove.lift([[0.0, 0.0, 0.0]], RADIUS)
     trace = hp.simulate(
         scene(robot, groove, normal),
-        hp.Hold(),
+        hp.HoldPosture(),
         duration=3.0,
         sample=3.0,
         initial=vehicles.state(robot, start),
@@ -277,7 +277,7 @@ def test_hc30_rolling_sphere(heading: float, tmp_path: Path) -> None:
     slope = hp.Slope(angle=-angle, heading=heading)
     trace = hp.simulate(
         scene(robot, slope, normal, hp.TanhCoulomb(mu=0.5, slope=1000.0)),
-        hp.Hold(),
+        hp.HoldPosture(),
         duration=0.4,
         method="rk4",
         step=1e-5,  # slip decays at 3.5 mu g kt cos = 1.7e4 1/s

@@ -7,17 +7,17 @@ import math
 import numpy as np
 import pytest
 
-from hexapod_pin.bench.hard import HARD_CASES, HardCase, HardRow, run_hard
-from hexapod_pin.bench.hard_bodies import Link, anchored, anchored_scene
-from hexapod_pin.bench.hard_data import answers, references
-from hexapod_pin.bench.hard_drop import drop, end_state
-from hexapod_pin.bench.hard_flight import TRUNK, first_flip
-from hexapod_pin.bench.hard_linkage import double_pendulum
-from hexapod_pin.bench.hard_table import HEAD, hard_table, summary, worst_rows
-from hexapod_pin.bench.hard_ways import Run
-from hexapod_pin.bench.scenes import hc40
-from hexapod_pin.bench.settings import Setting
+from hexapod_pin.benchmark.scenes import hc40
+from hexapod_pin.benchmark.settings import Setting
 from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.validation.cases.bodies import Link, anchored, anchored_scene
+from hexapod_pin.validation.cases.drop import drop, end_state
+from hexapod_pin.validation.cases.flight import TRUNK, first_flip
+from hexapod_pin.validation.cases.linkage import double_pendulum
+from hexapod_pin.validation.cases.reference_data import answers, references
+from hexapod_pin.validation.cases.registry import HARD_CASES, HardCase, HardRow, run_hard
+from hexapod_pin.validation.cases.solver_settings import Run
+from hexapod_pin.validation.cases.table import HEAD, hard_table, summary, worst_rows
 
 
 @pytest.mark.parametrize("case", HARD_CASES, ids=lambda case: case.name)

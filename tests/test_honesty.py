@@ -7,21 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hexapod_pin.bench.contender import Truth
-from hexapod_pin.bench.error import Distance
-from hexapod_pin.bench.honesty import (
+from hexapod_pin.benchmark.entry import Truth
+from hexapod_pin.benchmark.error import Distance
+from hexapod_pin.benchmark.settings import Setting, run_ours
+from hexapod_pin.benchmark.task import Task
+from hexapod_pin.benchmark.tolerance_calibration import (
     Honesty,
     dearer,
     honesty_table,
     random_tasks,
     study,
 )
-from hexapod_pin.bench.settings import Setting, run_ours
-from hexapod_pin.bench.task import Task
 
 
 def explicit(task: Task) -> Truth:
-    """A reference that shares no Jacobian with x3; not checked here, but in the whole study."""
+    """A reference that shares no Jacobian with the default method; the whole study checks it."""
     outcome = run_ours(task, Setting("dop853", 1e-7))
     assert outcome.ended, outcome.note
     return Truth(outcome, "dop853 1e-7", Distance(1e-7, 1e-7), "-")

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.dynamics.grip import Grip
-from hexapod_pin.dynamics.held_step import Drive
-from hexapod_pin.dynamics.hybrid import rigid_walk
-from hexapod_pin.dynamics.rigid_flow import rigid_flow
-from hexapod_pin.dynamics.rigid_model import RigidGround, RigidModel
-from hexapod_pin.dynamics.set_points import SetPoints
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.verify.limits import slow_gait, tripod
-from hexapod_pin.verify.samples import rigid_robot
+from hexapod_pin.formulations.rigid.constrained_step import Drive
+from hexapod_pin.formulations.rigid.contact_set import Grip
+from hexapod_pin.formulations.rigid.flow import rigid_flow
+from hexapod_pin.formulations.rigid.model import RigidGround, RigidModel
+from hexapod_pin.formulations.rigid.set_points import SetPoints
+from hexapod_pin.formulations.rigid.walk import rigid_walk
+from hexapod_pin.validation.checks.limits import slow_gait, tripod
+from hexapod_pin.validation.checks.samples import rigid_robot
 
 TETRAPOD = hp.KinematicControl(hp.Gait.tetrapod())
 
@@ -46,7 +46,7 @@ def test_a_held_step_is_of_second_order() -> None:
     """Against DOP853 on the same phase: a quarter of the error for half the step."""
     model = rigid_robot("kharagpur", 0.0)
     start = model.robot.stand()
-    bent = hp.Hold(model.robot.posture + 0.05)
+    bent = hp.HoldPosture(model.robot.posture + 0.05)
     drive = Drive(model, hp.Servo(kp=20.0, kd=0.4), SetPoints(bent.plan(model.robot, 1.0)))
     exact = rigid_flow(model, start, 0.02, feet=range(6), torque=drive.torque, accuracy=1e-10)
     errors = []
@@ -68,7 +68,7 @@ def test_a_servo_at_its_limit_gives_its_limit() -> None:
     """A set-point far away: every joint that is asked for more than its effort gives just that."""
     robot = hp.load_robot("kharagpur", foot_radius=0.0)
     model = RigidModel(robot)
-    far = hp.Hold(np.clip(robot.posture + 0.4, robot.lower, robot.upper))
+    far = hp.HoldPosture(np.clip(robot.posture + 0.4, robot.lower, robot.upper))
     start = robot.stand()
     walk = rigid_walk(model, far, duration=0.01, step=1e-3, sample=1e-3, initial=start)
     trace = walk.trace

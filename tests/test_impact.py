@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hexapod_pin.dynamics.impact import plastic_impact, unilateral_impact
-from hexapod_pin.dynamics.rigid_model import RigidModel
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.verify import impact_checks
-from hexapod_pin.verify.impact_checks import ARRIVING, hc18_model
-from hexapod_pin.verify.limits import damped_impact
-from hexapod_pin.verify.samples import rigid_robot
+from hexapod_pin.formulations.rigid.impact import plastic_impact, unilateral_impact
+from hexapod_pin.formulations.rigid.model import RigidModel
+from hexapod_pin.validation.checks import impact_checks
+from hexapod_pin.validation.checks.impact_checks import ARRIVING, hc18_model
+from hexapod_pin.validation.checks.limits import damped_impact
+from hexapod_pin.validation.checks.samples import rigid_robot
 
 LEVEL = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 
@@ -59,7 +59,7 @@ def test_the_damped_compliant_impact_tends_to_it() -> None:
 
 def test_a_rocking_block_lets_its_far_foot_go() -> None:
     """One end of a beam strikes: the other would be pulled; let go, it rises."""
-    from hexapod_pin.bench.hard_bodies import body
+    from hexapod_pin.validation.cases.bodies import body
 
     beam = body({"near": (-1.0, 0.0, 0.0), "far": (1.0, 0.0, 0.0)}, inertia=(0.01, 2.0, 2.0))
     model = RigidModel(beam)

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.dynamics.force_split import Compliant, LeastTorque, MinimumNorm
-from hexapod_pin.dynamics.friction_pyramid import least_load, pyramid
-from hexapod_pin.dynamics.inverse import inverse_dynamics, torque_under
-from hexapod_pin.dynamics.least_squares import InfeasibleError, least_squares
-from hexapod_pin.dynamics.planned import planned_forces
-from hexapod_pin.dynamics.rigid_model import RigidGround, RigidModel
-from hexapod_pin.dynamics.spring_split import ContactSprings, NoRestError
-from hexapod_pin.dynamics.stance import stance_load
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.verify import inverse_checks
-from hexapod_pin.verify.samples import rigid_robot, states
-from hexapod_pin.verify.six_feet import six_feet
+from hexapod_pin.formulations.inverse import inverse_dynamics, torque_under
+from hexapod_pin.formulations.rigid.force_split import Compliant, LeastTorque, MinimumNorm
+from hexapod_pin.formulations.rigid.friction_pyramid import least_load, pyramid
+from hexapod_pin.formulations.rigid.least_squares import InfeasibleError, least_squares
+from hexapod_pin.formulations.rigid.model import RigidGround, RigidModel
+from hexapod_pin.formulations.rigid.prescribed_gait import planned_forces
+from hexapod_pin.formulations.rigid.spring_split import ContactSprings, NoRestError
+from hexapod_pin.formulations.rigid.stance import stance_load
+from hexapod_pin.validation.checks import inverse_checks
+from hexapod_pin.validation.checks.samples import rigid_robot, states
+from hexapod_pin.validation.checks.six_feet import six_feet
 
 SPLITS = (MinimumNorm(), Compliant(normal=1e5, tangential=3e4, servo=240.0), LeastTorque())
 

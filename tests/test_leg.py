@@ -7,14 +7,12 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.gait import LEG_ORDER
 from hexapod_pin.errors import ReachError, UnknownNameError
-from hexapod_pin.gait import LEG_ORDER
-from hexapod_pin.leg import LegKinematics
-from hexapod_pin.robot import Robot, load_robot, urdf_path
-
-Array = NDArray[np.float64]
+from hexapod_pin.robot.leg_kinematics import LegKinematics
+from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
 
 L1, L2, L3 = 0.0835, 0.11934, 0.09879  # S2 Table 1 [m]
 

@@ -11,10 +11,10 @@ import vehicles
 from contact_formulas import FRICTION, NORMAL
 
 import hexapod_pin as hp
-from hexapod_pin.dynamics.maximal import constraints as equations
-from hexapod_pin.dynamics.maximal import placement
-from hexapod_pin.dynamics.maximal.joint_vectors import PLACE, Carried
-from hexapod_pin.verify.maximal_checks import (
+from hexapod_pin.formulations.maximal import constraints as equations
+from hexapod_pin.formulations.maximal import placement
+from hexapod_pin.formulations.maximal.joint_vectors import PLACE, Carried
+from hexapod_pin.validation.checks.maximal_checks import (
     compare_accelerations,
     maximal_twin,
     pressed_states,
@@ -26,11 +26,11 @@ TERRAINS = {
     "stairs": hp.Stairs(rise=0.03, run=0.15, count=4, start=-0.3),
     "groove": hp.Groove(angle_left=0.4, angle_right=0.3, depth=0.04),
     "hills": hp.HeightField.random(3, amplitude=0.01),
-    "patched": hp.Patched(
+    "patched": hp.PatchedGround(
         ground=hp.Slope(angle=0.1),
         patches=(hp.Patch(low=(-9, 0), high=(9, 9), friction=0.5, stiffness=2),),
     ),
-    "shaken": hp.Shaken(amplitude=2e-3, frequency=12.0),
+    "shaken": hp.ShakingGround(amplitude=2e-3, frequency=12.0),
 }
 
 
@@ -141,9 +141,9 @@ def test_flat_ground_needs_neither_pinocchio_nor_the_core() -> None:
 import sys
 from pathlib import Path
 import numpy as np
-from hexapod_pin.contact import Contact
-from hexapod_pin.dynamics import maximal
-from hexapod_pin.terrain import Flat
+from hexapod_pin.ground.contact import Contact
+from hexapod_pin.formulations import maximal
+from hexapod_pin.ground.terrain import Flat
 bodies = maximal.read_bodies(Path(sys.argv[1]).read_text(), ["lf_foot"])
 model = maximal.MaximalModel(bodies, feet=maximal.FootGround(bodies, Contact.s1(), Flat()))
 state = model.state(np.r_[np.zeros(6), 1.0, np.zeros(18)], np.zeros(24))

@@ -7,10 +7,10 @@ import pytest
 from test_maximal_runs import flight
 
 import hexapod_pin as hp
-from hexapod_pin.dynamics import maximal
-from hexapod_pin.dynamics.maximal.projection import largest, project
-from hexapod_pin.dynamics.maximal.reduced import configuration
-from hexapod_pin.dynamics.maximal.rotation import rotations
+from hexapod_pin.formulations import maximal
+from hexapod_pin.formulations.maximal.projection import largest, project
+from hexapod_pin.formulations.maximal.reduced import configuration
+from hexapod_pin.formulations.maximal.rotation import rotations
 
 
 def drifting(baumgarte: maximal.Baumgarte, projected: bool, step: float = 2e-3) -> maximal.Run:

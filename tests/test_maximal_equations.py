@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.dynamics import maximal
-from hexapod_pin.dynamics.maximal.motion import BodyState
-from hexapod_pin.dynamics.maximal.rotation import from_matrix, rotations, turned
-from hexapod_pin.verify.maximal_checks import maximal_twin, pressed_states
+from hexapod_pin.formulations import maximal
+from hexapod_pin.formulations.maximal.motion import BodyState
+from hexapod_pin.formulations.maximal.rotation import from_matrix, rotations, turned
+from hexapod_pin.validation.checks.maximal_checks import maximal_twin, pressed_states
 
 
 def pendulum(*, com: str = "0.1 0.03 0", damping: float = 0.0) -> str:

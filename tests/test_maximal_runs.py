@@ -7,9 +7,9 @@ import pytest
 import vehicles
 
 import hexapod_pin as hp
-from hexapod_pin.dynamics import maximal
-from hexapod_pin.dynamics.maximal.projection import largest
-from hexapod_pin.verify.maximal_checks import compare_motion, maximal_twin
+from hexapod_pin.formulations import maximal
+from hexapod_pin.formulations.maximal.projection import largest
+from hexapod_pin.validation.checks.maximal_checks import compare_motion, maximal_twin
 
 CASES = vehicles.HARD_CASES
 SPACE = (0.0, 0.0, 0.0)
@@ -184,7 +184,7 @@ def test_drop_equals_the_core() -> None:
     The touch-downs are located and the rest is smooth: rtol 1e-5 leaves 2e-8, 1e-6 4e-9.
     """
     scene, start, posture = vehicles.drop(vehicles.hexa_ref())
-    apart = compare_motion(scene, hp.Hold(posture), start, duration=0.25, rtol=1e-5)
+    apart = compare_motion(scene, hp.HoldPosture(posture), start, duration=0.25, rtol=1e-5)
     assert apart < 1e-7
 
 
@@ -204,5 +204,7 @@ def test_laws_with_memory_equal_the_core() -> None:
     state = twin.model.state(twin.bodies_order(q, 7), twin.bodies_order(v, 6))
     q[2] -= twin.model.gaps(0.0, state).min() - 2e-4
     start = scene.robot.check_state(q, v)
-    apart = compare_motion(scene, hp.Hold(posture), start, duration=0.06, rtol=1e-7, accuracy=1e-9)
+    apart = compare_motion(
+        scene, hp.HoldPosture(posture), start, duration=0.06, rtol=1e-7, accuracy=1e-9
+    )
     assert apart < 1e-7

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hexapod_pin.bench.hard_mirror import (
+from hexapod_pin.benchmark.settings import Setting
+from hexapod_pin.validation.cases.mirror import (
     SHIFT,
     Motion,
     base_run,
@@ -18,12 +19,17 @@ from hexapod_pin.bench.hard_mirror import (
     shifted,
     yawed,
 )
-from hexapod_pin.bench.settings import Setting
 
-IMPLICIT, RK4, X3 = Setting("implicit-euler", 1e-3), Setting("rk4", 1e-5), Setting("x3", 1e-6)
+IMPLICIT, RK4, EXTRAPOLATED_EULER = (
+    Setting("implicit-euler", 1e-3),
+    Setting("rk4", 1e-5),
+    Setting("extrapolated-euler", 1e-6),
+)
 ROBUST = Setting("robust", 1e-3)
 FIXED = pytest.mark.parametrize("way", [IMPLICIT, ROBUST, RK4], ids=lambda way: way.method)
-WAYS = pytest.mark.parametrize("way", [IMPLICIT, ROBUST, X3], ids=lambda way: way.method)
+WAYS = pytest.mark.parametrize(
+    "way", [IMPLICIT, ROBUST, EXTRAPOLATED_EULER], ids=lambda way: way.method
+)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +73,7 @@ def test_yawed(angle: float, way: Setting, known) -> None:
 
 @WAYS
 def test_mirrored(way: Setting, known) -> None:
-    """Mirroring keeps every component's size, so x3 takes the same steps too."""
+    """Mirroring keeps every component's size, so extrapolated-euler takes the same steps too."""
     assert known(way).apart(mirrored(base_run(), way)) < 1e-9
 
 

@@ -57,7 +57,7 @@ def test_a_spring_without_damper_is_for_fixed_steps(how: dict) -> None:
     )
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=contact)
     if how == {"method": "robust"}:
-        assert hp.simulate(scene, hp.Hold(), duration=0.05, **how).counters["steps"] == 50
+        assert hp.simulate(scene, hp.HoldPosture(), duration=0.05, **how).counters["steps"] == 50
         return
     with pytest.raises(hp.errors.ParameterError, match=r"StickSlip\.damping.*fixed-step"):
-        hp.simulate(scene, hp.Hold(), duration=0.05, **how)
+        hp.simulate(scene, hp.HoldPosture(), duration=0.05, **how)

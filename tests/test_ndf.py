@@ -11,7 +11,7 @@ import vehicles
 
 import hexapod_pin as hp
 from hexapod_pin.native import _core
-from hexapod_pin.plant import native_plant
+from hexapod_pin.simulation.plant import native_plant
 
 NO_STOPS = hp.JointStops(stiffness=0.0)
 STIFF_TANH = hp.Contact(
@@ -99,7 +99,7 @@ def flight(method: str, accuracy: float) -> hp.Trace:
     scene = hp.Scene(robot, servo=hp.Servo(kp=20.0, kd=0.3, limited=False), stops=NO_STOPS)
     return hp.simulate(
         scene,
-        hp.Hold(),
+        hp.HoldPosture(),
         duration=0.2,
         sample=0.05,
         method=method,
@@ -132,7 +132,7 @@ def dropped(kind: str, method: str, accuracy: float, sample: float = 0.25) -> hp
     scene = hp.Scene(robot, contact=contact, servo=scene.servo, stops=NO_STOPS)
     return hp.simulate(
         scene,
-        hp.Hold(posture),
+        hp.HoldPosture(posture),
         duration=0.25,
         sample=sample,
         initial=start,
@@ -153,9 +153,9 @@ def test_the_soft_drop_meets_the_file() -> None:
 
 
 @pytest.mark.parametrize(("kind", "most"), [("mid", 5250), ("stiff", 15500)])
-def test_hard_drops_agree_with_x3_within_the_budget(kind: str, most: int) -> None:
+def test_hard_drops_agree_with_extrapolated_euler_within_the_budget(kind: str, most: int) -> None:
     """Evaluations: those of the study that chose the method. X3 is asked for 1e-7."""
-    run, other = dropped(kind, "ndf", 1e-8), dropped(kind, "x3", 1e-7)
+    run, other = dropped(kind, "ndf", 1e-8), dropped(kind, "extrapolated-euler", 1e-7)
     assert np.abs(run.q[-1] - other.q[-1]).max() < 3e-7
     assert run.counters["evaluations"] < most
 
@@ -172,7 +172,7 @@ def test_samples_do_not_change_a_run() -> None:
 
 
 @pytest.mark.parametrize("name", ["accurate", "s2"])
-def test_walks_agree_with_x3(name: str) -> None:
+def test_walks_agree_with_extrapolated_euler(name: str) -> None:
     """Restitution with bristles, and ADAMS' laws: first touch-downs of a tetrapod, 1.2 s."""
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=getattr(hp.Contact, name)())
     control = hp.KinematicControl(hp.Gait.tetrapod())
@@ -182,7 +182,7 @@ def test_walks_agree_with_x3(name: str) -> None:
             scene, control, duration=1.2, sample=0.02, method=method, accuracy=accuracy
         )
 
-    run, other = walk("ndf", 1e-7), walk("x3", 1e-6)
+    run, other = walk("ndf", 1e-7), walk("extrapolated-euler", 1e-6)
     assert run.counters["events"] >= 2
     assert np.abs(run.q - other.q).max() < 5e-6
     assert np.abs(run.energy_residual).max() < 3e-6
@@ -194,7 +194,7 @@ def test_held_set_points_end_steps_at_their_jumps() -> None:
     """Ten jumps of 0.1 rad, servos at their limits: each starts a new history, none is jumped."""
     robot = hp.load_robot("kharagpur")
     time = np.arange(10) * 0.013
-    held = hp.Held(time, robot.posture + 0.1 * (np.arange(10) % 2)[:, None])
+    held = hp.SampledTrajectory(time, robot.posture + 0.1 * (np.arange(10) % 2)[:, None])
     scene = hp.Scene(robot, contact=hp.Contact.s1())
 
     def run(method: str, accuracy: float) -> hp.Trace:

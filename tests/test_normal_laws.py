@@ -7,8 +7,8 @@ import pytest
 from contact_formulas import NORMAL, numpy_normal
 
 import hexapod_pin as hp
-from hexapod_pin.contact import hertz_stiffness, stiffness_from_mm
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.ground.contact import hertz_stiffness, stiffness_from_mm
 
 TOUCH = 0.1
 

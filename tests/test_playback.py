@@ -24,9 +24,9 @@ import pytest
 from synthetic import FEET, JOINTS, URDF, WEIGHT, synthetic_trace
 
 from hexapod_pin.errors import ParameterError, TraceFileError, ViewerError
-from hexapod_pin.playback import live_viewer, view, write_html
-from hexapod_pin.playback.scene_graph import animation_command, frame_samples, scene_commands
-from hexapod_pin.trace import Trace
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.view import live_viewer, view, write_html
+from hexapod_pin.view.scene_graph import animation_command, frame_samples, scene_commands
 
 ROUNDED = 1e-6  # what a file's numbers are rounded to [m], [rad]
 
@@ -322,7 +322,7 @@ def test_a_killed_process_leaves_no_server() -> None:
     """SIGKILL allows no clean-up; the server must end all the same."""
     code = """
 from synthetic import synthetic_trace
-from hexapod_pin.playback import view
+from hexapod_pin.view import view
 view(synthetic_trace(duration=0.1), open_browser=False)
 """
     search = os.pathsep.join([str(Path(__file__).parent), *sys.path])

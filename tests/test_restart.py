@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.bench.hard_mirror import Motion, base_run, restarted
-from hexapod_pin.bench.hard_ways import Run
-from hexapod_pin.bench.scenes import walk
-from hexapod_pin.bench.settings import Setting
-from hexapod_pin.plant import standing_on
+from hexapod_pin.benchmark.scenes import walk
+from hexapod_pin.benchmark.settings import Setting
+from hexapod_pin.simulation.plant import standing_on
+from hexapod_pin.validation.cases.mirror import Motion, base_run, restarted
+from hexapod_pin.validation.cases.solver_settings import Run
 
 SAME_BITS = [
     Setting("implicit-euler", 1e-3),
     Setting("robust", 1e-3),
     Setting("rk4", 5e-5),
-    Setting("x3", 1e-4),
-    Setting("x3", 1e-7),
+    Setting("extrapolated-euler", 1e-4),
+    Setting("extrapolated-euler", 1e-7),
     Setting("dop853", 1e-4),
 ]
 
@@ -72,7 +72,7 @@ def test_times_go_on() -> None:
 
 
 def test_a_saved_trace_goes_on(tmp_path) -> None:
-    run, way = base_run(), Setting("x3", 1e-5)
+    run, way = base_run(), Setting("extrapolated-euler", 1e-5)
     first = Run(run.scene, run.start, 0.05, 0.01, run.controller).by(way)
     saved = hp.load_trace(first.save(tmp_path / "half.nc"))
     rest = [
@@ -84,7 +84,7 @@ def test_a_saved_trace_goes_on(tmp_path) -> None:
 
 
 def test_planned_controllers_go_on_but_for_rounding() -> None:
-    """The knots of `Hold` and `KinematicControl` depend on the horizon in their last bits."""
+    """Knots of `HoldPosture` and `KinematicControl` depend on the horizon in their last bits."""
     robot = hp.load_robot("kharagpur")
     control = hp.KinematicControl(hp.Gait.tetrapod(stroke=0.14, cycle_time=2.4))
     scene = hp.Scene(robot)
@@ -98,4 +98,4 @@ def test_a_checkpoint_that_does_not_fit_is_refused() -> None:
     stand = base_run().by(SAME_BITS[0]).checkpoint
     broken = hp.Checkpoint(stand.time, stand.q[:-1], stand.v, stand.contacts, stand.controller)
     with pytest.raises(hp.errors.StateError, match="shape"):
-        hp.simulate(base_run().scene, hp.Hold(), duration=0.01, sample=0.01, initial=broken)
+        hp.simulate(base_run().scene, hp.HoldPosture(), duration=0.01, sample=0.01, initial=broken)

@@ -8,14 +8,14 @@ import pytest
 import vehicles
 
 import hexapod_pin as hp
-from hexapod_pin.dynamics.grip import Grip
-from hexapod_pin.dynamics.ranked import solve_ranked
-from hexapod_pin.dynamics.rigid import motion_under, rigid_gait, rigid_motion
-from hexapod_pin.dynamics.rigid_flow import rigid_flow
-from hexapod_pin.dynamics.rigid_model import RigidGround, RigidModel
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.verify import rigid_checks
-from hexapod_pin.verify.six_feet import MASS, feet_named, six_feet
+from hexapod_pin.formulations.rigid.contact_set import Grip
+from hexapod_pin.formulations.rigid.flow import rigid_flow
+from hexapod_pin.formulations.rigid.kkt import solve_ranked
+from hexapod_pin.formulations.rigid.model import RigidGround, RigidModel
+from hexapod_pin.formulations.rigid.motion import motion_under, rigid_gait, rigid_motion
+from hexapod_pin.validation.checks import rigid_checks
+from hexapod_pin.validation.checks.six_feet import MASS, feet_named, six_feet
 
 LEVEL = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 G = 9.81
@@ -124,7 +124,7 @@ def test_hc20_a_heavy_top_is_one_stuck_foot() -> None:
 
 def vehicles_top() -> tuple[RigidModel, hp.State, dict]:
     """HC20's top: 1 m from its tip to its centre of mass."""
-    from hexapod_pin.bench.hard_bodies import body, state
+    from hexapod_pin.validation.cases.bodies import body, state
 
     top = body({"tip": (0.0, -1.0, 0.0)}, mass=15.0, inertia=(0.234375, 0.46875, 0.234375))
     start = state(top, (0.0, 1.0, 0.0), spin=(0.0, 150.0, -4.61538))

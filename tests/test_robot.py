@@ -11,15 +11,15 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from hexapod_pin.bench.hard_data import references
-from hexapod_pin.description.leg_names import LEG_NAMES, joint_role, leg_of_chain
-from hexapod_pin.description.paper_robots import KHARAGPUR
-from hexapod_pin.description.urdf_file import read_urdf
-from hexapod_pin.description.urdf_inertia import body_inertia, rotation
 from hexapod_pin.errors import ParameterError, StateError, UnknownNameError, UrdfError
-from hexapod_pin.loading.limbs import leg_chains
-from hexapod_pin.loading.pin_model import placement
-from hexapod_pin.robot import Robot, load_robot, urdf_path
+from hexapod_pin.robot.description.leg_names import LEG_NAMES, joint_role, leg_of_chain
+from hexapod_pin.robot.description.paper_robots import KHARAGPUR
+from hexapod_pin.robot.description.urdf_file import read_urdf
+from hexapod_pin.robot.description.urdf_inertia import body_inertia, rotation
+from hexapod_pin.robot.loading.limbs import leg_chains
+from hexapod_pin.robot.loading.pin_model import placement
+from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
+from hexapod_pin.validation.cases.reference_data import references
 
 DATA = Path(__file__).parent / "data"
 HARD_CASES: dict[str, Any] = references()

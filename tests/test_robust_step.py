@@ -13,10 +13,10 @@ import vehicles
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.bench.error import Distance
-from hexapod_pin.bench.scenes import built_in
-from hexapod_pin.bench.stress import stress_scenes
-from hexapod_pin.plant import native_plant
+from hexapod_pin.benchmark.error import Distance
+from hexapod_pin.benchmark.scenes import built_in
+from hexapod_pin.simulation.plant import native_plant
+from hexapod_pin.validation.stress import stress_scenes
 
 G = 9.81
 RUBBER = hp.HuntCrossley(stiffness=3e5, dissipation=0.3)
@@ -80,9 +80,9 @@ def ground(name: str) -> Any:
     if name == "groove":  # under the front feet: two contacts on one leg
         return hp.Groove(angle_left=0.6, angle_right=0.4, depth=0.02, bottom=0.2)
     if name == "shaken":
-        return hp.Shaken(amplitude=2e-3, frequency=8.0)
+        return hp.ShakingGround(amplitude=2e-3, frequency=8.0)
     soft = hp.Patch(low=(-2.0, -2.0), high=(2.0, 0.0), friction=0.3, stiffness=0.2)
-    return hp.Patched(ground=hp.Flat(), patches=(soft,))
+    return hp.PatchedGround(ground=hp.Flat(), patches=(soft,))
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -90,7 +90,7 @@ def test_grounds_converge_to_another_method(name: str) -> None:
     """First order: the error at 1 ms as measured, within 20 %; a fifth of the step, 1/3.5 of it."""
     contact, surface, expected = SCENES[name]
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=contact, terrain=ground(surface))
-    control = WALK if name in ("hills", "patches") else hp.Hold()
+    control = WALK if name in ("hills", "patches") else hp.HoldPosture()
     coarse, fine = (largest_error(scene, control, 0.5, step) for step in (1e-3, 2e-4))
     assert coarse < 1.2 * expected
     assert fine < coarse / 3.5
@@ -124,7 +124,9 @@ def test_every_law_converges_to_another_method(contact: hp.Contact, tmp_path: Pa
     scene = hp.Scene(robot, contact=contact)
     q = np.array([0.0, 0.0, 0.051, 0.0, 0.0, 0.0, 1.0])
     start = robot.check_state(q, np.array([0.4, 0.2, 0.0, 0.0, 0.0, 0.3]))
-    errors = [largest_error(scene, hp.Hold(), 0.2, step, initial=start) for step in (4e-4, 1e-4)]
+    errors = [
+        largest_error(scene, hp.HoldPosture(), 0.2, step, initial=start) for step in (4e-4, 1e-4)
+    ]
     assert errors[1] < 1.5e-3
     assert errors[1] < errors[0] / 2.5
 
@@ -134,8 +136,8 @@ def test_every_law_converges_to_another_method(contact: hp.Contact, tmp_path: Pa
 
 def one_step(stress: Any, at: hp.Checkpoint, method: str, step: float) -> np.ndarray:
     trace = hp.simulate(
-        stress.scene, hp.Hold(tuple(stress.targets)), duration=step, method=method, step=step,
-        sample=step, initial=at,
+        stress.scene, hp.HoldPosture(tuple(stress.targets)), duration=step, method=method,
+        step=step, sample=step, initial=at,
     )  # fmt: skip
     return np.asarray(trace.v[-1])
 
@@ -144,7 +146,7 @@ def test_flat_and_nested_newton_find_the_same_step() -> None:
     """From states on the way of random extreme scenes, where something moves at less than 30 /s."""
     compared = hits = 0
     for stress in stress_scenes(30, seed=3):
-        control, step = hp.Hold(tuple(stress.targets)), 1e-3
+        control, step = hp.HoldPosture(tuple(stress.targets)), 1e-3
         at: Any = stress.initial
         for _ in range(4):
             part = hp.simulate(
@@ -190,7 +192,7 @@ def test_a_bristle_does_not_drift_on_a_slope(step: float, damping: float, tmp_pa
     robot = vehicles.block(tmp_path, feet, m=2.0, com=(0.0, 0.0, 0.02))
     friction = hp.StickSlip(mu=0.5, stiffness=1e5, damping=damping)
     scene, start = on_slope(robot, 0.4, friction)
-    trace = robust(scene, hp.Hold(), 6.0, step, sample=1.0, initial=start)
+    trace = robust(scene, hp.HoldPosture(), 6.0, step, sample=1.0, initial=start)
     assert np.linalg.norm(trace.q[-1, :3] - trace.q[2, :3]) < 1e-9
 
 
@@ -201,7 +203,7 @@ def test_a_bristle_does_not_drift_on_a_slope(step: float, damping: float, tmp_pa
 def test_sliding_down_a_slope_gains_speed_as_coulomb_says(friction: Any, tmp_path: Path) -> None:
     """Slope 0.7, mu 0.5: g (sin - mu cos) = 1.60733 m/s^2 to 1e-6, and not sideways."""
     scene, start = on_slope(vehicles.particle(tmp_path), 0.7, friction)
-    trace = robust(scene, hp.Hold(), 1.0, 1e-3, initial=start)
+    trace = robust(scene, hp.HoldPosture(), 1.0, 1e-3, initial=start)
     angle = np.arctan(0.7)
     gained = np.linalg.norm(trace.v[-1, :3]) - np.linalg.norm(trace.v[10, :3])
     assert gained / 0.5 == pytest.approx(G * (np.sin(angle) - 0.5 * np.cos(angle)), rel=1e-6)
@@ -212,7 +214,7 @@ def test_tanh_creeps_at_its_own_speed_at_any_step(tmp_path: Path) -> None:
     """Slope 0.4, mu 0.5, kt 1000: atanh(0.8)/kt, 5.5 mm in 5 s."""
     scene, start = on_slope(vehicles.particle(tmp_path), 0.4, hp.TanhCoulomb(mu=0.5, slope=1e3))
     for step in (5e-4, 2e-3):
-        trace = robust(scene, hp.Hold(), 1.0, step, sample=0.1, initial=start)
+        trace = robust(scene, hp.HoldPosture(), 1.0, step, sample=0.1, initial=start)
         assert np.linalg.norm(trace.v[-1, :3]) == pytest.approx(np.arctanh(0.8) / 1e3, rel=1e-7)
 
 
@@ -224,7 +226,7 @@ def test_a_turning_ball_in_flight_keeps_its_energy_and_momentum(tmp_path: Path) 
     robot = vehicles.block(tmp_path, {"foot": (0.1, 0.0, 0.0)}, m=2.0, inertia=(0.02,) * 3)
     q = np.array([0.0, 0.0, 50.0, 0.0, 0.0, 0.0, 1.0])
     start = robot.check_state(q, np.array([1.0, 2.0, 0.5, 3.0, -4.0, 5.0]))
-    trace = robust(hp.Scene(robot, gravity=(0, 0, 0)), hp.Hold(), 2.0, 2e-3, initial=start)
+    trace = robust(hp.Scene(robot, gravity=(0, 0, 0)), hp.HoldPosture(), 2.0, 2e-3, initial=start)
     assert np.ptp(trace.energy["kinetic"]) < 1e-11 * trace.energy["kinetic"][0]
     assert np.allclose(trace.com[-1] - trace.com[0], [2.0, 4.0, 1.0], atol=1e-12)
 
@@ -239,7 +241,7 @@ def test_a_tumbling_hexapod_in_flight_gains_next_to_nothing() -> None:
     lost = []
     for step in (2e-3, 1e-3):
         start = robot.check_state(q, v)
-        trace = robust(scene, hp.Hold(), 1.0, step, sample=step, initial=start)
+        trace = robust(scene, hp.HoldPosture(), 1.0, step, sample=step, initial=start)
         springs = 100.0 * ((trace.q_ref - trace.q[:, 7:]) ** 2).sum(axis=1)
         energy = trace.energy["kinetic"] + trace.energy["elastic"] + springs
         assert energy.max() - energy[0] < 2e-5 * energy[0]
@@ -249,13 +251,13 @@ def test_a_tumbling_hexapod_in_flight_gains_next_to_nothing() -> None:
 
 def test_a_turned_and_a_shifted_scene_move_alike() -> None:
     scene, start, posture = vehicles.drop(vehicles.hexa_ref())
-    plain = robust(scene, hp.Hold(tuple(posture)), 0.3, 1e-3, initial=start)
+    plain = robust(scene, hp.HoldPosture(tuple(posture)), 0.3, 1e-3, initial=start)
     turn = pin.Quaternion(pin.rpy.rpyToMatrix(0.0, 0.0, 1.1))
     q = start.q.copy()
     q[:3] = turn * q[:3] + np.array([3.0, -5.0, 0.0])
     q[3:7] = (turn * pin.Quaternion(q[3:7])).coeffs()
     moved = scene.robot.check_state(q, start.v)
-    other = robust(scene, hp.Hold(tuple(posture)), 0.3, 1e-3, initial=moved)
+    other = robust(scene, hp.HoldPosture(tuple(posture)), 0.3, 1e-3, initial=moved)
     assert np.abs(other.q[:, 7:] - plain.q[:, 7:]).max() < 1e-11
     assert np.abs(other.v - plain.v).max() < 1e-9
 
@@ -273,7 +275,7 @@ def test_published_forces_carry_the_weight() -> None:
     """A standing robot at rest: the feet's mean forces are its weight, without side load."""
     robot = hp.load_robot("kharagpur")
     contact = hp.Contact(normal=RUBBER, friction=hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0))
-    trace = robust(hp.Scene(robot, contact=contact), hp.Hold(), 3.0, 1e-3)
+    trace = robust(hp.Scene(robot, contact=contact), hp.HoldPosture(), 3.0, 1e-3)
     weight = np.array([0.0, 0.0, robot.total_mass * G])
     assert np.abs(trace.foot_force[-1].sum(axis=0) - weight).max() < 1e-9 * weight[2]
 
@@ -299,8 +301,8 @@ def test_servos_stay_within_their_limits_and_the_run_converges() -> None:
     q = start.q.copy()
     q[2] += 0.15
     dropped = {"initial": robot.check_state(q, start.v)}
-    assert robust(scene, hp.Hold(), 0.4, 1e-3, **dropped).counters["solved_again"] > 0
-    errors = [largest_error(scene, hp.Hold(), 0.4, step, **dropped) for step in (1e-3, 2e-4)]
+    assert robust(scene, hp.HoldPosture(), 0.4, 1e-3, **dropped).counters["solved_again"] > 0
+    errors = [largest_error(scene, hp.HoldPosture(), 0.4, step, **dropped) for step in (1e-3, 2e-4)]
     assert errors[1] < errors[0] / 3.0
 
 
@@ -313,11 +315,11 @@ def test_joint_stops_throw_joints_back_and_the_run_converges() -> None:
     q, v = robot.stand().q.copy(), np.zeros(robot.model.nv)
     q[2], q[8::3], v[7::3] = 1.0, robot.upper[1::3] - 0.1, 5.0
     start = {"initial": robot.check_state(q, v)}
-    trace = robust(scene, hp.Hold(), 0.2, 1e-3, sample=1e-3, **start)
+    trace = robust(scene, hp.HoldPosture(), 0.2, 1e-3, sample=1e-3, **start)
     beyond = trace.q[:, 8::3] - robot.upper[1::3]
     assert beyond.max(axis=0).min() > 0.002 and beyond[-1].max() < 0.0
     assert trace.v[-1, 7::3].max() < -1.0
-    errors = [largest_error(scene, hp.Hold(), 0.2, step, **start) for step in (4e-4, 1e-4)]
+    errors = [largest_error(scene, hp.HoldPosture(), 0.2, step, **start) for step in (4e-4, 1e-4)]
     assert errors[1] < errors[0] / 3.0
 
 

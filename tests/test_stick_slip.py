@@ -29,7 +29,7 @@ def push(law: object, ratio: float, duration: float) -> hp.Trace:
         servo=STIFF,
         gravity=(0.0, ratio * cosine, -cosine),
     )
-    return hp.simulate(scene, hp.Hold(), duration=duration, sample=0.01)
+    return hp.simulate(scene, hp.HoldPosture(), duration=duration, sample=0.01)
 
 
 def side_speed(trace: hp.Trace, seconds: float) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.bench.stress import ALLOWED_GAIN, EVENTS, STEPS, run_stress, stress_scenes
+from hexapod_pin.validation.stress import ALLOWED_GAIN, EVENTS, STEPS, run_stress, stress_scenes
 
 INJECTION = 1e-6
 """Energy the contact solve may make, of a run's energy scale."""

@@ -11,8 +11,8 @@ import tomli_w
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.ground.terrain import Polyline, read_terrain
 from hexapod_pin.spec import read_toml
-from hexapod_pin.terrain import Polyline, read_terrain
 
 STAIRS = hp.Stairs(rise=0.1, run=0.2, count=3, start=0.1, heading=0.7)
 DOWN = hp.Stairs(rise=0.1, run=0.2, count=3, start=-1.2, heading=math.pi)
@@ -20,14 +20,14 @@ LEDGE = hp.Ledge(height=0.1, edge=0.2, heading=-2.0)
 GROOVE = hp.Groove(angle_left=0.5, angle_right=1.0, depth=0.1, heading=2.2, bottom=0.3)
 HILLS = hp.HeightField.random(3, amplitude=0.02, wavelength=0.3, size=2.0)
 SLOPE = hp.Slope(angle=0.3, heading=-0.8, point=(0.1, 0.2, 0.3))
-PATCHED = hp.Patched(
+PATCHED = hp.PatchedGround(
     ground=SLOPE,
     patches=(
         hp.Patch(low=(0.0, 0.0), high=(1.0, 1.0), friction=0.2),
         hp.Patch(low=(0.5, 0.5), high=(2.0, 2.0), friction=3.0, stiffness=0.1),
     ),
 )
-SHAKEN = hp.Shaken(ground=PATCHED, amplitude=0.01, frequency=3.0)
+SHAKEN = hp.ShakingGround(ground=PATCHED, amplitude=0.01, frequency=3.0)
 PROFILES = {"stairs": STAIRS, "down": DOWN, "ledge": LEDGE, "groove": GROOVE}
 ALL = {
     **PROFILES, "flat": hp.Flat(height=0.1), "slope": SLOPE, "hills": HILLS, "patched": PATCHED,
@@ -378,12 +378,18 @@ def test_patch_scales_friction_and_stiffness_in_a_run(tmp_path: Path) -> None:
     patch = hp.Patch(low=(-5.0, -5.0), high=(5.0, 5.0), friction=0.1, stiffness=0.25)
     for terrain, mu, softness in (
         (hp.Flat(), 0.5, 1.0),
-        (hp.Patched(ground=hp.Flat(), patches=(patch,)), 0.05, 4.0 ** (2.0 / 3.0)),
+        (hp.PatchedGround(ground=hp.Flat(), patches=(patch,)), 0.05, 4.0 ** (2.0 / 3.0)),
     ):
         scene = hp.Scene(robot, terrain=terrain, contact=contact, servo=vehicles.LIMP)
         start = vehicles.state(robot, -softness * (9.81e-6) ** (2.0 / 3.0), (1.0, 0.0, 0.0))
         trace = hp.simulate(
-            scene, hp.Hold(), duration=0.1, method="rk4", step=1e-5, sample=0.1, initial=start
+            scene,
+            hp.HoldPosture(),
+            duration=0.1,
+            method="rk4",
+            step=1e-5,
+            sample=0.1,
+            initial=start,
         )
         assert trace.v[-1, 0] == pytest.approx(1.0 - mu * 9.81 * 0.1, rel=1e-9)
         depth = softness * (9.81e-6) ** (2.0 / 3.0)
@@ -391,7 +397,7 @@ def test_patch_scales_friction_and_stiffness_in_a_run(tmp_path: Path) -> None:
 
 
 def test_shaken_ground_moves_as_it_says() -> None:
-    table = hp.Shaken(amplitude=2e-3, frequency=12.0)
+    table = hp.ShakingGround(amplitude=2e-3, frequency=12.0)
     time = np.array([0.0, 1.0 / 48.0, 1.0 / 24.0])
     assert table.lift_at(time) == pytest.approx([0.0, 2e-3, 0.0], abs=1e-15)
     assert table.height_at(1.0, 2.0) == 0.0
@@ -417,7 +423,7 @@ def test_lift_leaves_no_clearance(name: str) -> None:
 def test_a_robot_stands_on_any_ground(name: str) -> None:
     """A run without an initial state starts with the lowest foot touching."""
     scene = hp.Scene(hp.load_robot("kharagpur"), terrain=ALL[name])
-    trace = hp.simulate(scene, hp.Hold(), duration=0.0)
+    trace = hp.simulate(scene, hp.HoldPosture(), duration=0.0)
     assert trace.foot_gap.min() == pytest.approx(0.0, abs=1e-11)
 
 

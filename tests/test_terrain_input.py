@@ -11,7 +11,7 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.terrain import read_terrain
+from hexapod_pin.ground.terrain import read_terrain
 
 HILLS = hp.HeightField.random(3, amplitude=0.02, wavelength=0.3, size=2.0)
 
@@ -33,9 +33,9 @@ HILLS = hp.HeightField.random(3, amplitude=0.02, wavelength=0.3, size=2.0)
         ({"kind": "ledge", "height": 0.0}, "Ledge.height"),
         ({"kind": "groove", "angle_left": 0.0, "angle_right": 0.5}, "Groove.angle_left"),
         ({"kind": "groove", "angle_left": 0.5, "angle_right": 1.2}, "Groove.angle_right"),
-        ({"kind": "shaken", "amplitude": 0.1, "frequency": 0.0}, "Shaken.frequency"),
-        ({"kind": "shaken", "amplitude": 0.1}, "Shaken.frequency"),
-        ({"kind": "patched", "ground": {"kind": "flat"}, "patches": []}, "Patched.patches"),
+        ({"kind": "shaken", "amplitude": 0.1, "frequency": 0.0}, "ShakingGround.frequency"),
+        ({"kind": "shaken", "amplitude": 0.1}, "ShakingGround.frequency"),
+        ({"kind": "patched", "ground": {"kind": "flat"}, "patches": []}, "PatchedGround.patches"),
         ({"kind": "patched", "ground": {"kind": "slope", "angle": 3.0}, "patches": []}, "angle"),
         ({**HILLS.model_dump(), "heights": "AAAA"}, "HeightField.heights"),
         ({**HILLS.model_dump(), "heights": "not base64!"}, "HeightField.heights"),
@@ -136,7 +136,7 @@ def test_image_brightness_is_height(
     path = write_image(tmp_path / "ground.png", pixels)
     if library == "matplotlib":
         pytest.importorskip("matplotlib.image")
-        monkeypatch.setattr("hexapod_pin.terrain.height_files._with_pillow", _missing)
+        monkeypatch.setattr("hexapod_pin.ground.terrain.height_files._with_pillow", _missing)
     field = hp.HeightField.from_image(path, 0.1, 0.05, origin=(0.0, 0.0))
     assert field.z == pytest.approx(0.05 * np.array([[0.4, 1.0], [0.0, 0.2]]), abs=1e-9)
 

@@ -16,7 +16,9 @@ import pytest
 from synthetic import FEET, JOINTS, WEIGHT, synthetic_trace
 
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
-from hexapod_pin.trace import ENERGIES, Trace, load_trace
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.trace_file import load_trace
+from hexapod_pin.results.trace_layout import ENERGIES
 
 
 @pytest.fixture
@@ -295,7 +297,7 @@ def test_save_follows_links_and_gives_usual_permissions(trace: Trace, saved: Pat
 
 def test_a_trace_needs_no_simulator_or_viewer() -> None:
     """Importing the trace imports neither dynamics, nor viewer, nor the heavy file libraries."""
-    heavy = "pinocchio meshcat xarray h5py h5netcdf scipy hexapod_pin.simulation".split()
-    code = f"import sys, hexapod_pin.trace\nprint([m for m in {heavy} if m in sys.modules])"
+    heavy = "pinocchio meshcat xarray h5py h5netcdf scipy hexapod_pin.simulation.run".split()
+    code = f"import sys, hexapod_pin.results.trace\nprint([m for m in {heavy} if m in sys.modules])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from hexapod_pin.description.paper_robots import KHARAGPUR
-from hexapod_pin.description.urdf_check import check_urdf
-from hexapod_pin.description.urdf_file import parse_urdf, read_urdf
 from hexapod_pin.errors import UrdfError
-from hexapod_pin.robot import load_robot
-from hexapod_pin.urdf_report import inspect
+from hexapod_pin.robot.description.paper_robots import KHARAGPUR
+from hexapod_pin.robot.description.urdf_check import check_urdf
+from hexapod_pin.robot.description.urdf_file import parse_urdf, read_urdf
+from hexapod_pin.robot.robot import load_robot
+from hexapod_pin.robot.urdf_report import inspect
 
 GOOD = KHARAGPUR.urdf()
 

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from hexapod_pin import cli
-from hexapod_pin.dynamics import impact, rigid, rigid_model
-from hexapod_pin.dynamics.maximal import constraints, placement
-from hexapod_pin.dynamics.maximal.joint_vectors import PLACE
+from hexapod_pin.commands import app as cli
+from hexapod_pin.commands.status import FAILED
 from hexapod_pin.errors import UnknownNameError
-from hexapod_pin.verify import check as checks
-from hexapod_pin.verify import (
+from hexapod_pin.formulations.maximal import constraints, placement
+from hexapod_pin.formulations.maximal.joint_vectors import PLACE
+from hexapod_pin.formulations.rigid import impact, model, motion
+from hexapod_pin.validation.checks import check as checks
+from hexapod_pin.validation.checks import (
     flight_checks,
     impact_checks,
     inverse_checks,
@@ -23,9 +24,9 @@ from hexapod_pin.verify import (
     rigid_checks,
     s1_checks,
 )
-from hexapod_pin.verify.check import Check, all_checks, run_check
-from hexapod_pin.verify.command import VerificationError, verify
-from hexapod_pin.verify.table import markdown, summary, table
+from hexapod_pin.validation.checks.check import Check, all_checks, run_check
+from hexapod_pin.validation.checks.command import VerificationError, verify
+from hexapod_pin.validation.checks.table import markdown, summary, table
 
 QUICK = "core-terms,hc15-tripods,hc18,pinocchio-impact"
 
@@ -74,10 +75,10 @@ def test_command_prints_a_table_and_succeeds(tmp_path) -> None:
 def test_command_fails_where_a_check_fails(monkeypatch, capsys) -> None:
     """The table is printed, the failed row named, and the exit status is 2."""
     wrong = Check("wrong", "one against two", lambda: 1.0, 1e-9)
-    monkeypatch.setattr("hexapod_pin.verify.command.all_checks", lambda: [wrong])
+    monkeypatch.setattr("hexapod_pin.validation.checks.command.all_checks", lambda: [wrong])
     with pytest.raises(SystemExit) as stop:
         cli.main(["verify"])
-    assert stop.value.code == cli.FAILED
+    assert stop.value.code == FAILED
     printed = capsys.readouterr()
     assert "FAIL" in printed.out
     assert "one against two" in printed.err
@@ -121,26 +122,26 @@ def printed_sign(monkeypatch) -> str:
 
 def wrong_frame(monkeypatch) -> str:
     """Foot rows in the joint's own axes."""
-    monkeypatch.setattr(rigid_model, "FRAME", "LOCAL")
+    monkeypatch.setattr(model, "FRAME", "LOCAL")
     return "core-terms"
 
 
 def no_drift(monkeypatch) -> str:
     """Eq. 3 without J' v."""
-    drift = rigid_model.RigidModel.drift
-    monkeypatch.setattr(rigid_model.RigidModel, "drift", lambda *args: 0.0 * drift(*args))
+    drift = model.RigidModel.drift
+    monkeypatch.setattr(model.RigidModel, "drift", lambda *args: 0.0 * drift(*args))
     return "pinocchio-motion"
 
 
 def pulling_forces(monkeypatch) -> str:
     """Ground forces with their sign turned."""
-    solve = rigid.solve_ranked
+    solve = motion.solve_ranked
 
     def turned(mass, right, rows, target):
         found = solve(mass, right, rows, target)
         return type(found)(**{**vars(found), "f": -found.f})
 
-    monkeypatch.setattr(rigid, "solve_ranked", turned)
+    monkeypatch.setattr(motion, "solve_ranked", turned)
     return "pinocchio-motion"
 
 

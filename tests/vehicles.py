@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 import hexapod_pin as hp
-from hexapod_pin.bench.hard_data import references
+from hexapod_pin.validation.cases.reference_data import references
 
 DATA = Path(__file__).parent / "data"
 HARD_CASES: dict[str, Any] = references()

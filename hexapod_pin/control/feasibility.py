@@ -9,14 +9,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.foot_path import FootPath
+from hexapod_pin.control.gait import Gait
 from hexapod_pin.errors import GaitError, ReachError
-from hexapod_pin.footpath import FootPath
-from hexapod_pin.gait import Gait
-from hexapod_pin.leg import LegKinematics
-
-Array = NDArray[np.float64]
+from hexapod_pin.robot.leg_kinematics import LegKinematics
 
 CYCLES = 7  # of the checked walk: 2 to start, 1 or more steady, the rest to stop
 SAMPLES_PER_CYCLE = 300

@@ -6,19 +6,17 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.control.feasibility import joint_path, neutral_feet, refusal, violation
-from hexapod_pin.control.reference import Plan, check_duration
+from hexapod_pin.control.foot_path import FootPath
+from hexapod_pin.control.gait import LEG_ORDER, Gait
+from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration
 from hexapod_pin.errors import GaitError
-from hexapod_pin.footpath import FootPath
-from hexapod_pin.gait import LEG_ORDER, Gait
-from hexapod_pin.leg import LegKinematics
+from hexapod_pin.robot.leg_kinematics import LegKinematics
 
 if TYPE_CHECKING:
-    from hexapod_pin.robot import Robot
-
-Array = NDArray[np.float64]
+    from hexapod_pin.robot.robot import Robot
 
 KNOT_SPACING = 0.01
 """Largest spacing of the knots [s]."""
@@ -39,7 +37,7 @@ class KinematicControl:
     gait: Gait
     stop_at: float | None = field(default=None, kw_only=True)
 
-    def plan(self, robot: Robot, duration: float) -> Plan:
+    def plan(self, robot: Robot, duration: float) -> JointTrajectory:
         """Return the joint reference, after checking that the robot can walk the gait at all.
 
         The steady window starts after two whole cycles (`FootPath.steady_from`) and ends with the
@@ -56,7 +54,7 @@ class KinematicControl:
         refuse_impossible(robot, self.gait)
         time, q, v = _knots(robot, legs, path, end)
         heading = self.gait.heading
-        return Plan(
+        return JointTrajectory(
             time=time,
             q=q,
             v=v,

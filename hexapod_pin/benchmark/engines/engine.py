@@ -1,0 +1,135 @@
+"""What another engine is given, and what it must do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.benchmark.engines.urdf import peer_urdf
+from hexapod_pin.benchmark.entry import Outcome
+from hexapod_pin.benchmark.task import Task, setpoints
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.ground.terrain import Flat
+
+DEEP = 1e-4
+"""Feet deeper in the ground than this at t = 0 are each engine's own problem [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A task in the terms of another engine.
+
+    The servos' damping is part of the joints' where the torque has no limit: set-points are held,
+    so it is the same force, and engines treat joint damping best.
+
+    Attributes:
+        task: the task, its set-points held.
+        urdf: text of the robot's URDF; joints carry our names.
+        setpoints: (samples, n) angles commanded during each sample [rad].
+        mu: coefficient of friction: the largest our law reaches.
+        gravity: (3,) [m/s^2].
+        height: of the ground [m].
+        kp: servo stiffness [N m/rad].
+        kd: servo damping that is not in the joints [N m s/rad].
+        limit: (n,) largest servo torque [N m]; inf where there is none.
+    """
+
+    task: Task
+    urdf: str = field(repr=False)
+    setpoints: Array = field(repr=False)
+    mu: float
+    gravity: Array
+    height: float
+    kp: float
+    kd: float
+    limit: Array
+
+    @classmethod
+    def of(cls, task: Task) -> Problem:
+        """Translate a task.
+
+        Raises:
+            ParameterError: the ground is not `Flat`, a foot is a point or starts in the ground, or
+                a joint is not revolute: engines cannot be compared on that.
+        """
+        scene, servo = task.scene, task.scene.servos
+        if not isinstance(scene.terrain, Flat):
+            raise ParameterError("terrain", scene.terrain.kind, "flat in other engines")
+        depth = deepest_foot(task)
+        if depth > DEEP:
+            raise ParameterError(
+                "depth of a foot at t = 0", round(depth, 6), f"at most {DEEP:g} m",
+                "How it is pushed out is a property of the contact law.",
+            )  # fmt: skip
+        n = len(scene.robot.joint_names)
+        kd = servo.kd if servo.limited else 0.0
+        damping = np.array(scene.robot.damping) + (servo.kd - kd)
+        return cls(
+            task=task, urdf=peer_urdf(scene.robot, damping), setpoints=setpoints(task),
+            mu=scene.contact.friction.limit, gravity=np.array(scene.gravity),
+            height=scene.terrain.height, kp=servo.kp, kd=kd,
+            limit=np.array(scene.robot.effort) if servo.limited else np.full(n, np.inf),
+        )  # fmt: skip
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of `setpoints`."""
+        return self.task.scene.robot.joint_names
+
+
+def deepest_foot(task: Task) -> float:
+    """Return how deep the deepest foot is in flat ground at t = 0 [m]; negative above it."""
+    import pinocchio as pin
+
+    robot, ground = task.scene.robot, task.scene.terrain
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, task.initial.q)
+    lowest = [
+        float(data.oMi[robot.model.getJointId(foot.joint)].act(foot.offset)[2]) - foot.radius
+        for foot in robot.feet
+    ]
+    return float(getattr(ground, "height", 0.0)) - min(lowest)
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """The settings of one method of another engine.
+
+    Attributes:
+        method: name in tables.
+        kind: "step" or "accuracy".
+        values: loosest first [s or the engine's own measure].
+        reference: (method, kind, value) of the reference run, at least 10 times finer.
+        check: (method, kind, value) of the run that checks it.
+    """
+
+    method: str
+    kind: str
+    values: tuple[float, ...]
+    reference: tuple[str, str, float]
+    check: tuple[str, str, float]
+
+
+class Engine(Protocol):
+    """Another engine with a problem loaded."""
+
+    name: str
+    law: str
+
+    def ladders(self, *, quick: bool) -> list[Ladder]:
+        """Return its methods and settings."""
+        ...
+
+    def run(self, method: str, kind: str, value: float, *, exact: bool = False) -> Outcome:
+        """Run the problem once.
+
+        Args:
+            method: one of the ladders'.
+            kind: "step" or "accuracy".
+            value: the step [s] or accuracy.
+            exact: solve contacts as tightly as can be, for reference runs.
+        """
+        ...

@@ -1,0 +1,122 @@
+"""What is measured: a scene, its controller and first state, how long, and at which times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.sampled_trajectory import SampledTrajectory
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.simulation.plant import standing_on
+from hexapod_pin.simulation.time_grid import integer_ratio
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
+    from hexapod_pin.robot.state import State
+    from hexapod_pin.simulation.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """One problem, the same for every method and engine.
+
+    Attributes:
+        name: how it is called in tables.
+        scene: robot, ground, contact, servos.
+        controller: gives the joint set-points.
+        initial: state at t = 0.
+        duration: simulated time [s], a whole number of samples.
+        sample: time between the samples at which runs are compared [s].
+        answer: (7 + n,) configuration at the end, known from elsewhere [m, -, rad]; None if not.
+        about: one line for the head of a report.
+    """
+
+    name: str
+    scene: Scene
+    controller: Controller
+    initial: State
+    duration: float
+    sample: float
+    answer: Array | None = field(default=None, repr=False)
+    about: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the times.
+
+        Raises:
+            ParameterError: the duration is not a whole number of samples.
+        """
+        integer_ratio("duration/sample", self.duration, self.sample)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples after t = 0."""
+        return round(self.duration / self.sample)
+
+    @property
+    def begins(self) -> Array:
+        """Times at which the samples' intervals begin [s]. Shape (samples,)."""
+        return np.asarray(np.arange(self.samples) * self.sample, dtype=np.float64)
+
+
+def standing_task(
+    name: str, scene: Scene, controller: Controller, *, duration: float, sample: float,
+    initial: State | None = None, about: str = "",
+) -> Task:  # fmt: skip
+    """Return a task that starts standing at the controller's first set-point, or at `initial`.
+
+    Raises:
+        GaitError, ReachError: the controller cannot do this on this robot.
+        ParameterError: the times do not fit each other.
+    """
+    plan = controller.plan(scene.robot, duration)
+    first = standing_on(scene, plan.q[0]) if initial is None else initial
+    return Task(name, scene, controller, first, duration, sample, about=about)
+
+
+def held_task(task: Task) -> Task:
+    """Return the task with set-points held from sample to sample: what every engine can do alike.
+
+    A controller that holds already, or that holds one posture, is left as it is.
+    """
+    plan = task.controller.plan(task.scene.robot, task.duration)
+    if plan.held or _constant(plan):
+        return task
+    controller = SampledTrajectory(task.begins, planned_angles(plan, task.begins))
+    return replace(task, controller=controller, answer=None)
+
+
+def setpoints(task: Task) -> Array:
+    """Return the angles commanded during each sample, `joint_names` order [rad].
+
+    Only of a task from `held_task`.
+
+    Returns:
+        Shape (samples, n).
+
+    Raises:
+        ParameterError: a set-point begins between two samples.
+    """
+    plan = task.controller.plan(task.scene.robot, task.duration)
+    if not plan.held:
+        return np.tile(plan.q[0], (task.samples, 1))
+    begin = plan.time[plan.time < task.duration - 1e-9]
+    if np.abs(begin / task.sample - np.round(begin / task.sample)).max() > 1e-6:
+        raise ParameterError("sample", task.sample, "a divisor of the times of the set-points [s]")
+    held: Array = plan.q[np.searchsorted(plan.time, task.begins + 1e-9, side="right") - 1]
+    return held
+
+
+def _constant(plan: JointTrajectory) -> bool:
+    return not np.ptp(plan.q, axis=0).any() and not plan.v.any()
+
+
+def planned_angles(plan: JointTrajectory, time: Array) -> Array:
+    """Return a plan's angles at some times [rad]. Shape (K, n)."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    angles: Array = CubicHermiteSpline(plan.time, plan.q, plan.v)(np.minimum(time, plan.time[-1]))
+    return angles

@@ -1,0 +1,82 @@
+"""The commands: `hexapod-pin walk | view | budget | check | contact | bench | verify`.
+
+Only what a command needs is imported, when it runs, so that `--help` is quick.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Annotated, Any, NoReturn
+
+import typer
+from typer.core import TyperGroup
+
+from hexapod_pin.commands.bench import bench
+from hexapod_pin.commands.budget import budget
+from hexapod_pin.commands.check import check
+from hexapod_pin.commands.contact import contact
+from hexapod_pin.commands.status import FAILED, INTERRUPTED, fail
+from hexapod_pin.commands.verify import verify
+from hexapod_pin.commands.view import view
+from hexapod_pin.commands.walk import walk
+from hexapod_pin.errors import HexapodError, SimulationInterrupted
+
+
+class _Commands(TyperGroup):
+    """Tells Ctrl-C apart from typer's own silent exit."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was asked for."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as error:
+            text = "interrupted; what was written before is whole"
+            raise SimulationInterrupted(text, None) from error
+
+
+app = typer.Typer(
+    cls=_Commands,
+    help="Walk a hexapod's URDF on compliant feet: the torque of every joint, a trace, a playback. "
+    "SI units, but angles are in degrees on the command line.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # units stand in square brackets, which rich would take for markup
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"hexapod-pin {version('hexapod-pin')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+for _command in (walk, view, budget, check, contact, bench, verify):
+    app.command()(_command)
+
+
+def main(argv: Sequence[str] | None = None) -> NoReturn:
+    """Run a command and exit; every error of this package becomes one message.
+
+    Args:
+        argv: arguments without the program's name; None takes those of the process.
+    """
+    try:
+        app(args=None if argv is None else list(argv), prog_name="hexapod-pin")
+    except SimulationInterrupted as error:
+        fail(str(error), INTERRUPTED)
+    except HexapodError as error:
+        fail(str(error), FAILED)
+    sys.exit(0)

@@ -1,0 +1,20 @@
+"""`hexapod-pin check`: say whether a URDF can be used."""
+
+from __future__ import annotations
+
+import typer
+
+from hexapod_pin.commands.options import Feet, RobotName, foot_names
+from hexapod_pin.commands.status import FAILED, fail
+
+
+def check(urdf: RobotName, feet: Feet = None) -> None:
+    """Say whether a URDF can be used, what was read from it, and what is assumed."""
+    from hexapod_pin.robot.urdf_report import inspect
+
+    report = inspect(urdf, feet=foot_names(feet))
+    if not report.ok:
+        fail(str(report), FAILED)
+    typer.echo(str(report))
+    if not report.legs:
+        typer.echo("note: it can stand, but not walk: it has no six legs of three joints")

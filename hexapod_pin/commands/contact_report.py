@@ -1,0 +1,178 @@
+"""The job of `hexapod-pin contact`: laws by name, and their numbers in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Union
+
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.ground.contact import (
+    BrownMcPhee,
+    Contact,
+    FrictionLaw,
+    KelvinVoigt,
+    NormalLaw,
+    Restitution,
+    SmoothStep,
+)
+from hexapod_pin.ground.contact.bounce import bounce
+from hexapod_pin.ground.contact.pair import PRESETS
+from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, delivered_restitution
+
+Law = Union[NormalLaw, FrictionLaw, Contact]  # noqa: UP007 (evaluated on Python 3.10)
+
+REQUESTED = (0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95)
+SPEEDS = (0.01, 0.03, 0.1, 0.3, 1.0)
+"""Approach speeds of the printed table [m/s]."""
+
+SHARES = (0.1, 0.3, 0.5, 0.7, 0.9, 0.99)
+"""Shares of the friction limit of the printed creep table."""
+
+NO_FIGURE = "no figure: matplotlib is not installed; pip install 'hexapod-pin[plot]' brings it"
+
+
+def examples() -> dict[str, NormalLaw | FrictionLaw]:
+    """Return one law of each kind; its numbers stand where a command gives none (*assumed*)."""
+    accurate, s1, s2 = Contact.accurate(), Contact.s1(), Contact.s2()
+    laws: list[NormalLaw | FrictionLaw] = [
+        s1.normal,
+        accurate.normal,
+        KelvinVoigt(stiffness=2.75e4, damping=80.0),
+        s2.normal,
+        s1.friction,
+        s2.friction,
+        SmoothStep(mu_static=0.7, mu_dynamic=0.5, speed=1e-3),
+        BrownMcPhee(mu_static=0.7, mu_dynamic=0.5, speed=1e-2),
+        accurate.friction,
+    ]
+    return {str(law.model_dump()["kind"]): law for law in laws}
+
+
+def named_law(name: str, words: Sequence[str] = ()) -> Law:
+    """Return a preset, or a law of a kind with the given parameters.
+
+    Args:
+        name: a preset or a kind, such as "s1" or "kelvin-voigt".
+        words: "parameter=value", SI; the rest is taken from `examples`.
+
+    Raises:
+        UnknownNameError: there is no such preset or kind.
+        ParameterError: a parameter is unknown or out of range, or a preset is given any.
+    """
+    known = examples()
+    if name not in known and name not in PRESETS:
+        raise UnknownNameError("contact law or preset", name, [*PRESETS, *known])
+    given = dict(_split(word) for word in words)
+    if name in PRESETS:
+        if given:
+            raise ParameterError(name, " ".join(words), "named alone: a preset has its numbers")
+        return Contact.preset(name)
+    law = known[name]
+    static = given.get("mu", given.get("mu_static"))
+    if isinstance(law, FrictionLaw) and static is not None:
+        law = law.with_mu(_number("mu", static))
+    return type(law)(**{**law.model_dump(), **given})
+
+
+def _split(word: str) -> tuple[str, str]:
+    name, equals, value = word.partition("=")
+    if not (name and equals and value):
+        raise ParameterError("parameter", word, "of the form name=value")
+    return name, value
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ParameterError(name, text, "a number") from None
+
+
+def restitution_table() -> str:
+    """Return requested against delivered restitution of every law, as a Markdown table."""
+    rows = [
+        ["law", *(f"e = {e:g}" for e in REQUESTED)],
+        ["---", *("---:" for _ in REQUESTED)],
+        *(
+            [name, *(f"{delivered_restitution(eta(e)):.4f}" for e in REQUESTED)]
+            for name, eta in DAMPING_RATIO.items()
+        ),
+    ]
+    width = max(len(row[0]) for row in rows)
+    return "\n".join(
+        f"| {row[0]:<{width}} | " + " | ".join(f"{cell:>8}" for cell in row[1:]) + " |"
+        for row in rows
+    )
+
+
+def report(law: Law, *, mass: float, speed: float) -> str:
+    """Return the numbers of a law: a bounce for a normal law, creep for a friction law.
+
+    Args:
+        law: a normal law, a friction law, or a pair.
+        mass: of the free impact [kg].
+        speed: of the free impact [m/s].
+
+    Raises:
+        ParameterError: mass or speed is not positive.
+    """
+    if isinstance(law, Contact):
+        parts = [report(part, mass=mass, speed=speed) for part in (law.normal, law.friction)]
+        note = [f"assumed: {law.assumed}"] if law.assumed else []
+        return "\n\n".join(parts + note)
+    if isinstance(law, NormalLaw):
+        return _normal_report(law, mass, speed)
+    return _friction_report(law)
+
+
+def _normal_report(law: NormalLaw, mass: float, speed: float) -> str:
+    hit = bounce(law, mass=mass, speed=speed)
+    lines = [
+        str(law),
+        f"a free impact of {mass:g} kg at {speed:g} m/s:",
+        f"  restitution    {hit.restitution:.4f}",
+        f"  largest depth  {hit.depth.max() * 1e3:.4g} mm",
+        f"  largest force  {hit.force.max():.4g} N",
+        f"  contact time   {hit.time[-1] * 1e3:.4g} ms",
+    ]
+    if isinstance(law, Restitution):
+        lines.append(
+            f"asked for {law.restitution:g}; eta {law.eta:.4g} delivers {law.delivered:.4f} "
+            f"at any mass and any speed above {law.speed_floor:g} m/s"
+        )
+    lines.append("  speed [m/s]    " + "".join(f"{v:>9g}" for v in SPEEDS))
+    restitution = [bounce(law, mass=mass, speed=v).restitution for v in SPEEDS]
+    lines.append("  restitution    " + "".join(f"{e:>9.4f}" for e in restitution))
+    return "\n".join(lines)
+
+
+def _friction_report(law: FrictionLaw) -> str:
+    loads = [share * law.limit for share in SHARES]
+    return "\n".join(
+        [
+            str(law),
+            f"holds up to {law.limit:.4g} N per N of normal force; creep under a load:",
+            "  share of limit " + "".join(f"{share:>9g}" for share in SHARES),
+            "  load / normal  " + "".join(f"{load:>9.4g}" for load in loads),
+            "  creep [mm/s]   " + "".join(f"{law.creep_speed(x) * 1e3:>9.4g}" for x in loads),
+        ]
+    )
+
+
+def figure(law: Law, path: Path, *, mass: float, speed: float) -> bool:
+    """Draw a law into a file; False, and no file, where matplotlib is not installed.
+
+    Raises:
+        ParameterError: the file's ending names no format, or mass or speed is not positive.
+        TraceFileError: the file cannot be written.
+    """
+    from hexapod_pin.view.contact_figure import write_figure
+
+    try:
+        write_figure(law, path, mass=mass, speed=speed)
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "matplotlib":
+            raise
+        return False
+    return True

@@ -1,0 +1,47 @@
+"""Arguments and options that several commands take.
+
+typer reads these annotations at run time, on Python 3.10 too: Optional[...], not `| None`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from hexapod_pin.errors import ParameterError
+
+OptionalFloat = Optional[float]  # noqa: UP045
+OptionalText = Optional[str]  # noqa: UP045
+OptionalPath = Optional[Path]  # noqa: UP045
+
+RobotName = Annotated[str, typer.Argument(help="kharagpur, athena, or the path of a URDF.")]
+TracePath = Annotated[Path, typer.Argument(help="A file that `walk` left (walk.nc).")]
+Feet = Annotated[
+    OptionalText,
+    typer.Option(help="Names of the foot links, separated by commas, where not found by name."),
+]
+FootRadius = Annotated[
+    OptionalFloat,
+    typer.Option(help="Radius of all foot spheres [m]; default: the URDF's own."),
+]
+
+
+def given(**fields: float | None) -> dict[str, float]:
+    """Return the fields that are not None."""
+    return {name: value for name, value in fields.items() if value is not None}
+
+
+def foot_names(text: str | None) -> list[str] | None:
+    """Return the names in a comma-separated list.
+
+    Raises:
+        ParameterError: a name is empty or given twice.
+    """
+    if text is None:
+        return None
+    names = [name.strip() for name in text.split(",")]
+    if not all(names) or len(set(names)) < len(names):
+        raise ParameterError("--feet", text, "different link names, separated by commas")
+    return names

@@ -1,0 +1,55 @@
+"""The files a command writes: refused before anything runs, kept when a run ends early."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hexapod_pin.errors import DivergenceError, SimulationInterrupted, TraceFileError
+
+if TYPE_CHECKING:
+    from hexapod_pin.results.trace import Trace
+
+
+def writable(option: str, path: Path) -> Path:
+    """Return the absolute path, refused now rather than after the simulation.
+
+    Raises:
+        TraceFileError: the folder is missing or read-only, or the path is a folder.
+    """
+    path = path.expanduser().absolute()
+    if not path.parent.is_dir():
+        raise TraceFileError(f"{option} {path}: there is no folder {path.parent}.")
+    if path.is_dir():
+        raise TraceFileError(f"{option} {path}: is a folder; name a file in it.")
+    if not os.access(path.parent, os.W_OK):
+        raise TraceFileError(f"{option} {path}: the folder {path.parent} is not writable.")
+    return path
+
+
+def distinct(first: Path, second: Path | None) -> None:
+    """Refuse to write two results to one file.
+
+    Raises:
+        TraceFileError: the paths are the same.
+    """
+    if second is not None and first.resolve() == second.resolve():
+        raise TraceFileError(f"--out and --html are the same file, {first}; name two.")
+
+
+def run_saving(job: Callable[[], Trace], out: Path) -> Trace:
+    """Run a simulation and save its trace; of one that ends early, what there is.
+
+    Raises:
+        DivergenceError, SimulationInterrupted: as the job does, the message telling the file.
+    """
+    try:
+        trace = job()
+    except (DivergenceError, SimulationInterrupted) as error:
+        saved = error.trace.save(out)
+        kept = f"the {error.trace.time[-1]:g} s done so far are in {saved}"
+        raise type(error)(f"{error}\n{kept}", error.trace) from error
+    trace.save(out)
+    return trace

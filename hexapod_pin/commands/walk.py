@@ -1,0 +1,166 @@
+"""`hexapod-pin walk`: walk a robot, print its torque table, leave a trace and a playback."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hexapod_pin.commands.options import (
+    Feet,
+    FootRadius,
+    OptionalFloat,
+    OptionalText,
+    RobotName,
+    foot_names,
+    given,
+)
+from hexapod_pin.errors import ParameterError
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.gait import Gait
+    from hexapod_pin.results.trace import Trace
+    from hexapod_pin.robot.robot import Robot
+
+
+def walk(
+    robot: RobotName,
+    gait: Annotated[str, typer.Option(help="tripod, ripple, tetrapod (S2) or wave.")] = "tetrapod",
+    stroke: Annotated[
+        OptionalFloat,
+        typer.Option(help="[m]; default 0.14, or 80 % of the largest that fits where that is less"),
+    ] = None,
+    cycle: Annotated[float, typer.Option(help="Cycle time [s].")] = 2.4,
+    duty: Annotated[
+        OptionalFloat,
+        typer.Option(help="Share of the cycle on the ground; default: the gait's own."),
+    ] = None,
+    lift: Annotated[
+        OptionalFloat,
+        typer.Option(help="Height of the swing foot [m]; default: the gait's own."),
+    ] = None,
+    heading: Annotated[float, typer.Option(help="Direction of travel, left > 0 [degrees].")] = 0.0,
+    turn: Annotated[float, typer.Option(help="Yaw rate, left > 0 [degrees/s].")] = 0.0,
+    duration: Annotated[float, typer.Option(help="Simulated time [s].")] = 10.0,
+    contact: Annotated[
+        str,
+        typer.Option(
+            help="accurate: exact restitution, stick-slip; s1: Hertz + tanh friction; s1-printed: "
+            "linear (all three assumed rubber); s2: ADAMS IMPACT."
+        ),
+    ] = "accurate",
+    mu: Annotated[
+        OptionalFloat,
+        typer.Option(help="Friction coefficient (s2: the static one, ratio kept)."),
+    ] = None,
+    kp: Annotated[
+        OptionalFloat,
+        typer.Option(help="Servo stiffness [N m/rad]; default assumed from the effort."),
+    ] = None,
+    kd: Annotated[
+        OptionalFloat,
+        typer.Option(help="Servo damping [N m s/rad]; default assumed from the effort."),
+    ] = None,
+    accuracy: Annotated[
+        OptionalFloat,
+        typer.Option(help="Error in positions to keep [m and rad]; default 1e-4."),
+    ] = None,
+    method: Annotated[
+        OptionalText,
+        typer.Option(
+            help="extrapolated-euler (the default), ndf, dop853; with fixed steps robust, "
+            "implicit-euler, rk4."
+        ),
+    ] = None,
+    step: Annotated[
+        OptionalFloat,
+        typer.Option(help="Step of a fixed-step method [s]; alone it means implicit-euler."),
+    ] = None,
+    sample: Annotated[
+        OptionalFloat,
+        typer.Option(help="Time between samples [s]; default 2 ms, with fixed steps 1 ms."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Trace file to write.")] = Path("walk.nc"),
+    html: Annotated[Path, typer.Option(help="Playback file to write.")] = Path("walk.html"),
+    no_html: Annotated[bool, typer.Option("--no-html", help="Write no playback.")] = False,
+    feet: Feet = None,
+    foot_radius: FootRadius = None,
+) -> None:
+    """Walk a robot; print its torque table; leave a trace and a playback."""
+    from hexapod_pin.commands.output_files import distinct, run_saving, writable
+    from hexapod_pin.commands.progress import progress_bar
+    from hexapod_pin.control.feasible_gait import feasible_gait
+    from hexapod_pin.control.kinematic import KinematicControl
+    from hexapod_pin.drive.servo import Servo
+    from hexapod_pin.ground.contact import Contact
+    from hexapod_pin.robot.robot import load_robot
+    from hexapod_pin.simulation.run import simulate
+    from hexapod_pin.simulation.scene import Scene
+
+    trace_path = writable("--out", out)
+    html_path = None if no_html else writable("--html", html)
+    distinct(trace_path, html_path)
+    loaded = load_robot(robot, feet=foot_names(feet), foot_radius=foot_radius)
+    chosen, why = feasible_gait(
+        loaded, gait, stroke, cycle_time=cycle, heading=math.radians(heading),
+        turn_rate=math.radians(turn), **given(duty=duty, lift=lift),
+    )  # fmt: skip
+    servo = Servo.from_effort(loaded, kp=kp, kd=kd)
+    scene = Scene(loaded, contact=Contact.preset(contact).with_mu(mu), servo=servo)
+    _print_plan(loaded, chosen, why)
+    with progress_bar(f"walking {duration:g} s") as progress:
+        trace = run_saving(
+            lambda: simulate(
+                scene, KinematicControl(chosen), duration=duration,
+                accuracy=accuracy, method=method, step=step, sample=sample,
+                progress=progress,
+            ),
+            trace_path,
+        )  # fmt: skip
+    typer.echo(run_summary(trace))
+    if html_path is not None:
+        from hexapod_pin.view.html import write_html
+
+        write_html(trace, html_path)
+    _print_budget(trace)
+    for path in (trace_path, html_path):
+        if path is not None:
+            typer.echo(f"wrote {path}")
+
+
+def _print_plan(robot: Robot, gait: Gait, stroke_source: str) -> None:
+    """Print what will walk and how, with what the loader dropped or changed."""
+    typer.echo(
+        f"{robot.name}: {robot.total_mass:.5g} kg, {len(robot.legs)} legs. {robot.provenance}\n"
+        f"gait {gait.name}: stroke {gait.stroke:.4g} m ({stroke_source}), "
+        f"cycle {gait.cycle_time:g} s, duty {gait.duty:.4g}, lift {gait.lift:g} m: "
+        f"{gait.speed:.4g} m/s"
+    )
+    for note in robot.notes:
+        typer.echo(f"note: {note}")
+
+
+def _print_budget(trace: Trace) -> None:
+    """Print the torque table, or why a walk this short has none."""
+    from hexapod_pin.results.torque_budget import torque_budget
+
+    try:
+        typer.echo("\n" + torque_budget(trace).table() + "\n")
+    except ParameterError as error:
+        typer.echo(f"no torque table: {error}", err=True)
+
+
+def run_summary(trace: Trace) -> str:
+    """Return one line: how the run was integrated, what it cost, what it says of its own error."""
+    meta, counters = trace.meta, trace.counters
+    how = f"accuracy {meta['accuracy']:g}" if meta["accuracy"] else f"step {meta['step']:g} s"
+    error = f"error estimate {trace.error_estimate:.1e} m or rad, " if meta["accuracy"] else ""
+    worked = float(abs(trace.energy["servo_work"]).max())
+    residual = float(abs(trace.energy_residual).max())
+    return (
+        f"method {meta['method']}, {how}: {counters['steps']} steps, "
+        f"{counters['evaluations']} evaluations, {meta['wall_time']:.2g} s; {error}"
+        f"energy residual {residual:.1e} J of {worked:.3g} J of servo work"
+    )

@@ -1,0 +1,89 @@
+"""What a controller gives to the simulation: a joint-space reference, planned before the run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import ParameterError
+
+if TYPE_CHECKING:
+    from hexapod_pin.robot.robot import Robot
+
+
+@dataclass(frozen=True)
+class JointTrajectory:
+    """An open-loop joint reference: cubic Hermite knots, or set-points held from knot to knot.
+
+    Attributes:
+        time: knot times, strictly increasing from 0 [s]. Shape (K,).
+        q: joint angles at the knots, `Robot.joint_names` order [rad]. Shape (K, n).
+        v: joint rates at the knots [rad/s]. Shape (K, n).
+        cycle_time: period of the gait [s]; None without one.
+        steady_from: start of the window in which the reference is periodic [s].
+        steady_until: end of that window [s]; not after `steady_from` where the run is too short.
+        travel_direction: unit vector in the world, at the start. Shape (2,).
+        speed: nominal speed along it [m/s].
+        held: whether each row of `q` holds until the next knot (rates are 0 then).
+
+    Raises:
+        ParameterError: arrays of unequal length, not finite, or times not increasing from 0.
+    """
+
+    time: Array
+    q: Array
+    v: Array
+    cycle_time: float | None
+    steady_from: float
+    steady_until: float
+    travel_direction: Array
+    speed: float
+    held: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the arrays and keep read-only copies."""
+        for name in ("time", "q", "v", "travel_direction"):
+            array = np.array(getattr(self, name), dtype=float)
+            if not np.isfinite(array).all():
+                worst = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+                where = f"JointTrajectory.{name}{list(worst)}"
+                raise ParameterError(where, float(array[worst]), "finite (knot, joint)")
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        if self.q.shape != self.v.shape or self.q.shape[:1] != self.time.shape:
+            shapes = (self.time.shape, self.q.shape, self.v.shape)
+            raise ParameterError("JointTrajectory shapes", shapes, "(K,), (K, n) and (K, n)")
+        if (
+            len(self.time) < (1 if self.held else 2)
+            or self.time[0] != 0.0
+            or not (np.diff(self.time) > 0.0).all()
+        ):
+            raise ParameterError(
+                "JointTrajectory.time", "this series", "strictly increasing from 0"
+            )
+
+
+class Controller(Protocol):
+    """Anything that can plan a run. Plans are made, and refused, before the run starts."""
+
+    def plan(self, robot: Robot, duration: float) -> JointTrajectory:
+        """Return the reference for a run of `duration` [s]."""
+        ...
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the settings as TOML-able data with the key "kind"."""
+        ...
+
+
+def check_duration(duration: float) -> float:
+    """Return a duration that is finite and positive [s].
+
+    Raises:
+        ParameterError: it is not.
+    """
+    if not (np.isfinite(duration) and duration > 0.0):
+        raise ParameterError("duration", duration, "finite and above 0 s")
+    return float(duration)

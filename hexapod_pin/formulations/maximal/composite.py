@@ -1,0 +1,48 @@
+"""Links that fixed joints hold together, as one rigid body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from hexapod_pin.arrays import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Lump:
+    """A mass with its inertia, in the axes of the group's first link, from that link's origin.
+
+    Attributes:
+        mass: [kg].
+        com: (3,) [m].
+        inertia: (3, 3) about `com` [kg m^2].
+    """
+
+    mass: float
+    com: Array
+    inertia: Array
+
+
+def lump(mass: float, frame: Array, inertia: Array) -> Lump:
+    """Return a link's inertial (its own `frame` (4, 4), inertia in that frame) as a lump."""
+    turn = frame[:3, :3]
+    return Lump(float(mass), frame[:3, 3], turn @ inertia @ turn.T)
+
+
+def joined(lumps: Iterable[Lump]) -> Lump:
+    """Return all lumps as one: masses add, inertias move to the common centre (Steiner)."""
+    parts = list(lumps)
+    mass = sum(part.mass for part in parts)
+    if mass <= 0.0:
+        return Lump(0.0, np.zeros(3), np.zeros((3, 3)))
+    com = np.sum([part.mass * part.com for part in parts], axis=0) / mass
+    inertia = np.zeros((3, 3))
+    for part in parts:
+        arm = part.com - com
+        inertia += part.inertia + part.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return Lump(mass, com, inertia)

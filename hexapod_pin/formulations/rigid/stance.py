@@ -1,0 +1,85 @@
+"""What the feet of a stance must carry, as a linear problem in their forces.
+
+    J_b^T f = w                 six equations: the base moves as asked
+    tau = tau_0 - J_j^T f       the torques that go with f
+
+With k feet f has 3k components: from three feet on there is a choice, which a split makes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.formulations.rigid.least_squares import null_space
+from hexapod_pin.formulations.rigid.model import RigidModel
+
+FREE = 1e-9
+"""A force component with a larger part than this in the null space is a choice."""
+
+
+@dataclass(frozen=True)
+class StanceLoad:
+    """The balance of one stance; k feet, n joints.
+
+    Attributes:
+        feet: indices of the grounded feet.
+        base_rows: J_b, velocity of the contact points per base twist (body axes). Shape (3k, 6).
+        joint_rows: J_j, the same per joint rate. Shape (3k, n).
+        wrench: w, what the feet give to the base, body axes [N, N m]. Shape (6,).
+        free_torque: tau_0, torques where no foot is loaded [N m]. Shape (n,).
+        normal: of the ground. Shape (3,).
+        mu: coefficient of friction [-].
+        effort: largest torques [N m]. Shape (n,).
+    """
+
+    feet: tuple[int, ...]
+    base_rows: Array
+    joint_rows: Array
+    wrench: Array
+    free_torque: Array
+    normal: Array
+    mu: float
+    effort: Array
+
+    def torque(self, force: Array) -> Array:
+        """Return the torques (n,) that go with the foot forces (3k,)."""
+        return self.free_torque - self.joint_rows.T @ force
+
+    def imbalance(self, force: Array) -> Array:
+        """Return what foot forces (3k,) leave of the base's balance, body axes (6,) [N, N m]."""
+        return self.base_rows.T @ force - self.wrench
+
+    @property
+    def unique(self) -> NDArray[np.bool_]:
+        """Whether the balance alone determines each force component. Shape (3k,)."""
+        _, null = null_space(self.base_rows.T)
+        return np.asarray(np.linalg.norm(null, axis=1) < FREE)
+
+
+def stance_load(
+    model: RigidModel, q: Array, v: Array, acceleration: Array, feet: Sequence[int]
+) -> StanceLoad:
+    """Return the balance of a robot that moves with this acceleration on these feet.
+
+    Args:
+        model: robot and ground.
+        q: configuration. Shape (nq,).
+        v: velocity. Shape (nv,).
+        acceleration: of base (body axes) and joints [m/s^2, rad/s^2]. Shape (nv,).
+        feet: indices of the grounded feet.
+    """
+    import pinocchio as pin
+
+    needed = np.array(pin.rnea(model.model, model.data, q, v, acceleration))
+    needed[6:] += model.robot.damping * v[6:]
+    rows = model.positions(q)[1][list(feet)].reshape(-1, len(needed))
+    return StanceLoad(
+        feet=tuple(feet), base_rows=rows[:, :6], joint_rows=rows[:, 6:], wrench=needed[:6],
+        free_torque=needed[6:], normal=model.normal, mu=model.ground.mu,
+        effort=np.asarray(model.robot.effort, dtype=float),
+    )  # fmt: skip

@@ -1,0 +1,43 @@
+"""Contact laws of a spherical foot on the ground: normal force, friction, and pairs of them."""
+
+from hexapod_pin.ground.contact.friction_law import FrictionLaw
+from hexapod_pin.ground.contact.normal import (
+    AdamsImpact,
+    HuntCrossley,
+    KelvinVoigt,
+    NormalLaw,
+    hertz_stiffness,
+    stiffness_from_mm,
+)
+from hexapod_pin.ground.contact.pair import Contact
+from hexapod_pin.ground.contact.regularised_friction import (
+    AdamsCoulomb,
+    BrownMcPhee,
+    SmoothStep,
+    TanhCoulomb,
+)
+from hexapod_pin.ground.contact.restitution import (
+    Restitution,
+    delivered_restitution,
+    exact_damping_ratio,
+)
+from hexapod_pin.ground.contact.stick_slip import StickSlip
+
+__all__ = [
+    "AdamsCoulomb",
+    "AdamsImpact",
+    "BrownMcPhee",
+    "Contact",
+    "FrictionLaw",
+    "HuntCrossley",
+    "KelvinVoigt",
+    "NormalLaw",
+    "Restitution",
+    "SmoothStep",
+    "StickSlip",
+    "TanhCoulomb",
+    "delivered_restitution",
+    "exact_damping_ratio",
+    "hertz_stiffness",
+    "stiffness_from_mm",
+]

@@ -1,0 +1,29 @@
+"""The ground: planes, stairs, ledges, grooves, height fields; patches and shaking on any."""
+
+from hexapod_pin.ground.terrain.choice import AnyTerrain, read_terrain
+from hexapod_pin.ground.terrain.ground import Ground, Surface
+from hexapod_pin.ground.terrain.height_field import HeightField
+from hexapod_pin.ground.terrain.height_grid import HeightGrid
+from hexapod_pin.ground.terrain.overlay import Patch, PatchedGround, ShakingGround
+from hexapod_pin.ground.terrain.plane import Flat, Plane, Slope
+from hexapod_pin.ground.terrain.polyline import Polyline
+from hexapod_pin.ground.terrain.profile import Groove, Ledge, Stairs
+
+__all__ = [
+    "AnyTerrain",
+    "Flat",
+    "Groove",
+    "Ground",
+    "HeightField",
+    "HeightGrid",
+    "Ledge",
+    "Patch",
+    "PatchedGround",
+    "Plane",
+    "Polyline",
+    "ShakingGround",
+    "Slope",
+    "Stairs",
+    "Surface",
+    "read_terrain",
+]

@@ -1,0 +1,214 @@
+"""Uneven ground from an array, a file, or a seed."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, PositiveFloat, model_validator
+
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.ground.terrain.ground import STEEPEST, Ground
+from hexapod_pin.ground.terrain.height_files import read_csv, read_image
+from hexapod_pin.ground.terrain.height_grid import HeightGrid
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from hexapod_pin.arrays import Array
+
+MOST_POINTS = 4_000_000
+WAVES = 32  # of a random field
+POINTS_PER_WAVE = 10
+
+Lengths = tuple[float, float]
+
+
+class HeightField(Ground):
+    """A C1 surface through heights on a grid; level beyond it.
+
+    Build it with `from_array`, `from_csv`, `from_image` or `random`.
+
+    Attributes:
+        origin: x, y of the first point [m].
+        spacing: between points along x and along y [m].
+        shape: rows (along y) and columns (along x) [-].
+        heights: the rows one after the other, little-endian float64 in base64 [m]: exact in TOML.
+    """
+
+    kind: Literal["height-field"] = "height-field"
+    origin: Lengths
+    spacing: tuple[PositiveFloat, PositiveFloat]
+    shape: tuple[Annotated[int, Field(ge=2)], Annotated[int, Field(ge=2)]]
+    heights: str = Field(repr=False)
+
+    @model_validator(mode="after")
+    def _usable(self) -> HeightField:
+        _require_grid(self.z, self.spacing)
+        return self
+
+    @property
+    def z(self) -> Array:
+        """(ny, nx) heights [m], read-only; [j, i] stands at x0 + i dx, y0 + j dy.
+
+        Raises:
+            ParameterError: `heights` is not base64 of as many numbers as `shape` asks for.
+        """
+        allowed = f"base64 of {self.shape[0]} x {self.shape[1]} float64"
+        try:
+            values = np.frombuffer(base64.b64decode(self.heights, validate=True), dtype="<f8")
+            return values.reshape(self.shape)
+        except (binascii.Error, ValueError) as error:
+            raise ParameterError("HeightField.heights", self.heights[:20], allowed) from error
+
+    def surface(self) -> HeightGrid:
+        """Return the surface."""
+        return HeightGrid(self.origin, self.spacing, self.z)
+
+    @classmethod
+    def from_array(
+        cls, z: ArrayLike, spacing: float | Lengths, origin: Lengths | None = None
+    ) -> HeightField:
+        """Build from heights.
+
+        Args:
+            z: (ny, nx) [m]; row j, column i stands at x0 + i dx, y0 + j dy.
+            spacing: between points [m]; one number, or along x and along y.
+            origin: x, y of z[0, 0] [m]; None puts the middle of the field at the world's origin.
+
+        Raises:
+            ParameterError: not a rectangle of at least 2 x 2 finite numbers, or steeper than 60
+                degrees between neighbours.
+        """
+        grid, steps = _rectangle(z), _pair("HeightField.spacing", spacing)
+        if origin is None:
+            _require_grid(grid, steps)
+            rows, columns = grid.shape
+            origin = (-0.5 * (columns - 1) * steps[0], -0.5 * (rows - 1) * steps[1])
+        text = base64.b64encode(np.ascontiguousarray(grid, dtype="<f8").tobytes()).decode()
+        return cls(origin=origin, spacing=steps, shape=grid.shape, heights=text)
+
+    @classmethod
+    def from_csv(
+        cls, path: str | Path, spacing: float | Lengths, origin: Lengths | None = None
+    ) -> HeightField:
+        """Build from a text file of comma-separated heights [m], a row of the array a line.
+
+        The first line is at the smallest y. Other arguments as for `from_array`.
+
+        Raises:
+            ParameterError: the file cannot be read, or has a cell that is not a finite number (the
+                message names its row and column), or its rows differ in length.
+        """
+        return cls.from_array(read_csv(path), spacing, origin)
+
+    @classmethod
+    def from_image(
+        cls,
+        path: str | Path,
+        spacing: float | Lengths,
+        height: float,
+        origin: Lengths | None = None,
+    ) -> HeightField:
+        """Build from a grey image: black is z = 0, white is z = `height` [m].
+
+        Up in the image is +y, right is +x, a pixel is a point. Colours count by their luminance.
+        Needs Pillow or matplotlib. Other arguments as for `from_array`.
+
+        Raises:
+            ParameterError: the file cannot be read, or neither library is installed.
+        """
+        if not np.isfinite(height):
+            raise ParameterError("height", height, "finite [m]")
+        return cls.from_array(height * read_image(path)[::-1], spacing, origin)
+
+    @classmethod
+    def random(
+        cls,
+        seed: int,
+        amplitude: float = 0.02,
+        wavelength: float = 0.4,
+        size: float | Lengths = 4.0,
+    ) -> HeightField:
+        """Build smooth hills: a sum of plane waves of random direction, phase and length.
+
+        Args:
+            seed: the same seed gives the same hills.
+            amplitude: largest |z| [m].
+            wavelength: typical distance between hills [m]; waves are 0.7 to 1.4 of it.
+            size: of the field along x and y [m], centred on the world's origin.
+
+        Raises:
+            ParameterError: a length is not positive, or the hills are steeper than 60 degrees.
+        """
+        extent = _pair("size", size)
+        for name, value in (("wavelength", wavelength), ("size", extent[0]), ("size", extent[1])):
+            if not (np.isfinite(value) and value > 0.0):
+                raise ParameterError(name, value, "positive and finite [m]")
+        if not (np.isfinite(amplitude) and amplitude >= 0.0):
+            raise ParameterError("amplitude", amplitude, "finite, not negative [m]")
+        spacing = wavelength / POINTS_PER_WAVE
+        columns, rows = (max(2, int(np.ceil(length / spacing)) + 1) for length in extent)
+        _require_size(rows * columns)
+        z = _waves(seed, spacing / wavelength, (rows, columns))
+        return cls.from_array(amplitude / np.abs(z).max() * z, spacing)
+
+
+def _waves(seed: int, step: float, shape: tuple[int, int]) -> Array:
+    """Return a sum of waves of lengths near 1 on a grid of the given step."""
+    dice = np.random.default_rng(seed)
+    turn, phase = dice.uniform(0.0, 2.0 * np.pi, (2, WAVES))
+    number = 2.0 * np.pi / dice.uniform(0.7, 1.4, WAVES)
+    y, x = (step * np.arange(n) for n in shape)
+    z = np.zeros(shape)
+    for k, a, p in zip(number, turn, phase, strict=True):
+        z += np.cos(k * (np.cos(a) * x[None, :] + np.sin(a) * y[:, None]) + p)
+    return z
+
+
+def _pair(name: str, value: float | Lengths) -> Lengths:
+    """Return two lengths from one or two."""
+    found = np.asarray(value, dtype=float)
+    if found.shape not in ((), (2,)):
+        raise ParameterError(name, value, "one length or two [m]")
+    first, second = np.broadcast_to(found, 2).tolist()
+    return first, second
+
+
+def _rectangle(z: ArrayLike) -> Array:
+    """Return heights as an array (ny, nx)."""
+    allowed = "a rectangle of numbers [m], 2 x 2 at least"
+    try:
+        grid = np.array(z, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ParameterError("HeightField.z", "rows that differ", allowed) from error
+    if grid.ndim != 2 or min(grid.shape) < 2:
+        raise ParameterError("HeightField.z", f"an array of shape {grid.shape}", allowed)
+    return grid
+
+
+def _require_size(points: int) -> None:
+    if points > MOST_POINTS:
+        raise ParameterError("HeightField.z", f"{points} points", f"{MOST_POINTS} points at most")
+
+
+def _require_grid(z: Array, spacing: Any) -> None:
+    """Refuse too many heights, ones that are not finite, and walls."""
+    _require_size(z.size)
+    if not np.isfinite(z).all():
+        j, i = (int(k) for k in np.argwhere(~np.isfinite(z))[0])
+        raise ParameterError(f"HeightField.z[{j}, {i}]", float(z[j, i]), "finite [m]")
+    for axis, step in ((1, spacing[0]), (0, spacing[1])):
+        grade = np.abs(np.diff(z, axis=axis)) / step
+        steepest = float(np.arctan(grade.max()))
+        if steepest > STEEPEST:
+            j, i = (int(k) for k in np.unravel_index(grade.argmax(), grade.shape))
+            raise ParameterError(
+                f"slope of HeightField.z after [{j}, {i}]",
+                f"{np.degrees(steepest):.3g} deg",
+                "60 deg at most",
+                "Use a wider spacing or lower heights.",
+            )

@@ -1,0 +1,93 @@
+"""Stairs, ledges and grooves: ground that changes along one heading only.
+
+`heading` is the direction of the profile in the horizontal plane, from x to y [rad]; places along
+it are measured from the world's origin [m].
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field, PositiveFloat
+
+from hexapod_pin.ground.terrain.ground import STEEPEST, Ground
+from hexapod_pin.ground.terrain.polyline import Polyline
+
+FaceAngle = Annotated[float, Field(gt=0.0, le=STEEPEST)]
+
+
+class Stairs(Ground):
+    """Steps that go up along the heading; level before the first and after the last.
+
+    Turn the heading round to walk down: `Stairs(..., start=-1.0, heading=pi)` puts the first step
+    at x = 1 m, the top at its negative side.
+
+    Attributes:
+        rise: height of a step [m].
+        run: depth of a tread [m].
+        count: number of risers [-].
+        start: place of the first riser along the heading [m].
+        heading: [rad].
+        height: z of the ground before the first step [m].
+    """
+
+    kind: Literal["stairs"] = "stairs"
+    rise: PositiveFloat
+    run: PositiveFloat
+    count: Annotated[int, Field(ge=1, le=1000)]
+    start: float = 0.0
+    heading: float = 0.0
+    height: float = 0.0
+
+    def surface(self) -> Polyline:
+        """Return the polyline of risers and treads."""
+        places = [self.start + k * self.run for k in range(self.count)]
+        levels = [self.height + k * self.rise for k in range(self.count + 1)]
+        s = [place for place in places for _ in range(2)]
+        z = [level for k in range(self.count) for level in (levels[k], levels[k + 1])]
+        return Polyline(self.heading, tuple(s), tuple(z))
+
+
+class Ledge(Ground):
+    """A shelf that ends at an edge; beyond it the ground lies at z = 0.
+
+    Attributes:
+        height: of the shelf [m].
+        edge: place of the edge along the heading [m]; the shelf is before it.
+        heading: [rad].
+    """
+
+    kind: Literal["ledge"] = "ledge"
+    height: PositiveFloat
+    edge: float = 0.0
+    heading: float = 0.0
+
+    def surface(self) -> Polyline:
+        """Return the polyline of shelf, riser and ground."""
+        return Polyline(self.heading, (self.edge, self.edge), (self.height, 0.0))
+
+
+class Groove(Ground):
+    """A V-shaped groove across the heading, in ground at z = 0.
+
+    Attributes:
+        angle_left: inclination of the face before the bottom, going down [rad], 60 degrees at most.
+        angle_right: inclination of the face after the bottom, going up [rad].
+        depth: of the bottom below the ground [m].
+        bottom: place of the bottom along the heading [m].
+        heading: [rad].
+    """
+
+    kind: Literal["groove"] = "groove"
+    angle_left: FaceAngle
+    angle_right: FaceAngle
+    depth: PositiveFloat = 0.05
+    bottom: float = 0.0
+    heading: float = 0.0
+
+    def surface(self) -> Polyline:
+        """Return the polyline of the two faces."""
+        left = self.bottom - self.depth / math.tan(self.angle_left)
+        right = self.bottom + self.depth / math.tan(self.angle_right)
+        return Polyline(self.heading, (left, self.bottom, right), (0.0, -self.depth, 0.0))

@@ -1,5 +1,0 @@
-"""Look at a walk: one offline HTML file, or live in the browser."""
-
-from hexapod_pin.playback.html import live_viewer as live_viewer
-from hexapod_pin.playback.html import view as view
-from hexapod_pin.playback.html import write_html as write_html

@@ -1,0 +1,159 @@
+"""What one joint, and one kind of joint, delivers within a window of a trace."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.results.steady_window import Window
+from hexapod_pin.results.trace import Trace
+
+KINDS = ("coxa", "femur", "tibia")
+AT_LIMIT = 0.999  # share of the effort limit from which a torque counts as limited
+
+_PATTERNS = (  # one per kind; OpenSHC, PhantomX and `L1_1` names included
+    re.compile(r"coxa|(^|_)c1(_|$)|_1$", re.IGNORECASE),
+    re.compile(r"femur|thigh|_2$", re.IGNORECASE),
+    re.compile(r"tibia|_3$", re.IGNORECASE),
+)
+
+
+@dataclass(frozen=True)
+class JointBudget:
+    """What one joint delivers within the window; energies per cycle (or window)."""
+
+    joint: str
+    kind: str  # "coxa", "femur", "tibia", or "joint" where it cannot be told
+    peak_torque: float  # largest |torque| [N m]
+    peak_time: float  # time of that sample [s]
+    effort_limit: float  # [N m]
+    at_limit: float  # share of samples at the effort limit, 0 to 1
+    p99_torque: float  # 99th percentile of |torque| [N m]
+    rms_torque: float  # square root of the time average of torque^2 [N m]
+    peak_speed: float  # largest |rate| [rad/s]
+    rms_speed: float  # [rad/s]
+    peak_power: float  # largest |torque * rate| [W]
+    positive_energy: float  # work given by the joint [J], >= 0
+    negative_energy: float  # work taken up by the joint [J], <= 0
+
+    @property
+    def absolute_energy(self) -> float:
+        """Integral of |torque * rate| [J]."""
+        return self.positive_energy - self.negative_energy
+
+
+@dataclass(frozen=True)
+class KindBudget:
+    """The most that any joint of one kind delivers, and which joint that is; energies summed."""
+
+    kind: str
+    joints: tuple[str, ...]
+    peak: JointBudget  # the joint with the largest peak torque
+    p99: JointBudget  # ... with the largest 99th percentile
+    rms: JointBudget  # ... with the largest RMS torque
+    speed: JointBudget  # ... with the largest peak speed
+    rms_speed: JointBudget  # ... with the largest RMS speed
+    power: JointBudget  # ... with the largest peak power
+    positive_energy: float  # of all joints of the kind, per cycle (or window) [J]
+    negative_energy: float  # [J], <= 0
+
+    @property
+    def absolute_energy(self) -> float:
+        """Integral of |torque * rate| of all joints of the kind [J]."""
+        return self.positive_energy - self.negative_energy
+
+
+def joint_rows(trace: Trace, window: Window) -> tuple[JointBudget, ...]:
+    """Return one row per joint, in the trace's order."""
+    kinds = joint_kinds(trace.joint_names, len(trace.foot_names))
+    limits = trace.meta.get("effort_limit") or [math.inf] * len(kinds)
+    return tuple(
+        _joint_row(trace, window, k, kind, float(limits[k])) for k, kind in enumerate(kinds)
+    )
+
+
+def _joint_row(trace: Trace, window: Window, k: int, kind: str, limit: float) -> JointBudget:
+    """Return the row of joint number k."""
+    time = trace.time[window.samples]
+    torque, rate = trace.torque[window.samples, k], trace.v[window.samples, 6 + k]
+    power, size = torque * rate, np.abs(torque)
+    return JointBudget(
+        joint=trace.joint_names[k],
+        kind=kind,
+        peak_torque=float(np.max(size)),
+        peak_time=float(time[np.argmax(size)]),
+        effort_limit=limit,
+        at_limit=float(np.mean(size >= AT_LIMIT * limit)),
+        p99_torque=float(np.percentile(size, 99.0)),
+        rms_torque=_rms(time, torque),
+        peak_speed=float(np.max(np.abs(rate))),
+        rms_speed=_rms(time, rate),
+        peak_power=float(np.max(np.abs(power))),
+        positive_energy=_integral(time, np.maximum(power, 0.0)) / window.parts,
+        negative_energy=_integral(time, np.minimum(power, 0.0)) / window.parts,
+    )
+
+
+def _integral(time: Array, values: Array) -> float:
+    """Integrate samples by the trapezoidal rule."""
+    return float(np.sum(0.5 * (values[1:] + values[:-1]) * np.diff(time)))
+
+
+def _rms(time: Array, values: Array) -> float:
+    """Return the square root of the time average of the squares."""
+    return math.sqrt(_integral(time, values**2) / float(time[-1] - time[0]))
+
+
+def kind_rows(joints: Sequence[JointBudget]) -> tuple[KindBudget, ...]:
+    """Return one row per kind of joint, in the order of first appearance along a leg."""
+    kinds = [kind for kind in (*KINDS, "joint") if any(row.kind == kind for row in joints)]
+    return tuple(_kind_row(kind, [row for row in joints if row.kind == kind]) for kind in kinds)
+
+
+def _kind_row(kind: str, rows: Sequence[JointBudget]) -> KindBudget:
+    """Return the row of one kind."""
+
+    def worst(quantity: str) -> JointBudget:
+        return max(rows, key=lambda row: getattr(row, quantity))
+
+    worsts: dict[str, Any] = {
+        "peak": worst("peak_torque"),
+        "p99": worst("p99_torque"),
+        "rms": worst("rms_torque"),
+        "speed": worst("peak_speed"),
+        "rms_speed": worst("rms_speed"),
+        "power": worst("peak_power"),
+    }
+    return KindBudget(
+        kind=kind,
+        joints=tuple(row.joint for row in rows),
+        positive_energy=sum(row.positive_energy for row in rows),
+        negative_energy=sum(row.negative_energy for row in rows),
+        **worsts,
+    )
+
+
+def joint_kinds(names: Sequence[str], feet: int) -> tuple[str, ...]:
+    """Return the kind of every joint, by name, else by its place within its leg.
+
+    The place counts where there are three joints per foot, listed leg by leg from the trunk
+    outwards (*assumed* of robots whose names say nothing); otherwise all are "joint".
+    """
+    found = [_kind_of(name) for name in names]
+    if all(found):
+        return tuple(kind for kind in found if kind)
+    if len(names) == 3 * feet:
+        return KINDS * feet
+    return ("joint",) * len(names)
+
+
+def _kind_of(name: str) -> str | None:
+    """Return the kind that a name tells, if it tells exactly one."""
+    kinds = [kind for kind, pattern in zip(KINDS, _PATTERNS, strict=True) if pattern.search(name)]
+    return kinds[0] if len(kinds) == 1 else None

@@ -1,0 +1,187 @@
+"""The torque budget of a whole robot as data, and as text."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+
+from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.results.budget_table import joint_lines, kind_lines
+from hexapod_pin.results.joint_budget import JointBudget, KindBudget
+from hexapod_pin.results.steady_window import Window
+
+BudgetRow = TypeVar("BudgetRow")
+
+PEAK_CAVEAT = (
+    "The raw peak follows a touch-down: it depends on contact stiffness, step and sampling. "
+    "Repeat with half the step before sizing by it; p99 and RMS are steadier."
+)
+
+
+@dataclass(frozen=True)
+class TorqueBudget:
+    """The budget of a whole robot; `table()` prints it.
+
+    Attributes:
+        robot: name of the robot.
+        window: the samples used.
+        joints: one row per joint, in the trace's order.
+        kinds: one row per kind of joint.
+        positive_energy: work given by all joints per cycle (or window) [J].
+        negative_energy: work taken up by all joints per cycle (or window) [J], <= 0.
+        distance: way of the centre of mass per cycle along the heading [m]; None without cycles.
+        speed: distance per time [m/s]; None without cycles.
+        nominal_speed: what the gait asked for [m/s]; None where the trace does not say.
+        weight: total mass times gravity [N].
+        largest_outside: a larger torque outside the window: joint, time [s], torque [N m].
+        sources: what was simulated, one line each.
+        assumed: statements of what is assumed rather than taken from a source.
+    """
+
+    robot: str
+    window: Window
+    joints: tuple[JointBudget, ...]
+    kinds: tuple[KindBudget, ...]
+    positive_energy: float
+    negative_energy: float
+    distance: float | None
+    speed: float | None
+    nominal_speed: float | None
+    weight: float
+    largest_outside: tuple[str, float, float] | None
+    sources: tuple[str, ...]
+    assumed: tuple[str, ...]
+
+    @property
+    def absolute_energy(self) -> float:
+        """Integral of |torque * rate| over all joints [J]: braking costs as much as driving."""
+        return self.positive_energy - self.negative_energy
+
+    @property
+    def net_energy(self) -> float:
+        """Integral of torque * rate over all joints [J]: braking gives everything back."""
+        return self.positive_energy + self.negative_energy
+
+    @property
+    def cost_of_transport(self) -> float | None:
+        """Absolute energy / (weight * distance) [-]; None where the robot makes no way."""
+        return self._per_way(self.absolute_energy)
+
+    @property
+    def cost_of_transport_positive(self) -> float | None:
+        """Positive energy / (weight * distance) [-]: braking costs and returns nothing."""
+        return self._per_way(self.positive_energy)
+
+    def _per_way(self, energy: float) -> float | None:
+        """Return an energy per weight and distance."""
+        if self.distance is None or self.distance <= 0.0 or self.weight <= 0.0:
+            return None
+        return energy / (self.weight * self.distance)
+
+    def joint(self, name: str) -> JointBudget:
+        """Return the row of one joint.
+
+        Raises:
+            UnknownNameError: there is no such joint.
+        """
+        return _row("joint", name, {row.joint: row for row in self.joints})
+
+    def kind(self, name: str) -> KindBudget:
+        """Return the row of one kind of joint: "coxa", "femur" or "tibia".
+
+        Raises:
+            UnknownNameError: there is no such kind.
+        """
+        return _row("kind of joint", name, {row.kind: row for row in self.kinds})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all numbers as plain data; NaN and infinities as None."""
+        derived = ("absolute_energy", "net_energy", "cost_of_transport")
+        plain = asdict(self) | {name: getattr(self, name) for name in derived}
+        plain["cost_of_transport_positive"] = self.cost_of_transport_positive
+        plain["caveat"] = PEAK_CAVEAT
+        finite: dict[str, Any] = _finite(plain)
+        return finite
+
+    def to_json(self) -> str:
+        """Return `to_dict` as JSON text."""
+        return json.dumps(self.to_dict(), indent=2, allow_nan=False)
+
+    def table(self) -> str:
+        """Return the budget as a plain text table with units."""
+        per = "window" if self.window.cycles is None else "cycle"
+        parts = (
+            _heading_lines(self),
+            kind_lines(self.kinds, per),
+            joint_lines(self.joints, per),
+            _whole_lines(self, per),
+            _note_lines(self),
+        )
+        return "\n\n".join("\n".join(part) for part in parts)
+
+
+def _heading_lines(budget: TorqueBudget) -> list[str]:
+    """Return what the budget is of, and over which time."""
+    window = budget.window
+    span = f"{window.start:.4g} to {window.end:.4g} s"
+    cycles = "" if window.cycles is None else f", {window.cycles} whole gait cycle(s)"
+    return [f"Torque budget of {budget.robot}", f"window: {span}{cycles}", *budget.sources]
+
+
+def _whole_lines(budget: TorqueBudget, per: str) -> list[str]:
+    """Return energy, way and cost of transport of the whole robot."""
+    lines = [
+        f"Whole robot, mechanical energy at the joints, per {per}",
+        f"  absolute (braking costs as much as driving)   {budget.absolute_energy:.4g} J",
+        f"  positive only (braking costs nothing)         {budget.positive_energy:.4g} J",
+        f"  net (braking gives everything back)           {budget.net_energy:.4g} J",
+    ]
+    if budget.distance is None or budget.speed is None:
+        return [*lines, "  no gait cycle: no distance, no cost of transport"]
+    nominal = budget.nominal_speed
+    share = (
+        f", {100.0 * budget.speed / nominal:.1f} % of the gait's {nominal:.4g}" if nominal else ""
+    )
+    lines += [
+        f"  distance per cycle along the heading          {budget.distance:.4g} m",
+        f"  mean speed                                    {budget.speed:.4g} m/s{share}",
+    ]
+    costs = (budget.cost_of_transport, budget.cost_of_transport_positive)
+    if costs[0] is None or costs[1] is None:
+        return [*lines, "  the robot makes no way forward: no cost of transport"]
+    return [
+        *lines,
+        f"  cost of transport, absolute energy / (m g d)  {costs[0]:.4g}",
+        f"  cost of transport, positive energy / (m g d)  {costs[1]:.4g}",
+    ]
+
+
+def _note_lines(budget: TorqueBudget) -> list[str]:
+    """Return what to know before using the numbers."""
+    lines = ["* reaches the effort limit."] if any(row.at_limit for row in budget.joints) else []
+    lines.append(PEAK_CAVEAT)
+    if budget.largest_outside is not None:
+        joint, time, torque = budget.largest_outside
+        outside = f"{joint} reaches {torque:.4g} N m at {time:.4g} s"
+        lines.append(f"Outside the window {outside} (start-up or stop).")
+    return lines + [f"assumed: {statement}" for statement in budget.assumed]
+
+
+def _row(kind: str, name: str, rows: Mapping[str, BudgetRow]) -> BudgetRow:
+    """Return one row by name."""
+    if name not in rows:
+        raise UnknownNameError(kind, name, list(rows))
+    return rows[name]
+
+
+def _finite(value: Any) -> Any:
+    """Return plain data with None in place of NaN and infinities."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -1,0 +1,75 @@
+"""The window of a trace that a budget is taken over: whole cycles of steady walking."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.trace import Trace
+
+
+@dataclass(frozen=True)
+class Window:
+    """The samples that a budget is taken over, both ends included."""
+
+    first: int
+    last: int
+    start: float  # time of the first sample [s]
+    end: float  # time of the last sample [s]
+    cycles: int | None  # number of whole gait cycles; None where nothing repeats
+
+    @property
+    def parts(self) -> int:
+        """What energies are divided by: the number of cycles, or 1."""
+        return self.cycles or 1
+
+    @property
+    def samples(self) -> slice:
+        """The window as a slice of the time axis."""
+        return slice(self.first, self.last + 1)
+
+
+def steady_window(trace: Trace) -> Window:
+    """Return the whole cycles of steady walking; without cycles, the second half of the run.
+
+    The ends are the samples nearest to `steady_from` and to a whole number of cycles later.
+
+    Raises:
+        ParameterError: the run is too short for one whole cycle; says how long it must be.
+    """
+    begin = float(trace.meta.get("steady_from") or 0.0)
+    until = min(float(trace.meta.get("steady_until") or math.inf), float(trace.time[-1]))
+    cycle = trace.meta.get("cycle_time")
+    if cycle is None:
+        begin, cycles, length = 0.5 * (begin + until), None, 0.5 * (until - begin)
+    else:
+        spacing = float(np.max(np.diff(trace.time), initial=0.0))
+        cycles = math.floor((until - begin + min(0.5 * spacing, 0.1 * cycle)) / cycle)
+        length = cycles * cycle
+    first, last = _nearest(trace.time, begin), _nearest(trace.time, begin + length)
+    if cycles == 0 or last <= first:
+        raise _too_short(float(trace.time[-1]), begin, until, cycle)
+    return Window(first, last, float(trace.time[first]), float(trace.time[last]), cycles)
+
+
+def _nearest(time: Array, wanted: float) -> int:
+    """Return the index of the sample nearest to a time."""
+    return int(np.argmin(np.abs(time - wanted)))
+
+
+def _too_short(duration: float, begin: float, until: float, cycle: float | None) -> ParameterError:
+    """Say how long a simulation must be for a budget."""
+    if cycle is None:
+        return ParameterError("duration", duration, "long enough for two samples [s]")
+    return ParameterError(
+        "duration",
+        duration,
+        f"at least {begin + cycle:.4g} s of walking for one whole cycle",
+        f"Steady walking lasts from {begin:.4g} to {until:.4g} s, a cycle {cycle:.4g} s: "
+        f"simulate {begin + cycle:.4g} s or more (two cycles: {begin + 2 * cycle:.4g} s), "
+        "and stop the gait no earlier.",
+    )

@@ -1,0 +1,267 @@
+"""What a simulation leaves behind: pure, read-only data, and its file.
+
+A `Trace` knows neither the simulator that made it nor the viewers that show it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.results.netcdf import Column, write_netcdf
+from hexapod_pin.results.trace_layout import (
+    BASE_Q,
+    BASE_V,
+    ENERGIES,
+    LAYOUT,
+    LOSSES,
+    SCHEMA,
+    SCHEMA_VERSION,
+    STATE_ENERGIES,
+    described,
+    frozen,
+    frozen_json,
+)
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """Samples of a simulation: T times, n joints, F feet; SI units, radians.
+
+    Arrays are read-only, copied where they were not. Two traces are equal when every bit is.
+
+    Attributes:
+        time: (T,) [s], strictly increasing.
+        q: (T, 7 + n) [m, -, rad]; base position in the world, quaternion x y z w, joint angles.
+        v: (T, 6 + n) [m/s, rad/s]; base twist in body axes (linear, angular), joint rates.
+        torque: (T, n) [N m], applied by the servos, in the order of `joint_names`.
+        q_ref: (T, n) [rad] set-points.
+        v_ref: (T, n) [rad/s] set-points.
+        foot_position: (T, F, 3) [m], centres of the foot spheres, world axes.
+        foot_force: (T, F, 3) [N], force on the robot, world axes.
+        foot_gap: (T, F) [m], lowest point of a foot above the ground; negative when pressed in.
+        com: (T, 3) [m], centre of mass, world axes.
+        energy: (T,) arrays [J] by name: the state functions "kinetic", "potential", "elastic"; and
+            accumulated since t = 0 "servo_work", "joint_damping_loss", "normal_loss",
+            "friction_loss" (losses >= 0).
+        counters: steps, evaluations, ...
+        joint_names: n names.
+        foot_names: F names.
+        meta: how the trace came about (scene and controller as TOML text, method, step, the URDF,
+            what is assumed, ...); values that JSON can hold.
+        foot_normal: (T, F, 3) [-], unit ground normal under each foot; or one (3,) for all, as
+            the default z.
+
+    Raises:
+        ParameterError: an array has the wrong shape, times do not increase, an energy is missing,
+            or `meta` holds what JSON cannot.
+    """
+
+    time: Array
+    q: Array
+    v: Array
+    torque: Array
+    q_ref: Array
+    v_ref: Array
+    foot_position: Array
+    foot_force: Array
+    foot_gap: Array
+    com: Array
+    energy: Mapping[str, Array]
+    counters: Mapping[str, int | float]
+    joint_names: tuple[str, ...]
+    foot_names: tuple[str, ...]
+    meta: Mapping[str, Any] = field(default_factory=dict)
+    foot_normal: Array = field(default_factory=lambda: np.array((0.0, 0.0, 1.0)))
+
+    __hash__: ClassVar[None]  # type: ignore[assignment]  # equal by content, and contents are large
+
+    def __post_init__(self) -> None:
+        """Check shapes, copy, and make read-only."""
+        names = {"joint_names": tuple(self.joint_names), "foot_names": tuple(self.foot_names)}
+        for name, value in names.items():
+            object.__setattr__(self, name, value)
+        shapes = self._shapes()
+        if np.shape(self.foot_normal) == (3,):
+            normal = np.broadcast_to(self.foot_normal, shapes["foot_normal"])
+            object.__setattr__(self, "foot_normal", normal)
+        for name, shape in shapes.items():
+            object.__setattr__(self, name, frozen(f"Trace.{name}", getattr(self, name), shape))
+        object.__setattr__(self, "energy", self._frozen_energy())
+        object.__setattr__(self, "counters", frozen_json("Trace.counters", self.counters))
+        object.__setattr__(self, "meta", frozen_json("Trace.meta", self.meta))
+        if np.any(np.diff(self.time) <= 0.0) or not np.all(np.isfinite(self.time)):
+            raise ParameterError("Trace.time", self.time, "finite and strictly increasing [s]")
+
+    def _shapes(self) -> dict[str, tuple[int, ...]]:
+        """Return the shape that each array must have."""
+        sizes = {axis: len(labels) for axis, labels in self._labels().items()}
+        if np.ndim(self.time) != 1 or sizes["time"] == 0:
+            raise ParameterError("Trace.time", np.shape(self.time), "a 1-D array of >= 1 times [s]")
+        return {name: tuple(sizes[axis] for axis in row[0]) for name, row in LAYOUT.items()}
+
+    def _labels(self) -> dict[str, Any]:
+        """Return the labels of every axis."""
+        return {
+            "time": self.time,
+            "q_name": (*BASE_Q, *self.joint_names),
+            "v_name": (*BASE_V, *self.joint_names),
+            "joint": self.joint_names,
+            "foot": self.foot_names,
+            "axis": ("x", "y", "z"),
+        }
+
+    def _frozen_energy(self) -> Mapping[str, Array]:
+        """Return the energies, checked and read-only."""
+        missing = [name for name in ENERGIES if name not in self.energy]
+        if missing:
+            raise ParameterError("Trace.energy", sorted(self.energy), f"given with {missing} [J]")
+        shape = (len(self.time),)
+        stored = {k: frozen(f"Trace.energy[{k!r}]", e, shape) for k, e in self.energy.items()}
+        return MappingProxyType(stored)
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether every array, name and entry is the same, bit for bit."""
+        return isinstance(other, Trace) and self.digest == other.digest
+
+    def joint(self, name: str) -> int:
+        """Return the index of a joint; k in `torque[:, k]` is `v[:, 6 + k]` and `q[:, 7 + k]`.
+
+        Raises:
+            UnknownNameError: there is no such joint.
+        """
+        return _index("joint", name, self.joint_names)
+
+    def foot(self, name: str) -> int:
+        """Return the index of a foot.
+
+        Raises:
+            UnknownNameError: there is no such foot.
+        """
+        return _index("foot", name, self.foot_names)
+
+    @property
+    def normal_force(self) -> Array:
+        """(T, F) [N]: the part of each foot force along the ground's normal, > 0 pushing up."""
+        force: Array = np.einsum("tfi,tfi->tf", self.foot_force, self.foot_normal)
+        return force
+
+    @property
+    def tangential_force(self) -> Array:
+        """(T, F, 3) [N]: the part of each foot force within the ground, world axes."""
+        along: Array = self.normal_force[..., None] * self.foot_normal
+        return self.foot_force - along
+
+    @property
+    def contact(self) -> npt.NDArray[np.bool_]:
+        """(T, F): whether the ground pushes on the foot."""
+        return self.normal_force > 0.0
+
+    @property
+    def energy_residual(self) -> Array:
+        """(T,) [J]: stored energy gained, less servo work, plus losses; 0 for an exact method."""
+        stored = sum((self.energy[name] for name in STATE_ENERGIES), np.zeros(len(self.time)))
+        lost = sum((self.energy[name] for name in LOSSES), np.zeros(len(self.time)))
+        residual: Array = stored - stored[0] - self.energy["servo_work"] + lost
+        return residual
+
+    @property
+    def error_estimate(self) -> float:
+        """Estimate of the error in positions [m and rad]; nan for fixed-step methods."""
+        return float(self.counters.get("error_estimate", float("nan")))
+
+    @property
+    def checkpoint(self) -> Checkpoint:
+        """Where the run stood at its end: `simulate(initial=...)` goes on from there.
+
+        Raises:
+            ParameterError: the trace was not made by a simulation that left one.
+        """
+        if "checkpoint" not in self.meta:
+            raise ParameterError("Trace.meta", sorted(self.meta), "given with a checkpoint")
+        return Checkpoint.from_dict(self.meta["checkpoint"])
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over every bit of the arrays, the names and `meta`."""
+        total = hashlib.sha256()
+        for name, values in self._arrays().items():
+            total.update(f"{name}{values.shape}".encode())
+            total.update(values.astype("<f8").tobytes())
+        texts = [self.joint_names, self.foot_names, dict(self.counters), dict(self.meta)]
+        total.update(json.dumps(texts, sort_keys=True).encode())
+        return total.hexdigest()
+
+    def _arrays(self) -> dict[str, Array]:
+        """Return the stored arrays by their names in a file."""
+        arrays = {name: getattr(self, name) for name in LAYOUT}
+        return arrays | {f"energy_{name}": self.energy[name] for name in sorted(self.energy)}
+
+    def _columns(self) -> dict[str, Column]:
+        """Return everything, with what follows from it, as labelled columns."""
+        columns = {
+            axis: Column((axis,), np.array(labels, dtype=object), {})
+            for axis, labels in self._labels().items()
+            if axis != "time"
+        }
+        for name, (dims, units, meaning) in LAYOUT.items():
+            columns[name] = Column(dims, getattr(self, name), described(units, meaning))
+        for name in sorted(self.energy):
+            about = described("J", name.replace("_", " "))
+            columns[f"energy_{name}"] = Column(("time",), self.energy[name], about)
+        feet = ("time", "foot")
+        columns["normal_force"] = Column(feet, self.normal_force, described("N", "along normal"))
+        about = described("N", "foot force within the ground, world axes")
+        columns["tangential_force"] = Column((*feet, "axis"), self.tangential_force, about)
+        columns["contact"] = Column(feet, self.contact, described("1", "the ground pushes"))
+        about = described("J", "energy that the method lost or made")
+        columns["energy_residual"] = Column(("time",), self.energy_residual, about)
+        for name in ("meta", "counters"):
+            text = json.dumps(dict(getattr(self, name)))
+            columns[name] = Column((), np.array(text, dtype=object), {"long_name": "JSON"})
+        return columns
+
+    def _attributes(self) -> dict[str, Any]:
+        """Return the attributes of the file."""
+        return {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, "digest": self.digest}
+
+    def to_dataset(self) -> xarray.Dataset:
+        """Return an xarray.Dataset: named axes, units, and what follows from the samples.
+
+        `xarray.open_dataset(path, engine="h5netcdf")` of a saved trace gives the same.
+        """
+        import xarray
+
+        columns = self._columns()
+        rows = {name: (c.dims, c.values, dict(c.attributes)) for name, c in columns.items()}
+        coords = {name: rows.pop(name) for name in self._labels()}
+        return xarray.Dataset(rows, coords=coords, attrs=self._attributes())
+
+    def save(self, path: str | Path) -> Path:
+        """Write the trace to a netCDF-4 file, wholly or not at all, and return its path.
+
+        Raises:
+            TraceFileError: the file cannot be written; an old one stays as it was.
+        """
+        return write_netcdf(path, self._columns(), self._attributes())
+
+
+def _index(kind: str, name: str, names: tuple[str, ...]) -> int:
+    """Return the index of `name`."""
+    if name not in names:
+        raise UnknownNameError(kind, name, list(names))
+    return names.index(name)

@@ -1,0 +1,63 @@
+"""Read a trace from its netCDF-4 file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.results.netcdf import read_netcdf
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.trace_layout import LAYOUT, SCHEMA, SCHEMA_VERSION
+
+
+def load_trace(path: str | Path) -> Trace:
+    """Read a trace that `Trace.save` wrote; equal to it bit for bit.
+
+    Raises:
+        TraceFileError: the file is missing, truncated, damaged, of another kind or of a newer
+            schema; the message names the file and the reason.
+    """
+    arrays, attributes = read_netcdf(path)
+    _check_schema(path, attributes)
+    try:
+        trace = _from_arrays(arrays)
+    except KeyError as error:
+        raise TraceFileError(f"{path}: variable {error.args[0]!r} is missing.") from error
+    except (ParameterError, ValueError, TypeError, AttributeError) as error:
+        raise TraceFileError(f"{path}: damaged ({error})") from error
+    if trace.digest != attributes.get("digest"):
+        raise TraceFileError(f"{path}: damaged: its content does not match its digest.")
+    return trace
+
+
+def _check_schema(path: str | Path, attributes: Mapping[str, Any]) -> None:
+    """Refuse files that are no traces, and traces of a later schema."""
+    if attributes.get("schema") != SCHEMA:
+        found = attributes.get("schema")
+        raise TraceFileError(f"{path}: not a trace (schema {found!r} instead of {SCHEMA!r}).")
+    version = attributes.get("schema_version")
+    if not isinstance(version, int | np.integer) or not 1 <= version <= SCHEMA_VERSION:
+        raise TraceFileError(
+            f"{path}: schema version {version}; this release reads versions up to "
+            f"{SCHEMA_VERSION}: use the release of hexapod_pin that wrote the file, or a later one."
+        )
+
+
+def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]]) -> Trace:
+    """Build a trace from the variables of a file."""
+    prefix = "energy_"
+    stored = (name for name in arrays if name.startswith(prefix) and name != "energy_residual")
+    return Trace(
+        energy={name[len(prefix) :]: arrays[name] for name in stored},
+        counters=json.loads(arrays["counters"].item()),
+        meta=json.loads(arrays["meta"].item()),
+        joint_names=tuple(arrays["joint"]),
+        foot_names=tuple(arrays["foot"]),
+        **{name: arrays[name] for name in LAYOUT},
+    )

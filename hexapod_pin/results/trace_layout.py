@@ -1,0 +1,67 @@
+"""What a trace holds: its arrays with axes and units, and how they are checked and kept."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from hexapod_pin.arrays import Array, read_only
+from hexapod_pin.errors import ParameterError
+
+SCHEMA = "hexapod_pin.trace"
+SCHEMA_VERSION = 1
+STATE_ENERGIES = ("kinetic", "potential", "elastic")
+LOSSES = ("joint_damping_loss", "normal_loss", "friction_loss")
+ENERGIES = (*STATE_ENERGIES, "servo_work", *LOSSES)
+
+BASE_Q = ("base_x", "base_y", "base_z", "base_qx", "base_qy", "base_qz", "base_qw")
+BASE_V = ("base_vx", "base_vy", "base_vz", "base_wx", "base_wy", "base_wz")
+
+
+# name: (axes, unit, meaning) of every array field, in the order of the fields.
+LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "time": (("time",), "s", "time since the start of the simulation"),
+    "q": (("time", "q_name"), "m, 1, rad", "base position in the world, quaternion xyzw, joints"),
+    "v": (("time", "v_name"), "m/s, rad/s", "base twist in body axes (linear, angular), joints"),
+    "torque": (("time", "joint"), "N m", "torque applied by the servos"),
+    "q_ref": (("time", "joint"), "rad", "joint angle set-points"),
+    "v_ref": (("time", "joint"), "rad/s", "joint rate set-points"),
+    "foot_position": (("time", "foot", "axis"), "m", "centres of the foot spheres, world axes"),
+    "foot_force": (("time", "foot", "axis"), "N", "force on the robot at the feet, world axes"),
+    "foot_gap": (("time", "foot"), "m", "lowest point of the foot to the ground, < 0 pressed in"),
+    "com": (("time", "axis"), "m", "centre of mass, world axes"),
+    "foot_normal": (("time", "foot", "axis"), "1", "ground normal under the feet, world axes"),
+}
+
+
+def described(units: str, meaning: str) -> dict[str, str]:
+    """Return the attributes of a column."""
+    return {"units": units, "long_name": meaning}
+
+
+def frozen(name: str, values: Any, shape: tuple[int, ...]) -> Array:
+    """Return `values` read-only, refusing another shape than `shape`."""
+    array = read_only(values)
+    if array.shape != shape:
+        raise ParameterError(name, array.shape, f"an array of shape {shape}")
+    return array
+
+
+def frozen_json(name: str, values: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return `values` as JSON would give them back, so that a file loses nothing."""
+    try:
+        plain = json.loads(json.dumps(dict(values), default=_plain))
+    except TypeError as error:
+        raise ParameterError(name, error.args[0], "made of what JSON can hold") from error
+    return MappingProxyType(plain)
+
+
+def _plain(value: Any) -> Any:
+    """Turn arrays and NumPy scalars into lists and numbers."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} {value!r}")

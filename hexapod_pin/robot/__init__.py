@@ -1,0 +1,20 @@
+"""Robots: URDF and blueprints, loading, legs and their kinematics, states."""
+
+from hexapod_pin.robot.description.blueprint import Blueprint
+from hexapod_pin.robot.leg_kinematics import LegKinematics
+from hexapod_pin.robot.robot import Foot, Leg, Robot, load_robot, urdf_path
+from hexapod_pin.robot.state import State
+from hexapod_pin.robot.urdf_report import UrdfReport, inspect
+
+__all__ = [
+    "Blueprint",
+    "Foot",
+    "Leg",
+    "LegKinematics",
+    "Robot",
+    "State",
+    "UrdfReport",
+    "inspect",
+    "load_robot",
+    "urdf_path",
+]

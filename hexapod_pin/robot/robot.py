@@ -1,0 +1,221 @@
+"""A robot loaded from its URDF: Pinocchio's model, legs and feet by name, limits, provenance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hexapod_pin.arrays import Array, digest, read_only
+from hexapod_pin.errors import UnknownNameError, UrdfError
+from hexapod_pin.robot.description.urdf_check import check_urdf
+from hexapod_pin.robot.description.urdf_file import UrdfFile, read_urdf
+from hexapod_pin.robot.loading.feet import Foot, place_feet
+from hexapod_pin.robot.loading.limbs import Leg, find_limbs
+from hexapod_pin.robot.loading.pin_model import build_model, joints_in_order
+from hexapod_pin.robot.loading.posture import Posture, joint_angles, standing_angles
+from hexapod_pin.robot.loading.provenance import read_provenance
+from hexapod_pin.robot.state import State, checked_state
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+__all__ = ["Foot", "Leg", "Robot", "State", "load_robot", "urdf_path"]
+
+PACKAGED = ("kharagpur", "athena")
+"""Robots that come with the package."""
+
+Item = TypeVar("Item")
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A floating-base robot; frozen, its model is never changed afterwards.
+
+    Attributes:
+        name: name of the robot in the URDF.
+        source: what was given to `load_robot`.
+        model: pin.Model with a free-flyer "root_joint"; q is base position, quaternion x, y, z, w,
+            joint angles; v is the base's linear and angular velocity in base axes, joint rates.
+        legs: six legs (lf lm lr rf rm rr); empty for robots loaded with feet only.
+        feet: the feet, in the order of the legs, or as given.
+        joint_names: the actuated joints; joint k is q[7 + k] and v[6 + k].
+        lower: (n_joints,) lower limits [rad].
+        upper: (n_joints,) upper limits [rad].
+        effort: (n_joints,) largest torques [N m].
+        velocity: (n_joints,) largest rates [rad/s].
+        damping: (n_joints,) viscous damping from the URDF [N m s/rad] (Pinocchio's own
+            algorithms ignore it).
+        total_mass: mass of the whole robot [kg].
+        posture: (n_joints,) default standing angles [rad].
+        provenance: one line: where the numbers come from.
+        assumed: statements of what is assumed.
+        notes: what the loader dropped or changed.
+        urdf: full text of the file.
+        digest: SHA-256 of that text.
+    """
+
+    name: str
+    source: str
+    model: pin.Model = field(repr=False)
+    legs: tuple[Leg, ...] = field(repr=False)
+    feet: tuple[Foot, ...] = field(repr=False)
+    joint_names: tuple[str, ...] = field(repr=False)
+    lower: Array = field(repr=False)
+    upper: Array = field(repr=False)
+    effort: Array = field(repr=False)
+    velocity: Array = field(repr=False)
+    damping: Array = field(repr=False)
+    total_mass: float
+    posture: Array = field(repr=False)
+    provenance: str
+    assumed: tuple[str, ...] = field(repr=False)
+    notes: tuple[str, ...] = field(repr=False)
+    urdf: str = field(repr=False)
+    digest: str = field(repr=False)
+
+    def leg(self, name: str) -> Leg:
+        """Return a leg by name; UnknownNameError lists the known ones."""
+        return _by_name("leg", name, {leg.name: leg for leg in self.legs})
+
+    def foot(self, name: str) -> Foot:
+        """Return a foot by its link's name; UnknownNameError lists the known ones."""
+        return _by_name("foot", name, {foot.name: foot for foot in self.feet})
+
+    def joint_index(self, name: str) -> int:
+        """Return k such that the joint is joint_names[k], q[7 + k] and v[6 + k]."""
+        return _by_name("joint", name, {joint: k for k, joint in enumerate(self.joint_names)})
+
+    def stand(self, posture: Posture | None = None) -> State:
+        """Return the state at rest with a level base and the lowest foot point at z = 0.
+
+        Args:
+            posture: (n_joints,) angles [rad], or joint name -> angle (others as in
+                `self.posture`); None for `self.posture`.
+
+        Raises:
+            StateError: wrong shape or a value that is not finite.
+            UnknownNameError: a joint that does not exist.
+        """
+        import pinocchio as pin
+
+        angles = self.posture if posture is None else self.posture_from(posture)
+        q = np.concatenate([[0, 0, 0, 0, 0, 0, 1], angles])
+        state = self.check_state(q, np.zeros(self.model.nv))
+        data = self.model.createData()
+        pin.forwardKinematics(self.model, data, state.q)
+        q[2] = -min(
+            float(data.oMi[self.model.getJointId(foot.joint)].act(foot.offset)[2]) - foot.radius
+            for foot in self.feet
+        )
+        return self.check_state(q, state.v)
+
+    def check_state(self, q: ArrayLike, v: ArrayLike) -> State:
+        """Return q and v as a checked state; see `hexapod_pin.robot.state.checked_state`."""
+        return checked_state(q, v, len(self.joint_names))
+
+    def posture_from(self, posture: Posture) -> Array:
+        """Return joint angles in joint_names order from an array or a mapping over the default."""
+        return joint_angles(self.joint_names, self.posture, posture)
+
+
+def load_robot(
+    source: str | Path,
+    *,
+    feet: Sequence[str] | None = None,
+    foot_radius: float | None = None,
+    posture: Sequence[float] | Mapping[str, float] | None = None,
+) -> Robot:
+    """Load a robot: "kharagpur", "athena", or the path of any URDF.
+
+    Args:
+        source: name of a packaged robot or path of a URDF.
+        feet: names of the foot links; needed for robots without six three-joint legs, and where
+            no link at the end of a leg is named foot, tip or tarsus.
+        foot_radius: radius of all foot spheres [m]; None takes the collision sphere of each foot
+            link, and a point where it has none.
+        posture: standing angles [rad], in joint order or by name; None takes the file's own
+            standing posture, and zero (moved into the limits) where it has none.
+
+    Raises:
+        UnknownNameError: no such robot, foot link or joint.
+        UrdfError: the file cannot be used; all findings at once, each naming its link or joint.
+        ParameterError: foot_radius or posture out of range.
+
+    Example:
+        >>> robot = load_robot("kharagpur")
+        >>> robot.leg("lf").joints
+        ('lf_coxa_joint', 'lf_femur_joint', 'lf_tibia_joint')
+    """
+    file = read_urdf(_path(source))
+    findings, notes = check_urdf(file)
+    if findings:
+        raise UrdfError(file.source, findings)
+    limbs = find_limbs(file, feet)
+    given = read_provenance(file)
+    model = build_model(file)
+    joints = joints_in_order(file, model)
+    placed, foot_notes = place_feet(file, model, limbs, foot_radius)
+    angles, posture_notes = standing_angles(joints, given.posture, posture)
+    return Robot(
+        name=file.name, source=str(source), model=model, legs=limbs.legs, feet=placed,
+        joint_names=tuple(joint.name for joint in joints),
+        lower=read_only([joint.limit("lower", 0.0) for joint in joints]),
+        upper=read_only([joint.limit("upper", 0.0) for joint in joints]),
+        effort=read_only([joint.limit("effort") for joint in joints]),
+        velocity=read_only([joint.limit("velocity") for joint in joints]),
+        damping=read_only([joint.dynamics("damping") for joint in joints]),
+        total_mass=math.fsum(link.mass or 0.0 for link in file.links),
+        posture=angles, provenance=given.line, assumed=given.assumed,
+        notes=(*notes, *limbs.notes, *foot_notes, *posture_notes, *_unused(file, placed)),
+        urdf=file.text, digest=digest(file.text),
+    )  # fmt: skip
+
+
+def urdf_path(name: str) -> Path:
+    """Return the path of a packaged robot's URDF: "kharagpur" or "athena".
+
+    Raises:
+        UnknownNameError: no packaged robot of that name.
+        UrdfError: the file is in neither place it may be in: the package or the checkout.
+    """
+    if name not in PACKAGED:
+        raise UnknownNameError("packaged robot", name, list(PACKAGED))
+    package = Path(__file__).resolve().parents[1]
+    places = [folder / "urdf" / f"{name}.urdf" for folder in (package, package.parent)]
+    for place in places:
+        if place.is_file():
+            return place
+    raise UrdfError(name, [f"neither {places[0]} nor {places[1]} exists; reinstall the package"])
+
+
+def _path(source: str | Path) -> Path:
+    """Return the file meant by a packaged robot's name or a path."""
+    if source in PACKAGED:
+        return urdf_path(str(source))
+    path = Path(source).expanduser()
+    if isinstance(source, str) and not path.exists() and path.name == source and not path.suffix:
+        raise UnknownNameError("robot", source, [*PACKAGED, "or the path of a URDF"])
+    return path
+
+
+def _by_name(kind: str, name: str, items: Mapping[str, Item]) -> Item:
+    """Return an item by name; UnknownNameError lists the known ones."""
+    if name not in items:
+        raise UnknownNameError(kind, name, list(items))
+    return items[name]
+
+
+def _unused(file: UrdfFile, feet: Sequence[Foot]) -> list[str]:
+    """Return a note on collision shapes that no foot sphere stands for."""
+    used = {foot.name for foot in feet}
+    shaped = [x.name for x in file.links if x.element.find("collision") is not None]
+    unused = [name for name in shaped if name not in used]
+    if not unused:
+        return []
+    return [f"collision shapes of {len(unused)} links are not used: only feet touch the ground"]

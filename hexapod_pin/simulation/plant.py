@@ -1,0 +1,107 @@
+"""A scene as the native core takes it, and the state in which a robot stands on its ground."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.ground.terrain import Plane
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+    from hexapod_pin.native import TreeModel
+    from hexapod_pin.robot.robot import State
+    from hexapod_pin.simulation.scene import Scene
+
+
+def standing_on(scene: Scene, posture: Array) -> State:
+    """Return the state at rest in a posture (n,) [rad], just touching the ground.
+
+    On a plane the robot is laid along it; on any other ground it stands level.
+    """
+    import pinocchio as pin
+
+    robot, surface = scene.robot, scene.terrain.surface()
+    q = robot.stand(posture).q.copy()
+    if isinstance(surface, Plane):
+        tilt = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(surface.normal))
+        q[:3], q[3:7] = tilt.toRotationMatrix() @ q[:3], tilt.coeffs()
+    if robot.feet:
+        data = robot.model.createData()
+        pin.forwardKinematics(robot.model, data, q)
+        joints = [_native_joint(robot, foot.joint) for foot in robot.feet]
+        feet = zip(joints, robot.feet, strict=True)
+        centers = [data.oMi[joint].act(foot.offset) for joint, foot in feet]
+        q[2] += scene.terrain.lift(centers, [foot.radius for foot in robot.feet])
+    return robot.check_state(q, np.zeros(robot.model.nv))
+
+
+def native_model(model: pin.Model) -> TreeModel:
+    """Return the bodies of a model as the native core takes them.
+
+    Args:
+        model: a free-flyer, then revolute and prismatic joints alone.
+
+    Raises:
+        ParameterError: another joint.
+    """
+    from hexapod_pin import native as _native
+
+    for joint in range(1, model.njoints):
+        freedoms, wanted = (model.nqs[joint], model.nvs[joint]), (7, 6) if joint == 1 else (1, 1)
+        if freedoms != wanted or model.idx_vs[joint] != (0 if joint == 1 else joint + 4):
+            raise ParameterError(
+                "model", model.names[joint], "a free-flyer, then one-coordinate joints"
+            )
+    placements = list(model.jointPlacements)[1:]
+    inertias = list(model.inertias)[1:]
+    motion = np.zeros((model.njoints - 1, 6))
+    for row, joint in enumerate(list(model.joints)[2:], start=1):
+        motion[row] = np.asarray(joint.createData().S).ravel()
+    return _native.tree_model(
+        parent=model.parents.tolist()[1:],
+        motion=motion,
+        placement=np.array([[*p.rotation.ravel(), *p.translation] for p in placements]),
+        inertia=np.array([[y.mass, *y.lever, *y.inertia.ravel()] for y in inertias]),
+        armature=model.armature,
+    )
+
+
+def native_plant(scene: Scene, *, dense: bool = False) -> Any:
+    """Return the native settings of a scene's plant; `dense` avoids the block-arrow solver."""
+    from hexapod_pin import native as _native
+
+    robot, servo = scene.robot, scene.servos
+    n = len(robot.joint_names)
+    feet = [
+        (_native_joint(robot, foot.joint), np.asarray(foot.offset, dtype=float), float(foot.radius))
+        for foot in robot.feet
+    ]
+    limit = robot.effort if servo.limited else np.full(n, np.inf)
+    return _native.plant_settings(
+        model=native_model(robot.model),
+        gravity=np.asarray(scene.gravity, dtype=float),
+        feet=feet,
+        normal=scene.contact.normal.native(),
+        friction=scene.contact.friction.native(),
+        terrain=scene.terrain.native(),
+        kp=np.full(n, servo.kp),
+        kd=np.full(n, servo.kd),
+        limit=np.array(limit, dtype=float),
+        damping=np.array(robot.damping, dtype=float),
+        lower=np.array(robot.lower, dtype=float),
+        upper=np.array(robot.upper, dtype=float),
+        stop_stiffness=scene.joint_stops.stiffness,
+        stop_dissipation=scene.joint_stops.dissipation,
+        dense=dense,
+    )
+
+
+def _native_joint(robot: Any, joint: str) -> int:
+    if not robot.model.existJointName(joint):
+        raise ParameterError("foot joint", joint, f"a joint of {robot.name}")
+    return int(robot.model.getJointId(joint))

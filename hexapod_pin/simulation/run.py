@@ -1,0 +1,62 @@
+"""`simulate`: run one scene under one controller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.native_run import NativeRun
+from hexapod_pin.simulation.run_settings import RunSettings
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.joint_trajectory import Controller
+    from hexapod_pin.results.checkpoint import Checkpoint
+    from hexapod_pin.results.trace import Trace
+    from hexapod_pin.robot.state import State
+    from hexapod_pin.simulation.scene import Scene
+
+
+def simulate(
+    scene: Scene,
+    controller: Controller,
+    *,
+    duration: float,
+    accuracy: float | None = None,
+    method: str | None = None,
+    step: float | None = None,
+    sample: float | None = None,
+    initial: State | Checkpoint | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Trace:
+    """Run a scene under a controller.
+
+    Args:
+        scene: robot, ground, contact, servos.
+        controller: gives the joint set-points, e.g. `KinematicControl(gait)` or `HoldPosture()`.
+        duration: simulated time [s]; 0 returns the initial sample.
+        accuracy: error in positions to keep at the sampled times [m and rad]; default 1e-4.
+        method: "extrapolated-euler" (adaptive, the default), "ndf" (1e-5 and tighter),
+            "dop853" (explicit, for references); or with fixed steps "robust", "implicit-euler"
+            (the default where a step is given), "rk4".
+        step: integration step of a fixed-step method [s]; default 1 ms.
+        sample: time between samples [s]. Adaptive: default 2 ms. Fixed steps: a whole number of
+            steps, default 1 ms or one step.
+        initial: state at t = 0; default standing at the controller's first set-point. Or a
+            `Checkpoint` (`trace.checkpoint`) to go on from, at its own time.
+        progress: called with the finished fraction (0..1) now and then.
+
+    Returns:
+        The trace, with the first sample at the start.
+
+    Raises:
+        ParameterError: a setting out of range, or a method that cannot do this scene.
+        GaitError, ReachError: the controller cannot do this on this robot.
+        StateError: `initial` does not fit the robot.
+        DivergenceError: the run left the finite world; `.trace` holds what was good.
+        SimulationInterrupted: Ctrl-C; `.trace` holds what was done.
+    """
+    how = RunSettings.of(duration, method, accuracy, step, sample)
+    run = NativeRun(Case(scene, controller, initial), how)
+    run.advance(progress)
+    return run.require_good()

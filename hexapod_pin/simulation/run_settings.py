@@ -1,0 +1,45 @@
+"""How a case is run: the method with its number, and the times of its samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hexapod_pin.simulation.methods import MethodSettings, resolve_method
+from hexapod_pin.simulation.time_grid import TimeGrid
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """How to run: the method with its number, and the grid of samples.
+
+    Attributes:
+        choice: method, and its accuracy or step.
+        grid: samples and steps.
+        duration: simulated time [s].
+    """
+
+    choice: MethodSettings
+    grid: TimeGrid
+    duration: float
+
+    @classmethod
+    def of(
+        cls,
+        duration: float,
+        method: str | None,
+        accuracy: float | None,
+        step: float | None,
+        sample: float | None,
+    ) -> RunSettings:
+        """Check the settings of `simulate` against each other.
+
+        Raises:
+            ParameterError: one is out of range, or they do not fit together.
+        """
+        choice = resolve_method(method, accuracy, step)
+        grid = (
+            TimeGrid.adaptive(duration, sample)
+            if choice.method.adaptive
+            else TimeGrid.fixed(duration, choice.step, sample)
+        )
+        return cls(choice, grid, duration)

@@ -1,0 +1,1 @@
+"""Evidence: hard cases with reference answers, comparisons of formulations, random extremes."""

@@ -1,0 +1,1 @@
+"""Hard cases: what they try, how they run, what the answer is."""

@@ -1,0 +1,167 @@
+"""Compliant contact against rigid contact as it stiffens: runs of the core, and their limit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.drive.servo import Servo
+from hexapod_pin.formulations.rigid.impact import plastic_impact
+from hexapod_pin.formulations.rigid.model import RigidModel
+from hexapod_pin.formulations.rigid.walk import rigid_walk
+from hexapod_pin.ground.contact import Contact, KelvinVoigt, StickSlip
+from hexapod_pin.robot.robot import load_robot
+from hexapod_pin.simulation.run import simulate
+from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.validation.cases.bodies import FREE, LIMP
+from hexapod_pin.validation.checks.samples import SEED
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.joint_trajectory import Controller
+    from hexapod_pin.results.trace import Trace
+
+NEVER_SLIPS = 50.0
+"""Coefficient of friction of the runs whose limit is a foot that sticks."""
+
+TRIPOD = (0, 2, 4)
+"""Feet lf, lr, rm."""
+
+BEDDING = 1e5
+"""Springs beside the dampers of an impact [N/m]."""
+
+DAMPING_RATIO = 0.7
+SHARE = 1.0
+"""Mass that a foot's damper is matched to [kg]: a third of the robot."""
+
+
+def damped_impact(damping: float) -> float:
+    """Return |v+ of the core - v+ of eq. 5| over the fastest speed before; dampers c [N s/m].
+
+    The dampers stop three feet of a limp kharagpur within 20 of their slowest time constant; the
+    springs hardly push meanwhile, but keep the cones open to the end. What is left falls like 1/c,
+    as the way that the feet give.
+    """
+    model, feet = RigidModel(load_robot("kharagpur", foot_radius=0.0)), TRIPOD
+    q = model.robot.stand(_tripod_posture().q).q
+    before, rate = _even_arrival(model, q)
+    wanted = plastic_impact(model, q, before, (), feet).velocity
+    contact = Contact(
+        normal=KelvinVoigt(stiffness=BEDDING, damping=damping),
+        friction=StickSlip(mu=NEVER_SLIPS, stiffness=BEDDING, damping=damping),
+    )
+    scene = Scene(model.robot, contact=contact, servo=LIMP, stops=FREE, gravity=(0.0, 0.0, 0.0))
+    time = 20.0 / (damping * rate)
+    trace = simulate(
+        scene, HoldPosture(), duration=time, sample=time, method="dop853", accuracy=1e-12,
+        initial=model.robot.check_state(q, before),
+    )  # fmt: skip
+    return float(np.abs(trace.v[-1] - wanted).max() / np.abs(before).max())
+
+
+def _even_arrival(model: RigidModel, q: Array) -> tuple[Array, float]:
+    """Return a velocity that dampers bring to rest with all feet pressed on to the end.
+
+    The feet arrive along an eigenvector of J M^-1 J^T, so that all forces die away together (any
+    other arrival would make some foot pull before the last has stopped); what the impact leaves
+    untouched is random.
+
+    Returns:
+        Velocity (nv,), and how fast a damper of 1 N s/m stops it [1/s].
+    """
+    mass, rows, _, _ = model.positions(q)
+    jacobian = rows[list(TRIPOD)].reshape(-1, len(mass))
+    answer = np.linalg.solve(mass, jacobian.T)
+    rates, modes = np.linalg.eigh(jacobian @ answer)
+    push = modes[2::3] * np.sign(modes[2::3].sum(axis=0))
+    best = int(push.min(axis=0).argmax())
+    impulse = modes[:, best] * np.sign(modes[2::3, best].sum())
+    free = 0.2 * np.random.default_rng(SEED).normal(size=len(mass))
+    free -= answer @ np.linalg.solve(jacobian @ answer, jacobian @ free)
+    return free - answer @ impulse * (0.3 / rates[best]), float(rates[best])
+
+
+@dataclass(frozen=True)
+class Stiffened:
+    """A compliant run beside the rigid one.
+
+    Attributes:
+        force: largest difference of a foot force at the compared times, over the weight [-].
+        torque: largest difference of a torque there [N m].
+        evaluations: of the compliant run.
+        wall: of the compliant run [s].
+    """
+
+    force: float
+    torque: float
+    evaluations: int
+    wall: float
+
+
+def stiff_scene(stiffness: float) -> Scene:
+    """Return kharagpur on point feet with linear springs [N/m] that never slip."""
+    damping = 2.0 * DAMPING_RATIO * math.sqrt(stiffness * SHARE)
+    contact = Contact(
+        normal=KelvinVoigt(stiffness=stiffness, damping=damping),
+        friction=StickSlip(mu=NEVER_SLIPS, stiffness=stiffness, damping=damping),
+    )
+    robot = load_robot("kharagpur", foot_radius=0.0)
+    return Scene(robot, contact=contact, servo=Servo.from_effort(robot))
+
+
+def tripod(stiffness: float) -> Stiffened:
+    """Return a stance on three legs, 0.5 s after it was put down, against rigid contact."""
+    control, duration = _tripod_posture(), 0.5
+    trace = _compliant(stiffness, control, duration, 1e-7)
+    return _apart(trace, _rigid(control, duration, 1e-3), np.array([len(trace.time) - 1]))
+
+
+def slow_gait(stiffness: float, accuracy: float = 1e-6) -> Stiffened:
+    """Return half a cycle of a slow tripod gait against the rigid walk, in mid-stance."""
+    control, duration = KinematicControl(SLOW), 0.5 * SLOW.cycle_time
+    trace = _compliant(stiffness, control, duration, accuracy)
+    calm = np.flatnonzero(np.abs(trace.time / SLOW.cycle_time - 0.25) < CALM)
+    return _apart(trace, _rigid(control, duration, 2e-3), calm)
+
+
+SLOW = Gait.tripod(stroke=0.04, cycle_time=4.0)
+CALM = 0.1
+"""Share of the cycle about mid-stance that is compared: impacts and lift-offs are elsewhere."""
+
+
+def _tripod_posture() -> HoldPosture:
+    robot = load_robot("kharagpur", foot_radius=0.0)
+    lifted = {"lm", "rf", "rr"}
+    angles = dict(zip(robot.joint_names, robot.posture, strict=True))
+    for leg in robot.legs:
+        if leg.name in lifted:
+            angles[leg.joints[1]] -= 0.3
+    return HoldPosture(np.array([angles[name] for name in robot.joint_names]))
+
+
+def _compliant(stiffness: float, control: Controller, duration: float, accuracy: float) -> Trace:
+    return simulate(
+        stiff_scene(stiffness), control, duration=duration, sample=0.01, accuracy=accuracy
+    )
+
+
+@lru_cache(maxsize=4)
+def _rigid(control: Controller, duration: float, step: float) -> Trace:
+    model = RigidModel(load_robot("kharagpur", foot_radius=0.0))
+    return rigid_walk(model, control, duration=duration, step=step, sample=0.01).trace
+
+
+def _apart(trace: Trace, rigid: Trace, samples: NDArray[np.intp]) -> Stiffened:
+    weight = float(trace.meta["total_mass"]) * 9.81
+    force = np.abs(trace.foot_force[samples] - rigid.foot_force[samples]).max() / weight
+    torque = np.abs(trace.torque[samples] - rigid.torque[samples]).max()
+    count = int(trace.counters["evaluations"])
+    return Stiffened(float(force), float(torque), count, float(trace.meta["wall_time"]))

@@ -1,0 +1,200 @@
+"""Show a trace in a browser: as one file that works anywhere, or live.
+
+`write_html` needs no server, network or display. `view` serves meshcat's viewer on the loopback
+interface, from a thread of this process, so that no server outlives it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import html
+import json
+import threading
+import webbrowser
+from collections.abc import Iterator, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hexapod_pin.errors import ViewerError
+from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.view.scene_graph import animation_command, scene_commands
+from hexapod_pin.view.view_sizes import Sizes
+
+if TYPE_CHECKING:
+    from hexapod_pin.view.live import LiveViewer
+
+_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
+    "img-src data: blob:; connect-src data: blob:; worker-src blob:; font-src data:"
+)
+
+_PAGE = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<title>{title}</title>
+<!-- The viewer below is MeshCat:
+{license}
+-->
+<style>
+body {{ margin: 0; font: 14px/1.4 sans-serif; }}
+#view {{ width: 100vw; height: 100vh; overflow: hidden; }}
+#caption {{ position: absolute; left: 12px; top: 8px; max-width: 60vw; color: #223; }}
+</style>
+</head>
+<body>
+<div id="view"></div>
+<div id="caption">{caption}</div>
+<script id="embedded-json"></script>
+<script>
+{viewer}
+</script>
+<script id="trace" type="application/json">{data}</script>
+<script>
+const data = JSON.parse(document.getElementById("trace").textContent);
+const viewer = new MeshCat.Viewer(document.getElementById("view"));
+for (const clip of data.animation.animations)
+  for (const track of clip.clip.tracks) track.times = data.times;
+for (const command of [...data.scene, data.animation]) viewer.handle_command(command);
+</script>
+</body>
+</html>
+"""
+
+
+def write_html(
+    trace: Trace, path: str | Path, *, fps: float = 30.0, force_scale: float | None = None
+) -> Path:
+    """Write one HTML file that plays the trace in any browser, offline.
+
+    The file holds the viewer, the robot, the ground, the foot forces as arrows, and their motion;
+    it opens from disk, plays at once and repeats, and forbids itself any network access.
+
+    Args:
+        trace: what to show.
+        path: the file; an old one is replaced, or left alone where anything fails.
+        fps: pictures per simulated second.
+        force_scale: length of a force arrow [m/N]; None fits it to the robot's weight.
+
+    Returns:
+        The path written to.
+
+    Raises:
+        ViewerError: the trace cannot be drawn (no readable URDF, a sample that is not finite), or
+            meshcat's files are missing.
+        ParameterError: `fps` or `force_scale` is not positive.
+        TraceFileError: the file cannot be written.
+    """
+    animation = animation_command(trace, fps=fps, force_scale=force_scale)
+    times = [clip["clip"]["tracks"][0]["times"] for clip in animation["animations"]][0]
+    for clip in animation["animations"]:
+        for track in clip["clip"]["tracks"]:
+            del track["times"]
+    scene = scene_commands(trace, force_scale=force_scale)
+    data = {"scene": scene, "times": times, "animation": animation}
+    page = _PAGE.format(
+        policy=_POLICY,
+        title=html.escape(f"{trace.meta.get('robot_name', 'robot')} walking"),
+        caption=_caption(trace, force_scale),
+        license=viewer_file("LICENSE").replace("--", "- -"),
+        viewer=viewer_file("dist/main.min.js"),
+        data=_script_text(data),
+    )
+    return write_atomically(path, page.encode())
+
+
+def view(
+    trace: Trace,
+    *,
+    speed: float = 1.0,
+    loop: bool = True,
+    fps: float = 60.0,
+    force_scale: float | None = None,
+    seconds: float | None = None,
+    port: int = 0,
+    open_browser: bool = True,
+) -> None:
+    """Play the trace in a browser through meshcat, until Ctrl-C.
+
+    The browser's panel pauses and scrubs; at `speed` 0.5 its clock runs to twice the trace's time.
+
+    Args:
+        trace: what to show.
+        speed: simulated time over wall-clock time.
+        loop: whether to start again at the end.
+        fps: pictures per simulated second.
+        force_scale: length of a force arrow [m/N]; None fits it to the robot's weight.
+        seconds: how long to serve [s]; None until Ctrl-C.
+        port: of the loopback interface; 0 takes any free one.
+        open_browser: whether to open the page; its address is printed in any case.
+
+    Raises:
+        ViewerError: the viewer cannot start, or the trace cannot be drawn.
+        ParameterError: `fps`, `speed` or `force_scale` is not positive.
+    """
+    with live_viewer(
+        trace, speed=speed, loop=loop, fps=fps, force_scale=force_scale, port=port
+    ) as viewer:
+        print(f"Playing at {viewer.url} (Ctrl-C ends it)", flush=True)
+        if open_browser:
+            webbrowser.open(viewer.url)
+        with contextlib.suppress(KeyboardInterrupt):
+            threading.Event().wait(seconds)
+
+
+@contextlib.contextmanager
+def live_viewer(
+    trace: Trace,
+    *,
+    speed: float = 1.0,
+    loop: bool = True,
+    fps: float = 60.0,
+    force_scale: float | None = None,
+    port: int = 0,
+) -> Iterator[LiveViewer]:
+    """Serve the trace to browsers within a `with` block; arguments and errors as for `view`."""
+    animation = animation_command(trace, fps=fps, force_scale=force_scale, speed=speed, loop=loop)
+    scene = scene_commands(trace, force_scale=force_scale)
+    try:
+        from hexapod_pin.view.live import LiveViewer
+    except ImportError as error:
+        raise ViewerError(f"the live viewer needs meshcat ({error}).") from error
+    with LiveViewer(port=port) as viewer:
+        for command in [*scene, animation]:
+            viewer.send(command)
+        yield viewer
+
+
+def _script_text(data: Any) -> str:
+    """Return JSON that cannot end the script element it stands in."""
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c")
+
+
+def _caption(trace: Trace, force_scale: float | None) -> str:
+    """Return, as HTML, what the picture shows, and folded up what of it is assumed."""
+    scale = Sizes.of(trace, force_scale).force_scale
+    span = trace.time[-1] - trace.time[0]
+    first = html.escape(f"{trace.meta.get('robot_name', 'robot')}, {span:.4g} s")
+    arrows = f"red: foot forces, 0.1 m is {0.1 / scale:.3g} N"
+    items = "".join(f"<li>{html.escape(text)}</li>" for text in trace.meta.get("assumed", ()))
+    folded = f"<details><summary>assumed</summary><ul>{items}</ul></details>" if items else ""
+    return f"{first}<br>{arrows}{folded}"
+
+
+def viewer_file(name: str) -> str:
+    """Return the text of a file of meshcat's viewer, without importing meshcat.
+
+    Raises:
+        ViewerError: meshcat is not installed, or is of another make.
+    """
+    spec = find_spec("meshcat")
+    folders: Sequence[str] = (spec.submodule_search_locations or []) if spec else []
+    for folder in folders:
+        file = Path(folder) / "viewer" / name
+        if file.is_file():
+            return file.read_text(encoding="utf-8")
+    raise ViewerError(f"meshcat's viewer/{name} is not installed: `pip install meshcat`.")

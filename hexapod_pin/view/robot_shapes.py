@@ -1,0 +1,198 @@
+"""The visible shapes of a robot, and where a trace puts them: URDF text in, numbers out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import numpy.typing as npt
+
+from hexapod_pin.errors import ViewerError
+
+Array = npt.NDArray[np.float64]
+
+STICK_COLOR = (0.45, 0.5, 0.55, 1.0)
+STICK_WIDTH = 0.06  # radius of a stand-in stick over its length
+Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # three.js cylinder axis
+
+
+@dataclass(frozen=True)
+class DrawnShape:
+    """A primitive fixed to a body.
+
+    Attributes:
+        geometry: three.js type and sizes [m], e.g. {"type": "SphereGeometry", "radius": 0.01}.
+        rotation: (3, 3) attitude in the body's frame.
+        position: (3,) [m] in the body's frame.
+        color: red, green, blue, opacity; 0 to 1.
+    """
+
+    geometry: Mapping[str, Any]
+    rotation: Array
+    position: Array
+    color: tuple[float, float, float, float]
+
+
+def box(size: npt.ArrayLike) -> dict[str, Any]:
+    """Return a box of full lengths x, y, z [m]."""
+    width, height, depth = np.asarray(size, dtype=float).tolist()
+    return {"type": "BoxGeometry", "width": width, "height": height, "depth": depth}
+
+
+def sphere(radius: float) -> dict[str, Any]:
+    """Return a sphere [m]."""
+    return {
+        "type": "SphereGeometry",
+        "radius": float(radius),
+        "widthSegments": 20,
+        "heightSegments": 20,
+    }
+
+
+def cylinder(radius: float, length: float, *, top_radius: float | None = None) -> dict[str, Any]:
+    """Return a cylinder or, with a `top_radius`, a cone [m]; its axis is y, see `Y_TO_Z`."""
+    top = radius if top_radius is None else top_radius
+    sizes = {"radiusTop": float(top), "radiusBottom": float(radius), "height": float(length)}
+    return {"type": "CylinderGeometry", "radialSegments": 24, **sizes}
+
+
+class RobotShapes:
+    """The shapes of each moving body of a URDF, bodies named by the joint that carries them.
+
+    Boxes, cylinders and spheres are drawn as the file has them. Meshes are not: a body without a
+    primitive is drawn as sticks from its joint to the next joints and feet.
+    """
+
+    def __init__(self, urdf: str, feet: Mapping[str, float]) -> None:
+        """Read the URDF.
+
+        Args:
+            urdf: text of the file.
+            feet: radius [m] of every foot, by the link's name.
+
+        Raises:
+            ViewerError: the text cannot be read as a URDF.
+        """
+        import pinocchio as pin
+
+        try:
+            text = _without_meshes(urdf)
+            self.model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+            self._visuals = pin.buildGeomFromUrdfString(self.model, text, pin.VISUAL)
+        except (ValueError, ElementTree.ParseError) as error:
+            raise ViewerError(f"the trace's URDF cannot be drawn: {error}") from error
+        self._feet = feet
+
+    @cached_property
+    def bodies(self) -> dict[str, list[DrawnShape]]:
+        """The shapes of every body."""
+        found: dict[str, list[DrawnShape]] = {name: [] for name in self.model.names[1:]}
+        for visual in self._visuals.geometryObjects:
+            shape = _primitive(visual)
+            if shape is not None and visual.parentJoint > 0:
+                found[self.model.names[visual.parentJoint]].append(shape)
+        for joint, name in enumerate(self.model.names):
+            if joint and not found[name]:
+                found[name] = self._sticks(joint)
+        return found
+
+    def _sticks(self, joint: int) -> list[DrawnShape]:
+        """Return stand-ins for a body without drawable shapes."""
+        feet = [self._frame(joint, name) for name in self._feet]
+        ends = [self.model.jointPlacements[k].translation for k in self.model.children[joint]]
+        shapes = [_stick(end) for end in (*ends, *(foot for foot in feet if foot is not None))]
+        for foot, radius in zip(feet, self._feet.values(), strict=True):
+            if foot is not None:
+                shapes.append(DrawnShape(sphere(max(radius, 0.004)), np.eye(3), foot, STICK_COLOR))
+        return [shape for shape in shapes if shape is not None]
+
+    def _frame(self, joint: int, name: str) -> Array | None:
+        """Return where a link's frame sits on a body, if it is on that body."""
+        if not self.model.existFrame(name):
+            return None
+        frame = self.model.frames[self.model.getFrameId(name)]
+        return np.array(frame.placement.translation) if frame.parentJoint == joint else None
+
+    def poses(self, q: Array, joint_names: Sequence[str]) -> dict[str, tuple[Array, Array]]:
+        """Return where every body is, by forward kinematics.
+
+        Args:
+            q: (K, 7 + n) base position and quaternion x y z w, joint angles [m, -, rad].
+            joint_names: the n joints.
+
+        Returns:
+            Positions (K, 3) [m] and quaternions x y z w (K, 4) in the world, by body.
+
+        Raises:
+            ViewerError: the URDF has no joint of that name.
+        """
+        import pinocchio as pin
+
+        data = self.model.createData()
+        bodies = self.model.names[1:]
+        position, attitude = np.empty((len(bodies), len(q), 3)), np.empty((len(bodies), len(q), 4))
+        for k, configuration in enumerate(self._configurations(q, joint_names)):
+            pin.forwardKinematics(self.model, data, configuration)
+            for b in range(len(bodies)):
+                position[b, k] = data.oMi[b + 1].translation
+                attitude[b, k] = pin.Quaternion(data.oMi[b + 1].rotation).coeffs()
+        return {name: (position[b], attitude[b]) for b, name in enumerate(bodies)}
+
+    def _configurations(self, q: Array, joint_names: Sequence[str]) -> Array:
+        """Return `q` in the order of the drawn model, joints found by name."""
+        import pinocchio as pin
+
+        ordered = np.tile(pin.neutral(self.model), (len(q), 1))
+        ordered[:, :7] = q[:, :7]
+        for k, name in enumerate(joint_names):
+            if not self.model.existJointName(name):
+                raise ViewerError(f"the trace's URDF has no joint {name!r} to draw.")
+            joint = self.model.joints[self.model.getJointId(name)]
+            angle = q[:, 7 + k]
+            ordered[:, joint.idx_q] = angle if joint.nq == 1 else np.cos(angle)
+            if joint.nq == 2:
+                ordered[:, joint.idx_q + 1] = np.sin(angle)
+        return ordered
+
+
+def _without_meshes(urdf: str) -> str:
+    """Return the URDF without visuals that need another file."""
+    root = ElementTree.fromstring(urdf)
+    for link in root.iter("link"):
+        for visual in link.findall("visual"):
+            if visual.find("geometry/mesh") is not None:
+                link.remove(visual)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _primitive(visual: Any) -> DrawnShape | None:
+    """Return a box, cylinder or sphere of Pinocchio's geometry model; None for other shapes."""
+    shape, rotation = visual.geometry, np.array(visual.placement.rotation)
+    kind = type(shape).__name__
+    if kind == "Box":
+        geometry = box(2.0 * np.asarray(shape.halfSide))
+    elif kind == "Cylinder":
+        geometry, rotation = cylinder(shape.radius, 2.0 * shape.halfLength), rotation @ Y_TO_Z
+    elif kind == "Sphere":
+        geometry = sphere(shape.radius)
+    else:
+        return None
+    red, green, blue, opacity = (float(part) for part in visual.meshColor)
+    position = np.array(visual.placement.translation)
+    return DrawnShape(geometry, rotation, position, (red, green, blue, opacity))
+
+
+def _stick(end: Array) -> DrawnShape | None:
+    """Return a cylinder from the body's origin to `end` (3,) [m]; None for no length."""
+    import pinocchio as pin
+
+    length = float(np.linalg.norm(end))
+    if length < 1e-6:
+        return None
+    upright = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.asarray(end) / length)
+    geometry = cylinder(STICK_WIDTH * length, length)
+    return DrawnShape(geometry, upright.matrix() @ Y_TO_Z, 0.5 * np.asarray(end), STICK_COLOR)
