@@ -21,8 +21,8 @@ from hexapod_pin.view.meshcat_commands import DIGITS, ROOT, Command, mesh_object
 from hexapod_pin.view.robot_shapes import Y_TO_Z, DrawnShape, RobotShapes, cylinder
 from hexapod_pin.view.view_sizes import Sizes
 
-HIDDEN = 1e-6  # scale of an arrow without force; 0 would have no inverse
-FOREVER = 10**9  # repetitions of a looped animation
+HIDDEN_ARROW_SCALE = 1e-6  # scale of an arrow without force; 0 would have no inverse
+LOOP_REPETITIONS = 10**9  # repetitions of a looped animation
 ARROW_COLOR = (0.9, 0.15, 0.1, 0.9)
 SKY = ((0.80, 0.88, 0.95), (0.97, 0.98, 1.0))  # top, bottom
 
@@ -85,7 +85,7 @@ def animation_command(
         index, times = np.repeat(index, 2), np.array([0.0, 1.0 / fps])
     motion = _motion(trace, index, Sizes.of(trace, force_scale))
     clips = [_clip(path, times, tracks) for path, tracks in motion.items()]
-    options = {"play": True, "repetitions": FOREVER if loop else 1}
+    options = {"play": True, "repetitions": LOOP_REPETITIONS if loop else 1}
     return {"type": "set_animation", "path": "", "animations": clips, "options": options}
 
 
@@ -140,7 +140,7 @@ def _arrow_tracks(vector: Array) -> dict[str, Array]:
     unit = unit / np.linalg.norm(unit, axis=1, keepdims=True)
     turn = np.column_stack([-unit[:, 1], unit[:, 0], np.zeros(len(unit)), 1.0 + unit[:, 2]])
     turn[unit[:, 2] < -1.0 + 1e-9] = (1.0, 0.0, 0.0, 0.0)
-    scale = np.where(shown[:, None], np.column_stack([shown, shown, length]), HIDDEN)
+    scale = np.where(shown[:, None], np.column_stack([shown, shown, length]), HIDDEN_ARROW_SCALE)
     return {"quaternion": turn / np.linalg.norm(turn, axis=1, keepdims=True), "scale": scale}
 
 

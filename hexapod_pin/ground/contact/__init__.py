@@ -1,5 +1,6 @@
 """Contact laws of a spherical foot on the ground: normal force, friction, and pairs of them."""
 
+from hexapod_pin.ground.contact.contact import Contact
 from hexapod_pin.ground.contact.friction_law import FrictionLaw
 from hexapod_pin.ground.contact.normal import (
     AdamsImpact,
@@ -9,7 +10,6 @@ from hexapod_pin.ground.contact.normal import (
     hertz_stiffness,
     stiffness_from_mm,
 )
-from hexapod_pin.ground.contact.pair import Contact
 from hexapod_pin.ground.contact.regularised_friction import (
     AdamsCoulomb,
     BrownMcPhee,

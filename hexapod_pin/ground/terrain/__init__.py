@@ -1,6 +1,6 @@
 """The ground: planes, stairs, ledges, grooves, height fields; patches and shaking on any."""
 
-from hexapod_pin.ground.terrain.choice import AnyTerrain, read_terrain
+from hexapod_pin.ground.terrain.any_terrain import AnyTerrain, read_terrain
 from hexapod_pin.ground.terrain.ground import Ground, Surface
 from hexapod_pin.ground.terrain.height_field import HeightField
 from hexapod_pin.ground.terrain.height_grid import HeightGrid
