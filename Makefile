@@ -18,8 +18,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 BUILD_REQUIRES := "pip>=23" "scikit-build-core>=0.10" "nanobind>=2.4" "libpinocchio==4.1.*" \
-	cmeel-eigen cmeel-urdfdom-headers ninja cmake
+	cmeel-eigen cmeel-urdfdom-headers typing_extensions ninja cmake
 NATIVE := CMakeLists.txt $(sort $(shell find hexapod_pin/native -name '*.[ch]pp'))
+STUB := hexapod_pin/native/_core.pyi
 MODULES := $(sort $(shell find hexapod_pin -name '*.py'))
 
 # Each probe ends with one line that says what is missing, or silently with status 0.
@@ -46,8 +47,12 @@ format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-types: $(VENV)/.dev
+types: $(STUB)
 	$(BIN)/mypy
+
+# The types of the compiled module, read from it: an editable install keeps them out of this folder.
+$(STUB): $(VENV)/.dev
+	@$(BIN)/python -m nanobind.stubgen -q -m hexapod_pin.native._core -o $@
 
 contracts: $(VENV)/.dev
 	$(BIN)/lint-imports
@@ -59,7 +64,7 @@ bench: $(VENV)/.test
 	$(BIN)/python benchmarks/step_cost.py
 
 clean:
-	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) $(STUB) build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
 	find hexapod_pin scripts benchmarks tests -name __pycache__ -prune -exec rm -rf {} +
 
 compiler:

@@ -18,8 +18,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hexapod_pin import errors as errors
     from hexapod_pin import view as view
-    from hexapod_pin.benchmark.advice import Advice as Advice
-    from hexapod_pin.benchmark.advice import advise as advise
     from hexapod_pin.control.gait import Gait as Gait
     from hexapod_pin.control.hold_posture import HoldPosture as HoldPosture
     from hexapod_pin.control.kinematic import KinematicControl as KinematicControl
@@ -65,7 +63,6 @@ if TYPE_CHECKING:
 _MODULES = {
     "AdamsCoulomb": "ground.contact",
     "AdamsImpact": "ground.contact",
-    "Advice": "benchmark.advice",
     "Blueprint": "robot.description.blueprint",
     "BrownMcPhee": "ground.contact",
     "Case": "simulation.case",
@@ -97,7 +94,6 @@ _MODULES = {
     "TanhCoulomb": "ground.contact",
     "TorqueBudget": "results.robot_budget",
     "Trace": "results.trace",
-    "advise": "benchmark.advice",
     "load_robot": "robot.robot",
     "load_trace": "results.trace_file",
     "simulate": "simulation.run",
@@ -105,6 +101,16 @@ _MODULES = {
     "torque_budget": "results.torque_budget",
     "urdf_path": "robot.robot",
 }
+
+_FORMER = {
+    "Held": "control.sampled_trajectory.SampledTrajectory",
+    "Hold": "control.hold_posture.HoldPosture",
+    "Patched": "ground.terrain.PatchedGround",
+    "Shaken": "ground.terrain.ShakingGround",
+    "advise": "benchmark.advice.advise",
+    "playback": "view",
+}
+"""Names of 0.1 and what they are now (docs/names.md)."""
 
 __all__ = ["__version__", "errors", "view", *_MODULES]  # noqa: PLE0604
 
@@ -121,10 +127,24 @@ if not TYPE_CHECKING:  # with it, a type checker would take any name for granted
             value = import_module(f"hexapod_pin.{name}")
         elif name in _MODULES:
             value = getattr(import_module(f"hexapod_pin.{_MODULES[name]}"), name)
+        elif name in _FORMER:
+            return _former(name)
         else:
             raise AttributeError(f"module 'hexapod_pin' has no attribute {name!r}")
         globals()[name] = value
         return value
+
+
+def _former(name: str) -> Any:
+    """Return what a former name is called now, with a warning that says so."""
+    import warnings
+
+    now = _FORMER[name]
+    warnings.warn(f"hexapod_pin.{name} is now hexapod_pin.{now}", DeprecationWarning, stacklevel=3)
+    module, _, attribute = now.rpartition(".")
+    if not module:
+        return import_module(f"hexapod_pin.{now}")
+    return getattr(import_module(f"hexapod_pin.{module}"), attribute)
 
 
 def __dir__() -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import subprocess
 import sys
@@ -17,7 +18,7 @@ load_robot urdf_path Robot State Blueprint Contact HuntCrossley AdamsImpact Kelv
 TanhCoulomb AdamsCoulomb SmoothStep BrownMcPhee StickSlip Flat Slope Stairs Ledge Groove HeightField
 Patch PatchedGround ShakingGround Servo JointStops Scene Gait KinematicControl HoldPosture
 SampledTrajectory simulate simulate_batch Case Checkpoint Trace load_trace torque_budget
-TorqueBudget view errors advise Advice __version__
+TorqueBudget view errors __version__
 """.split()
 
 
@@ -75,3 +76,36 @@ def test_simulation_loads_no_viewer():
     """A torque run never pays for meshcat, yourdfpy or matplotlib."""
     loaded = _loaded_after("import hexapod_pin as hp; hp.simulate, hp.torque_budget, hp.load_robot")
     assert not loaded & {"meshcat", "yourdfpy", "matplotlib", "xarray"}
+
+
+ROOMS = ("robot drive control simulation results view ground ground.contact ground.terrain").split()
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_has_one_door(room: str):
+    """`__all__` of a room is sorted, complete, and each of its names has a docstring."""
+    door = importlib.import_module(f"hexapod_pin.{room}")
+    assert list(door.__all__) == sorted(set(door.__all__))
+    for name in door.__all__:
+        found = getattr(door, name)
+        assert not callable(found) or (inspect.getdoc(found) or "").strip(), name
+
+
+@pytest.mark.parametrize(
+    ("former", "now"),
+    [("Hold", "HoldPosture"), ("Held", "SampledTrajectory"), ("playback", "view")],
+)
+def test_former_names_lead_to_the_new_ones(former: str, now: str):
+    with pytest.warns(DeprecationWarning, match=now):
+        assert getattr(hp, former) is getattr(hp, now)
+
+
+def test_importing_the_product_loads_no_evidence():
+    """Hard cases and benchmarks load only with their commands."""
+    statement = "import hexapod_pin as hp; [getattr(hp, name) for name in hp.__all__]"
+    loaded = _loaded_after(statement)
+    assert not [
+        name
+        for name in loaded
+        if name.startswith(("hexapod_pin.validation", "hexapod_pin.benchmark"))
+    ]

@@ -17,16 +17,16 @@ from hexapod_pin.ground.contact import (
     SmoothStep,
 )
 from hexapod_pin.ground.contact.bounce import bounce
-from hexapod_pin.ground.contact.pair import PRESETS
+from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, delivered_restitution
 
 Law = Union[NormalLaw, FrictionLaw, Contact]  # noqa: UP007 (evaluated on Python 3.10)
 
-REQUESTED = (0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95)
-SPEEDS = (0.01, 0.03, 0.1, 0.3, 1.0)
+REQUESTED_RESTITUTIONS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95)
+APPROACH_SPEEDS_M_S = (0.01, 0.03, 0.1, 0.3, 1.0)
 """Approach speeds of the printed table [m/s]."""
 
-SHARES = (0.1, 0.3, 0.5, 0.7, 0.9, 0.99)
+FRICTION_LIMIT_SHARES = (0.1, 0.3, 0.5, 0.7, 0.9, 0.99)
 """Shares of the friction limit of the printed creep table."""
 
 NO_FIGURE = "no figure: matplotlib is not installed; pip install 'hexapod-pin[plot]' brings it"
@@ -92,10 +92,10 @@ def _number(name: str, text: str) -> float:
 def restitution_table() -> str:
     """Return requested against delivered restitution of every law, as a Markdown table."""
     rows = [
-        ["law", *(f"e = {e:g}" for e in REQUESTED)],
-        ["---", *("---:" for _ in REQUESTED)],
+        ["law", *(f"e = {e:g}" for e in REQUESTED_RESTITUTIONS)],
+        ["---", *("---:" for _ in REQUESTED_RESTITUTIONS)],
         *(
-            [name, *(f"{delivered_restitution(eta(e)):.4f}" for e in REQUESTED)]
+            [name, *(f"{delivered_restitution(eta(e)):.4f}" for e in REQUESTED_RESTITUTIONS)]
             for name, eta in DAMPING_RATIO.items()
         ),
     ]
@@ -141,19 +141,19 @@ def _normal_report(law: NormalLaw, mass: float, speed: float) -> str:
             f"asked for {law.restitution:g}; eta {law.eta:.4g} delivers {law.delivered:.4f} "
             f"at any mass and any speed above {law.speed_floor:g} m/s"
         )
-    lines.append("  speed [m/s]    " + "".join(f"{v:>9g}" for v in SPEEDS))
-    restitution = [bounce(law, mass=mass, speed=v).restitution for v in SPEEDS]
+    lines.append("  speed [m/s]    " + "".join(f"{v:>9g}" for v in APPROACH_SPEEDS_M_S))
+    restitution = [bounce(law, mass=mass, speed=v).restitution for v in APPROACH_SPEEDS_M_S]
     lines.append("  restitution    " + "".join(f"{e:>9.4f}" for e in restitution))
     return "\n".join(lines)
 
 
 def _friction_report(law: FrictionLaw) -> str:
-    loads = [share * law.limit for share in SHARES]
+    loads = [share * law.limit for share in FRICTION_LIMIT_SHARES]
     return "\n".join(
         [
             str(law),
             f"holds up to {law.limit:.4g} N per N of normal force; creep under a load:",
-            "  share of limit " + "".join(f"{share:>9g}" for share in SHARES),
+            "  share of limit " + "".join(f"{share:>9g}" for share in FRICTION_LIMIT_SHARES),
             "  load / normal  " + "".join(f"{load:>9.4g}" for load in loads),
             "  creep [mm/s]   " + "".join(f"{law.creep_speed(x) * 1e3:>9.4g}" for x in loads),
         ]

@@ -1,7 +1,20 @@
-"""Controllers: they plan a joint reference before a run."""
+"""Controllers: gaits, foot paths, joint trajectories planned before a run."""
 
-from hexapod_pin.control.hold_posture import HoldPosture as HoldPosture
-from hexapod_pin.control.joint_trajectory import Controller as Controller
-from hexapod_pin.control.joint_trajectory import JointTrajectory as JointTrajectory
-from hexapod_pin.control.kinematic import KinematicControl as KinematicControl
-from hexapod_pin.control.sampled_trajectory import SampledTrajectory as SampledTrajectory
+from hexapod_pin.control.feasible_gait import feasible_gait
+from hexapod_pin.control.foot_path import FootPath
+from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
+from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.sampled_trajectory import SampledTrajectory
+
+__all__ = [
+    "Controller",
+    "FootPath",
+    "Gait",
+    "HoldPosture",
+    "JointTrajectory",
+    "KinematicControl",
+    "SampledTrajectory",
+    "feasible_gait",
+]

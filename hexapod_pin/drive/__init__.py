@@ -1,4 +1,6 @@
 """Drives: joint servos and joint stops."""
 
-from hexapod_pin.drive.joint_stops import JointStops as JointStops
-from hexapod_pin.drive.servo import Servo as Servo
+from hexapod_pin.drive.joint_stops import JointStops
+from hexapod_pin.drive.servo import Servo
+
+__all__ = ["JointStops", "Servo"]

@@ -15,7 +15,7 @@ from hexapod_pin.results.steady_window import Window
 from hexapod_pin.results.trace import Trace
 
 KINDS = ("coxa", "femur", "tibia")
-AT_LIMIT = 0.999  # share of the effort limit from which a torque counts as limited
+LIMITED_TORQUE_SHARE = 0.999  # share of the effort limit from which a torque counts as limited
 
 _PATTERNS = (  # one per kind; OpenSHC, PhantomX and `L1_1` names included
     re.compile(r"coxa|(^|_)c1(_|$)|_1$", re.IGNORECASE),
@@ -89,7 +89,7 @@ def _joint_row(trace: Trace, window: Window, k: int, kind: str, limit: float) ->
         peak_torque=float(np.max(size)),
         peak_time=float(time[np.argmax(size)]),
         effort_limit=limit,
-        at_limit=float(np.mean(size >= AT_LIMIT * limit)),
+        at_limit=float(np.mean(size >= LIMITED_TORQUE_SHARE * limit)),
         p99_torque=float(np.percentile(size, 99.0)),
         rms_torque=_rms(time, torque),
         peak_speed=float(np.max(np.abs(rate))),

@@ -1,9 +1,20 @@
 """Robots: URDF and blueprints, loading, legs and their kinematics, states."""
 
-from hexapod_pin.robot.description.blueprint import Blueprint as Blueprint
-from hexapod_pin.robot.robot import Foot as Foot
-from hexapod_pin.robot.robot import Leg as Leg
-from hexapod_pin.robot.robot import Robot as Robot
-from hexapod_pin.robot.robot import load_robot as load_robot
-from hexapod_pin.robot.robot import urdf_path as urdf_path
-from hexapod_pin.robot.state import State as State
+from hexapod_pin.robot.description.blueprint import Blueprint
+from hexapod_pin.robot.leg_kinematics import LegKinematics
+from hexapod_pin.robot.robot import Foot, Leg, Robot, load_robot, urdf_path
+from hexapod_pin.robot.state import State
+from hexapod_pin.robot.urdf_report import UrdfReport, inspect
+
+__all__ = [
+    "Blueprint",
+    "Foot",
+    "Leg",
+    "LegKinematics",
+    "Robot",
+    "State",
+    "UrdfReport",
+    "inspect",
+    "load_robot",
+    "urdf_path",
+]

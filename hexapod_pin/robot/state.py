@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import StateError
 
-QUATERNION_SLACK = 1e-6
+QUATERNION_NORM_TOLERANCE = 1e-6
 """Largest | |quaternion| - 1 | that is taken for round-off."""
 
 
@@ -48,10 +48,10 @@ def checked_state(q: ArrayLike, v: ArrayLike, n_joints: int) -> State:
     q_copy = finite_vector("q", q, 7 + n_joints)
     v_copy = finite_vector("v", v, 6 + n_joints)
     norm = float(np.linalg.norm(q_copy[3:7]))
-    if abs(norm - 1) > QUATERNION_SLACK:
+    if abs(norm - 1) > QUATERNION_NORM_TOLERANCE:
         raise StateError(
             f"base quaternion q[3:7] (x, y, z, w) = {q_copy[3:7].tolist()}: its norm is {norm:.9g}"
-            f" and must be 1 to {QUATERNION_SLACK:g}; divide it by its norm."
+            f" and must be 1 to {QUATERNION_NORM_TOLERANCE:g}; divide it by its norm."
         )
     q_copy[3:7] /= norm
     return State(read_only(q_copy), read_only(v_copy))

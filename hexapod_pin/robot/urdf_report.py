@@ -15,7 +15,7 @@ from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
 
 
 @dataclass(frozen=True)
-class Report:
+class UrdfReport:
     """The content of a URDF.
 
     Attributes:
@@ -67,7 +67,7 @@ class Report:
         return "\n".join(lines)
 
 
-def inspect(source: str | Path, *, feet: Sequence[str] | None = None) -> Report:
+def inspect(source: str | Path, *, feet: Sequence[str] | None = None) -> UrdfReport:
     """Report on a packaged robot or a URDF without raising for what is wrong inside it.
 
     Args:
@@ -89,11 +89,11 @@ def inspect(source: str | Path, *, feet: Sequence[str] | None = None) -> Report:
     return _report(file, robot, [])
 
 
-def _report(file: UrdfFile, robot: Robot | None, findings: list[str]) -> Report:
+def _report(file: UrdfFile, robot: Robot | None, findings: list[str]) -> UrdfReport:
     """Collect the report; of a refused file only what can be counted."""
     masses = [link.mass for link in file.links if link.mass is not None]
     chains = [] if structure_findings(file) else leg_chains(file)[0]
-    return Report(
+    return UrdfReport(
         source=file.source, name=file.name, links=len(file.links), joints=len(file.joints),
         moved_joints=sum(joint.moves for joint in file.joints),
         total_mass=math.fsum(masses) if all(map(math.isfinite, masses)) else math.nan,

@@ -1,6 +1,9 @@
 """Simulation: scenes, methods, runs and batches over the native core."""
 
-from hexapod_pin.simulation.batch import simulate_batch as simulate_batch
-from hexapod_pin.simulation.case import Case as Case
-from hexapod_pin.simulation.run import simulate as simulate
-from hexapod_pin.simulation.scene import Scene as Scene
+from hexapod_pin.simulation.batch import simulate_batch
+from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.methods import METHODS, Method
+from hexapod_pin.simulation.run import simulate
+from hexapod_pin.simulation.scene import Scene
+
+__all__ = ["Case", "METHODS", "Method", "Scene", "simulate", "simulate_batch"]

@@ -69,7 +69,7 @@ class NativeRun:
             rate=np.ascontiguousarray(plan.v, dtype=float),
             held=plan.held,
             start=_native.checkpoint(first, start.q, start.v, start.contacts, start.controller),
-            method=how.choice.method.name.replace("extrapolated-euler", "x3"),
+            method=how.choice.method.name,
             step=how.grid.step,
             stride=how.grid.stride,
             sample=how.grid.sample,

@@ -1,5 +1,6 @@
-"""Look at a walk: one offline HTML file, or live in the browser."""
+"""Look at a walk: one offline HTML file, or live in the browser; figures of contact laws."""
 
-from hexapod_pin.view.html import live_viewer as live_viewer
-from hexapod_pin.view.html import view as view
-from hexapod_pin.view.html import write_html as write_html
+from hexapod_pin.view.contact_figure import write_figure
+from hexapod_pin.view.html import live_viewer, view, write_html
+
+__all__ = ["live_viewer", "view", "write_figure", "write_html"]

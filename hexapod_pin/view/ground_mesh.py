@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
 
-MOST_CELLS = 250  # of a height field's mesh along one side
+MAX_MESH_CELLS = 250  # of a height field's mesh along one side
 PATCH_CELLS = 24  # along a side of a patch's outline
 
 
@@ -57,7 +57,7 @@ def ground_mesh(terrain: AnyTerrain, low: Array, high: Array) -> tuple[Array, np
     surface = terrain.surface()
     if isinstance(surface, Polyline):
         return _ribbon(surface, low, high)
-    cells = 1 if isinstance(surface, Plane) else MOST_CELLS
+    cells = 1 if isinstance(surface, Plane) else MAX_MESH_CELLS
     x, y = (np.linspace(low[k], high[k], cells + 1) for k in range(2))
     grid_x, grid_y = np.meshgrid(x, y)
     vertices = np.stack([grid_x, grid_y, surface.height_at(grid_x, grid_y)], axis=-1)

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 from hexapod_pin.errors import ViewerError
 from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.view.scene_graph import Sizes, animation_command, scene_commands
+from hexapod_pin.view.scene_graph import animation_command, scene_commands
+from hexapod_pin.view.view_sizes import Sizes
 
 if TYPE_CHECKING:
     from hexapod_pin.view.live import LiveViewer

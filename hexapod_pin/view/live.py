@@ -21,14 +21,14 @@ import umsgpack
 import zmq
 
 from hexapod_pin.errors import ViewerError
-from hexapod_pin.view.scene_graph import Command
+from hexapod_pin.view.meshcat_commands import Command
 
 with warnings.catch_warnings():
     warnings.filterwarnings("ignore", "zmq.eventloop.ioloop", DeprecationWarning)
     from meshcat.servers import zmqserver
 
 LOOPBACK = "127.0.0.1"
-PATIENCE = 20.0  # longest wait for the server's thread [s]
+SERVER_TIMEOUT_S = 20.0  # longest wait for the server's thread [s]
 
 _numbers = itertools.count()
 
@@ -106,11 +106,11 @@ class LiveViewer:
             ViewerError: the port is taken, or the server does not start.
         """
         self._thread.start()
-        if not self._ready.wait(PATIENCE) or self._failure:
+        if not self._ready.wait(SERVER_TIMEOUT_S) or self._failure:
             raise ViewerError(f"the viewer did not start: {self._failure or 'no answer'}.")
         client = zmqserver.ZMQWebSocketBridge.context.socket(zmq.REQ)
         client.setsockopt(zmq.LINGER, 0)
-        client.setsockopt(zmq.RCVTIMEO, int(1e3 * PATIENCE))
+        client.setsockopt(zmq.RCVTIMEO, int(1e3 * SERVER_TIMEOUT_S))
         client.connect(self._commands)
         self._client = client
         return self
@@ -126,7 +126,7 @@ class LiveViewer:
             self._client.close()
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join(PATIENCE)
+        self._thread.join(SERVER_TIMEOUT_S)
 
     def send(self, command: Command) -> None:
         """Pass a command to every browser, now or when it connects.

@@ -21,7 +21,7 @@ Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # three
 
 
 @dataclass(frozen=True)
-class Shape:
+class DrawnShape:
     """A primitive fixed to a body.
 
     Attributes:
@@ -88,9 +88,9 @@ class RobotShapes:
         self._feet = feet
 
     @cached_property
-    def bodies(self) -> dict[str, list[Shape]]:
+    def bodies(self) -> dict[str, list[DrawnShape]]:
         """The shapes of every body."""
-        found: dict[str, list[Shape]] = {name: [] for name in self.model.names[1:]}
+        found: dict[str, list[DrawnShape]] = {name: [] for name in self.model.names[1:]}
         for visual in self._visuals.geometryObjects:
             shape = _primitive(visual)
             if shape is not None and visual.parentJoint > 0:
@@ -100,14 +100,14 @@ class RobotShapes:
                 found[name] = self._sticks(joint)
         return found
 
-    def _sticks(self, joint: int) -> list[Shape]:
+    def _sticks(self, joint: int) -> list[DrawnShape]:
         """Return stand-ins for a body without drawable shapes."""
         feet = [self._frame(joint, name) for name in self._feet]
         ends = [self.model.jointPlacements[k].translation for k in self.model.children[joint]]
         shapes = [_stick(end) for end in (*ends, *(foot for foot in feet if foot is not None))]
         for foot, radius in zip(feet, self._feet.values(), strict=True):
             if foot is not None:
-                shapes.append(Shape(sphere(max(radius, 0.004)), np.eye(3), foot, STICK_COLOR))
+                shapes.append(DrawnShape(sphere(max(radius, 0.004)), np.eye(3), foot, STICK_COLOR))
         return [shape for shape in shapes if shape is not None]
 
     def _frame(self, joint: int, name: str) -> Array | None:
@@ -169,7 +169,7 @@ def _without_meshes(urdf: str) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _primitive(visual: Any) -> Shape | None:
+def _primitive(visual: Any) -> DrawnShape | None:
     """Return a box, cylinder or sphere of Pinocchio's geometry model; None for other shapes."""
     shape, rotation = visual.geometry, np.array(visual.placement.rotation)
     kind = type(shape).__name__
@@ -183,10 +183,10 @@ def _primitive(visual: Any) -> Shape | None:
         return None
     red, green, blue, opacity = (float(part) for part in visual.meshColor)
     position = np.array(visual.placement.translation)
-    return Shape(geometry, rotation, position, (red, green, blue, opacity))
+    return DrawnShape(geometry, rotation, position, (red, green, blue, opacity))
 
 
-def _stick(end: Array) -> Shape | None:
+def _stick(end: Array) -> DrawnShape | None:
     """Return a cylinder from the body's origin to `end` (3,) [m]; None for no length."""
     import pinocchio as pin
 
@@ -195,4 +195,4 @@ def _stick(end: Array) -> Shape | None:
         return None
     upright = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.asarray(end) / length)
     geometry = cylinder(STICK_WIDTH * length, length)
-    return Shape(geometry, upright.matrix() @ Y_TO_Z, 0.5 * np.asarray(end), STICK_COLOR)
+    return DrawnShape(geometry, upright.matrix() @ Y_TO_Z, 0.5 * np.asarray(end), STICK_COLOR)

@@ -1,18 +1,43 @@
 """Contact laws of a spherical foot on the ground: normal force, friction, and pairs of them."""
 
-from hexapod_pin.ground.contact.friction import AdamsCoulomb as AdamsCoulomb
-from hexapod_pin.ground.contact.friction import BrownMcPhee as BrownMcPhee
-from hexapod_pin.ground.contact.friction import FrictionLaw as FrictionLaw
-from hexapod_pin.ground.contact.friction import SmoothStep as SmoothStep
-from hexapod_pin.ground.contact.friction import StickSlip as StickSlip
-from hexapod_pin.ground.contact.friction import TanhCoulomb as TanhCoulomb
-from hexapod_pin.ground.contact.normal import AdamsImpact as AdamsImpact
-from hexapod_pin.ground.contact.normal import HuntCrossley as HuntCrossley
-from hexapod_pin.ground.contact.normal import KelvinVoigt as KelvinVoigt
-from hexapod_pin.ground.contact.normal import NormalLaw as NormalLaw
-from hexapod_pin.ground.contact.normal import hertz_stiffness as hertz_stiffness
-from hexapod_pin.ground.contact.normal import stiffness_from_mm as stiffness_from_mm
-from hexapod_pin.ground.contact.pair import Contact as Contact
-from hexapod_pin.ground.contact.restitution import Restitution as Restitution
-from hexapod_pin.ground.contact.restitution import delivered_restitution as delivered_restitution
-from hexapod_pin.ground.contact.restitution import exact_damping_ratio as exact_damping_ratio
+from hexapod_pin.ground.contact.contact import Contact
+from hexapod_pin.ground.contact.friction_law import FrictionLaw
+from hexapod_pin.ground.contact.normal import (
+    AdamsImpact,
+    HuntCrossley,
+    KelvinVoigt,
+    NormalLaw,
+    hertz_stiffness,
+    stiffness_from_mm,
+)
+from hexapod_pin.ground.contact.regularised_friction import (
+    AdamsCoulomb,
+    BrownMcPhee,
+    SmoothStep,
+    TanhCoulomb,
+)
+from hexapod_pin.ground.contact.restitution import (
+    Restitution,
+    delivered_restitution,
+    exact_damping_ratio,
+)
+from hexapod_pin.ground.contact.stick_slip import StickSlip
+
+__all__ = [
+    "AdamsCoulomb",
+    "AdamsImpact",
+    "BrownMcPhee",
+    "Contact",
+    "FrictionLaw",
+    "HuntCrossley",
+    "KelvinVoigt",
+    "NormalLaw",
+    "Restitution",
+    "SmoothStep",
+    "StickSlip",
+    "TanhCoulomb",
+    "delivered_restitution",
+    "exact_damping_ratio",
+    "hertz_stiffness",
+    "stiffness_from_mm",
+]

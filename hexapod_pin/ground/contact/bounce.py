@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
     from hexapod_pin.ground.contact.normal import NormalLaw
 
-LONGEST = 1e5
+MAX_CONTACT_TIME_RATIO = 1e5
 """Time after which a foot that has not left is said to stick, in units of depth over speed."""
 
 
@@ -66,7 +66,13 @@ def bounce(law: NormalLaw, *, mass: float, speed: float) -> Bounce:
 
     left.terminal, left.direction = True, -1.0  # type: ignore[attr-defined]
     run = solve_ivp(
-        motion, (0.0, LONGEST), (0.0, 1.0), method="LSODA", rtol=1e-10, atol=1e-13, events=left
+        motion,
+        (0.0, MAX_CONTACT_TIME_RATIO),
+        (0.0, 1.0),
+        method="LSODA",
+        rtol=1e-10,
+        atol=1e-13,
+        events=left,
     )
     x, u = run.y
     force = law.force(np.maximum(x, 0.0) * depth, u * speed, speed)

@@ -69,7 +69,7 @@ def exact_damping_ratio(restitution: float) -> float:
     """
     e = restitution
     if not 0.0 < e <= 1.0:
-        raise ParameterError("restitution", e, "above 0 and at most 1", _NO_ZERO)
+        raise ParameterError("restitution", e, "above 0 and at most 1", _ZERO_RESTITUTION_REFUSED)
     if e == 1.0:
         return 0.0
     low, high = 0.0, 1.0
@@ -94,7 +94,9 @@ def _log1p_minus(x: float) -> float:
     return -r * x + 2.0 * r * square * tail
 
 
-_NO_ZERO = "No finite damping stops a mass dead: take a small restitution, such as 0.01."
+_ZERO_RESTITUTION_REFUSED = (
+    "No finite damping stops a mass dead: take a small restitution, such as 0.01."
+)
 
 DAMPING_RATIO: dict[str, Callable[[float], float]] = {
     "hunt-crossley": lambda e: 1.5 * (1.0 - e),
@@ -134,7 +136,10 @@ class Restitution(NormalLaw):
     def _bounces(self) -> Restitution:
         if not (self.restitution > 0.0 and math.isfinite(1.0 / self.restitution)):
             raise ParameterError(
-                "Restitution.restitution", self.restitution, "above 0 and at most 1", _NO_ZERO
+                "Restitution.restitution",
+                self.restitution,
+                "above 0 and at most 1",
+                _ZERO_RESTITUTION_REFUSED,
             )
         return self
 

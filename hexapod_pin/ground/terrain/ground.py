@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
     from hexapod_pin.arrays import Array
 
-STEEPEST = float(np.radians(60.0)) + 1e-12
+MAX_FACE_ANGLE_RAD = float(np.radians(60.0)) + 1e-12
 """Largest slope of a face or field [rad]; steeper than that is a wall: use a riser."""
 
-TOUCHING = 1e-12  # clearance that counts as none [m]
+CLEARANCE_TOLERANCE_M = 1e-12  # clearance that counts as none [m]
 
 
 class Surface(Protocol):
@@ -80,7 +80,7 @@ class Ground(Spec):
             return _clearance(ground, centers + (0.0, 0.0, up), sizes)
 
         first = -gap(0.0)
-        if abs(gap(first)) <= TOUCHING:
+        if abs(gap(first)) <= CLEARANCE_TOLERANCE_M:
             return first
         return _bisect(gap, abs(first) + 1.0)
 
@@ -110,7 +110,7 @@ def _bisect(gap: Any, reach: float) -> float:
         low *= 2.0
     while gap(high) < 0.0:
         high *= 2.0
-    while high - low > TOUCHING:
+    while high - low > CLEARANCE_TOLERANCE_M:
         middle = 0.5 * (low + high)
         if not low < middle < high:
             break

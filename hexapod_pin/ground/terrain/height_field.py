@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, PositiveFloat, model_validator
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.ground.terrain.ground import STEEPEST, Ground
+from hexapod_pin.ground.terrain.ground import MAX_FACE_ANGLE_RAD, Ground
 from hexapod_pin.ground.terrain.height_files import read_csv, read_image
 from hexapod_pin.ground.terrain.height_grid import HeightGrid
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
     from hexapod_pin.arrays import Array
 
-MOST_POINTS = 4_000_000
-WAVES = 32  # of a random field
-POINTS_PER_WAVE = 10
+MAX_GRID_POINTS = 4_000_000
+RANDOM_FIELD_WAVES = 32  # of a random field
+MIN_POINTS_PER_WAVELENGTH = 10
 
 Lengths = tuple[float, float]
 
@@ -150,7 +150,7 @@ class HeightField(Ground):
                 raise ParameterError(name, value, "positive and finite [m]")
         if not (np.isfinite(amplitude) and amplitude >= 0.0):
             raise ParameterError("amplitude", amplitude, "finite, not negative [m]")
-        spacing = wavelength / POINTS_PER_WAVE
+        spacing = wavelength / MIN_POINTS_PER_WAVELENGTH
         columns, rows = (max(2, int(np.ceil(length / spacing)) + 1) for length in extent)
         _require_size(rows * columns)
         z = _waves(seed, spacing / wavelength, (rows, columns))
@@ -160,8 +160,8 @@ class HeightField(Ground):
 def _waves(seed: int, step: float, shape: tuple[int, int]) -> Array:
     """Return a sum of waves of lengths near 1 on a grid of the given step."""
     dice = np.random.default_rng(seed)
-    turn, phase = dice.uniform(0.0, 2.0 * np.pi, (2, WAVES))
-    number = 2.0 * np.pi / dice.uniform(0.7, 1.4, WAVES)
+    turn, phase = dice.uniform(0.0, 2.0 * np.pi, (2, RANDOM_FIELD_WAVES))
+    number = 2.0 * np.pi / dice.uniform(0.7, 1.4, RANDOM_FIELD_WAVES)
     y, x = (step * np.arange(n) for n in shape)
     z = np.zeros(shape)
     for k, a, p in zip(number, turn, phase, strict=True):
@@ -191,8 +191,10 @@ def _rectangle(z: ArrayLike) -> Array:
 
 
 def _require_size(points: int) -> None:
-    if points > MOST_POINTS:
-        raise ParameterError("HeightField.z", f"{points} points", f"{MOST_POINTS} points at most")
+    if points > MAX_GRID_POINTS:
+        raise ParameterError(
+            "HeightField.z", f"{points} points", f"{MAX_GRID_POINTS} points at most"
+        )
 
 
 def _require_grid(z: Array, spacing: Any) -> None:
@@ -204,7 +206,7 @@ def _require_grid(z: Array, spacing: Any) -> None:
     for axis, step in ((1, spacing[0]), (0, spacing[1])):
         grade = np.abs(np.diff(z, axis=axis)) / step
         steepest = float(np.arctan(grade.max()))
-        if steepest > STEEPEST:
+        if steepest > MAX_FACE_ANGLE_RAD:
             j, i = (int(k) for k in np.unravel_index(grade.argmax(), grade.shape))
             raise ParameterError(
                 f"slope of HeightField.z after [{j}, {i}]",

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
 
 LUMINANCE = (0.299, 0.587, 0.114)  # of red, green, blue (ITU-R BT.601)
-MOST_BYTES = 100_000_000
+MAX_FILE_BYTES = 100_000_000
 
 
 def read_csv(path: str | Path) -> Array:
@@ -105,8 +105,8 @@ def _bytes(path: str | Path) -> bytes:
     """Return a file's content."""
     try:
         file = Path(path)
-        if file.stat().st_size > MOST_BYTES:
-            raise _unreadable(path, f"a file of {MOST_BYTES} bytes at most")
+        if file.stat().st_size > MAX_FILE_BYTES:
+            raise _unreadable(path, f"a file of {MAX_FILE_BYTES} bytes at most")
         return file.read_bytes()
     except (OSError, ValueError) as error:
         if isinstance(error, ParameterError):

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from hexapod_pin.ground.terrain.ground import STEEPEST, Ground
+from hexapod_pin.ground.terrain.ground import MAX_FACE_ANGLE_RAD, Ground
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from hexapod_pin.arrays import Array
 
-Angle = Annotated[float, Field(ge=-STEEPEST, le=STEEPEST)]
+Angle = Annotated[float, Field(ge=-MAX_FACE_ANGLE_RAD, le=MAX_FACE_ANGLE_RAD)]
 
 
 @dataclass(frozen=True)

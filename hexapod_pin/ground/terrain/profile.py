@@ -11,10 +11,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, PositiveFloat
 
-from hexapod_pin.ground.terrain.ground import STEEPEST, Ground
+from hexapod_pin.ground.terrain.ground import MAX_FACE_ANGLE_RAD, Ground
 from hexapod_pin.ground.terrain.polyline import Polyline
 
-FaceAngle = Annotated[float, Field(gt=0.0, le=STEEPEST)]
+FaceAngle = Annotated[float, Field(gt=0.0, le=MAX_FACE_ANGLE_RAD)]
 
 
 class Stairs(Ground):

@@ -1,4 +1,4 @@
-// The border to Python, one unit per concern: plain arrays in, plain arrays out.
+// The bindings to Python, one unit per concern: plain arrays in, plain arrays out.
 #pragma once
 
 #include <nanobind/nanobind.h>

@@ -7,8 +7,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "bindings/bindings.hpp"
-#include "methods/stiff_block.hpp"
-#include "plant/reference.hpp"
+#include "methods/chart_rates.hpp"
 #include "plant/settings.hpp"
 
 namespace nb = nanobind;
@@ -82,11 +81,11 @@ nb::dict evaluation(PlantT plant, const VectorXd& q, const VectorXd& v, const Ve
     stiffness.row(i) = foot.contact.minus_dz.transpose();
     for (int k = 0; k < 3; ++k) {
       column.setZero();
-      plant.add_transposed(i, Vec3::Unit(k), column);
+      plant.add_jacobian_transposed(i, Vec3::Unit(k), column);
       jacobian.row(3 * i + k) = column.transpose();
     }
     for (int k = 0; k < nv; ++k)
-      drift.block(3 * i, k, 3, 1) = plant.along(i, foot.qb, foot.ql, VectorXd::Unit(nv, k));
+      drift.block(3 * i, k, 3, 1) = plant.jacobian_times(i, foot.qb, foot.ql, VectorXd::Unit(nv, k));
   }
   plant.acceleration(v, torque, acceleration);
   RowMatrix axis(nv - 6, 3), origin(nv - 6, 3);
@@ -113,8 +112,7 @@ nb::dict evaluation(PlantT plant, const VectorXd& q, const VectorXd& v, const Ve
 }
 
 nb::dict evaluate(const PlantSettings& s, const VectorXd& q, const VectorXd& v, const VectorXd& torque) {
-  return s.arrow() ? evaluation(s.make<ArrowSystem>(), q, v, torque)
-                   : evaluation(s.make<DenseSystem>(), q, v, torque);
+  return s.with_plant([&](auto plant) { return evaluation(std::move(plant), q, v, torque); });
 }
 
 }  // namespace
@@ -131,6 +129,9 @@ void bind_plant(nb::module_& m) {
         "terrain"_a, "kp"_a, "kd"_a, "limit"_a, "damping"_a, "lower"_a, "upper"_a, "stop_stiffness"_a, "stop_dissipation"_a, "dense"_a = false,
         "fused"_a = true, "baseline"_a = false);
   m.def("evaluate", &evaluate, "plant"_a, "q"_a, "v"_a, "torque"_a,
+        nb::sig("def evaluate(plant: PlantSettings, q: numpy.ndarray[dtype=float64], "
+                "v: numpy.ndarray[dtype=float64], torque: numpy.ndarray[dtype=float64]) "
+                "-> dict[str, numpy.ndarray[dtype=float64]]"),
         "Dynamics and feet of one state; joint torques given.");
   m.def("chart_rates", [](const PlantSettings& s, const VectorXd& q0, const VectorXd& y,
                           const VectorXd& q_ref, double step, const VectorXd& b) {

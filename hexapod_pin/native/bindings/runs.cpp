@@ -30,14 +30,14 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
                                long stride, double sample, double accuracy) {
   const Tree& tree = s.dynamics.tree();
   if (from.q.size() != tree.nq || from.v.size() != tree.nv)
-    throw std::invalid_argument("state of the wrong size");
-  const Eigen::Index contacts = Eigen::Index(s.mounts.size()) * s.terrain.most();
+    throw std::invalid_argument("q or v has the wrong size for this robot");
+  const Eigen::Index contacts = Eigen::Index(s.mounts.size()) * s.terrain.max_contacts();
   if (from.contacts.rows() != 0 && (from.contacts.rows() != contacts || from.contacts.cols() != 6))
-    throw std::invalid_argument("contact memories of the wrong size");
+    throw std::invalid_argument("contact memories must be (contacts, 6)");
   const auto rows = Eigen::Index(time.size()), columns = Eigen::Index(tree.nv - 6);
   if (rows < 1 || position.rows() != rows || rate.rows() != rows || position.cols() != columns ||
       rate.cols() != columns)
-    throw std::invalid_argument("set-points of the wrong size");
+    throw std::invalid_argument("set-points must be (knots, joints), one row per time");
   return start_run(method, {s, Reference(time, position, rate, held), from, step, stride, sample,
                             accuracy});
 }
@@ -59,22 +59,30 @@ nb::dict record(const Rollout& rollout) {
 }  // namespace
 
 void bind_runs(nb::module_& m) {
-  nb::class_<Rollout>(m, "Rollout")
-      .def("advance", &Rollout::advance, "samples"_a, nb::call_guard<nb::gil_scoped_release>())
-      .def("record", &record)
-      .def("counters", &Rollout::counters)
-      .def("checkpoint", &Rollout::checkpoint);
   nb::class_<Checkpoint>(m, "Checkpoint")
       .def_ro("first", &Checkpoint::first)
       .def_ro("q", &Checkpoint::q)
       .def_ro("v", &Checkpoint::v)
       .def_ro("contacts", &Checkpoint::contacts)
       .def_ro("controller", &Checkpoint::controller);
+  nb::class_<Rollout>(m, "Rollout")
+      .def("advance", &Rollout::advance, "samples"_a, nb::call_guard<nb::gil_scoped_release>(),
+           "False where the run has diverged; the samples before stand.")
+      .def("record", &record,
+           nb::sig("def record(self) -> dict[str, numpy.ndarray[dtype=float64]]"),
+           "Tables of the samples by name, one row per sample.")
+      .def("counters", &Rollout::counters)
+      .def("checkpoint", &Rollout::checkpoint);
   m.def("checkpoint", &make_checkpoint, "first"_a, "q"_a, "v"_a, "contacts"_a, "controller"_a);
   m.def("start", &start, "plant"_a, "time"_a, "position"_a, "rate"_a, "held"_a, "start"_a, "method"_a,
         "step"_a, "stride"_a, "sample"_a, "accuracy"_a);
-  m.def("advance_all", &advance_all, "rollouts"_a, "samples"_a, "threads"_a,
-        nb::call_guard<nb::gil_scoped_release>());
+  m.def("advance_all",
+        [](const std::vector<Rollout*>& rollouts, const std::vector<long>& samples, int threads) {
+          const std::vector<char> good = advance_all(rollouts, samples, threads);
+          return std::vector<bool>(good.begin(), good.end());  // a char would become a string
+        },
+        "rollouts"_a, "samples"_a, "threads"_a, nb::call_guard<nb::gil_scoped_release>(),
+        "What `advance` of each rollout returns, independent of the number of threads.");
 }
 
 }  // namespace hexapod

@@ -7,7 +7,6 @@
 
 #include "bindings/bindings.hpp"
 #include "laws/terrain.hpp"
-#include "plant/reference.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -19,7 +18,7 @@ namespace {
 std::vector<std::pair<double, Vec3>> contacts(const Terrain& terrain, const Vec3& center,
                                               double radius) {
   GroundPoints points;
-  const int count = terrain.under(center, radius, 0.0, points);
+  const int count = terrain.find_contacts(center, radius, 0.0, points);
   std::vector<std::pair<double, Vec3>> out;
   for (int k = 0; k < count; ++k) out.emplace_back(points[k].gap, points[k].normal);
   return out;
@@ -30,7 +29,7 @@ std::vector<std::pair<double, Vec3>> contacts(const Terrain& terrain, const Vec3
 void bind_terrain(nb::module_& m) {
   nb::class_<Terrain>(m, "Terrain")
       .def("contacts", &contacts, "center"_a, "radius"_a, "[(gap, normal)] of a sphere at t = 0")
-      .def("patch", &Terrain::factors, "x"_a, "y"_a, "(friction factor, stiffness factor)");
+      .def("patch", &Terrain::patch_factors, "x"_a, "y"_a, "(friction factor, stiffness factor)");
   m.def("plane", [](const Vec3& point, const Vec3& normal) {
     return Terrain{Plane{point, normal.normalized()}};
   }, "point"_a, "normal"_a);

@@ -1,6 +1,7 @@
 // Regularised Coulomb laws: f_t = -N m(s) u_t/s with slip speed s = |u_t|. Pure functions.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 namespace hexapod {
@@ -8,6 +9,8 @@ namespace hexapod {
 struct FrictionFactor {
   double ratio = 0.0;  // m(s)/s, s/m
   double slope = 0.0;  // (d ratio/ds)/s, s^3/m^3
+
+  double tangent(double speed) const { return ratio + slope * speed * speed; }  // dm/ds, s/m
 };
 
 enum class FrictionKind { none, tanh_coulomb, adams_coulomb, smooth_step, brown_mcphee, bristle };
@@ -16,7 +19,7 @@ enum class FrictionKind { none, tanh_coulomb, adams_coulomb, smooth_step, brown_
 // adams_coulomb: m = STEP(s, -vs, -mu, vs, mu) below vs, STEP(s, vs, mu, vd, mud) above   (S2)
 // smooth_step:   m = mu S5(x), x = s/vs < 1; then down to mud over 1 <= x < 3     (Drake)
 // brown_mcphee:  m = mud tanh(4x) + (mu - mud) x/(0.25 x^2 + 0.75)^2, x = s/vs    (Brown & McPhee)
-// bristle:       a spring and damper in the ground plane, see feet.hpp
+// bristle:       a spring and damper in the ground plane (bristle.hpp)
 struct FrictionLaw {
   FrictionKind kind = FrictionKind::none;
   double mu = 0.0;                 // -, static where there are two
@@ -27,15 +30,37 @@ struct FrictionLaw {
   double bristle_stiffness = 0.0;  // k, N/m
   double bristle_damping = 0.0;    // c, N s/m
 
-  // slope of m/mu at rest, s/m: the least slip that matters is its inverse; 0 for the others
+  bool has_bristle() const { return kind == FrictionKind::bristle; }
+
+  // Coefficient that bounds the force of a bristle, -.
+  double coefficient(bool sliding) const { return sliding ? mu_dynamic : mu; }
+  double largest_coefficient() const { return std::max(mu, mu_dynamic); }
+
+  // d force/d slip speed [N s/m] of a bristle that a step `dt` [s] stretches along; 0 s: the damper.
+  double bristle_gain(double dt) const { return dt * bristle_stiffness + bristle_damping; }
+  double bristle_energy(double stretch_squared) const {  // J, of a stretch [m] squared
+    return 0.5 * bristle_stiffness * stretch_squared;
+  }
+  double bristle_relaxation() const { return bristle_stiffness / bristle_damping; }  // 1/s
+
+  // Slip speed per stretch [1/s] that gives the same trial force at the end of a step `dt` [s].
+  double bristle_slip_rate(double dt) const { return bristle_stiffness / bristle_gain(dt); }
+
+  // Slope of m/mu at rest (smooth_step: its largest), s/m: the inverse of the slip speed that the law
+  // resolves; 0 for the others.
   double steepness() const {
     switch (kind) {
       case FrictionKind::tanh_coulomb: return slip_slope;
       case FrictionKind::adams_coulomb: return 1.5 / stiction_speed;
-      case FrictionKind::smooth_step: return 1.875 / stiction_speed;  // its steepest
+      case FrictionKind::smooth_step: return 1.875 / stiction_speed;
       case FrictionKind::brown_mcphee: return 4.0 / stiction_speed;
       default: return 0.0;
     }
+  }
+
+  double largest_ratio() const {  // of m(s)/s, s/m
+    if (kind == FrictionKind::smooth_step) return 1.2 * mu / stiction_speed;
+    return (*this)(0.0).ratio;
   }
 
   FrictionFactor operator()(double speed) const {

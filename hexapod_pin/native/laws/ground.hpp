@@ -3,13 +3,11 @@
 
 #include <array>
 
-#include <Eigen/Core>
+#include "laws/vectors.hpp"
 
 namespace hexapod {
 
-using Vec3 = Eigen::Vector3d;
-
-constexpr int kMostContacts = 2;  // of one sphere
+constexpr int kMaxContacts = 2;  // of one sphere
 constexpr double kFarAway = 1e9;  // gap where there is no contact, m
 
 struct GroundPoint {
@@ -17,6 +15,6 @@ struct GroundPoint {
   Vec3 normal = Vec3::UnitZ();   // unit, out of the ground, world axes
 };
 
-using GroundPoints = std::array<GroundPoint, kMostContacts>;
+using GroundPoints = std::array<GroundPoint, kMaxContacts>;
 
 }  // namespace hexapod

@@ -16,15 +16,15 @@ class HeightField {
   HeightField(double x0, double y0, double dx, double dy, int nx, int ny, std::vector<double> z)
       : x0_(x0), y0_(y0), dx_(dx), dy_(dy), nx_(nx), ny_(ny), z_(std::move(z)) {
     if (nx < 2 || ny < 2 || z_.size() != std::size_t(nx) * ny || !(dx > 0.0) || !(dy > 0.0))
-      throw std::invalid_argument("height field: a grid of 2 x 2 points at least");
+      throw std::invalid_argument("a height field needs at least 2 x 2 points");
   }
 
   // The nearest point of the surface, by fixed-point steps along its normal; the gap's gradient is
   // then the normal. A sphere far above gets the distance along the normal below it.
-  int under(const Vec3& center, double radius, GroundPoints& out) const {
+  int find_contacts(const Vec3& center, double radius, GroundPoints& out) const {
     Vec3 n = Vec3::UnitZ();
     double gap = 0.0;
-    for (int k = 0; k < kMostIterations; ++k) {
+    for (int k = 0; k < kMaxIterations; ++k) {
       const Vec3 point = center - (k == 0 ? 0.0 : radius + gap) * n;
       double height, hx, hy;
       sample(point.x(), point.y(), height, hx, hy);
@@ -59,7 +59,7 @@ class HeightField {
   }
 
  private:
-  static constexpr int kMostIterations = 40;
+  static constexpr int kMaxIterations = 40;
   static constexpr double kConverged = 1e-14;  // m
 
   static void spline(const double* p, double t, double& value, double& derivative) {

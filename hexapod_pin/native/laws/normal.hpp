@@ -31,19 +31,44 @@ struct NormalLaw {
 
   bool needs_touch_speed() const { return kind == NormalKind::restitution; }
 
+  // True for F = K d^n max(0, 1 + gain d'): damping in proportion to the spring.
+  bool damping_follows_spring() const {
+    return kind == NormalKind::hunt_crossley || kind == NormalKind::restitution;
+  }
+
+  double damping_gain(double touch_speed) const {  // of such a law, s/m
+    return kind == NormalKind::hunt_crossley ? 1.5 * dissipation
+                                             : eta / std::max(touch_speed, speed_floor);
+  }
+
+  double spring(double depth) const {  // K d^n, N
+    return depth <= 0.0 ? 0.0 : stiffness * power(depth);
+  }
+
+  // factor * d spring/dd [N/m] from the spring force at a depth above zero.
+  double spring_slope(double spring, double depth, double factor = 1.0) const {
+    return factor * exponent * spring / depth;
+  }
+
+  double depth_of(double normalised) const {  // d of d^n, m
+    return std::pow(normalised, 1.0 / exponent);
+  }
+
+  // Energy [J] behind a spring force at its depth.
+  double spring_energy(double spring, double depth) const {
+    return spring * depth / (exponent + 1.0);
+  }
+
   double energy(double depth) const {
-    return depth > 0.0 ? stiffness * power(depth) * depth / (exponent + 1.0) : 0.0;
+    return depth > 0.0 ? spring_energy(stiffness * power(depth), depth) : 0.0;
   }
 
   NormalForce operator()(double depth, double rate, double touch_speed = 0.0) const {
     if (!(depth > 0.0)) return {};
     const double spring = stiffness * power(depth);
     const double slope = exponent * (spring / depth);
-    if (kind == NormalKind::hunt_crossley || kind == NormalKind::restitution) {
-      const double gain = kind == NormalKind::hunt_crossley
-                              ? 1.5 * dissipation
-                              : eta / std::max(touch_speed, speed_floor);
-      const double factor = 1.0 + gain * rate;
+    if (damping_follows_spring()) {
+      const double gain = damping_gain(touch_speed), factor = 1.0 + gain * rate;
       if (!(factor > 0.0)) return {0.0, spring, 0.0, 0.0};
       return {spring * factor, spring, slope * factor, gain * spring};
     }

@@ -11,29 +11,23 @@ namespace hexapod {
 
 class Profile {
  public:
-  // Points with x not falling; equal x = a vertical riser. Beyond the ends the ground is level.
+  // Points with non-decreasing x; equal x: a vertical riser. Beyond the ends the ground is level.
   Profile(double heading, std::vector<double> x, std::vector<double> z)
       : along_(std::cos(heading), std::sin(heading), 0.0), x_(std::move(x)), z_(std::move(z)) {
-    if (x_.size() < 2 || x_.size() != z_.size()) throw std::invalid_argument("profile: two points at least");
+    if (x_.size() < 2 || x_.size() != z_.size())
+      throw std::invalid_argument("a profile needs at least two points");
     x_.insert(x_.begin(), x_.front() - kFarAway);
     z_.insert(z_.begin(), z_.front());
     x_.push_back(x_.back() + kFarAway);
     z_.push_back(z_.back());
   }
 
-  int under(const Vec3& center, double radius, GroundPoints& out) const {
+  int find_contacts(const Vec3& center, double radius, GroundPoints& out) const {
     const Eigen::Vector2d c(along_.dot(center), center.z());
     return inside(c) ? from_inside(c, radius, out) : from_outside(c, radius, out);
   }
 
  private:
-  using Vec2 = Eigen::Vector2d;
-  struct Near {
-    double distance;  // to the surface, >= 0
-    Vec2 direction;   // unit, out of the ground
-    bool corner;      // nearest to a corner point, not to a face
-  };
-
   Vec2 at(std::size_t i) const { return {x_[i], z_[i]}; }
 
   Vec2 face_normal(std::size_t i) const {  // of segment i, out of the ground (left of +x travel)
@@ -48,11 +42,11 @@ class Profile {
     return c.y() < z_[i] + s * (z_[i + 1] - z_[i]);
   }
 
-  // Sphere centre above ground: every face it projects onto and every corner it is nearest to
-  // pushes along the line from the nearest point; the two nearest count.
+  // Sphere centre above ground: every face it projects onto and every corner it is nearest to gives a
+  // contact along the line from the nearest point; the two nearest count.
   int from_outside(const Vec2& c, double radius, GroundPoints& out) const {
     int count = 0;
-    double gaps[kMostContacts] = {kFarAway, kFarAway};
+    double gaps[kMaxContacts] = {kFarAway, kFarAway};
     for (std::size_t i = 0; i + 1 < x_.size(); ++i) {
       const Vec2 a = at(i), d = at(i + 1) - a;
       const double s = d.dot(c - a) / d.squaredNorm();
@@ -95,13 +89,13 @@ class Profile {
       if (std::abs(gaps[k] - gap) < 1e-12 && (out[k].normal - lifted(n)).squaredNorm() < 1e-18)
         return count;
     int slot = count;
-    if (count == kMostContacts) {
+    if (count == kMaxContacts) {
       slot = gaps[0] > gaps[1] ? 0 : 1;
       if (gap >= gaps[slot]) return count;
     }
     gaps[slot] = gap;
     out[slot] = {gap, lifted(n)};
-    return std::min(count + 1, kMostContacts);
+    return std::min(count + 1, kMaxContacts);
   }
 
   Vec3 lifted(const Vec2& n) const { return n.x() * along_ + n.y() * Vec3::UnitZ(); }

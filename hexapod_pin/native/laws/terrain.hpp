@@ -19,7 +19,7 @@ namespace hexapod {
 struct Plane {
   Vec3 point = Vec3::Zero(), normal = Vec3::UnitZ();
 
-  int under(const Vec3& center, double radius, GroundPoints& out) const {
+  int find_contacts(const Vec3& center, double radius, GroundPoints& out) const {
     out[0] = {normal.dot(center - point) - radius, normal};
     return 1;
   }
@@ -35,21 +35,24 @@ struct Terrain {
   std::vector<Patch> patches;
   double amplitude = 0.0, rate = 0.0;  // vertical shaking A sin(rate t), m and rad/s
 
-  // contacts a sphere can have at once
-  int most() const { return std::holds_alternative<Profile>(shape) ? 2 : 1; }
+  // Contacts a sphere can have at once.
+  int max_contacts() const { return std::holds_alternative<Profile>(shape) ? 2 : 1; }
 
-  double lift(double t) const { return amplitude == 0.0 ? 0.0 : amplitude * std::sin(rate * t); }
-  double lift_rate(double t) const {
+  // Height [m] and vertical speed [m/s] of the shaken ground.
+  double surface_height(double t) const {
+    return amplitude == 0.0 ? 0.0 : amplitude * std::sin(rate * t);
+  }
+  double surface_speed(double t) const {
     return amplitude == 0.0 ? 0.0 : amplitude * rate * std::cos(rate * t);
   }
 
-  // Fills `out` and returns how many; the others are to be taken as far away.
-  int under(const Vec3& center, double radius, double t, GroundPoints& out) const {
-    const Vec3 seen(center.x(), center.y(), center.z() - lift(t));
-    return std::visit([&](const auto& s) { return s.under(seen, radius, out); }, shape);
+  // Fills `out` and returns how many; the others stay as they are (far away).
+  int find_contacts(const Vec3& center, double radius, double t, GroundPoints& out) const {
+    const Vec3 seen(center.x(), center.y(), center.z() - surface_height(t));
+    return std::visit([&](const auto& s) { return s.find_contacts(seen, radius, out); }, shape);
   }
 
-  std::pair<double, double> factors(double x, double y) const {  // friction, stiffness
+  std::pair<double, double> patch_factors(double x, double y) const {  // friction, stiffness
     for (const Patch& p : patches)
       if (x >= p.x0 && x <= p.x1 && y >= p.y0 && y <= p.y1) return {p.friction, p.stiffness};
     return {1.0, 1.0};

@@ -1,5 +1,5 @@
 // DOP853: explicit Runge-Kutta of order 8 with errors of orders 5 and 3 (Hairer, Norsett, Wanner I, II.5).
-// Needs no Jacobian and shares none with the implicit methods: the independent truth.
+// Needs no Jacobian and shares none with the implicit methods: an independent reference.
 #pragma once
 
 #include <array>
@@ -7,33 +7,33 @@
 #include <vector>
 
 #include "methods/dop853_table.hpp"
-#include "methods/flow.hpp"
+#include "methods/chart_flow.hpp"
 
 namespace hexapod {
 
 template <class PlantT>
 class DormandPrince853 {
  public:
-  static constexpr double kLeastWeight = 0.01;  // s, of velocity errors
-  static constexpr bool kTiedToFriction = false;
-  static constexpr bool kFindsLiftOff = true;   // its error estimate misjudges a step across one
-  static constexpr int kMemory = 0;
+  static constexpr double kLeastVelocityWeight = 0.01;  // s, of velocity errors
+  static constexpr bool kWeightFollowsFriction = false;
+  static constexpr bool kLocatesLiftOff = true;   // its error estimate misjudges a step across one
+  static constexpr int kMemorySize = 0;
 
-  static double share(double) { return 0.3; }  // of the accuracy, what one step may spend
+  static double tolerance_share(double) { return 0.3; }  // of the accuracy, for one step
 
   explicit DormandPrince853(const PlantT&) {}
 
   std::vector<double> memory() const { return {}; }
-  void remember(const double*) {}
+  void restore(const double*) {}
 
-  void begin(Flow<PlantT>& flow, double t, const VectorXd& y0) {
+  void begin(ChartFlow<PlantT>& flow, double t, const VectorXd& y0) {
     flow.rate_here(t, y0, k_[0]);
   }
 
-  // One step h from y0, where the plant has been evaluated (and is kept so); y1 and its error.
-  double attempt(Flow<PlantT>& flow, double t, double h, const VectorXd& y0, const ErrorNorm& norm,
+  // One step h from y0, where the plant has been evaluated (that is saved); y1 and its error.
+  double attempt(ChartFlow<PlantT>& flow, double t, double h, const VectorXd& y0, const ErrorNorm& norm,
                  VectorXd& y1, VectorXd& error) {
-    flow.keep();
+    flow.save_evaluation();
     for (int s = 1; s < kDopStages; ++s) {
       sum(kDopRow[s], s);
       y_ = y0 + h * sum_;
@@ -42,7 +42,7 @@ class DormandPrince853 {
     sum(kDopWeight, kDopStages);
     y1 = y0 + h * sum_;
     blend_errors(h, error);
-    return flow.size(error, norm, h);
+    return flow.norm_of(error, norm, h);
   }
 
   int order() const { return 8; }  // of the error in the step, for the controller

@@ -9,10 +9,12 @@
 namespace hexapod {
 
 // Largest error over the tolerance: positions (m, rad) and bristles (m) as they are, velocities times
-// w = max(h, floor, 0.1 kt tol) seconds. The last keeps velocity errors below a tenth of what the
-// friction law can tell apart, 1/kt; without it friction chatters. `floor` alone for explicit methods.
+// w = max(h, floor, 0.1 kt tol) seconds. The last keeps velocity errors below a tenth of the friction
+// law's speed scale 1/kt; without it friction chatters. `steepness` is 0 for explicit methods.
 struct ErrorNorm {
-  double tolerance, floor, steepness;  // m and rad, s, s/m
+  double tolerance;  // m and rad
+  double floor;      // s
+  double steepness;  // kt, s/m
 
   double weight(double h) const {
     return std::max({h, floor, 0.1 * steepness * tolerance});
@@ -32,7 +34,7 @@ inline double next_step(double h, double size, int order, bool accepted) {
   return h * (accepted ? std::clamp(factor, 0.2, 5.0) : std::clamp(factor, 0.1, 0.8));
 }
 
-// A step towards the end of an interval: neither beyond it nor leaving a crumb.
+// A step towards the end of an interval: neither beyond it nor leaving a very short rest.
 inline double fit_step(double h, double rest) {
   if (h >= rest) return rest;
   return h > 0.5 * rest ? 0.5 * rest : h;

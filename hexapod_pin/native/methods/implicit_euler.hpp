@@ -5,21 +5,23 @@
 #include <string>
 
 #include "methods/linear_step.hpp"
+#include "plant/chart.hpp"
 
 namespace hexapod {
 
 template <class PlantT>
 class ImplicitEuler {
  public:
-  static constexpr bool kAtEnd = true;        // contact forces belong to the end of the step
-  static constexpr bool kLooksAhead = false;  // feet out of contact need no Jacobian
+  static constexpr bool kForcesAtStepEnd = true;      // contact forces belong to the end of the step
+  static constexpr bool kNeedsSeparatedFeet = false;  // feet out of contact need no Jacobian
 
   explicit ImplicitEuler(const PlantT& plant) : linear_(plant), xi_(plant.tree.nv) {}
 
   // One step from the evaluated state. Servos and feet act at the end of the step. A joint whose
-  // torque would pass its limit there gets the limit as a constant torque; a foot that would be
-  // pulled lets go; a foot whose slip would turn round takes the secant of its friction law, because
-  // past the bend the tangent vanishes and would throw it back and forth; and the step is solved again.
+  // torque would pass its limit there gets the limit as a constant torque; a foot whose normal force
+  // would be negative is released; a foot whose slip would reverse gets the secant of its friction law,
+  // because past the peak the tangent vanishes and the slip would alternate; and the step is solved
+  // again.
   void step(PlantT& plant, Reference& reference, double t, double h, VectorXd& q, VectorXd& v,
             EnergyLedger& ledger) {
     const VectorXd& joints = joints_ = q.tail(plant.joints());
@@ -28,12 +30,12 @@ class ImplicitEuler {
       linear_.solve(plant, h, joints, v);
       linear_.find_end(plant, h);
       const bool saturated = linear_.find_saturated(plant, h, joints);
-      const bool changed = linear_.find_changed(plant);
-      if (!(saturated || changed) || pass == kMostPasses) break;
+      const bool changed = linear_.find_changed_contacts(plant);
+      if (!(saturated || changed) || pass == kMaxPasses) break;
       ++solved_again_;
     }
-    linear_.keep_book(plant, h, joints, ledger);
-    if (plant.law.friction.kind == FrictionKind::bristle) stretch_bristles(plant, h);
+    linear_.accumulate(plant, h, joints, ledger);
+    if (plant.law.friction.has_bristle()) update_bristles(plant, h);
     v = linear_.v_end();
     xi_ = h * v;
     retract(q, xi_, q);
@@ -42,14 +44,14 @@ class ImplicitEuler {
   std::map<std::string, double> counters() const { return {{"solved_again", double(solved_again_)}}; }
 
  private:
-  static constexpr int kMostPasses = 8;
+  static constexpr int kMaxPasses = 8;
 
-  void stretch_bristles(PlantT& plant, double h) const {
+  void update_bristles(PlantT& plant, double h) const {
     for (std::size_t i = 0; i < plant.feet.size(); ++i) {
       auto& foot = plant.feet[i];
-      if (linear_.pushes(i))
-        stretch_bristle(plant.law.friction, foot.mu_scale, foot.ground.normal, linear_.force(i), h,
-                        foot.memory);
+      if (linear_.has_force(i))
+        update_bristle(plant.law.friction, foot.mu_scale, foot.ground.normal, linear_.force(i), h,
+                       foot.memory);
     }
   }
 

@@ -1,5 +1,8 @@
 #include "methods/ndf.hpp"
 
+#include <stdexcept>
+
+#include "methods/chart_rates.hpp"
 #include "run/adaptive.hpp"
 
 namespace hexapod {
@@ -12,24 +15,23 @@ template <class PlantT>
 ChartRates rates_in_chart(PlantT plant, const VectorXd& q0, const VectorXd& y,
                           const VectorXd& q_ref, double s, const VectorXd& b) {
   Reference reference({0.0}, q_ref.transpose(), RowMatrix::Zero(1, q_ref.size()), true);
-  Flow<PlantT> flow(plant, reference);
+  ChartFlow<PlantT> flow(plant, reference);
   ChartRates out;
   const int free = flow.size() - flow.nw;
-  if (y.size() != free || b.size() != free) throw std::invalid_argument("y or b of the wrong size");
+  if (y.size() != free || b.size() != free) throw std::invalid_argument("y and b must have one entry per unknown");
   flow.begin(q0, y.segment(flow.nv, flow.nv), out.slope);
-  VectorXd whole = VectorXd::Zero(flow.size());
-  whole.head(free) = y;
-  flow.rate(0.0, whole, out.slope);
+  VectorXd full = VectorXd::Zero(flow.size());
+  full.head(free) = y;
+  flow.rate(0.0, full, out.slope);
   out.slope.conservativeResize(free);
-  const Servo& servo = plant.servo;
-  const VectorXd wanted = servo.kp.cwiseProduct(q_ref - flow.joints()) -
-                          servo.kd.cwiseProduct(flow.velocity().tail(plant.joints()));
+  VectorXd demand(plant.joints());
+  flow.servo_demand(0.0, demand);
   StiffBlock<PlantT> block(plant);
-  block.capture(plant, flow.xi(whole), wanted);
+  block.capture(plant, flow.xi(full), demand);
   block.factor(plant, s);
-  whole.head(free) = b;
-  block.solve(flow.xi(whole), flow.v(whole), flow.z(whole));
-  out.solution = whole.head(free);
+  full.head(free) = b;
+  block.solve(flow.xi(full), flow.v(full), flow.z(full));
+  out.solution = full.head(free);
   return out;
 }
 
@@ -37,8 +39,8 @@ ChartRates rates_in_chart(PlantT plant, const VectorXd& q0, const VectorXd& y,
 
 ChartRates chart_rates(const PlantSettings& settings, const VectorXd& q0, const VectorXd& y,
                        const VectorXd& q_ref, double s, const VectorXd& b) {
-  return settings.arrow() ? rates_in_chart(settings.make<ArrowSystem>(), q0, y, q_ref, s, b)
-                          : rates_in_chart(settings.make<DenseSystem>(), q0, y, q_ref, s, b);
+  return settings.with_plant(
+      [&](auto plant) { return rates_in_chart(std::move(plant), q0, y, q_ref, s, b); });
 }
 
 }  // namespace hexapod

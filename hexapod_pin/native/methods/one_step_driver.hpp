@@ -1,6 +1,6 @@
 // Runs a one-step method with error control, from stop to stop; steps also end at touch-downs.
-// The estimate of the whole error is the geometric mean of the largest local error, which is right where
-// errors die out at once, and their sum, which is right where all of them stay.
+// The estimate of the global error is the geometric mean of the largest local error, which is right where
+// errors decay at once, and their sum, which is right where all of them stay.
 #pragma once
 
 #include <cmath>
@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "methods/error_control.hpp"
-#include "methods/flow.hpp"
-#include "methods/touch_down.hpp"
+#include "methods/chart_flow.hpp"
+#include "methods/touch_down_locator.hpp"
 #include "run/rollout.hpp"
 
 namespace hexapod {
@@ -25,16 +25,16 @@ class OneStepDriver {
   OneStepDriver(PlantT& plant, Reference& reference, double accuracy,
                 const std::vector<double>& memory)
       : flow_(plant, reference), method_(plant),
-        norm_{Method::share(accuracy) * accuracy, Method::kLeastWeight,
-              Method::kTiedToFriction ? plant.law.friction.steepness() : 0.0},
-        touch_(plant.feet.size(), norm_.tolerance, Method::kFindsLiftOff), step_(kFirstStep) {
-    if (memory.size() != 1 + Method::kMemory) return;
+        norm_{Method::tolerance_share(accuracy) * accuracy, Method::kLeastVelocityWeight,
+              Method::kWeightFollowsFriction ? plant.law.friction.steepness() : 0.0},
+        touch_(plant.feet.size(), norm_.tolerance, Method::kLocatesLiftOff), step_(kFirstStep) {
+    if (memory.size() != 1 + Method::kMemorySize) return;
     step_ = memory[0];
-    method_.remember(memory.data() + 1);
+    method_.restore(memory.data() + 1);
   }
 
   // From t to `stop`; the plant is evaluated at (t, q, v) before and at `stop` after. False: no step
-  // of a sensible size is good enough. `horizon`: the set-points' next jump, not before `stop`.
+  // of a reasonable size is accurate enough. `horizon`: the set-points' next jump, not before `stop`.
   bool advance(double t, double stop, double /*horizon*/, VectorXd& q, VectorXd& v,
                EnergyLedger& ledger) {
     while (t < stop) {
@@ -43,9 +43,9 @@ class OneStepDriver {
       touch_.begin(flow_.plant);
       method_.begin(flow_, t, y0_);
       const double done = step_from(t, h);
-      if (done <= 0.0 || !(flow_.velocity().cwiseAbs().maxCoeff() < kMostSpeed)) return false;
+      if (done <= 0.0 || !(flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed)) return false;
       t = done == rest ? stop : t + done;
-      flow_.settle(y1_, q, v, ledger);
+      flow_.accept(y1_, q, v, ledger);
       ++steps_;
       largest_turn_ = std::max(largest_turn_, done * v.tail(v.size() - 3).cwiseAbs().maxCoeff());
     }
@@ -67,15 +67,15 @@ class OneStepDriver {
 
  private:
   static constexpr double kFirstStep = 1e-4;  // s
-  static constexpr int kMostTries = 60, kMostEventTries = 4;
-  static constexpr double kLeastShare = 1e-3;  // where a gap jumps with the ground, there is no root
+  static constexpr int kMaxTries = 60, kMaxEventTries = 4;
+  static constexpr double kLeastShare = 1e-3;  // of a step: where the ground has a jump, the gap has no root
 
-  // Accepts a step of h, shorter where the error or a touch-down asks for it, and leaves the plant
-  // evaluated at its end; its length, or -1.
+  // Accepts a step of h, shorter where the error or a touch-down requires it, and leaves the plant
+  // evaluated at its end; returns its length, or -1.
   double step_from(double t, double h) {
     const bool cut = h < step_;  // by the grid: it must not shrink the remembered step
     int located = 0;
-    for (int tries = 0; tries < kMostTries && t + h > t; ++tries) {
+    for (int tries = 0; tries < kMaxTries && t + h > t; ++tries) {
       const double found = method_.attempt(flow_, t, h, y0_, norm_, y1_, error_);
       const double size = y1_.allFinite() ? found : std::numeric_limits<double>::infinity();
       if (!(size <= 1.0)) {
@@ -83,7 +83,7 @@ class OneStepDriver {
         h = step_ = next_step(h, size, method_.order(), false);
       } else {
         flow_.evaluate(t + h, y1_);
-        const double share = located < kMostEventTries ? touch_.share(flow_.plant, h) : 1.0;
+        const double share = located < kMaxEventTries ? touch_.share(flow_.plant, h) : 1.0;
         if (share == 1.0) {
           accept(h, size, cut, located > 0);
           return h;
@@ -91,7 +91,7 @@ class OneStepDriver {
         ++located;
         h *= std::max(share, kLeastShare);
       }
-      flow_.recall(y0_);
+      flow_.restore_evaluation(y0_);
     }
     return -1.0;
   }
@@ -105,10 +105,10 @@ class OneStepDriver {
     error_sum_ += local;
   }
 
-  Flow<PlantT> flow_;
+  ChartFlow<PlantT> flow_;
   Method method_;
   ErrorNorm norm_;
-  TouchDown touch_;
+  TouchDownLocator touch_;
   double step_;
   VectorXd y0_, y1_, error_;
   long steps_ = 0, rejected_ = 0, events_ = 0;

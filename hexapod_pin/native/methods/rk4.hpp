@@ -5,15 +5,15 @@
 #include <map>
 #include <string>
 
-#include "methods/flow.hpp"
+#include "methods/chart_flow.hpp"
 
 namespace hexapod {
 
 template <class PlantT>
 class RungeKutta4 {
  public:
-  static constexpr bool kAtEnd = false;       // contact forces belong to the state itself
-  static constexpr bool kLooksAhead = false;  // feet out of contact need no Jacobian
+  static constexpr bool kForcesAtStepEnd = false;     // contact forces belong to the state itself
+  static constexpr bool kNeedsSeparatedFeet = false;  // feet out of contact need no Jacobian
 
   explicit RungeKutta4(const PlantT&) {}
 
@@ -21,7 +21,7 @@ class RungeKutta4 {
   void step(PlantT& plant, Reference& reference, double t, double h, VectorXd& q, VectorXd& v,
             EnergyLedger& ledger) {
     static constexpr double node[4] = {0.0, 0.5, 0.5, 1.0};
-    Flow<PlantT> flow(plant, reference);
+    ChartFlow<PlantT> flow(plant, reference);
     flow.begin(q, v, y0_);
     flow.rate_here(t, y0_, k_[0]);
     for (int s = 1; s < 4; ++s) {
@@ -32,7 +32,7 @@ class RungeKutta4 {
     flow.configuration(y_, q);
     v = flow.v(y_);
     ledger.add(flow.w(y_));
-    flow.settle_bristles(y_);
+    flow.update_bristles(y_);
   }
 
   std::map<std::string, double> counters() const { return {}; }

@@ -1,4 +1,4 @@
-// Nonsymmetric block-arrow LU: a 6x6 base block with three-joint legs hanging on it,
+// Nonsymmetric block-arrow LU: a 6x6 base block with three-joint legs attached,
 //   [B U1 U2 ..; L1 G1 0 ..; L2 0 G2 ..], the sparsity of M + hD + h^2 K for feet on legs.
 #pragma once
 
@@ -7,13 +7,11 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include "laws/vectors.hpp"
 #include "plant/dynamics.hpp"
 #include "plant/mount.hpp"
 
 namespace hexapod {
-
-using Mat6 = Eigen::Matrix<double, 6, 6>;
-using Vec6 = Eigen::Matrix<double, 6, 1>;
 
 // In-place LU of a 6x6 without pivoting (diagonally dominant by the inertia), and its solve.
 inline void factor6(Mat6& a) {
@@ -68,14 +66,14 @@ class ArrowSystem {
     const Eigen::Matrix<double, 6, 3> jbt = jb.transpose();  // columns of six: whole SIMD lanes
     base_.noalias() += jbt.lazyProduct(xb);
     if (leg_of_[foot] < 0) return;
-    Leg& leg = legs_[leg_of_[foot]];
+    LegBlocks& leg = legs_[leg_of_[foot]];
     leg.u.noalias() += jbt.lazyProduct(xl);
     leg.l.noalias() += jl.transpose().lazyProduct(xb);
     leg.g.noalias() += jl.transpose().lazyProduct(xl);
   }
 
   void factor() {
-    for (Leg& leg : legs_) {
+    for (LegBlocks& leg : legs_) {
       leg.g_inverse = leg.g.inverse();
       leg.w.noalias() = leg.g_inverse.lazyProduct(leg.l);
       base_.noalias() -= leg.u.lazyProduct(leg.w);
@@ -98,13 +96,13 @@ class ArrowSystem {
   }
 
  private:
-  struct Leg {
+  struct LegBlocks {
     Eigen::Matrix<double, 6, 3> u;
     Eigen::Matrix<double, 3, 6> l, w;
     Eigen::Matrix3d g, g_inverse;
   };
   Mat6 base_;
-  std::vector<Leg> legs_;
+  std::vector<LegBlocks> legs_;
   std::vector<int> leg_of_;
 };
 

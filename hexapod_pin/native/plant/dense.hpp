@@ -14,16 +14,16 @@ namespace hexapod {
 class DenseSystem {
  public:
   static constexpr int kLegColumns = Eigen::Dynamic;
-  static constexpr int kMostColumns = 16;
-  using LegJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMostColumns>;
+  static constexpr int kMaxColumns = 16;
+  using LegJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxColumns>;
 
   DenseSystem(const Tree& tree, const std::vector<FootMount>& feet)
       : matrix_(tree.nv, tree.nv) {
     for (const FootMount& foot : feet) {
       std::vector<int> columns;
       for (std::size_t j : tree.chain_to(foot.joint)) columns.push_back(int(Tree::column(j)));
-      if (columns.size() > kMostColumns)
-        throw std::invalid_argument("a foot hangs on more than 16 joints");
+      if (columns.size() > kMaxColumns)
+        throw std::invalid_argument("a foot's chain has more than 16 joints");
       columns_.push_back(columns);
     }
   }

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include <Eigen/Core>
+#include "laws/vectors.hpp"
 
 namespace hexapod {
 
@@ -13,13 +13,13 @@ struct EnergyLedger {
   double stops = 0.0;          // work put into the joint stops (stored or lost), J
   double normal = 0.0;         // work put into the contact normals (stored or lost), J
   double friction = 0.0;       // loss to friction, J
-  std::vector<Eigen::Vector3d> impulse;  // per contact, since the last sample, N s, world axes
+  std::vector<Vec3> impulse;  // per contact, since the last sample, N s, world axes
 
-  explicit EnergyLedger(std::size_t contacts) : impulse(contacts, Eigen::Vector3d::Zero()) {}
+  explicit EnergyLedger(std::size_t contacts) : impulse(contacts, Vec3::Zero()) {}
 
   // Force f on a foot whose contact point moves at u, for a time dt.
-  void add_contact(std::size_t contact, const Eigen::Vector3d& f, const Eigen::Vector3d& u,
-                   const Eigen::Vector3d& normal_axis, double dt) {
+  void add_contact(std::size_t contact, const Vec3& f, const Vec3& u,
+                   const Vec3& normal_axis, double dt) {
     const double power = -normal_axis.dot(f) * normal_axis.dot(u);
     normal += dt * power;
     friction += dt * (-f.dot(u) - power);
@@ -52,7 +52,7 @@ struct EnergyLedger {
 
   void clear() {
     servo = joint_damping = stops = normal = friction = 0.0;
-    for (Eigen::Vector3d& i : impulse) i.setZero();
+    for (Vec3& i : impulse) i.setZero();
   }
 };
 

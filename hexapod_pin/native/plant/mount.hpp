@@ -3,13 +3,13 @@
 
 #include <cstddef>
 
-#include <Eigen/Core>
+#include "laws/vectors.hpp"
 
 namespace hexapod {
 
 struct FootMount {
   std::size_t joint;       // 1 = the floating base
-  Eigen::Vector3d offset;  // sphere centre in the joint's frame, m
+  Vec3 offset;  // sphere centre in the joint's frame, m
   double radius;           // m
 };
 

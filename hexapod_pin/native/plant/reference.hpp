@@ -6,11 +6,9 @@
 #include <limits>
 #include <vector>
 
-#include <Eigen/Core>
+#include "laws/vectors.hpp"
 
 namespace hexapod {
-
-using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 class Reference {
  public:
@@ -29,7 +27,7 @@ class Reference {
     return row + 1 < time_.size() ? time_[row + 1] : std::numeric_limits<double>::infinity();
   }
 
-  void at(double t, Eigen::VectorXd& position, Eigen::VectorXd& rate) {
+  void at(double t, VectorXd& position, VectorXd& rate) {
     const std::size_t last = time_.size() - 1;
     if (held_) return hold(step_row_, false, position, rate);
     if (t <= time_.front() || last == 0) return hold(0, t == time_.front(), position, rate);
@@ -46,7 +44,7 @@ class Reference {
   }
 
  private:
-  void hold(std::size_t row, bool moving, Eigen::VectorXd& position, Eigen::VectorXd& rate) const {
+  void hold(std::size_t row, bool moving, VectorXd& position, VectorXd& rate) const {
     position = position_.row(row).transpose();
     if (moving) rate = rate_.row(row).transpose();
     else rate.setZero(position.size());
@@ -59,11 +57,11 @@ class Reference {
     k_ = std::min(k_, time_.size() - 2);
   }
 
-  static constexpr double kRounding = 1e-9;  // s: the last step may end a hair after the last knot
+  static constexpr double kRounding = 1e-9;  // s: the last step may end slightly after the last knot
 
   // the row held at t; a time within rounding of a knot belongs to what follows it
   std::size_t row_at(double t) const {
-    const double late = t + 1e-9 * std::max(1.0, std::abs(t));
+    const double late = t + kRounding * std::max(1.0, std::abs(t));
     const auto next = std::upper_bound(time_.begin(), time_.end(), late);
     return next == time_.begin() ? 0 : std::size_t(next - time_.begin()) - 1;
   }

@@ -1,4 +1,4 @@
-// Everything a plant is made of, as it comes over the border from Python.
+// Everything a plant is made of, as the bindings get it from Python.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@ struct PlantSettings {
   std::vector<FootMount> mounts;
   ContactLaw law;
   Terrain terrain;
-  Servo servo;
+  ServoLaw servo;
   JointStops stops;
   bool dense = false;
 
@@ -22,6 +22,12 @@ struct PlantSettings {
   template <class System>
   Plant<System> make() const {
     return {dynamics, mounts, law, terrain, servo, stops};
+  }
+
+  // use(plant) with the plant of the linear system that fits the tree.
+  template <class Use>
+  auto with_plant(Use&& use) const {
+    return arrow() ? use(make<ArrowSystem>()) : use(make<DenseSystem>());
   }
 };
 

@@ -4,14 +4,9 @@
 #include <cstddef>
 #include <vector>
 
-#include <Eigen/Core>
+#include "laws/vectors.hpp"
 
 namespace hexapod {
-
-using Eigen::VectorXd;
-using Vec3 = Eigen::Vector3d;
-using Mat3 = Eigen::Matrix3d;
-using Vec6 = Eigen::Matrix<double, 6, 1>;
 
 // Joints are counted as Pinocchio does: 0 the world, 1 the floating base, 2 ... the rest.
 struct Tree {

@@ -1,5 +1,5 @@
-// A cheap first attempt: every law linearised at its contact's velocity, one solve a sweep. It finds
-// the answer of the nested Newton or gives up.
+// A cheap first attempt: every law linearised at its contact's velocity, one solve per sweep. It finds
+// the solution of the nested Newton or fails.
 #pragma once
 
 #include "robust/impulse_problem.hpp"
@@ -14,7 +14,7 @@ class FlatNewton {
   bool solve(Problem& p) {
     points_.resize(p.contacts.size());
     for (std::size_t i = 0; i < points_.size(); ++i) points_[i].c = p.contacts[i].start;
-    for (int k = 0; k < kMost; ++k) {
+    for (int k = 0; k < kMaxSweeps; ++k) {
       ++sweeps;
       if (!sweep(p)) return false;
       bool done = p.v.allFinite();
@@ -27,12 +27,12 @@ class FlatNewton {
   long sweeps = 0, hits = 0;
 
  private:
-  static constexpr int kMost = 6;
+  static constexpr int kMaxSweeps = 6;
 
   struct Point {
     Vec3 c, constant;  // lambda = constant + lam J v
     Mat3 lam;
-    bool pressed;
+    bool pressed;  // has a normal impulse
   };
 
   bool sweep(Problem& p) {
@@ -47,9 +47,9 @@ class FlatNewton {
       if (!point.pressed) continue;
       const Mat3 a = Mat3::Identity() - contact.foot.g.lazyProduct(slope);
       Mat3 inverse;
-      bool good = false;
-      a.computeInverseWithCheck(inverse, good, 1e-9);
-      if (!good) return false;
+      bool invertible = false;
+      a.computeInverseWithCheck(inverse, invertible, 1e-9);
+      if (!invertible) return false;
       const Vec3 offset = impulse - slope * point.c;
       point.lam.noalias() = slope.lazyProduct(inverse);
       point.constant = offset + point.lam * (contact.foot.g * offset + contact.free);
@@ -61,7 +61,7 @@ class FlatNewton {
     return true;
   }
 
-  // Moves a contact's point of linearisation; true if the linear law there is as good as the law.
+  // Moves a contact's point of linearisation; true if the linear law there is as accurate as the law.
   bool move(StepContact<N>& contact, Point& point, const Problem& p) const {
     FootProblem& foot = contact.foot;
     const Vec3 there = contact.jt.transpose() * p.v;
@@ -73,17 +73,17 @@ class FlatNewton {
       return foot.normal(end.z()).impulse == 0.0;
     }
     const double width = foot.friction.none() ? 1e300 : foot.friction.width(foot.impulse.z());
-    const double dip = foot.normal.deepest(point.c.z());
-    const double sinks = foot.normal.depth_at(end.z()) - foot.normal.depth_at(point.c.z());
-    const bool near = foot.impulse.z() >= 0.0 && std::abs(dc.z()) < kNear &&
-                      std::abs(sinks) <= 1e-3 * dip &&
-                      dc.head<2>().norm() < std::min(kNear, 0.01 * width);
+    const double depth = foot.normal.deepest(point.c.z());
+    const double change = foot.normal.depth_at(end.z()) - foot.normal.depth_at(point.c.z());
+    const bool converged = foot.impulse.z() >= 0.0 && std::abs(dc.z()) < kVelocityTolerance &&
+                      std::abs(change) <= kDepthTolerance * depth &&
+                      dc.head<2>().norm() < std::min(kVelocityTolerance, 0.01 * width);
     point.c += limit(point.c.template head<2>() + foot.shift, dc.head<2>(), width) * dc;
-    return near;
+    return converged;
   }
 
-  // A slip that would turn round stops where it comes nearest to zero, because the tangent of the
-  // sliding side knows nothing of the other (TAMSI: Castro et al. 2020).
+  // A slip that would reverse stops where it comes nearest to zero, because the tangent at one sliding
+  // direction says nothing of the opposite one (TAMSI: Castro et al. 2020).
   static double limit(const Vec2& w, const Vec2& dw, double width) {
     const double length = dw.squaredNorm();
     if (!(length > width * width)) return 1.0;
@@ -92,7 +92,8 @@ class FlatNewton {
     return (w + at * dw).norm() < width ? at : 1.0;
   }
 
-  static constexpr double kNear = 1e-5;  // m/s
+  static constexpr double kVelocityTolerance = 1e-5;  // m/s
+  static constexpr double kDepthTolerance = 1e-3;     // of the depth
   typename Problem::Matrix matrix_;
   std::vector<Point> points_;
 };

@@ -56,9 +56,9 @@ struct ImpulseProblem {
   Matrix s;
   Vector b, v;
   std::vector<StepContact<N>> contacts;
-  bool rigid = false;  // a contact without any compliance of its own
+  bool rigid = false;  // a contact has no compliance of its own leg
 
-  // Solves m x = x in place; the matrix is used up.
+  // Solves m x = x in place; the matrix is overwritten.
   static void solve(Matrix& m, Vector& x) {
     if constexpr (N == 6) {
       factor6(m);
@@ -68,8 +68,8 @@ struct ImpulseProblem {
     }
   }
 
-  // Change of v below which the solve is done, m/s (rad/s: five times that). Without leg compliance
-  // the linear update of the impulses must be as good as the law.
+  // Change of v below which the solve has converged, m/s (rad/s: five times that). Without leg
+  // compliance the linear update of the impulses must be as accurate as the law.
   double tolerance() const { return rigid ? 1e-11 : 1e-4; }
 
   bool small(const Vector& dv) const {

@@ -1,5 +1,5 @@
-// A step's system with the legs eliminated: (M + w D + w h K) dv = r + sum J^T lambda, left with the
-// base alone, and the way back to the joints. M's upper triangle is that of the plant.
+// A step's system with the legs eliminated: (M + w D + w h K) dv = r + sum J^T lambda, reduced
+// to the base alone, and the back-substitution for the joints. M's upper triangle is that of the plant.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ class LegElimination {
 
   // Legs start free; a kept one stays in the system with its joints.
   void keep_none() {
-    for (Leg& leg : legs_) leg.kept = -1;
+    for (EliminatedLeg& leg : legs_) leg.kept = -1;
     kept_ = 0;
   }
   void keep(std::size_t leg) {
@@ -29,7 +29,7 @@ class LegElimination {
     base_right_ = right.head<6>();
     for (std::size_t i = 0; i < legs_.size(); ++i) {
       const int c = 6 + 3 * int(i);
-      Leg& leg = legs_[i];
+      EliminatedLeg& leg = legs_[i];
       leg.block = upper.block<3, 3>(c, c).selfadjointView<Eigen::Upper>();
       leg.block.diagonal() += diagonal.segment<3>(3 * i);
       leg.inverse = leg.block.inverse();
@@ -61,7 +61,7 @@ class LegElimination {
       p.b.setZero(size);
       p.s.template topLeftCorner<6, 6>() = base_;
       p.b.template head<6>() = base_right_;
-      for (const Leg& leg : legs_) {
+      for (const EliminatedLeg& leg : legs_) {
         if (leg.kept < 0) continue;
         p.s.template block<6, 3>(0, leg.kept) = leg.coupling;
         p.s.template block<3, 6>(leg.kept, 0) = leg.coupling.transpose();
@@ -81,7 +81,7 @@ class LegElimination {
     c.foot.g.setZero();
     c.free = c.start;
     if (leg < 0) return;
-    const Leg& l = legs_[leg];
+    const EliminatedLeg& l = legs_[leg];
     if (l.kept >= 0) {
       if constexpr (N != 6) c.jt.template middleRows<3>(l.kept) = jl.transpose();
       return;
@@ -97,7 +97,7 @@ class LegElimination {
   void restore(const ImpulseProblem<N>& p, const std::vector<Vec3>& leg_impulse, VectorXd& dv) const {
     dv.head<6>() = p.v.template head<6>();
     for (std::size_t i = 0; i < legs_.size(); ++i) {
-      const Leg& leg = legs_[i];
+      const EliminatedLeg& leg = legs_[i];
       if (leg.kept >= 0) {
         dv.segment<3>(6 + 3 * i) = p.v.template segment<3>(leg.kept);
       } else {
@@ -108,7 +108,7 @@ class LegElimination {
   }
 
  private:
-  struct Leg {
+  struct EliminatedLeg {
     Mat3 block, inverse;
     Eigen::Matrix<double, 6, 3> coupling, gain;  // B, B A^-1
     Vec3 right, free;
@@ -116,7 +116,7 @@ class LegElimination {
   };
   Mat6 base_;
   Vec6 base_right_;
-  std::vector<Leg> legs_;
+  std::vector<EliminatedLeg> legs_;
   int kept_ = 0;
 };
 

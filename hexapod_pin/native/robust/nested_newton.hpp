@@ -1,4 +1,4 @@
-// Newton on the base with every foot solved exactly inside; falls back to a convex problem.
+// Newton iteration on the base with every foot solved exactly inside; falls back to a convex problem.
 #pragma once
 
 #include "robust/impulse_problem.hpp"
@@ -16,7 +16,7 @@ class NestedNewton {
     p.v.setZero(p.b.size());
     weight_ = p.s.diagonal().cwiseInverse();
     evaluate(p);
-    for (int k = 0; k < kMost; ++k) {
+    for (int k = 0; k < kMaxIterations; ++k) {
       ++iterations;
       direction(p);
       if (!dv_.allFinite()) break;
@@ -35,7 +35,7 @@ class NestedNewton {
   long iterations = 0, convex_finishes = 0;
 
  private:
-  static constexpr int kMost = 12, kMostConvex = 60, kMostBounds = 10;
+  static constexpr int kMaxIterations = 12, kMaxConvexIterations = 60, kMaxBoundUpdates = 10;
 
   // f = S v - b - sum J^T lambda at p.v
   void evaluate(Problem& p) {
@@ -65,41 +65,41 @@ class NestedNewton {
       c.foot.impulse += c.foot.tangent * (c.jt.transpose() * dv_);
   }
 
-  // Friction bounded by a frozen normal impulse makes the problem the minimum of a convex function;
-  // then the bounds follow. Every pass is dissipative.
+  // Friction bounded by a fixed normal impulse makes the problem the minimum of a convex function; then
+  // the bounds are updated. Every pass is dissipative.
   void finish_convex(Problem& p) {
     ++convex_finishes;
     p.v.setZero();
-    for (auto& c : p.contacts) c.foot.frozen = -1.0;
+    for (auto& c : p.contacts) c.foot.friction_bound = -1.0;
     evaluate(p);
-    for (int k = 0; k < kMostBounds; ++k) {
-      double moved = 0.0, most = 0.0;
+    for (int k = 0; k < kMaxBoundUpdates; ++k) {
+      double change = 0.0, largest = 0.0;
       for (auto& c : p.contacts) {
-        const double push = std::max(c.foot.impulse.z(), 0.0);
-        moved = std::max(moved, std::abs(push - c.foot.frozen));
-        most = std::max(most, push);
-        c.foot.frozen = push;
+        const double normal = std::max(c.foot.impulse.z(), 0.0);
+        change = std::max(change, std::abs(normal - c.foot.friction_bound));
+        largest = std::max(largest, normal);
+        c.foot.friction_bound = normal;
       }
-      if (moved <= 1e-9 * most) break;
+      if (change <= 1e-9 * largest) break;
       minimise(p);
     }
   }
 
   void minimise(Problem& p) {
     evaluate(p);
-    for (int k = 0; k < kMostConvex; ++k) {
+    for (int k = 0; k < kMaxConvexIterations; ++k) {
       direction(p);
       if (!dv_.allFinite()) break;
       if (p.small(dv_)) return accept(p);
       search_line(p);
     }
-    dv_ = -f_;  // not settled: the momentum of the impulses found
+    dv_ = -f_;  // not converged: the momentum of the impulses found
     matrix_ = p.s;
     Problem::solve(matrix_, dv_);
     p.v += dv_;
   }
 
-  // Goes along dv to where the function's slope has fallen to a tenth; the slope rises on the way.
+  // Line search along dv to where the function's slope has fallen to a tenth; the slope increases.
   void search_line(Problem& p) {
     const Vector from = p.v;
     const double first = dv_.dot(f_);

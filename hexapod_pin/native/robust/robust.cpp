@@ -15,7 +15,7 @@ std::unique_ptr<Rollout> start(const RunSetup& setup) {
   const Tree& tree = setup.plant.dynamics.tree();
   if (tree.joints > 2 && !setup.plant.arrow())
     throw std::invalid_argument(
-        "method robust needs legs of three joints on the base; this robot has others");
+        "method robust requires legs of three joints on the base");
   return std::make_unique<FixedStepRollout<Arrow, RobustStep<Arrow, kFlatFirst>>>(
       setup.plant.make<ArrowSystem>(), setup);
 }

@@ -3,45 +3,41 @@
 
 #include <algorithm>
 
-#include "run/rollout.hpp"
+#include "run/sampled_rollout.hpp"
 
 namespace hexapod {
 
 template <class PlantT, class Driver>
-class AdaptiveRollout final : public Rollout {
+class AdaptiveRollout final : public SampledRollout<PlantT> {
+  using Base = SampledRollout<PlantT>;
+
  public:
   AdaptiveRollout(PlantT plant, const RunSetup& setup)
-      : plant_(std::move(plant)), reference_(setup.reference),
-        driver_(plant_, reference_, setup.accuracy, setup.start.controller), recorder_(plant_),
-        q_(setup.start.q), v_(setup.start.v), torque_(plant_.joints()), q_ref_(plant_.joints()),
-        v_ref_(plant_.joints()), ledger_(plant_.feet.size()), interval_(setup.sample),
-        now_(setup.start.first) {
-    plant_.look_ahead = true;  // touch-downs are seen before they happen
-    restore_memories(plant_, setup.start.contacts);
+      : Base(std::move(plant), setup, true),  // touch-downs are found before they happen
+        driver_(plant_, reference_, setup.accuracy, setup.start.controller),
+        interval_(setup.sample), sample_index_(setup.start.first) {
     plant_.evaluate(time(), q_, v_, 0.0);
-    plant_.settle_memory();
-    sample(0.0);
+    plant_.update_memories();
+    this->sample(time(), 0.0);
   }
 
   bool advance(long samples) override {
     for (long k = 0; k < samples; ++k) {
       double t = time();
-      ++now_;
+      ++sample_index_;
       while (t < time()) {
         const double jump = reference_.next_jump(t), stop = std::min(time(), jump);
         reference_.begin_step(t);
         if (!driver_.advance(t, stop, jump, q_, v_, ledger_)) return false;
         t = stop;
       }
-      sample(interval_);
+      this->sample(time(), interval_);
     }
     return true;
   }
 
-  const Recorder& record() const override { return recorder_; }
-
   Checkpoint checkpoint() const override {
-    return {now_, q_, v_, contact_memories(plant_), driver_.memory()};
+    return this->checkpoint_at(sample_index_, driver_.memory());
   }
 
   std::map<std::string, double> counters() const override {
@@ -51,35 +47,25 @@ class AdaptiveRollout final : public Rollout {
   }
 
  private:
-  double time() const { return double(now_) * interval_; }
+  using Base::ledger_;
+  using Base::plant_;
+  using Base::q_;
+  using Base::reference_;
+  using Base::v_;
 
-  void sample(double interval) {
-    reference_.begin_step(time());
-    reference_.at(time(), q_ref_, v_ref_);
-    plant_.servo_torque(q_, v_, q_ref_, v_ref_, torque_);
-    recorder_.sample(plant_, time(), q_, v_, torque_, q_ref_, v_ref_, ledger_, interval);
-    for (Vec3& impulse : ledger_.impulse) impulse.setZero();
-  }
+  double time() const { return double(sample_index_) * interval_; }
 
-  PlantT plant_;
-  Reference reference_;
   Driver driver_;
-  Recorder recorder_;
-  VectorXd q_, v_, torque_, q_ref_, v_ref_;
-  EnergyLedger ledger_;
   double interval_;
-  long now_;
+  long sample_index_;
 };
 
 template <template <class> class Driver>
 std::unique_ptr<Rollout> start_adaptive(const RunSetup& setup) {
-  using Arrow = Plant<ArrowSystem>;
-  using Dense = Plant<DenseSystem>;
-  if (setup.plant.arrow())
-    return std::make_unique<AdaptiveRollout<Arrow, Driver<Arrow>>>(setup.plant.make<ArrowSystem>(),
-                                                                   setup);
-  return std::make_unique<AdaptiveRollout<Dense, Driver<Dense>>>(setup.plant.make<DenseSystem>(),
-                                                                 setup);
+  return setup.plant.with_plant([&](auto plant) -> std::unique_ptr<Rollout> {
+    using PlantT = decltype(plant);
+    return std::make_unique<AdaptiveRollout<PlantT, Driver<PlantT>>>(std::move(plant), setup);
+  });
 }
 
 }  // namespace hexapod

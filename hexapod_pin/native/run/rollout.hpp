@@ -12,9 +12,9 @@
 
 namespace hexapod {
 
-constexpr double kMostSpeed = 1e4;  // rad/s or m/s: beyond it a run has diverged
+constexpr double kDivergedSpeed = 1e4;  // rad/s and m/s: beyond it a run has diverged
 
-// Where a run starts, or stands: all that the future depends on.
+// A run at one sample: all that its continuation depends on.
 struct Checkpoint {
   long first = 0;      // its time is first * sample interval
   VectorXd q, v;
@@ -35,7 +35,7 @@ struct RunSetup {
 class Rollout {
  public:
   virtual ~Rollout() = default;
-  virtual bool advance(long samples) = 0;  // false: diverged, the last good sample stands
+  virtual bool advance(long samples) = 0;  // false: diverged; the samples before stand
   virtual const Recorder& record() const = 0;
   virtual std::map<std::string, double> counters() const = 0;
   virtual Checkpoint checkpoint() const = 0;
@@ -46,27 +46,9 @@ std::unique_ptr<Rollout> start_implicit_euler(const RunSetup& setup);
 std::unique_ptr<Rollout> start_rk4(const RunSetup& setup);
 std::unique_ptr<Rollout> start_robust(const RunSetup& setup);
 std::unique_ptr<Rollout> start_robust_reference(const RunSetup& setup);
-std::unique_ptr<Rollout> start_x3(const RunSetup& setup);
+std::unique_ptr<Rollout> start_extrapolated_euler(const RunSetup& setup);
 std::unique_ptr<Rollout> start_ndf(const RunSetup& setup);
 std::unique_ptr<Rollout> start_dop853(const RunSetup& setup);
 std::unique_ptr<Rollout> start_run(const std::string& method, const RunSetup& setup);
-
-template <class PlantT>
-RowMatrix contact_memories(const PlantT& plant) {
-  RowMatrix rows(plant.feet.size(), 6);
-  for (std::size_t i = 0; i < plant.feet.size(); ++i) {
-    const ContactMemory& m = plant.feet[i].memory;
-    rows.row(i) << m.touch_speed, m.stretch.x(), m.stretch.y(), m.stretch.z(), double(m.touching),
-        double(m.sliding);
-  }
-  return rows;
-}
-
-template <class PlantT>
-void restore_memories(PlantT& plant, const RowMatrix& rows) {
-  for (std::size_t i = 0; i < std::size_t(rows.rows()); ++i)
-    plant.feet[i].memory = {rows(i, 0), rows.row(i).segment<3>(1).transpose(), rows(i, 4) != 0.0,
-                            rows(i, 5) != 0.0};
-}
 
 }  // namespace hexapod

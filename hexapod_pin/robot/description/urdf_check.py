@@ -9,13 +9,13 @@ from typing import NamedTuple
 from hexapod_pin.robot.description.urdf_file import JOINT_TYPES, Joint, UrdfFile
 from hexapod_pin.robot.description.urdf_inertia import inertia_findings, inertia_notes
 
-AXIS_NORM = 1e-6
+AXIS_NORM_TOLERANCE = 1e-6
 """An axis shorter than this is zero; one off unit length by more is normalised with a note."""
 
 MAX_MOVED_JOINTS = 300
 """Larger models are refused: the mass matrix and its workspace grow with the square."""
 
-WAY_OUT = {
+JOINT_TYPE_REMEDY = {
     "continuous": "make it revolute and give it lower and upper limits",
     "prismatic": "sliding joints are not simulated; make it fixed",
     "planar": "not simulated; use revolute or fixed joints",
@@ -106,17 +106,17 @@ def joint_findings(joint: Joint) -> list[str]:
         found.append(f"{where}: its origin is not three finite numbers for xyz and rpy")
     if not joint.moves:
         return found
-    if joint.kind in WAY_OUT:
-        found.append(f"{where}: type {joint.kind}: {WAY_OUT[joint.kind]}")
+    if joint.kind in JOINT_TYPE_REMEDY:
+        found.append(f"{where}: type {joint.kind}: {JOINT_TYPE_REMEDY[joint.kind]}")
     if joint.name == "root_joint":
         found.append(f"{where}: this name is kept for the floating base; rename the joint")
     if joint.element.find("mimic") is not None:
         found.append(f"{where}: <mimic>: coupled joints are not simulated; remove it or fix it")
     norm = math.hypot(*joint.axis)
-    if not norm >= AXIS_NORM or not math.isfinite(norm):
+    if not norm >= AXIS_NORM_TOLERANCE or not math.isfinite(norm):
         axis = _numbers(joint.axis)
         found.append(f"{where}: axis {axis} has length {norm:g}; must be a unit vector")
-    return found + ([] if joint.kind in WAY_OUT else _limit_findings(joint, where))
+    return found + ([] if joint.kind in JOINT_TYPE_REMEDY else _limit_findings(joint, where))
 
 
 def _limit_findings(joint: Joint, where: str) -> list[str]:
@@ -146,7 +146,7 @@ def _joint_notes(joint: Joint) -> list[str]:
     if not joint.moves:
         return []
     notes, norm = [], math.hypot(*joint.axis)
-    if AXIS_NORM <= norm and abs(norm - 1) > AXIS_NORM:
+    if AXIS_NORM_TOLERANCE <= norm and abs(norm - 1) > AXIS_NORM_TOLERANCE:
         notes.append(f"joint {joint.name}: axis {_numbers(joint.axis)} made a unit vector")
     if joint.dynamics("friction") > 0:
         friction = joint.dynamics("friction")

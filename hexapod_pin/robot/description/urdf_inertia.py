@@ -9,10 +9,10 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.description.urdf_file import Link, UrdfFile
 
-SLACK = 1e-9
+INERTIA_RELATIVE_TOLERANCE = 1e-9
 """Relative slack of the triangle inequality and of positive eigenvalues (round-off in the file)."""
 
-NEGLIGIBLE = 1e-3
+NEGLIGIBLE_INERTIA_SHARE = 1e-3
 """Share of its body's largest moment below which one fixed link's impossible inertia is a note."""
 
 THICK, THIN = 10.0, 0.01
@@ -46,7 +46,7 @@ def inertia_notes(file: UrdfFile) -> list[str]:
         extent = _extent(file, link)
         if not link.mass:
             continue
-        if broken := _broken(link, SLACK):
+        if broken := _broken(link, INERTIA_RELATIVE_TOLERANCE):
             notes.append(f"{broken}; negligible within the body it is fixed to")
         gyration = math.sqrt(max(0.0, *np.linalg.eigvalsh(inertia_matrix(link))) / link.mass)
         if extent and not THIN * extent <= gyration <= THICK * extent:
@@ -118,9 +118,13 @@ def _body_findings(file: UrdfFile, group: list[str]) -> list[str]:
         return [f"{where}: {value}, but {mover} moves it; its mass must be above 0"]
     heavy = [file.link_by_name[name] for name in group if file.link_by_name[name].mass]
     smallest, _, largest = np.linalg.eigvalsh(body_inertia(file, group))
-    slack, scale = (SLACK, 0.0) if len(heavy) == 1 else (NEGLIGIBLE, float(largest))
+    slack, scale = (
+        (INERTIA_RELATIVE_TOLERANCE, 0.0)
+        if len(heavy) == 1
+        else (NEGLIGIBLE_INERTIA_SHARE, float(largest))
+    )
     broken = [text for link in heavy if (text := _broken(link, slack, scale))]
-    if not broken and smallest <= SLACK * largest:
+    if not broken and smallest <= INERTIA_RELATIVE_TOLERANCE * largest:
         broken = [
             f"{where}: moved by {mover}, but its inertia is not positive definite:"
             f" smallest principal moment {smallest:.6g} kg m^2"

@@ -1,0 +1,74 @@
+// A bristle: a spring and a damper side by side in the ground plane, in series with a slider that
+// slips at mu N. z' = (F - k z)/c with the stretch z and the force F through them. Pure functions.
+#pragma once
+
+#include <algorithm>
+
+#include "laws/contact_memory.hpp"
+#include "laws/friction.hpp"
+#include "laws/vectors.hpp"
+
+namespace hexapod {
+
+// A tangential force, split by what it does when the normal force N changes.
+struct TangentialForce {
+  Vec3 per_normal = Vec3::Zero();   // f_t / N where f_t follows N, else 0
+  Vec3 independent = Vec3::Zero();  // f_t that does not follow N (a sticking bristle), N
+  Mat3 minus_du = Mat3::Zero();     // -df_t/du at constant N, N s/m
+};
+
+// Trial force k (z + dt u_t) + c u_t, scaled back onto the cone mu N. `implicit_dt` is the step of a
+// method that takes forces at its end, 0 for a stage of an explicit one.
+inline TangentialForce bristle_force(const FrictionLaw& law, double mu, double normal_force,
+                                     const Vec3& ut, const Mat3& plane, const Vec3& stretch,
+                                     double implicit_dt) {
+  TangentialForce out;
+  const double gain = law.bristle_gain(implicit_dt);
+  const Vec3 trial = law.bristle_stiffness * stretch + gain * ut;
+  const double size = trial.norm(), cap = mu * normal_force;
+  if (size <= cap) {
+    out.independent = -trial;
+    out.minus_du = gain * plane;
+    return out;
+  }
+  const Vec3 e = trial / size;
+  out.per_normal = -mu * e;
+  out.minus_du = (cap / size * gain) * (plane - e * e.transpose());
+  return out;
+}
+
+inline Vec3 in_plane(const Vec3& n, const Vec3& x) { return x - n.dot(x) * n; }
+
+// Force through the bristle of a foot that feels f.
+inline Vec3 through_bristle(const Vec3& n, const Vec3& f) { return n.dot(f) * n - f; }
+
+// One backward Euler step dt of z' under the force f on the foot; for c = 0 the spring alone carries
+// F. Never makes energy: F.u dt = F.(z+ - z) + F.slip dt with F = k z+ + c (z+ - z)/dt, and the slip
+// is along F.
+inline Vec3 next_stretch(const FrictionLaw& law, const Vec3& n, const Vec3& f, const Vec3& stretch,
+                         double dt) {
+  const Vec3 through = through_bristle(n, f), flat = in_plane(n, stretch);
+  return (law.bristle_damping * flat + dt * through) / law.bristle_gain(dt);
+}
+
+// z' of a bristle (c > 0) where the foot feels f.
+inline Vec3 stretch_rate(const FrictionLaw& law, const Vec3& n, const Vec3& f, const Vec3& stretch) {
+  const Vec3 through = through_bristle(n, f), flat = in_plane(n, stretch);
+  return (through - law.bristle_stiffness * flat) / law.bristle_damping;
+}
+
+// Whether the force f on the foot is at the friction cone.
+inline bool at_cone(const FrictionLaw& law, double mu_scale, const Vec3& n, const Vec3& f,
+                    bool sliding) {
+  const double mu = mu_scale * law.coefficient(sliding), normal = n.dot(f);
+  return (f - normal * n).norm() >= mu * std::max(0.0, normal) * (1.0 - 1e-9);
+}
+
+// Moves the bristle of a contact by a step dt that ends with the force f on the foot.
+inline void update_bristle(const FrictionLaw& law, double mu_scale, const Vec3& n, const Vec3& f,
+                           double dt, ContactMemory& memory) {
+  memory.stretch = next_stretch(law, n, f, memory.stretch, dt);
+  memory.sliding = at_cone(law, mu_scale, n, f, memory.sliding);
+}
+
+}  // namespace hexapod

@@ -1,0 +1,18 @@
+// What a contact remembers between steps; the laws themselves are pure.
+#pragma once
+
+#include "laws/vectors.hpp"
+
+namespace hexapod {
+
+struct ContactMemory {
+  double touch_speed = 0.0;     // approach speed before first touch, m/s
+  Vec3 stretch = Vec3::Zero();  // of the bristle, in the ground plane, m
+  bool touching = false;
+  bool sliding = false;  // the bristle ended the last step on the cone
+
+  // After separation; the touch speed is that of the last touch until the foot is seen free again.
+  void reset() { *this = ContactMemory{touch_speed, Vec3::Zero(), false, false}; }
+};
+
+}  // namespace hexapod

@@ -1,0 +1,139 @@
+// A scene as an ordinary differential equation y' = f(t, y) in the chart of a configuration q0:
+// y = (xi, v, z, w): chart coordinates, velocity, bristles of the contacts, works and impulses.
+#pragma once
+
+#include "methods/error_control.hpp"
+#include "plant/chart.hpp"
+#include "plant/plant.hpp"
+#include "plant/reference.hpp"
+
+namespace hexapod {
+
+template <class PlantT>
+class ChartFlow {
+ public:
+  ChartFlow(PlantT& plant, Reference& reference)
+      : plant(plant), reference(reference), nv(plant.tree.nv),
+        nz(plant.law.friction.has_bristle() ? 3 * int(plant.feet.size()) : 0),
+        nw(EnergyLedger::size(plant.feet.size())), ledger_(plant.feet.size()), q_(plant.tree.nq),
+        xi_(nv), v_(nv), rate_(nv), torque_(plant.joints()), q_ref_(plant.joints()),
+        v_ref_(plant.joints()) {}
+
+  int size() const { return 2 * nv + nz + nw; }
+
+  auto xi(const VectorXd& y) const { return y.head(nv); }
+  auto v(const VectorXd& y) const { return y.segment(nv, nv); }
+  auto z(const VectorXd& y) const { return y.segment(2 * nv, nz); }
+  auto w(const VectorXd& y) const { return y.tail(nw); }
+  auto xi(VectorXd& y) const { return y.head(nv); }
+  auto v(VectorXd& y) const { return y.segment(nv, nv); }
+  auto z(VectorXd& y) const { return y.segment(2 * nv, nz); }
+  auto w(VectorXd& y) const { return y.tail(nw); }
+
+  // y at a configuration, which becomes the chart's origin; works start at 0. Where the plant has
+  // been evaluated there, rate_here may follow.
+  void begin(const VectorXd& q, const VectorXd& velocity, VectorXd& y) {
+    q0_ = q_ = q;
+    v_ = velocity;
+    y.setZero(size());
+    v(y) = velocity;
+    for (int i = 0; i < nz / 3; ++i) y.template segment<3>(2 * nv + 3 * i) = plant.feet[i].memory.stretch;
+  }
+
+  void configuration(const VectorXd& y, VectorXd& q) {
+    xi_ = xi(y);
+    q.resize(q0_.size());
+    retract(q0_, xi_, q);
+  }
+
+  void evaluate(double t, const VectorXd& y) {
+    configuration(y, q_);
+    v_ = v(y);
+    for (int i = 0; i < nz / 3; ++i) plant.feet[i].memory.stretch = bristle(y, i);
+    plant.evaluate(t, q_, v_, 0.0);
+  }
+
+  // Saves the evaluated state y0 while others are evaluated.
+  void save_evaluation() { plant.save_evaluation(); }
+  void restore_evaluation(const VectorXd& y0) {
+    plant.restore_evaluation();
+    configuration(y0, q_);
+    v_ = v(y0);
+    for (int i = 0; i < nz / 3; ++i) plant.feet[i].memory.stretch = bristle(y0, i);
+  }
+
+  // y' at the state last evaluated, y and t as then
+  void rate_here(double t, const VectorXd& y, VectorXd& dy) {
+    dy.resize(size());
+    reference.at(t, q_ref_, v_ref_);
+    plant.servo_torque(q_, v_, q_ref_, v_ref_, torque_);
+    plant.acceleration(v_, torque_, rate_);
+    v(dy) = rate_;
+    xi_ = xi(y);
+    chart_rate(xi_, v_, rate_);
+    xi(dy) = rate_;
+    for (int i = 0; i < nz / 3; ++i) {
+      const auto& foot = plant.feet[i];
+      dy.template segment<3>(2 * nv + 3 * i) =
+          stretch_rate(plant.law.friction, foot.ground.normal, foot.contact.force, bristle(y, i));
+    }
+    ledger_.clear();
+    plant.accumulate(ledger_, v_, torque_, 1.0);
+    ledger_.write(w(dy));
+  }
+
+  void rate(double t, const VectorXd& y, VectorXd& dy) {
+    evaluate(t, y);
+    rate_here(t, y, dy);
+  }
+
+  // y becomes the run's state: configuration and velocity out, contact memories updated, works added to
+  // the ledger. The plant must have been evaluated at y.
+  void accept(const VectorXd& y, VectorXd& q, VectorXd& velocity, EnergyLedger& ledger) {
+    q = q_;
+    velocity = v_;
+    ledger.add(w(y));
+    update_bristles(y);
+    plant.update_memories();
+  }
+
+  // The contacts remember their bristles; one slides where the force last evaluated is at the cone.
+  void update_bristles(const VectorXd& y) {
+    for (int i = 0; i < nz / 3; ++i) {
+      auto& foot = plant.feet[i];
+      foot.memory.stretch = bristle(y, i);
+      if (foot.active)
+        foot.memory.sliding = at_cone(plant.law.friction, foot.mu_scale, foot.ground.normal,
+                                      foot.contact.force, foot.memory.sliding);
+    }
+  }
+
+  // of the state last evaluated
+  const VectorXd& position() const { return q_; }
+  const VectorXd& velocity() const { return v_; }
+  auto joints() const { return q_.tail(q_.size() - 7); }
+
+  // Servo demands [N m] there for the set-points of time t.
+  void servo_demand(double t, VectorXd& demand) {
+    reference.at(t, q_ref_, v_ref_);
+    plant.servo_demand(q_, v_, q_ref_, v_ref_, demand);
+  }
+
+  double norm_of(const VectorXd& error, const ErrorNorm& norm, double h) const {
+    return norm(xi(error), v(error), z(error), h);
+  }
+
+  Vec3 bristle(const VectorXd& y, int contact) const {
+    return y.template segment<3>(2 * nv + 3 * contact);
+  }
+
+  PlantT& plant;
+  Reference& reference;
+  const int nv, nz, nw;
+
+ private:
+  EnergyLedger ledger_;
+  VectorXd q0_, q_, xi_, v_, rate_, torque_, q_ref_, v_ref_;
+};
+
+}  // namespace hexapod

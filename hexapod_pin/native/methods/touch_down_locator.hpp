@@ -1,0 +1,64 @@
+// Locates touch-downs within a step, and lift-offs where asked for, so that no step passes over first
+// contact.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "plant/plant.hpp"
+
+namespace hexapod {
+
+// First root in (0, 1) of the cubic with values a, b and slopes da, db at 0 and 1; a > 0 > b.
+inline double hermite_root(double a, double da, double b, double db) {
+  double low = 0.0, high = 1.0;
+  for (int k = 0; k < 60; ++k) {
+    const double s = 0.5 * (low + high), s2 = s * s, s3 = s2 * s;
+    const double value = (2 * s3 - 3 * s2 + 1) * a + (s3 - 2 * s2 + s) * da +
+                         (3 * s2 - 2 * s3) * b + (s3 - s2) * db;
+    (value > 0.0 ? low : high) = s;
+  }
+  return 0.5 * (low + high);
+}
+
+class TouchDownLocator {
+ public:
+  TouchDownLocator(std::size_t contacts, double tolerance, bool lift_off = false)
+      : gap_(contacts), rate_(contacts), slack_(std::clamp(1e-3 * tolerance, 1e-12, 1e-7)),
+        lift_off_(lift_off) {}
+
+  // Stores the gaps at the start of a step; the plant is evaluated there, separated feet too.
+  template <class PlantT>
+  void begin(const PlantT& plant) {
+    for (std::size_t i = 0; i < gap_.size(); ++i) {
+      gap_[i] = plant.feet[i].ground.gap;
+      rate_[i] = rate(plant.feet[i]);
+    }
+  }
+
+  // Share of the step h, whose end is evaluated, after which the first foot changes; 1 if none does.
+  template <class PlantT>
+  double share(const PlantT& plant, double h) const {
+    double first = 1.0;
+    for (std::size_t i = 0; i < gap_.size(); ++i) {
+      const double end = plant.feet[i].ground.gap;
+      if (gap_[i] > slack_ && gap_[i] < kFarAway && end < -slack_)
+        first = std::min(first, hermite_root(gap_[i], h * rate_[i], end, h * rate(plant.feet[i])));
+      if (lift_off_ && gap_[i] < -slack_ && end > slack_ && end < kFarAway)
+        first = std::min(first, hermite_root(-gap_[i], -h * rate_[i], -end, -h * rate(plant.feet[i])));
+    }
+    return first;
+  }
+
+ private:
+  template <class Foot>
+  static double rate(const Foot& foot) {
+    return foot.ground.gap < kFarAway ? foot.ground.normal.dot(foot.velocity) : 0.0;
+  }
+
+  std::vector<double> gap_, rate_;
+  double slack_;
+  bool lift_off_;
+};
+
+}  // namespace hexapod
