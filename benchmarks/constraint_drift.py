@@ -109,7 +109,7 @@ def measure(duration: float, rounds: int) -> list[Row]:
 def flown(
     step: float, terms: maximal.Baumgarte, projected: bool, duration: float,
     rtol: float = 0.0,
-) -> tuple[maximal.Run, float, maximal.MaximalModel]:  # fmt: skip
+) -> tuple[maximal.MaximalRun, float, maximal.MaximalModel]:  # fmt: skip
     """Return a run, its processor time and its model; a run that diverged ends early."""
     _, flight = flying()
     twin = maximal_twin(flight.scene)
@@ -119,8 +119,9 @@ def flown(
     began = time.process_time()
     try:
         with np.errstate(all="ignore"):
+            start = maximal.initial_state(model, q, v)
             run = maximal.integrate(
-                model, q, v, duration=duration, sample=SAMPLE, projected=projected, **how
+                model, start, duration, sample=SAMPLE, projected=projected, **how
             )
     except DivergenceError as error:
         run = error.trace
@@ -128,15 +129,15 @@ def flown(
 
 
 def compared(
-    flown: tuple[maximal.Run, float, maximal.MaximalModel],
+    flown: tuple[maximal.MaximalRun, float, maximal.MaximalModel],
     way: str,
     step: float,
-    truth: maximal.Run,
+    truth: maximal.MaximalRun,
 ) -> Row:
     """Return a run beside the reference; errors are infinite where it diverged."""
     run, cost, model = flown
     whole = len(run.q) == len(truth.q)
-    energy = [maximal.invariants(model.bodies, s, model.gravity) for s in run.states]
+    energy = [maximal.energy(model, s) for s in run.states]
     start = energy[0]
     return Row(
         way=way,
@@ -145,15 +146,15 @@ def compared(
         drift=run.drift,
         drift_rate=run.drift_rate,
         error=position_difference(run.q, truth.q) if whole else np.inf,
-        energy=max(abs(e.energy - start.energy) for e in energy) / start.kinetic,
+        energy=max(abs(e.total - start.total) for e in energy) / start.kinetic,
         cost=cost,
         evaluations=run.counters["evaluations"],
     )
 
 
-def opening(model: maximal.MaximalModel, state: maximal.BodyState) -> float:
+def opening(model: maximal.MaximalModel, state: maximal.MaximalState) -> float:
     """Return the largest |Phi| [m, rad]."""
-    return float(np.abs(model.constraints(state, model.place(state)).violation).max())
+    return float(np.abs(model.constraints(state, model.kinematics(state)).violation).max())
 
 
 def page(rows: Sequence[Row], duration: float, where: str) -> str:

@@ -22,11 +22,13 @@ from timing import Quartiles  # noqa: E402
 
 import hexapod_pin as hp  # noqa: E402
 from hexapod_pin import native  # noqa: E402
-from hexapod_pin.formulations.inverse import inverse_dynamics  # noqa: E402
-from hexapod_pin.formulations.rigid.force_split import Compliant, LeastTorque, MinimumNorm  # noqa: E402
-from hexapod_pin.formulations.rigid.impact import plastic_impact  # noqa: E402
-from hexapod_pin.formulations.rigid.model import RigidModel  # noqa: E402
-from hexapod_pin.formulations.rigid.motion import rigid_motion  # noqa: E402
+from hexapod_pin.formulations.inverse import (  # noqa: E402
+    Compliant,
+    LeastTorque,
+    MinimumNorm,
+    inverse_dynamics,
+)
+from hexapod_pin.formulations.rigid import RigidModel, derivative, plastic_impact  # noqa: E402
 from hexapod_pin.simulation.plant import native_plant  # noqa: E402
 from hexapod_pin.validation.checks.limits import slow_gait, tripod  # noqa: E402
 from hexapod_pin.validation.checks.maximal_checks import maximal_twin, pressed_states  # noqa: E402
@@ -74,7 +76,7 @@ def subjects() -> list[Row]:
         ("core, native.evaluate", "C++, one call from Python",
          lambda: native.evaluate(plant, q, v, torque), 1),
         ("S2 eqs. 1-4, six feet stuck", "Python on Pinocchio",
-         lambda: rigid_motion(model, q, v, torque, feet), 1),
+         lambda: derivative(model, hp.State(q, v), torque, feet), 1),
         ("pin.constraintDynamics, six point feet", "C++, set up in Python each time",
          lambda: constrained_motion(point, q, v, torque, feet), 1),
         ("S2 eq. 5, six feet", "Python on Pinocchio",

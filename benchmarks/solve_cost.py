@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 import hexapod_pin as hp
+from hexapod_pin.formulations import maximal
 from hexapod_pin.validation.checks.maximal_checks import maximal_twin, pressed_states
 
 ROUNDS, CALLS = 7, 40
@@ -42,19 +43,19 @@ def subjects() -> dict[str, Callable[[], object]]:
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1())
     twin, (q, v, torque) = maximal_twin(scene), pressed_states(scene, 1)[0]
     model, plant = twin.model, native_plant(scene)
-    state = model.state(twin.bodies_order(q, 7), twin.bodies_order(v, 6))
-    at = model.place(state)
+    state = maximal.initial_state(model, twin.bodies_order(q, 7), twin.bodies_order(v, 6))
+    at = model.kinematics(state)
     joints = model.constraints(state, at)
-    rows, force, none = model.rows(at, joints), np.ones((19, 6)), np.empty(0)
-    full = integer_ratio(model.bodies.parent, at.mass, rows.on_parent, rows.on_child)
+    force, none = np.ones((19, 6)), np.empty(0)
+    full = integer_ratio(model.bodies.parent, at.mass, joints.on_parent, joints.on_child)
     right = np.r_[force.ravel(), joints.gamma.ravel()]
     thin = csc_matrix(full)
     return {
-        "whole evaluation: kinematics, contacts, elimination": lambda: model.evaluate(
-            0.0, state, torque
+        "whole evaluation: kinematics, contacts, elimination": lambda: maximal.derivative(
+            model, state, torque
         ),
-        "block elimination on the tree alone": lambda: model.eliminate(
-            at.mass, force, rows, joints.gamma, none
+        "block elimination on the tree alone": lambda: model.solve_kkt(
+            at.mass, force, joints, joints.gamma, none
         ),
         "dense LU, 204 x 204": lambda: np.linalg.solve(full, right),
         "SuperLU, the same matrix already in CSC": lambda: splu(thin).solve(right),

@@ -1,4 +1,4 @@
-"""The rigid walker: order, ground, balance of energy and force, and its compliant limit."""
+"""Walks on rigid ground: order, ground, balance of energy and force, and its compliant limit."""
 
 from __future__ import annotations
 
@@ -7,12 +7,9 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.rigid.constrained_step import Drive
-from hexapod_pin.formulations.rigid.contact_set import Grip
-from hexapod_pin.formulations.rigid.flow import rigid_flow
-from hexapod_pin.formulations.rigid.model import RigidGround, RigidModel
-from hexapod_pin.formulations.rigid.set_points import SetPoints
-from hexapod_pin.formulations.rigid.walk import rigid_walk
+from hexapod_pin.formulations.rigid import ContactSet, RigidGround, RigidModel, integrate, simulate
+from hexapod_pin.formulations.rigid.constrained_step import ConstrainedStepper
+from hexapod_pin.formulations.set_points import SetPoints
 from hexapod_pin.validation.checks.limits import slow_gait, tripod
 from hexapod_pin.validation.checks.samples import rigid_robot
 
@@ -22,7 +19,7 @@ TETRAPOD = hp.KinematicControl(hp.Gait.tetrapod())
 @pytest.fixture(scope="module")
 def walk():
     """One second of S2's tetrapod from standing: two lift-offs, two touch-downs."""
-    return rigid_walk(rigid_robot("kharagpur", 0.0), TETRAPOD, duration=1.0)
+    return simulate(rigid_robot("kharagpur", 0.0), TETRAPOD, duration=1.0)
 
 
 def test_set_points_are_the_plans_cubics() -> None:
@@ -42,21 +39,20 @@ def test_set_points_are_the_plans_cubics() -> None:
     assert end == pytest.approx(plan.q[-1]) and not rest.any()
 
 
-def test_a_held_step_is_of_second_order() -> None:
+def test_a_constrained_step_is_of_second_order() -> None:
     """Against DOP853 on the same phase: a quarter of the error for half the step."""
     model = rigid_robot("kharagpur", 0.0)
     start = model.robot.stand()
     bent = hp.HoldPosture(model.robot.posture + 0.05)
-    drive = Drive(model, hp.Servo(kp=20.0, kd=0.4), SetPoints(bent.plan(model.robot, 1.0)))
-    exact = rigid_flow(model, start, 0.02, feet=range(6), torque=drive.torque, accuracy=1e-10)
+    set_points = SetPoints(bent.plan(model.robot, 1.0))
+    stepper = ConstrainedStepper(model, hp.Servo(kp=20.0, kd=0.4), set_points)
+    contacts = ContactSet(tuple(range(6)))
+    exact = integrate(model, start, 0.02, feet=range(6), torque=stepper.torque, accuracy=1e-10)
     errors = []
     for count in (20, 40, 80):
-        now, grip = (
-            drive.moment(0.0, start.q, start.v, Grip(tuple(range(6)))),
-            Grip(tuple(range(6))),
-        )
+        now = stepper.snapshot(0.0, start.q, start.v, contacts)
         for _ in range(count):
-            now = drive.step(now, 0.02 / count, grip)
+            now = stepper.step(now, 0.02 / count, contacts)
         errors.append(np.abs(now.v - exact.v).max())
         assert np.abs(now.terms.gap).max() < 1e-12
         assert np.abs(now.terms.rows @ now.v).max() < 1e-12
@@ -70,7 +66,7 @@ def test_a_servo_at_its_limit_gives_its_limit() -> None:
     model = RigidModel(robot)
     far = hp.HoldPosture(np.clip(robot.posture + 0.4, robot.lower, robot.upper))
     start = robot.stand()
-    walk = rigid_walk(model, far, duration=0.01, step=1e-3, sample=1e-3, initial=start)
+    walk = simulate(model, far, duration=0.01, step=1e-3, sample=1e-3, initial=start)
     trace = walk.trace
     assert np.abs(trace.torque).max() == pytest.approx(6.0, rel=1e-12)
     assert np.isfinite(trace.q).all()
@@ -116,11 +112,11 @@ def test_the_weight_is_carried_and_the_energy_accounted_for(walk) -> None:
 
 def test_what_sticking_asks_is_reported(walk) -> None:
     """Every foot has a row; with next to no friction all would have slid."""
-    assert [use.foot for use in walk.use] == list(walk.trace.foot_names)
-    assert all(use.sliding < 0.05 for use in walk.use)
+    assert [row.foot for row in walk.friction_demand] == list(walk.trace.foot_names)
+    assert all(row.sliding < 0.05 for row in walk.friction_demand)
     icy = RigidModel(walk_model().robot, ground=RigidGround(mu=0.01))
-    slippery = rigid_walk(icy, TETRAPOD, duration=0.1)
-    assert min(use.sliding for use in slippery.use) > 0.5
+    slippery = simulate(icy, TETRAPOD, duration=0.1)
+    assert min(row.sliding for row in slippery.friction_demand) > 0.5
 
 
 def walk_model() -> RigidModel:
@@ -144,7 +140,7 @@ def test_the_core_tends_to_it_along_a_slow_gait() -> None:
 def test_what_cannot_be_walked_is_refused() -> None:
     model = walk_model()
     with pytest.raises(ParameterError, match="step"):
-        rigid_walk(model, TETRAPOD, duration=1.0, step=0.0)
+        simulate(model, TETRAPOD, duration=1.0, step=0.0)
     slope = RigidModel(model.robot, ground=RigidGround(normal=(0.6, 0.0, 0.8)))
     with pytest.raises(ParameterError, match="initial"):
-        rigid_walk(slope, TETRAPOD, duration=1.0)
+        simulate(slope, TETRAPOD, duration=1.0)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.rigid.impact import plastic_impact, unilateral_impact
-from hexapod_pin.formulations.rigid.model import RigidModel
+from hexapod_pin.formulations.rigid import RigidModel, plastic_impact, unilateral_impact
 from hexapod_pin.validation.checks import impact_checks
 from hexapod_pin.validation.checks.impact_checks import ARRIVING, hc18_model
 from hexapod_pin.validation.checks.limits import damped_impact

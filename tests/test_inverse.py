@@ -9,14 +9,22 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.inverse import inverse_dynamics, torque_under
-from hexapod_pin.formulations.rigid.force_split import Compliant, LeastTorque, MinimumNorm
-from hexapod_pin.formulations.rigid.friction_pyramid import least_load, pyramid
-from hexapod_pin.formulations.rigid.least_squares import InfeasibleError, least_squares
-from hexapod_pin.formulations.rigid.model import RigidGround, RigidModel
-from hexapod_pin.formulations.rigid.prescribed_gait import planned_forces
-from hexapod_pin.formulations.rigid.spring_split import ContactSprings, NoRestError
-from hexapod_pin.formulations.rigid.stance import stance_load
+from hexapod_pin.formulations.inverse import (
+    Compliant,
+    ContactSprings,
+    InfeasibleError,
+    LeastTorque,
+    MinimumNorm,
+    NoRestError,
+    inverse_dynamics,
+    normal_force_margin,
+    prescribed_gait,
+    pyramid,
+    stance_load,
+    torque_under_forces,
+)
+from hexapod_pin.formulations.inverse.least_squares import least_squares
+from hexapod_pin.formulations.rigid import RigidGround, RigidModel
 from hexapod_pin.validation.checks import inverse_checks
 from hexapod_pin.validation.checks.samples import rigid_robot, states
 from hexapod_pin.validation.checks.six_feet import six_feet
@@ -38,7 +46,7 @@ def test_every_split_balances_a_moving_robot(split) -> None:
         acceleration = 0.5 * rng.normal(size=24)
         free = LeastTorque(limited=False) if isinstance(split, LeastTorque) else split
         found = inverse_dynamics(model, q, v, acceleration, [0, 2, 3, 4], free)
-        left = torque_under(model, q, v, acceleration, found.force)
+        left = torque_under_forces(model, q, v, acceleration, found.force)
         assert np.abs(left[:6]).max() < 1e-10
         assert left[6:] == pytest.approx(found.torque, abs=1e-10)
         assert found.split == split.label
@@ -116,7 +124,7 @@ def test_pyramid_lies_inside_its_cone_and_touches_it() -> None:
         pyramid(normal, 0.5, 2)
 
 
-def test_least_load_is_zero_at_the_tipping_slope() -> None:
+def test_normal_force_margin_is_zero_at_the_tipping_slope() -> None:
     """HC17: a ten-thousandth of a degree on either side of 64.1336 the sign differs."""
     robot = six_feet((0.0, 0.0, 0.0), 0.12, (0.03, 0.05, 0.06)).robot
     level, still = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]), np.zeros(6)
@@ -125,7 +133,7 @@ def test_least_load_is_zero_at_the_tipping_slope() -> None:
         angle = math.radians(degrees)
         pull = 9.81 * np.array([-math.sin(angle), 0.0, -math.cos(angle)])
         model = RigidModel(robot, ground=RigidGround(mu=50.0), gravity=pull)
-        signs.append(least_load(stance_load(model, level, still, still, range(6))))
+        signs.append(normal_force_margin(stance_load(model, level, still, still, range(6))))
     assert signs[0] > 0.0 > signs[1]
 
 
@@ -160,12 +168,12 @@ def test_planned_tetrapod_stands_beside_the_static_envelope() -> None:
     """
     model = rigid_robot("kharagpur", 0.0)
     time = np.linspace(4.8, 7.2, 60, endpoint=False) + 1e-4
-    planned = planned_forces(model, hp.Gait.tetrapod(), time)
+    planned = prescribed_gait(model, hp.Gait.tetrapod(), time)
     assert planned.residual.max() < 1e-5
     weight = model.robot.total_mass * 9.81
     assert planned.force[:, :, 2].sum(axis=1).mean() == pytest.approx(weight, rel=1e-3)
     femur = np.abs(planned.torque[:, 1::3]).max()
     assert 1.31 < femur < 1.31 * 1.15
-    least = planned_forces(model, hp.Gait.tetrapod(), time[::4], LeastTorque())
+    least = prescribed_gait(model, hp.Gait.tetrapod(), time[::4], LeastTorque())
     assert (least.torque**2).sum() < (planned.torque[::4] ** 2).sum()
-    assert least.pulled == 0.0 and least.sliding == 0.0
+    assert least.pulling_share == 0.0 and least.sliding_share == 0.0

@@ -12,8 +12,8 @@ from contact_formulas import FRICTION, NORMAL
 
 import hexapod_pin as hp
 from hexapod_pin.formulations.maximal import constraints as equations
-from hexapod_pin.formulations.maximal import placement
-from hexapod_pin.formulations.maximal.joint_vectors import PLACE, Carried
+from hexapod_pin.formulations.maximal import initial_state, kinematics
+from hexapod_pin.formulations.maximal.joint_vectors import JOINT_POINT, BodyFixedVectors
 from hexapod_pin.validation.checks.maximal_checks import (
     compare_accelerations,
     maximal_twin,
@@ -54,7 +54,7 @@ def test_accelerations_equal_the_core(name: str, contact: str) -> None:
     assert compare_accelerations(scene, states) < 1e-12
     twin = maximal_twin(scene)
     q, v, _ = states[0]
-    state = twin.model.state(twin.bodies_order(q, 7), twin.bodies_order(v, 6))
+    state = initial_state(twin.model, twin.bodies_order(q, 7), twin.bodies_order(v, 6))
     assert (twin.model.gaps(0.0, state) < 0.0).sum() >= 5  # the states do press on the ground
 
 
@@ -88,9 +88,9 @@ def test_joint_stops_and_damping_equal_the_core() -> None:
 # --- planted errors -----------------------------------------------------------------------------
 
 
-def as_printed(i: Carried, j: Carried) -> np.ndarray:
+def as_printed(i: BodyFixedVectors, j: BodyFixedVectors) -> np.ndarray:
     """Row 1 of S1 eq. 3 as it is printed, without its dots: -s~_i w_i + s~_j w_j."""
-    return i.rate[:, :, PLACE] - j.rate[:, :, PLACE]
+    return i.rate[:, :, JOINT_POINT] - j.rate[:, :, JOINT_POINT]
 
 
 def minus(function):
@@ -100,15 +100,15 @@ def minus(function):
 @pytest.mark.parametrize(
     ("module", "name", "wrong"),
     [
-        (equations, "gamma_of_place", as_printed),
-        (equations, "gamma_of_place", minus(equations.gamma_of_place)),
-        (equations, "gamma_of_axis", minus(equations.gamma_of_axis)),
+        (equations, "gamma_row_1", as_printed),
+        (equations, "gamma_row_1", minus(equations.gamma_row_1)),
+        (equations, "gamma_rows_2_3", minus(equations.gamma_rows_2_3)),
         (
-            placement,
+            kinematics,
             "world_inertia",
             lambda turn, inertia: turn.transpose(0, 2, 1) @ inertia @ turn,
         ),
-        (placement, "world_inertia", lambda turn, inertia: inertia),
+        (kinematics, "world_inertia", lambda turn, inertia: inertia),
     ],
     ids=["lost dots", "sign of row 1", "sign of rows 2-3", "transposed axes", "body axes"],
 )
@@ -145,9 +145,9 @@ from hexapod_pin.ground.contact import Contact
 from hexapod_pin.formulations import maximal
 from hexapod_pin.ground.terrain import Flat
 bodies = maximal.read_bodies(Path(sys.argv[1]).read_text(), ["lf_foot"])
-model = maximal.MaximalModel(bodies, feet=maximal.FootGround(bodies, Contact.s1(), Flat()))
-state = model.state(np.r_[np.zeros(6), 1.0, np.zeros(18)], np.zeros(24))
-found = model.evaluate(0.0, state, np.zeros(18))
+model = maximal.MaximalModel(bodies, contact=maximal.GroundContact(bodies, Contact.s1(), Flat()))
+state = maximal.initial_state(model, np.r_[np.zeros(6), 1.0, np.zeros(18)], np.zeros(24))
+found = maximal.derivative(model, state, np.zeros(18))
 assert np.isfinite(found.acceleration).all()
 print([name for name in ("pinocchio", "hexapod_pin.native") if name in sys.modules])
 """

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_maximal_runs import flight
+from test_maximal_runs import flight, largest
 
 import hexapod_pin as hp
 from hexapod_pin.formulations import maximal
-from hexapod_pin.formulations.maximal.projection import largest, project
 from hexapod_pin.formulations.maximal.reduced import configuration
 from hexapod_pin.formulations.maximal.rotation import rotations
 
 
-def drifting(baumgarte: maximal.Baumgarte, projected: bool, step: float = 2e-3) -> maximal.Run:
+def drifting(
+    baumgarte: maximal.Baumgarte, projected: bool, step: float = 2e-3
+) -> maximal.MaximalRun:
     """HC14b for 0.2 s by RK4."""
     model, q, v, _ = flight()
     model.baumgarte = baumgarte
-    return maximal.integrate(model, q, v, duration=0.2, step=step, projected=projected)
+    return maximal.integrate(
+        model, maximal.initial_state(model, q, v), 0.2, step=step, projected=projected
+    )
 
 
 def test_joints_stay_closed_by_baumgarte_and_by_projection() -> None:
@@ -50,36 +53,37 @@ def test_violated_baumgarte_limit_blows_up() -> None:
 def test_projection_keeps_momentum_and_returns_to_the_joints() -> None:
     """A state opened by 1 mm: closed to 1e-13; momentum moves by rounding alone."""
     model, q, v, _ = flight()
-    state, rng = model.state(q, v), np.random.default_rng(4)
+    state, rng = maximal.initial_state(model, q, v), np.random.default_rng(4)
     opened = type(state)(
         state.position + 1e-3 * rng.normal(size=state.position.shape),
         state.quaternion,
         state.velocity + 0.1 * rng.normal(size=state.velocity.shape),
     )
-    closed = project(model, opened)
-    joints = model.constraints(closed, model.place(closed))
+    closed = maximal.project(model, opened)
+    joints = model.constraints(closed, model.kinematics(closed))
     assert largest(joints.violation) < 1e-13 and largest(joints.rate) < 1e-12
-    before, after = (maximal.invariants(model.bodies, s, model.gravity) for s in (opened, closed))
+    before, after = (maximal.energy(model, s) for s in (opened, closed))
     assert np.abs(after.momentum - before.momentum).max() < 1e-12
     assert np.abs(after.center_of_mass - before.center_of_mass).max() < 1e-9  # Newton's second step
-    again = project(model, closed)
+    again = maximal.project(model, closed)
     assert largest(again.position - closed.position) < 1e-13
 
 
 def test_times_that_do_not_fit_are_refused() -> None:
     model, q, v, _ = flight()
+    start = maximal.initial_state(model, q, v)
     with pytest.raises(hp.errors.ParameterError, match="sample or step"):
-        maximal.integrate(model, q, v, duration=1.0, step=0.3)
+        maximal.integrate(model, start, 1.0, step=0.3)
     with pytest.raises(hp.errors.ParameterError, match="duration"):
-        maximal.integrate(model, q, v, duration=-1.0)
+        maximal.integrate(model, start, -1.0)
 
 
 def test_state_goes_round() -> None:
     """Base pose and joint angles to bodies and back, one joint beyond half a turn."""
     model, q, v, _ = flight()
     q[9] = 4.0
-    state = model.state(q, v)
-    angles = model.fresh_memory(q[7:]).unwrapped(model.place(state).angle)
+    state = maximal.initial_state(model, q, v)
+    angles = state.memory.unwrapped(model.kinematics(state).angle)
     back = configuration(model.bodies, state, angles)
     assert back == pytest.approx(q, abs=1e-14)
     turn = rotations(state.quaternion[:1])[0]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import hexapod_pin as hp
 from hexapod_pin.formulations import maximal
-from hexapod_pin.formulations.maximal.motion import BodyState
-from hexapod_pin.formulations.maximal.rotation import from_matrix, rotations, turned
+from hexapod_pin.formulations.maximal import MaximalState, initial_state
+from hexapod_pin.formulations.maximal.rotation import product, rotations, turned
 from hexapod_pin.validation.checks.maximal_checks import maximal_twin, pressed_states
 
 
@@ -31,21 +32,21 @@ def test_constraint_acceleration_equals_second_differences() -> None:
     rng = np.random.default_rng(1)
     bodies = maximal.read_bodies(hp.load_robot("kharagpur").urdf)
     model, n = maximal.MaximalModel(bodies), len(bodies.mass)
-    closed = model.state(np.r_[np.zeros(6), 1.0, rng.normal(size=18)], np.zeros(24))
+    closed = initial_state(model, np.r_[np.zeros(6), 1.0, rng.normal(size=18)], np.zeros(24))
     quaternion = turned(closed.quaternion, 0.1 * rng.normal(size=(n, 3)))
     velocity, rate = rng.normal(size=(2, n, 6))
 
     def violation(h: float) -> np.ndarray:
         """Phi at t = h: the commutator of w and w' enters only with h^3, and cancels."""
         shift = h * velocity + 0.5 * h * h * rate
-        state = BodyState(
+        state = MaximalState(
             closed.position + shift[:, :3], turned(quaternion, shift[:, 3:]), velocity
         )
-        return model.constraints(state, model.place(state)).violation
+        return model.constraints(state, model.kinematics(state)).violation
 
     h = 1e-4
-    state = BodyState(closed.position, quaternion, velocity)
-    found = model.constraints(state, model.place(state))
+    state = MaximalState(closed.position, quaternion, velocity)
+    found = model.constraints(state, model.kinematics(state))
     along = np.einsum("nij,nj->ni", found.on_child, rate[1:])
     along += np.einsum("nij,nj->ni", found.on_parent, rate[bodies.parent])
     second = (violation(h) - 2.0 * violation(0.0) + violation(-h)) / h**2
@@ -55,29 +56,33 @@ def test_constraint_acceleration_equals_second_differences() -> None:
 
 
 @pytest.mark.parametrize(
-    "mount",
-    [maximal.Mount.free(), maximal.Mount.fixed(), maximal.Mount.at((0.1, 0.2, 0.3), (0, 0, 0))],
+    "root",
+    [
+        maximal.RootConstraint.free(),
+        maximal.RootConstraint.fixed(),
+        maximal.RootConstraint.spherical((0.1, 0.2, 0.3), (0, 0, 0)),
+    ],
     ids=["free", "fixed", "held at a point"],
 )
-def test_elimination_equals_the_dense_system(mount: maximal.Mount) -> None:
+def test_elimination_equals_the_dense_system(root: maximal.RootConstraint) -> None:
     """All 204 (210) equations at once by LU, at a state with open joints and Baumgarte's terms."""
     rng = np.random.default_rng(2)
     bodies = maximal.read_bodies(hp.load_robot("athena").urdf)
-    model = maximal.MaximalModel(bodies, mount=mount, baumgarte=maximal.Baumgarte.critical(20.0))
-    state = model.state(np.r_[np.zeros(6), 1.0, rng.normal(size=18)], rng.normal(size=24))
-    state = BodyState(
+    model = maximal.MaximalModel(bodies, root=root, baumgarte=maximal.Baumgarte.critical(20.0))
+    state = initial_state(model, np.r_[np.zeros(6), 1.0, rng.normal(size=18)], rng.normal(size=24))
+    state = MaximalState(
         state.position + 1e-3 * rng.normal(size=(19, 3)), state.quaternion, state.velocity
     )
-    at = model.place(state)
+    at = model.kinematics(state)
     joints = model.constraints(state, at)
-    rows, force = model.rows(at, joints), rng.normal(size=(19, 6))
-    wanted, hold = rng.normal(size=(18, 5)), rng.normal(size=mount.held)
-    found = model.eliminate(at.mass, force, rows, wanted, hold)
-    across = np.zeros((90 + mount.held, 114))
+    force = rng.normal(size=(19, 6))
+    wanted, hold = rng.normal(size=(18, 5)), rng.normal(size=root.size)
+    found = model.solve_kkt(at.mass, force, joints, wanted, hold)
+    across = np.zeros((90 + root.size, 114))
     for j, parent in enumerate(bodies.parent):
-        across[5 * j : 5 * j + 5, 6 * parent : 6 * parent + 6] = rows.on_parent[j]
-        across[5 * j : 5 * j + 5, 6 * j + 6 : 6 * j + 12] = rows.on_child[j]
-    across[90:, :6] = rows.mount
+        across[5 * j : 5 * j + 5, 6 * parent : 6 * parent + 6] = joints.on_parent[j]
+        across[5 * j : 5 * j + 5, 6 * j + 6 : 6 * j + 12] = joints.on_child[j]
+    across[90:, :6] = joints.root.rows
     mass = np.zeros((114, 114))
     for k in range(19):
         mass[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = at.mass[k]
@@ -88,13 +93,14 @@ def test_elimination_equals_the_dense_system(mount: maximal.Mount) -> None:
 
 
 def test_rotation_algebra() -> None:
-    """Matrix to quaternion and back; a turn of the world's axes from the left."""
+    """Matrices, products and turns against SciPy's; a turn of the world's axes from the left."""
     rng = np.random.default_rng(3)
     q = rng.normal(size=(50, 4))
     q /= np.linalg.norm(q, axis=1)[:, None]
     q[:3] = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]
-    for matrix in rotations(q):
-        assert np.abs(rotations(from_matrix(matrix)[None])[0] - matrix).max() < 1e-14
+    known, other = Rotation.from_quat(q), Rotation.from_quat(q[::-1])
+    assert np.abs(rotations(3.0 * q) - known.as_matrix()).max() < 1e-14
+    assert np.abs(product(q, q[::-1]) - (known * other).as_quat()).max() < 1e-14
     quarter = turned(np.array([[0.0, 0, 0, 1]]), np.array([[0, 0, np.pi / 2]]))
     assert np.abs(rotations(quarter)[0] @ [1, 0, 0] - [0, 1, 0]).max() < 1e-15
 
@@ -129,9 +135,11 @@ def test_laws_that_cannot_be_done_are_refused() -> None:
         friction=hp.StickSlip(mu=0.5, stiffness=1e4, damping=0),
     )
     with pytest.raises(hp.errors.ParameterError, match="StickSlip.damping"):
-        maximal.FootGround(bodies, stiff, hp.Flat())
+        maximal.GroundContact(bodies, stiff, hp.Flat())
     with pytest.raises(hp.errors.ParameterError, match="without memory"):
-        maximal.FootGround(bodies, hp.Contact.accurate(), hp.Stairs(rise=0.03, run=0.15, count=4))
+        maximal.GroundContact(
+            bodies, hp.Contact.accurate(), hp.Stairs(rise=0.03, run=0.15, count=4)
+        )
 
 
 def test_bearing_of_a_hanging_arm() -> None:
@@ -140,9 +148,9 @@ def test_bearing_of_a_hanging_arm() -> None:
     The arm's centre hangs at rest where x = 0.1 points down: angle 90 degrees about y.
     """
     bodies = maximal.read_bodies(pendulum())
-    model = maximal.MaximalModel(bodies, mount=maximal.Mount.fixed())
-    state = model.state(np.r_[np.zeros(6), 1.0, np.pi / 2], np.zeros(7))
-    found = model.evaluate(0.0, state, np.zeros(1))
+    model = maximal.MaximalModel(bodies, root=maximal.RootConstraint.fixed())
+    state = initial_state(model, np.r_[np.zeros(6), 1.0, np.pi / 2], np.zeros(7))
+    found = maximal.derivative(model, state, np.zeros(1))
     assert np.abs(found.acceleration).max() < 1e-13
     load = 2.0 * 9.81
     world = maximal.joint_reactions(model, found, "world")["hinge"]
@@ -161,14 +169,14 @@ def test_reactions_balance_the_last_link() -> None:
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1())
     twin, (q, v, torque) = maximal_twin(scene), pressed_states(scene, 1)[0]
     model = twin.model
-    state = model.state(twin.bodies_order(q, 7), twin.bodies_order(v, 6))
-    found = model.evaluate(0.0, state, torque[twin.order])
+    state = initial_state(model, twin.bodies_order(q, 7), twin.bodies_order(v, 6))
+    found = maximal.derivative(model, state, torque[twin.order])
     reactions = maximal.joint_reactions(model, found, "world")
     turn = rotations(state.quaternion)
     for k, foot in enumerate(model.bodies.feet):
         b, mass = foot.body, model.bodies.mass[foot.body]
         joint = reactions[model.bodies.joint_names[b - 1]]
-        push, inertia = found.touch.force[k], turn[b] @ model.bodies.inertia[b] @ turn[b].T
+        push, inertia = found.contacts.force[k], turn[b] @ model.bodies.inertia[b] @ turn[b].T
         rest = mass * (found.acceleration[b, :3] - model.gravity) - push - joint.force
         assert np.abs(rest).max() < 1e-9
         spin, arm = state.velocity[b, 3:], turn[b] @ model.bodies.child_place[b - 1]

@@ -9,15 +9,23 @@ import vehicles
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.rigid.contact_set import Grip
-from hexapod_pin.formulations.rigid.flow import rigid_flow
-from hexapod_pin.formulations.rigid.kkt import solve_ranked
-from hexapod_pin.formulations.rigid.model import RigidGround, RigidModel
-from hexapod_pin.formulations.rigid.motion import motion_under, rigid_gait, rigid_motion
+from hexapod_pin.formulations.rigid import (
+    ContactSet,
+    RigidGround,
+    RigidModel,
+    derivative,
+    energy,
+    initial_state,
+    integrate,
+    prescribed_derivative,
+)
+from hexapod_pin.formulations.rigid.derivative import constrained_derivative
+from hexapod_pin.formulations.rigid.kkt import solve_kkt
 from hexapod_pin.validation.checks import rigid_checks
 from hexapod_pin.validation.checks.six_feet import MASS, feet_named, six_feet
 
 LEVEL = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+AT_REST = hp.State(LEVEL, np.zeros(6))
 G = 9.81
 
 
@@ -36,8 +44,8 @@ def test_a_slope_and_another_gravity_turn_the_same_problem() -> None:
     turned = stand.copy()
     turned[:3], turned[3:7] = tilt @ stand[:3], pin.Quaternion(tilt).coeffs()
     v = np.random.default_rng(2).normal(size=24)
-    one = rigid_motion(level, stand, v, torque, range(6))
-    two = rigid_motion(slope, turned, v, torque, range(6))
+    one = derivative(level, hp.State(stand, v), torque, range(6))
+    two = derivative(slope, hp.State(turned, v), torque, range(6))
     assert two.acceleration == pytest.approx(one.acceleration, abs=1e-9)
     assert two.force == pytest.approx(one.force @ tilt.T, abs=1e-9)
     assert slope.terms(turned, v).gap == pytest.approx(level.terms(stand, v).gap, abs=1e-15)
@@ -46,13 +54,13 @@ def test_a_slope_and_another_gravity_turn_the_same_problem() -> None:
 def test_redundant_feet_move_alike_and_say_what_is_not_unique() -> None:
     """Six feet of one body: rank 6 of 18, no component unique; the loads of smallest norm."""
     model = six_feet((0.013, -0.007, 0.0), 0.0, (0.05, 0.07, 0.1))
-    found = rigid_motion(model, LEVEL, np.zeros(6), [], range(6))
+    found = derivative(model, AT_REST, [], range(6))
     assert found.rank == 6
     assert not found.unique.any()
     assert found.split == "minimum norm"
     assert found.acceleration == pytest.approx(np.zeros(6), abs=1e-14)
     assert found.force.sum(axis=0) == pytest.approx([0.0, 0.0, MASS * G], abs=1e-12)
-    three = rigid_motion(model, LEVEL, np.zeros(6), [], feet_named("L1,L3,R2"))
+    three = derivative(model, AT_REST, [], feet_named("L1,L3,R2"))
     held = feet_named("L1,L3,R2")
     assert three.unique[held].tolist() == [[False, False, True]] * 3  # normals, and they alone
     assert three.force[held, 2] == pytest.approx(
@@ -64,10 +72,10 @@ def test_a_straight_leg_is_a_singular_contact_and_is_served() -> None:
     """HC38's stretched leg: its rows lose a rank together with the others' none."""
     robot = vehicles.hexa_ref()
     model = RigidModel(robot)
-    q = robot.stand(np.tile([0.0, -0.3, 0.0], 6)).q
-    found = rigid_motion(model, q, np.zeros(24), np.zeros(18), range(6))
+    state = robot.stand(np.tile([0.0, -0.3, 0.0], 6))
+    found = derivative(model, state, np.zeros(18), range(6))
     assert found.rank == 18  # the base moves freely: every foot still has three rows
-    anchored = rigid_gait(model, q, np.zeros(24), np.zeros(18), range(6))
+    anchored = prescribed_derivative(model, state, np.zeros(18), range(6))
     assert anchored.rank == 6
     assert anchored.acceleration == pytest.approx(np.zeros(24), abs=1e-12)
 
@@ -76,13 +84,13 @@ def test_rows_said_twice_change_nothing() -> None:
     rng = np.random.default_rng(3)
     rows, root = rng.normal(size=(4, 7)), rng.normal(size=(7, 7))
     mass, right, target = root @ root.T + np.eye(7), rng.normal(size=7), rng.normal(size=4)
-    once = solve_ranked(mass, right, rows, target)
-    twice = solve_ranked(mass, right, np.vstack([rows, rows]), np.tile(target, 2))
+    once = solve_kkt(mass, right, rows, target)
+    twice = solve_kkt(mass, right, np.vstack([rows, rows]), np.tile(target, 2))
     assert twice.rank == once.rank == 4
     assert once.unique.all() and not twice.unique.any()
     assert twice.x == pytest.approx(once.x, abs=1e-12)
     assert twice.f == pytest.approx(np.tile(once.f, 2) / 2.0, abs=1e-12)
-    against = solve_ranked(mass, right, np.vstack([rows, rows]), np.r_[target, target + 1.0])
+    against = solve_kkt(mass, right, np.vstack([rows, rows]), np.r_[target, target + 1.0])
     assert against.residual == pytest.approx(np.r_[[0.5] * 4, [-0.5] * 4], abs=1e-12)
 
 
@@ -96,7 +104,7 @@ def test_feet_that_are_pulled_or_slide_are_reported() -> None:
         ((G, 0.0, -G), 1.01, "sticks", 1.0),
     ):
         model = RigidModel(robot, ground=RigidGround(mu=mu), gravity=gravity)
-        found = rigid_motion(model, LEVEL, np.zeros(6), [], range(6))
+        found = derivative(model, AT_REST, [], range(6))
         assert {check.verdict for check in found.checks} == {verdict}
         assert found.sticks == (verdict == "sticks")
         if verdict != "pulls":
@@ -108,16 +116,29 @@ def test_a_foot_without_friction_slides_and_bears() -> None:
     body = six_feet((0.0, 0.0, 0.0), 0.0, (0.05, 0.07, 0.1)).robot
     model = RigidModel(body, gravity=(1.5, 0.0, -G))
     terms = model.terms(LEVEL, np.zeros(6))
-    found = motion_under(model, terms, np.zeros(0), Grip((), (0, 2, 4)))
+    found = constrained_derivative(model, terms, np.zeros(0), ContactSet((), (0, 2, 4)))
     assert found.acceleration == pytest.approx([1.5, 0.0, 0.0, 0.0, 0.0, 0.0], abs=1e-12)
     assert found.force.sum(axis=0) == pytest.approx([0.0, 0.0, MASS * G], abs=1e-12)
+
+
+def test_energy_and_momentum_of_one_body() -> None:
+    """One mass 0.5 m up, moving and turning: the textbook's sums."""
+    model = six_feet((0.0, 0.0, 0.0), 0.0, (0.05, 0.07, 0.1))
+    q, v = LEVEL + [0, 0, 0.5, 0, 0, 0, 0], np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+    found = energy(model, initial_state(model, q, v))
+    spin = np.array([0.05, 0.07, 0.1]) * v[3:]
+    assert found.potential == pytest.approx(MASS * G * 0.5, rel=1e-14)
+    kinetic = 0.5 * (MASS * 14.0 + spin @ v[3:])
+    assert found.total == pytest.approx(found.potential + kinetic, rel=1e-14)
+    assert found.momentum == pytest.approx(MASS * v[:3], rel=1e-14)
+    assert found.angular_momentum == pytest.approx(spin, rel=1e-12)
 
 
 @pytest.mark.slow
 def test_hc20_a_heavy_top_is_one_stuck_foot() -> None:
     """HC20: 150 rad/s for 2 s about a foot that sticks; also the pivot stays where it is."""
     model, start, known = vehicles_top()
-    end = rigid_flow(model, start, 2.0, feet=[0], accuracy=1e-9)
+    end = integrate(model, start, 2.0, feet=[0], accuracy=1e-9)
     assert end.q[:3] == pytest.approx([float(x) for x in known["com_position(2s)"]], abs=1e-7)
     assert np.abs(model.gaps(end.q)).max() < 1e-9
 
@@ -136,11 +157,11 @@ def vehicles_top() -> tuple[RigidModel, hp.State, dict]:
 
 def test_what_cannot_be_asked_is_refused() -> None:
     model = RigidModel(vehicles.hexa_ref())
-    q = model.robot.stand().q
+    state = model.robot.stand()
     with pytest.raises(ParameterError, match="joint values"):
-        rigid_motion(model, q, np.zeros(24), np.zeros(17), [0])
+        derivative(model, state, np.zeros(17), [0])
     with pytest.raises(ParameterError, match="each given once"):
-        rigid_motion(model, q, np.zeros(24), np.zeros(18), [0, 0])
+        derivative(model, state, np.zeros(18), [0, 0])
     with pytest.raises(ParameterError, match="mu"):
         RigidGround(mu=-0.1)
     with pytest.raises(ParameterError, match="unit length"):

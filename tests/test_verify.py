@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -11,9 +12,9 @@ from typer.testing import CliRunner
 from hexapod_pin.commands import app as cli
 from hexapod_pin.commands.status import FAILED
 from hexapod_pin.errors import UnknownNameError
-from hexapod_pin.formulations.maximal import constraints, placement
-from hexapod_pin.formulations.maximal.joint_vectors import PLACE
-from hexapod_pin.formulations.rigid import impact, model, motion
+from hexapod_pin.formulations.maximal import constraints, kinematics
+from hexapod_pin.formulations.maximal.joint_vectors import JOINT_POINT
+from hexapod_pin.formulations.rigid import impact, model
 from hexapod_pin.validation.checks import check as checks
 from hexapod_pin.validation.checks import (
     flight_checks,
@@ -28,6 +29,7 @@ from hexapod_pin.validation.checks.check import Check, all_checks, run_check
 from hexapod_pin.validation.checks.command import VerificationError, verify
 from hexapod_pin.validation.checks.table import markdown, summary, table
 
+DERIVATIVE = import_module("hexapod_pin.formulations.rigid.derivative")
 QUICK = "core-terms,hc15-tripods,hc18,pinocchio-impact"
 
 
@@ -104,25 +106,25 @@ def test_a_check_that_breaks_or_gives_nan_has_failed() -> None:
 
 def wrong_sign(monkeypatch) -> str:
     """Eq. 5 with the sign of its right side turned."""
-    monkeypatch.setattr(impact, "arrest", lambda rows, v: rows @ v)
+    monkeypatch.setattr(impact, "required_velocity_change", lambda rows, v: rows @ v)
     return "pinocchio-impact"
 
 
 def printed_sign(monkeypatch) -> str:
     """Eq. 5 as printed: +lambda, so that its multiplier is minus the impulse."""
-    solve = impact.solve_ranked
+    solve = impact.solve_kkt
 
     def printed(mass, right, rows, target):
         found = solve(mass, right, rows, target)
         return type(found)(**{**vars(found), "f": -found.f})
 
-    monkeypatch.setattr(impact, "solve_ranked", printed)
+    monkeypatch.setattr(impact, "solve_kkt", printed)
     return "hc18"
 
 
 def wrong_frame(monkeypatch) -> str:
     """Foot rows in the joint's own axes."""
-    monkeypatch.setattr(model, "FRAME", "LOCAL")
+    monkeypatch.setattr(model, "CONTACT_FRAME", "LOCAL")
     return "core-terms"
 
 
@@ -135,34 +137,36 @@ def no_drift(monkeypatch) -> str:
 
 def pulling_forces(monkeypatch) -> str:
     """Ground forces with their sign turned."""
-    solve = motion.solve_ranked
+    solve = DERIVATIVE.solve_kkt
 
     def turned(mass, right, rows, target):
         found = solve(mass, right, rows, target)
         return type(found)(**{**vars(found), "f": -found.f})
 
-    monkeypatch.setattr(motion, "solve_ranked", turned)
+    monkeypatch.setattr(DERIVATIVE, "solve_kkt", turned)
     return "pinocchio-motion"
 
 
 def sign_of_eq_3(monkeypatch) -> str:
     """S1's eq. 3, rows 2-3, with its sign turned."""
-    right = constraints.gamma_of_axis
-    monkeypatch.setattr(constraints, "gamma_of_axis", lambda i, j: -right(i, j))
+    right = constraints.gamma_rows_2_3
+    monkeypatch.setattr(constraints, "gamma_rows_2_3", lambda i, j: -right(i, j))
     return "maximal-motion"
 
 
 def lost_dots(monkeypatch) -> str:
     """S1's eq. 3, row 1, as it is printed: s where s' belongs."""
     monkeypatch.setattr(
-        constraints, "gamma_of_place", lambda i, j: i.rate[:, :, PLACE] - j.rate[:, :, PLACE]
+        constraints,
+        "gamma_row_1",
+        lambda i, j: i.rate[:, :, JOINT_POINT] - j.rate[:, :, JOINT_POINT],
     )
     return "maximal-motion"
 
 
 def wrong_inertia_axis(monkeypatch) -> str:
     """Moments of inertia left in the axes of the bodies."""
-    monkeypatch.setattr(placement, "world_inertia", lambda turn, inertia: inertia)
+    monkeypatch.setattr(kinematics, "world_inertia", lambda turn, inertia: inertia)
     return "maximal-motion"
 
 

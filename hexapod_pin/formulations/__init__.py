@@ -1,1 +1,1 @@
-"""The equations of motion in other forms than the core's: to be compared with it."""
+"""The papers' own equations beside the core's: `rigid` and `inverse` (S2), `maximal` (S1)."""

@@ -11,26 +11,31 @@ r"""Closed-form geometry of a yaw-pitch-pitch leg.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hexapod_pin.arrays import Array
 
-TOLERANCE = 1e-9
+GEOMETRY_TOLERANCE = 1e-9
 """A leg counts as yaw-pitch-pitch when its geometry is within this [m, -]."""
+
+BRANCHES = ((1, 1), (1, -1), (-1, 1), (-1, -1))
+"""(fold, knee) of `YawPitchPitch.solve`: knee up, knee down, then both folded over the yaw axis."""
 
 
 @dataclass(frozen=True)
 class YawPitchPitch:
-    """Closed-form geometry: the math angles are `sign * q + offset`.
+    """Closed-form geometry of one leg or of L stacked legs; math angles are `sign * q + offset`.
 
     Attributes:
-        r_BH: rotation, hip axes as columns in base axes. Shape (3, 3).
-        p_BH: hip origin in the base frame [m]. Shape (3,).
-        lengths: L1 (axis 1 to axis 2), L2 (axis 2 to axis 3), L3 (axis 3 to foot) [m]. Shape (3,).
-        sign: +1 or -1 per joint. Shape (3,).
-        offset: math angle at q = 0 [rad]. Shape (3,).
+        r_BH: rotation, hip axes as columns in base axes. Shape (3, 3) or (L, 3, 3).
+        p_BH: hip origin in the base frame [m]. Shape (3,) or (L, 1, 3), as of all below.
+        lengths: L1 (axis 1 to axis 2), L2 (axis 2 to axis 3), L3 (axis 3 to foot) [m].
+        sign: +1 or -1 per joint.
+        offset: math angle at q = 0 [rad].
     """
 
     r_BH: Array
@@ -54,7 +59,7 @@ class YawPitchPitch:
         skew = np.linalg.norm(np.cross(axes[1], axes[2]))
         tilt = abs(axes[0] @ axes[1])
         aside = abs((foot - origins[0]) @ axes[1])
-        if max(skew, tilt, aside) > TOLERANCE:
+        if max(skew, tilt, aside) > GEOMETRY_TOLERANCE:
             return None
         z = axes[0] if axes[0][2] >= 0 else -axes[0]
         hip, knee = (o - ((o - origins[0]) @ axes[1]) * axes[1] for o in origins[1:])
@@ -64,53 +69,93 @@ class YawPitchPitch:
         sign = np.sign([axes[0] @ z, axes[1] @ r_BH[:, 1], axes[2] @ r_BH[:, 1]])
         femur, tibia = (knee - hip) @ r_BH, (foot - knee) @ r_BH
         lengths = np.array([(hip - p_BH) @ x, np.linalg.norm(femur), np.linalg.norm(tibia)])
-        if min(lengths[1:]) <= TOLERANCE:
+        if min(lengths[1:]) <= GEOMETRY_TOLERANCE:
             return None
         pitch = [np.arctan2(-link[2], link[0]) for link in (femur, tibia)]
         offset = np.array([0.0, pitch[0], pitch[1] - pitch[0]])
         return YawPitchPitch(r_BH, p_BH, lengths, sign, offset)
 
-    def reach(self) -> tuple[float, float]:
-        """Return the smallest and largest distance from axis 2 to the foot [m]."""
-        _, l2, l3 = self.lengths
-        return float(abs(l2 - l3)), float(l2 + l3)
+    @staticmethod
+    def stack(legs: Sequence[YawPitchPitch]) -> YawPitchPitch:
+        """Stack the geometry of L legs, so that one call solves all."""
+        rows = {
+            name: np.stack([getattr(leg, name) for leg in legs])[:, None]
+            for name in ("p_BH", "lengths", "sign", "offset")
+        }
+        return YawPitchPitch(r_BH=np.stack([leg.r_BH for leg in legs]), **rows)
 
-    def solve(self, p_BF: Array) -> tuple[Array, Array, Array]:
-        """Return all four branches for each target, without any range check.
+    def reach(self) -> tuple[Array, Array]:
+        """Return the smallest and largest distance from axis 2 to the foot [m].
+
+        Returns:
+            Scalars for one leg, shape (L, 1) each for stacked legs.
+        """
+        l2, l3 = self.lengths[..., 1], self.lengths[..., 2]
+        return np.abs(l2 - l3), l2 + l3
+
+    def to_hip(self, p_BF: Array) -> tuple[Array, Array]:
+        """Return targets in the hip frame and their distance from the yaw axis [m].
+
+        Args:
+            p_BF: targets in the base frame [m]. Shape (N, 3), or (L, N, 3) for stacked legs.
+
+        Returns:
+            p_HF: shape of `p_BF`.
+            radius: shape (N,) or (L, N).
+        """
+        p_HF = (p_BF - self.p_BH) @ self.r_BH
+        return p_HF, np.hypot(p_HF[..., 0], p_HF[..., 1])
+
+    def solve(
+        self, p_HF: Array, radius: Array, fold: ArrayLike, knee: ArrayLike
+    ) -> tuple[Array, Array]:
+        """Return one branch for every target, without any range check.
 
         The knee uses tan(q3/2) = sqrt(((L2+L3)^2 - rho^2) / (rho^2 - (L2-L3)^2)), which keeps its
         digits at full stretch and full fold, where the arc cosine loses half of them.
 
         Args:
+            p_HF: targets in the hip frame [m], from `to_hip`. Shape (N, 3) or (L, N, 3).
+            radius: their distance from the yaw axis [m]. Shape (N,) or (L, N).
+            fold: -1 where the leg is folded over the yaw axis, else 1. A number, or shape (L, 1).
+            knee: 1 with the knee up, -1 with the knee down. A number, or shape (L, 1).
+
+        Returns:
+            q: joint angles [rad]. Shape of `p_HF`.
+            outside: distance outside the reach, <= 0 inside [m]. Shape of `radius`.
+        """
+        x, y, z = np.moveaxis(p_HF, -1, 0)
+        l1, l2, l3 = np.moveaxis(self.lengths, -1, 0)
+        near, far = self.reach()
+        fold, knee = np.asarray(fold, dtype=float), np.asarray(knee, dtype=float)
+        u = fold * radius - l1
+        rho = np.hypot(u, z)
+        stretch = np.maximum((far - rho) * (far + rho), 0.0)
+        bend = np.maximum((rho - near) * (rho + near), 0.0)
+        q3 = knee * 2.0 * np.arctan2(np.sqrt(stretch), np.sqrt(bend))
+        q2 = np.arctan2(-z, u) - np.arctan2(l3 * np.sin(q3), l2 + l3 * np.cos(q3))
+        angles = np.stack([np.arctan2(fold * y, fold * x), q2, q3], axis=-1)
+        return self.sign * (angles - self.offset), np.maximum(rho - far, near - rho)
+
+    def solve_all(self, p_BF: Array) -> tuple[Array, Array, Array]:
+        """Return all four branches of one leg, in the order of BRANCHES, without range checks.
+
+        Args:
             p_BF: targets in the base frame [m]. Shape (N, 3).
 
         Returns:
-            q: joint angles, branches in the order knee up, knee down, and the same two with the
-                leg folded over the yaw axis. Shape (N, 4, 3).
+            q: joint angles [rad]. Shape (N, 4, 3).
             outside: distance outside the reach, <= 0 inside [m]. Shape (N, 4).
             radius: distance from the yaw axis [m]. Shape (N,).
         """
-        x, y, z = np.moveaxis((p_BF - self.p_BH) @ self.r_BH, -1, 0)
-        l1, l2, l3 = self.lengths
-        near, far = self.reach()
-        radius = np.hypot(x, y)
-        q, outside = np.empty((len(x), 4, 3)), np.empty((len(x), 4))
-        for branch in range(4):
-            fold, knee = (1, 1, -1, -1)[branch], (1, -1, 1, -1)[branch]
-            u = fold * radius - l1
-            rho = np.hypot(u, z)
-            outside[:, branch] = np.maximum(rho - far, near - rho)
-            stretch = np.maximum((far - rho) * (far + rho), 0.0)
-            bend = np.maximum((rho - near) * (rho + near), 0.0)
-            q3 = knee * 2.0 * np.arctan2(np.sqrt(stretch), np.sqrt(bend))
-            q2 = np.arctan2(-z, u) - np.arctan2(l3 * np.sin(q3), l2 + l3 * np.cos(q3))
-            q[:, branch] = np.stack([np.arctan2(fold * y, fold * x), q2, q3], axis=-1)
-        return self.sign * (q - self.offset), outside, radius
+        p_HF, radius = self.to_hip(p_BF)
+        q, outside = zip(*(self.solve(p_HF, radius, *branch) for branch in BRANCHES), strict=True)
+        return np.stack(q, axis=1), np.stack(outside, axis=1), radius
 
 
 def _outward(hip: Array, sideways: Array, foot: Array) -> Array:
     """Return the unit vector from axis 1 to axis 2; towards the foot where these intersect."""
     length = float(np.linalg.norm(hip))
-    if length > TOLERANCE:
+    if length > GEOMETRY_TOLERANCE:
         return hip / length
     return sideways if sideways @ foot >= 0 else -sideways

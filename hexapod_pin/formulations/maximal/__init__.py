@@ -5,19 +5,38 @@ of them away (S1 eqs 1-3). Nothing here knows Pinocchio or reduced coordinates: 
 independent path that the core is compared with, and it gives the reaction of every joint.
 """
 
-from hexapod_pin.formulations.maximal.baumgarte import Baumgarte as Baumgarte
-from hexapod_pin.formulations.maximal.bodies import Bodies as Bodies
-from hexapod_pin.formulations.maximal.drives import Drives as Drives
-from hexapod_pin.formulations.maximal.evaluation import Evaluation as Evaluation
-from hexapod_pin.formulations.maximal.foot_ground import FootGround as FootGround
-from hexapod_pin.formulations.maximal.invariants import Invariants as Invariants
-from hexapod_pin.formulations.maximal.invariants import invariants as invariants
-from hexapod_pin.formulations.maximal.model import MaximalModel as MaximalModel
-from hexapod_pin.formulations.maximal.motion import BodyState as BodyState
-from hexapod_pin.formulations.maximal.mount import Mount as Mount
-from hexapod_pin.formulations.maximal.projection import project as project
-from hexapod_pin.formulations.maximal.reactions import JointReaction as JointReaction
-from hexapod_pin.formulations.maximal.reactions import joint_reactions as joint_reactions
-from hexapod_pin.formulations.maximal.run import Run as Run
-from hexapod_pin.formulations.maximal.run import integrate as integrate
-from hexapod_pin.formulations.maximal.urdf_bodies import read_bodies as read_bodies
+from hexapod_pin.formulations.maximal.actuators import JointActuators
+from hexapod_pin.formulations.maximal.baumgarte import Baumgarte
+from hexapod_pin.formulations.maximal.bodies import Bodies
+from hexapod_pin.formulations.maximal.derivative import MaximalDerivative, derivative
+from hexapod_pin.formulations.maximal.energy import energy
+from hexapod_pin.formulations.maximal.ground_contact import GroundContact
+from hexapod_pin.formulations.maximal.model import MaximalModel
+from hexapod_pin.formulations.maximal.projection import project
+from hexapod_pin.formulations.maximal.reactions import JointReaction, joint_reactions
+from hexapod_pin.formulations.maximal.reduced import reduced_acceleration
+from hexapod_pin.formulations.maximal.root_constraint import RootConstraint
+from hexapod_pin.formulations.maximal.run import MaximalRun, integrate
+from hexapod_pin.formulations.maximal.state import MaximalState, initial_state
+from hexapod_pin.formulations.maximal.urdf_bodies import read_bodies
+
+__all__ = [
+    "Baumgarte",
+    "Bodies",
+    "GroundContact",
+    "JointActuators",
+    "JointReaction",
+    "MaximalDerivative",
+    "MaximalModel",
+    "MaximalRun",
+    "MaximalState",
+    "RootConstraint",
+    "derivative",
+    "energy",
+    "initial_state",
+    "integrate",
+    "joint_reactions",
+    "project",
+    "read_bodies",
+    "reduced_acceleration",
+]

@@ -1,20 +1,24 @@
-"""Baumgarte's stabilisation: gamma becomes gamma - 2 alpha Phi' - beta^2 Phi."""
+"""Baumgarte's stabilisation of S1 eq. 1: gamma becomes gamma - 2 alpha Phi' - beta^2 Phi."""
 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from pydantic import NonNegativeFloat
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import Spec
 
+if TYPE_CHECKING:
+    from hexapod_pin.arrays import Array
+
 
 class Baumgarte(Spec):
-    """What brings drifted joints back: Phi'' + 2 alpha Phi' + beta^2 Phi = 0 (S1).
+    """What closes drifted joints again: Phi'' + 2 alpha Phi' + beta^2 Phi = 0 (S1).
 
-    With alpha = beta both roots lie at -alpha: an explicit step h bears h alpha < 2 (Euler) or 2.78
-    (RK4). Methods with inner stages lose order to large terms: see docs/maximal_coordinates.md.
+    With alpha = beta both roots lie at -alpha: an explicit step h is stable for h alpha < 2 (Euler)
+    or 2.78 (RK4). Methods with inner stages lose order to large terms: see docs/formulations.md.
 
     Attributes:
         alpha: [1/s].
@@ -26,7 +30,7 @@ class Baumgarte(Spec):
 
     @classmethod
     def off(cls) -> Baumgarte:
-        """Nothing: position errors grow with t^2."""
+        """No terms: position errors grow with t^2."""
         return cls()
 
     @classmethod
@@ -52,3 +56,7 @@ class Baumgarte(Spec):
         if not (math.isfinite(step) and step > 0.0):
             raise ParameterError("step", step, "positive and finite [s]")
         return cls(alpha=1.0 / step, beta=math.sqrt(2.0) / step)
+
+    def right_side(self, gamma: Array, rate: Array, violation: Array) -> Array:
+        """Return gamma - 2 alpha Phi' - beta^2 Phi, the right side of D v' in S1 eq. 1."""
+        return gamma - 2.0 * self.alpha * rate - self.beta**2 * violation

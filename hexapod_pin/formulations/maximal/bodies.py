@@ -1,4 +1,4 @@
-"""Rigid bodies and the revolute joints between them, in body axes: what never changes in a run."""
+"""Rigid bodies and the revolute joints between them, in body axes: constants of S1's equations."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from hexapod_pin.errors import UnknownNameError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,12 +17,12 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class FootPoint:
+class FootSphere:
     """The sphere of a foot.
 
     Attributes:
         name: of its link.
-        body: index of the body that carries it.
+        body: index of its body.
         offset: (3,) from the body's centre of mass to the sphere's centre, body axes [m].
         radius: [m].
     """
@@ -48,7 +46,7 @@ class Bodies:
         inertia: (nb, 3, 3) about the centre of mass, body axes [kg m^2].
         root_origin: (3,) origin of the root link, root body frame [m].
         joint_names: of the nb - 1 joints.
-        parent: (nj,) body that carries each joint.
+        parent: (nj,) parent body of each joint.
         place: (nj, 3) s_i, joint's origin in the parent's body frame [m].
         attitude: (nj, 3, 3) axes of the joint frame in the parent's body frame.
         child_place: (nj, 3) s_j, joint's origin in the child's body frame [m].
@@ -74,13 +72,7 @@ class Bodies:
     upper: Array
     effort: Array
     damping: Array
-    feet: tuple[FootPoint, ...] = ()
-
-    def joint_index(self, name: str) -> int:
-        """Return j of a joint; UnknownNameError lists the known ones."""
-        if name not in self.joint_names:
-            raise UnknownNameError("joint", name, list(self.joint_names))
-        return self.joint_names.index(name)
+    feet: tuple[FootSphere, ...] = ()
 
     @cached_property
     def depth(self) -> Indices:
@@ -96,6 +88,11 @@ class Bodies:
         depth = self.depth[1:]
         edges = np.searchsorted(depth, np.arange(1, self.depth.max() + 2))
         return tuple(slice(int(a), int(b)) for a, b in zip(edges, edges[1:], strict=False))
+
+    @cached_property
+    def joints_on_body(self) -> Array:
+        """0-1 matrix (nb, nj) that adds joints up on their parents."""
+        return np.eye(len(self.mass))[:, self.parent]
 
     @cached_property
     def across(self) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""The project's contact laws from their parameters, in NumPy, for many contacts at once.
+"""The contact laws (S1 eqs 4-5 and the others) in NumPy, for many contacts at once.
 
 Written apart from the native core on purpose: this solver shares the numbers, not the code.
 """
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
     from hexapod_pin.ground.contact import FrictionLaw, NormalLaw
 
-AT_REST = 1e-300  # m/s, keeps m(s)/s finite
+MIN_SLIP_SPEED_M_S = 1e-300
+"""Keeps m(s)/s finite at rest [m/s]."""
 
 
 def normal_force(law: NormalLaw, depth: Array, rate: Array, touch_speed: Array) -> Array:
@@ -35,7 +36,7 @@ def normal_force(law: NormalLaw, depth: Array, rate: Array, touch_speed: Array) 
         law: its parameters.
         depth: penetrations d > 0 [m].
         rate: d' [m/s].
-        touch_speed: approach speeds at first touch [m/s]; only `Restitution` looks at them.
+        touch_speed: approach speeds at first touch [m/s]; used by `Restitution` only.
 
     Raises:
         ParameterError: a law this solver does not know.
@@ -79,7 +80,7 @@ def friction_coefficient(law: FrictionLaw, speed: Array) -> Array:
 
 def friction_over_speed(law: FrictionLaw, speed: Array) -> Array:
     """Return m(s)/s [s/m]: friction is this times -N u_t, finite at rest too."""
-    s = np.maximum(speed, AT_REST)
+    s = np.maximum(speed, MIN_SLIP_SPEED_M_S)
     return friction_coefficient(law, s) / s
 
 

@@ -7,58 +7,51 @@ sides, and cost one elimination each; both leave the momentum of a free system a
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.formulations.maximal.motion import BodyState
-from hexapod_pin.formulations.maximal.rotation import normalised, turned
+from hexapod_pin.formulations.maximal.rotation import turned
 
 if TYPE_CHECKING:
-    from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.model import MaximalModel
+    from hexapod_pin.formulations.maximal.state import MaximalState
 
-CLOSED = 1e-13
-"""Largest |Phi| that counts as none [m, rad]."""
+CLOSED_JOINT_M_RAD = 1e-13
+"""Largest |Phi| of a closed joint [m, rad]."""
 
-MOST = 8  # Newton steps
+MAX_NEWTON_STEPS = 8
+"""Newton steps on the positions."""
 
 
-def project(model: MaximalModel, state: BodyState, *, closed: float = CLOSED) -> BodyState:
+def project(model: MaximalModel, state: MaximalState) -> MaximalState:
     """Return the nearest state whose joints are closed and do not open."""
-    return project_velocities(model, project_positions(model, state, closed=closed))
+    return project_velocities(model, project_positions(model, state))
 
 
-def project_positions(
-    model: MaximalModel, state: BodyState, *, closed: float = CLOSED
-) -> BodyState:
-    """Return the state with positions and attitudes moved until |Phi| <= `closed` [m, rad]."""
-    state = BodyState(state.position, normalised(state.quaternion), state.velocity)
-    for _ in range(MOST):
-        at = model.place(state)
-        joints, hold = model.constraints(state, at), model.mount_violation(state, at)
-        if max(largest(joints.violation), largest(hold)) <= closed:
+def project_positions(model: MaximalModel, state: MaximalState) -> MaximalState:
+    """Return the state with positions and attitudes moved until its joints are closed."""
+    state = state.with_unit_quaternions()
+    for _ in range(MAX_NEWTON_STEPS):
+        at = model.kinematics(state)
+        d = model.constraints(state, at)
+        if d.largest_violation <= CLOSED_JOINT_M_RAD:
             break
         none = np.zeros_like(state.velocity)
-        step, _, _ = model.eliminate(
-            at.mass, none, model.rows(at, joints), -joints.violation, -hold
-        )
-        state = BodyState(
-            state.position + step[:, :3], turned(state.quaternion, step[:, 3:]), state.velocity
+        step, _, _ = model.solve_kkt(at.mass, none, d, -d.violation, -d.root.violation)
+        state = replace(
+            state,
+            position=state.position + step[:, :3],
+            quaternion=turned(state.quaternion, step[:, 3:]),
         )
     return state
 
 
-def project_velocities(model: MaximalModel, state: BodyState) -> BodyState:
+def project_velocities(model: MaximalModel, state: MaximalState) -> MaximalState:
     """Return the state with velocities that keep Phi."""
-    at = model.place(state)
-    joints = model.constraints(state, at)
-    rows, none = model.rows(at, joints), np.zeros_like(state.velocity)
-    hold = -(rows.mount @ state.velocity[0])
-    change, _, _ = model.eliminate(at.mass, none, rows, -joints.rate, hold)
-    return BodyState(state.position, state.quaternion, state.velocity + change)
-
-
-def largest(values: Array) -> float:
-    """Return the largest |value|; 0 of none."""
-    return float(np.abs(values).max(initial=0.0))
+    at = model.kinematics(state)
+    d = model.constraints(state, at)
+    none = np.zeros_like(state.velocity)
+    change, _, _ = model.solve_kkt(at.mass, none, d, -d.rate, -d.root.rate)
+    return replace(state, velocity=state.velocity + change)

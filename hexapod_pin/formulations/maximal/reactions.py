@@ -1,4 +1,4 @@
-"""The multipliers as what a bearing carries: force and moment of every joint, in a named frame."""
+"""The multipliers of S1 eq. 1 as bearing loads: force and moment of every joint."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hexapod_pin.formulations.maximal.joint_vectors import AXIS
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
-    from hexapod_pin.formulations.maximal.evaluation import Evaluation
+    from hexapod_pin.formulations.maximal.derivative import MaximalDerivative
     from hexapod_pin.formulations.maximal.model import MaximalModel
 
 FRAMES = ("world", "parent", "child")
@@ -20,7 +20,7 @@ FRAMES = ("world", "parent", "child")
 
 @dataclass(frozen=True, eq=False)
 class JointReaction:
-    """What the parent's side of a joint puts on the child's, about the joint's origin.
+    """Load that the parent's side of a joint puts on the child's, about the joint's origin.
 
     Attributes:
         joint: its name.
@@ -55,16 +55,16 @@ class JointReaction:
 
 
 def joint_reactions(
-    model: MaximalModel, found: Evaluation, frame: str = "child"
+    model: MaximalModel, found: MaximalDerivative, frame: str = "child"
 ) -> dict[str, JointReaction]:
     """Return the reaction of every joint by name.
 
     With Baumgarte's terms and open joints the multipliers also hold what closes the joints again:
-    evaluate a projected state where reactions matter.
+    use a projected state where reactions matter.
 
     Args:
         model: the model.
-        found: its evaluation.
+        found: its derivative at a state.
         frame: axes of the vectors: "world", "parent" or "child" link.
 
     Raises:
@@ -72,14 +72,18 @@ def joint_reactions(
     """
     if frame not in FRAMES:
         raise UnknownNameError("frame", frame, list(FRAMES))
-    bodies, at = model.bodies, found.placement
+    bodies, at = model.bodies, found.kinematics
     across = found.constraints.on_child[:, 3:, 3:].transpose(0, 2, 1)
     world = (
         at.on_parent.value[:, :, AXIS],
         found.multipliers[:, :3],
         np.matmul(across, found.multipliers[:, 3:, None])[:, :, 0],
     )
-    turn = {"world": np.eye(3)[None], "parent": at.turn[bodies.parent], "child": at.turn[1:]}[frame]
+    turn = {
+        "world": np.eye(3)[None],
+        "parent": at.rotation[bodies.parent],
+        "child": at.rotation[1:],
+    }[frame]
     axis, force, moment = (np.matmul(x[:, None, :], turn)[:, 0] for x in world)
     drive = found.torque + found.passive
     return {

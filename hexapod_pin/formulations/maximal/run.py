@@ -1,4 +1,4 @@
-"""A run of a maximal-coordinate model, sampled."""
+"""A run of a maximal-coordinate model, sampled: S1 eq. 1 over time."""
 
 from __future__ import annotations
 
@@ -9,27 +9,26 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.errors import DivergenceError, ParameterError
-from hexapod_pin.formulations.maximal import reduced
-from hexapod_pin.formulations.maximal.flow import Flow
-from hexapod_pin.formulations.maximal.steppers import Dop853, RungeKutta4
+from hexapod_pin.formulations.maximal.ode_system import OdeSystem
+from hexapod_pin.formulations.maximal.reduced import configuration, velocity
+from hexapod_pin.formulations.maximal.steppers import Dop853Stepper, Rk4Stepper
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
     from hexapod_pin.arrays import Array
-    from hexapod_pin.formulations.maximal.flow import SetPoints
+    from hexapod_pin.formulations.maximal.contact_memory import RunMemory
     from hexapod_pin.formulations.maximal.model import MaximalModel
-    from hexapod_pin.formulations.maximal.motion import BodyState
+    from hexapod_pin.formulations.maximal.ode_system import JointReference
+    from hexapod_pin.formulations.maximal.state import MaximalState
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class MaximalRun:
     """T samples.
 
     Attributes:
-        time: (T,) [s].
-        q: (T, 7 + nj) root link's pose and joint angles, as `MaximalModel.state` takes them.
-        v: (T, 6 + nj) its velocity and the joint rates.
+        time: [s]. Shape (T,).
+        q: root link's pose and joint angles, as `initial_state` takes them. Shape (T, 7 + nj).
+        v: its velocity and the joint rates. Shape (T, 6 + nj).
         states: of all bodies.
         drift: largest |Phi| over all steps [m, rad].
         drift_rate: largest |Phi'| [m/s, rad/s].
@@ -39,7 +38,7 @@ class Run:
     time: Array
     q: Array
     v: Array
-    states: tuple[BodyState, ...]
+    states: tuple[MaximalState, ...]
     drift: float
     drift_rate: float
     counters: dict[str, int]
@@ -47,24 +46,22 @@ class Run:
 
 def integrate(
     model: MaximalModel,
-    q: ArrayLike,
-    v: ArrayLike,
-    *,
+    start: MaximalState,
     duration: float,
-    set_points: SetPoints | None = None,
+    *,
+    set_points: JointReference | None = None,
     sample: float | None = None,
     step: float | None = None,
     rtol: float = 1e-10,
     atol: float = 1e-12,
     max_step: float = math.inf,
     projected: bool = True,
-) -> Run:
-    """Integrate from a base pose and joint angles.
+) -> MaximalRun:
+    """Integrate S1 eq. 1 from a state.
 
     Args:
         model: the model.
-        q: (7 + nj,) see `MaximalModel.state`.
-        v: (6 + nj,).
+        start: the state at t = 0, see `initial_state`.
         duration: [s].
         set_points: wanted angles and rates of the servos; none: zero.
         sample: time between samples [s], dividing the duration; none: its end only.
@@ -77,59 +74,54 @@ def integrate(
 
     Raises:
         ParameterError: a time that is not positive, or samples that do not divide the duration.
-        DivergenceError: the state left the finite world; its trace is the run so far.
+        DivergenceError: the state is no longer finite; its trace is the run so far.
     """
-    count = _samples(duration, duration if sample is None else sample)
+    count = _share_count(duration, duration if sample is None else sample)
     if step is not None:
-        _samples(duration, step)
-    angles = np.array(q, dtype=float)[7:]
-    none = np.zeros((2, len(angles)))
-    wanted = set_points or (lambda _time: (none[0], none[1]))
-    flow = Flow(model, wanted, model.fresh_memory(angles), projected=projected)
-    y = flow.joined(model.state(q, v))
-    method: RungeKutta4 | Dop853
+        _share_count(duration, step)
+    none = np.zeros(len(model.bodies.joint_names))
+    system = OdeSystem(
+        model, set_points or (lambda _time: (none, none)), start, projected=projected
+    )
+    stepper: Rk4Stepper | Dop853Stepper
     if step is None:
-        method = Dop853(flow, y, rtol=rtol, atol=atol, max_step=max_step, end=duration)
+        stepper = Dop853Stepper(system, rtol=rtol, atol=atol, max_step=max_step, end=duration)
     else:
-        method = RungeKutta4(flow, y, step)
-    kept = [_seen(flow, method.y)]
+        stepper = Rk4Stepper(system, step)
+    kept = [(system.state, system.memory)]
     times = duration * np.arange(count + 1) / count
     for k in range(count):
-        if not method.advance(float(times[k + 1])):
-            run = _run(times, kept, flow, method)
+        if not stepper.advance(float(times[k + 1])):
+            run = _run(times, kept, system, stepper)
             raise DivergenceError(f"no finite state after t = {times[k]:g} s", run)
-        kept.append(_seen(flow, method.y))
-    return _run(times, kept, flow, method)
+        kept.append((system.state, system.memory))
+    return _run(times, kept, system, stepper)
 
 
-Seen = tuple["Array", "Array", "BodyState"]
-
-
-def _seen(flow: Flow, y: Array) -> Seen:
-    """Return q, v and the bodies of a sample."""
-    state, bodies = flow.split(y)[0], flow.model.bodies
-    q = reduced.configuration(bodies, state, flow.memory.angles)
-    return q, reduced.velocity(bodies, state), state
-
-
-def _run(times: Array, kept: list[Seen], flow: Flow, method: RungeKutta4 | Dop853) -> Run:
-    """Return what was sampled."""
-    return Run(
+def _run(
+    times: Array,
+    kept: list[tuple[MaximalState, RunMemory]],
+    system: OdeSystem,
+    stepper: Rk4Stepper | Dop853Stepper,
+) -> MaximalRun:
+    """Return the samples."""
+    bodies = system.model.bodies
+    return MaximalRun(
         time=times[: len(kept)],
-        q=np.array([q for q, _, _ in kept]),
-        v=np.array([v for _, v, _ in kept]),
-        states=tuple(state for _, _, state in kept),
-        drift=flow.drift[0],
-        drift_rate=flow.drift[1],
+        q=np.array([configuration(bodies, state, memory.angles) for state, memory in kept]),
+        v=np.array([velocity(bodies, state) for state, _ in kept]),
+        states=tuple(state for state, _ in kept),
+        drift=system.drift[0],
+        drift_rate=system.drift[1],
         counters={
-            "steps": method.steps,
-            "evaluations": flow.evaluations,
-            "events": method.events,
+            "steps": stepper.steps,
+            "evaluations": system.evaluations,
+            "events": stepper.events,
         },
     )
 
 
-def _samples(duration: float, part: float) -> int:
+def _share_count(duration: float, part: float) -> int:
     """Return how often a part fits into the duration."""
     for name, value in (("duration", duration), ("sample or step", part)):
         if not (math.isfinite(value) and value > 0.0):

@@ -1,4 +1,4 @@
-"""Advance a flow: RK4 at a fixed step, and SciPy's DOP853 whose steps end at touch-downs."""
+"""Time steps of an ODE system: RK4, or SciPy's DOP853 with steps that end at touch-downs."""
 
 from __future__ import annotations
 
@@ -8,24 +8,25 @@ import numpy as np
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
-    from hexapod_pin.formulations.maximal.flow import Flow
+    from hexapod_pin.formulations.maximal.ode_system import OdeSystem
 
-LEAST = 1e-13  # s, a touch-down this soon after the start of a step is that start
+MIN_EVENT_DELAY_S = 1e-13
+"""A contact already closed at the start of a step is taken to close this much later [s]."""
 
 
-class RungeKutta4:
+class Rk4Stepper:
     """The classical method.
 
     Attributes:
         steps: taken.
-        events: none; kept for the same report as the adaptive method's.
+        events: always 0; the adaptive method counts here.
     """
 
-    def __init__(self, flow: Flow, y: Array, step: float) -> None:
-        """Begin at y, t = 0."""
+    def __init__(self, system: OdeSystem, step: float) -> None:
+        """Begin at the system's state, t = 0."""
         self.steps, self.events = 0, 0
-        self._flow, self._step, self._time = flow, step, 0.0
-        self.y, self._rate = flow.accept(0.0, y)
+        self._system, self._step, self._time = system, step, 0.0
+        self._y, self._rate = system.accept(0.0, system.state.flat())
 
     def advance(self, stop: float) -> bool:
         """Go to `stop` in equal steps, at most the step asked for; False where y is not finite."""
@@ -34,19 +35,19 @@ class RungeKutta4:
         for k in range(count):
             t = begin + k * h
             k1 = self._rate
-            k2 = self._flow(t + 0.5 * h, self.y + 0.5 * h * k1)
-            k3 = self._flow(t + 0.5 * h, self.y + 0.5 * h * k2)
-            k4 = self._flow(t + h, self.y + h * k3)
-            y = self.y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+            k2 = self._system(t + 0.5 * h, self._y + 0.5 * h * k1)
+            k3 = self._system(t + 0.5 * h, self._y + 0.5 * h * k2)
+            k4 = self._system(t + h, self._y + h * k3)
+            y = self._y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
             if not np.isfinite(y).all():
                 return False
-            self.y, self._rate = self._flow.accept(t + h, y)
+            self._y, self._rate = self._system.accept(t + h, y)
             self.steps += 1
         self._time = stop
         return True
 
 
-class Dop853:
+class Dop853Stepper:
     """SciPy's DOP853, order 8(5, 3), restarted from the accepted state after every step.
 
     Attributes:
@@ -55,15 +56,15 @@ class Dop853:
     """
 
     def __init__(
-        self, flow: Flow, y: Array, *, rtol: float, atol: float, max_step: float, end: float
+        self, system: OdeSystem, *, rtol: float, atol: float, max_step: float, end: float
     ) -> None:
-        """Begin at y, t = 0; `end` is the last time that will be asked for [s]."""
+        """Begin at the system's state, t = 0; `end` is the last time asked for [s]."""
         from scipy.integrate import DOP853
 
         self.steps, self.events = 0, 0
-        self._flow = flow
-        self.y, rate = flow.accept(0.0, y)
-        self._solver: Any = DOP853(flow, 0.0, self.y, end, rtol=rtol, atol=atol, max_step=max_step)
+        self._system = system
+        y, rate = system.accept(0.0, system.state.flat())
+        self._solver: Any = DOP853(system, 0.0, y, end, rtol=rtol, atol=atol, max_step=max_step)
         self._solver.f = rate
 
     def advance(self, stop: float) -> bool:
@@ -82,22 +83,22 @@ class Dop853:
 
     def _land(self, time: float, y: Array, closing: int | None) -> None:
         """Accept y at a time within the last step, and go on from there."""
-        self.y, rate = self._flow.accept(time, y, closing)
+        y, rate = self._system.accept(time, y, closing)
         solver = self._solver
-        solver.t, solver.y, solver.f = time, self.y, rate
+        solver.t, solver.y, solver.f = time, y, rate
         solver.status = "running"
         self.steps += 1
         self.events += closing is not None
 
     def _first_touch(self) -> tuple[float, Array, int | None]:
         """Return where the last step ends, or where the first contact closes in it."""
-        solver, flow = self._solver, self._flow
-        closed = np.flatnonzero(flow.newly_closed(solver.t, solver.y) < 0.0)
+        solver, system = self._solver, self._system
+        closed = np.flatnonzero(system.opening_gaps(solver.t, solver.y) < 0.0)
         if not len(closed):
             return solver.t, solver.y, None
         path, begin, end = solver.dense_output(), solver.t_old, solver.t
         times = [
-            _crossing(lambda t, c=c: flow.newly_closed(t, path(t))[c], begin, end) for c in closed
+            _crossing(lambda t, c=c: system.opening_gaps(t, path(t))[c], begin, end) for c in closed
         ]
         first = int(np.argmin(times))
         time = times[first]
@@ -111,5 +112,5 @@ def _crossing(gap: Any, begin: float, end: float) -> float:
     from scipy.optimize import brentq
 
     if gap(begin) <= 0.0:  # it closed at the very start of the step
-        return min(begin + LEAST, end)
+        return min(begin + MIN_EVENT_DELAY_S, end)
     return float(brentq(gap, begin, end, xtol=1e-15, rtol=1e-14))

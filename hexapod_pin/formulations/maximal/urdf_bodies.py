@@ -1,4 +1,4 @@
-"""From the text of a URDF to bodies and joints, through yourdfpy."""
+"""Bodies and joints from the text of a URDF, independent of Pinocchio's parser."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
-from hexapod_pin.formulations.maximal.bodies import Bodies, FootPoint
-from hexapod_pin.formulations.maximal.composite import Lump, joined, lump
-from hexapod_pin.formulations.maximal.urdf_groups import Group, parsed_robot, rigid_groups
+from hexapod_pin.formulations.maximal.bodies import Bodies, FootSphere
+from hexapod_pin.formulations.maximal.inertia import RigidInertia, combined, link_inertia
+from hexapod_pin.formulations.maximal.urdf_tree import LinkGroup, parsed_robot, rigid_groups
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
@@ -35,44 +35,44 @@ def read_bodies(
     """
     parsed = parsed_robot(urdf)
     groups = rigid_groups(parsed)
-    lumps = [_weighed(parsed, group) for group in groups]
-    _require_moving(groups, lumps)
+    inertias = [_inertia(parsed, group) for group in groups]
+    _require_mass(groups, inertias)
     joints = [group.joint for group in groups[1:]]
     return Bodies(
         names=tuple(next(iter(group.frames)) for group in groups),
-        mass=np.array([part.mass for part in lumps]),
-        inertia=np.array([part.inertia for part in lumps]),
-        root_origin=-lumps[0].com,
+        mass=np.array([part.mass for part in inertias]),
+        inertia=np.array([part.inertia for part in inertias]),
+        root_origin=-inertias[0].com,
         joint_names=tuple(joint.name for joint in joints),
-        parent=np.array([group.carrier for group in groups[1:]], dtype=np.intp),
-        place=_stack((g.at[:3, 3] - lumps[g.carrier].com for g in groups[1:]), (3,)),
-        attitude=_stack((g.at[:3, :3] for g in groups[1:]), (3, 3)),
-        child_place=_stack((-part.com for part in lumps[1:]), (3,)),
+        parent=np.array([group.parent for group in groups[1:]], dtype=np.intp),
+        place=_stack((g.joint_frame[:3, 3] - inertias[g.parent].com for g in groups[1:]), (3,)),
+        attitude=_stack((g.joint_frame[:3, :3] for g in groups[1:]), (3, 3)),
+        child_place=_stack((-part.com for part in inertias[1:]), (3,)),
         axis=_stack((_unit_axis(joint) for joint in joints), (3,)),
         lower=_numbers(joints, "limit", "lower", -math.inf),
         upper=_numbers(joints, "limit", "upper", math.inf),
         effort=_numbers(joints, "limit", "effort", math.inf),
         damping=_numbers(joints, "dynamics", "damping", 0.0),
-        feet=_feet(parsed, groups, lumps, feet, radii),
+        feet=_feet(parsed, groups, inertias, feet, radii),
     )
 
 
-def _weighed(robot: Any, group: Group) -> Lump:
-    """Return the mass of a group."""
+def _inertia(robot: Any, group: LinkGroup) -> RigidInertia:
+    """Return mass and inertia of a group."""
     links = {link.name: link for link in robot.links}
     parts = []
     for name, frame in group.frames.items():
         inertial = links[name].inertial
         if inertial is not None and inertial.mass is not None:
             own = np.eye(4) if inertial.origin is None else inertial.origin
-            parts.append(lump(inertial.mass, frame @ own, inertial.inertia))
-    return joined(parts)
+            parts.append(link_inertia(inertial.mass, frame @ own, inertial.inertia))
+    return combined(parts)
 
 
-def _require_moving(groups: list[Group], lumps: list[Lump]) -> None:
-    """Every body has six equations of its own: refuse those that weigh nothing."""
+def _require_mass(groups: list[LinkGroup], inertias: list[RigidInertia]) -> None:
+    """Every body has six equations of its own: refuse those without mass."""
     findings = []
-    for group, part in zip(groups, lumps, strict=True):
+    for group, part in zip(groups, inertias, strict=True):
         name = next(iter(group.frames))
         if not part.mass > 0.0:
             findings.append(f"body {name!r}: mass {part.mass:g} kg; must be above 0")
@@ -84,11 +84,11 @@ def _require_moving(groups: list[Group], lumps: list[Lump]) -> None:
 
 def _feet(
     robot: Any,
-    groups: list[Group],
-    lumps: list[Lump],
+    groups: list[LinkGroup],
+    inertias: list[RigidInertia],
     names: Sequence[str],
     radii: Sequence[float | None] | None,
-) -> tuple[FootPoint, ...]:
+) -> tuple[FootSphere, ...]:
     """Return the spheres of the feet on their bodies."""
     if radii is not None and len(radii) != len(names):
         raise ParameterError("radii", len(radii), f"{len(names)}, one for each foot")
@@ -99,9 +99,9 @@ def _feet(
             raise UnknownNameError("foot link", name, list(links))
         body = next(b for b, group in enumerate(groups) if name in group.frames)
         centre, own = _sphere(links[name])
-        offset = (groups[body].frames[name] @ centre)[:3] - lumps[body].com
+        offset = (groups[body].frames[name] @ centre)[:3] - inertias[body].com
         given = None if radii is None else radii[k]
-        found.append(FootPoint(name, body, offset, own if given is None else float(given)))
+        found.append(FootSphere(name, body, offset, own if given is None else float(given)))
     return tuple(found)
 
 

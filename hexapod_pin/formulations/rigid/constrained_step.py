@@ -1,8 +1,8 @@
-"""One step of a robot on servos while its grounded feet stay where they are.
+"""One step of a robot on servos while its grounded feet stay in place (S2 eqs. 1-4).
 
-Linearly implicit Euler in the servos (stiff: kd/I is 1e4 1/s on a light leg), S2 eqs. 1-4 for the
-feet, extrapolated once from h and h/2 to order 2; then the feet are put back on the ground in
-position and velocity, along M^-1 J^T, so that nothing drifts.
+Linearly implicit Euler in the servos (stiff: kd/I is 1e4 1/s on a light leg), eqs. 1-4 for the
+feet, extrapolated once from h and h/2 to order 2; then gaps and velocities of the grounded feet
+are projected out along M^-1 J^T, so that nothing drifts.
 """
 
 from __future__ import annotations
@@ -13,119 +13,127 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.formulations.rigid.contact_set import Grip
-from hexapod_pin.formulations.rigid.kkt import solve_ranked
-from hexapod_pin.formulations.rigid.model import RigidModel, Terms
-from hexapod_pin.formulations.rigid.motion import RigidMotion, motion_under
-from hexapod_pin.formulations.rigid.set_points import SetPoints
+from hexapod_pin.formulations.rigid.constraints import ContactSet
+from hexapod_pin.formulations.rigid.derivative import RigidDerivative, constrained_derivative
+from hexapod_pin.formulations.rigid.kkt import solve_kkt
+from hexapod_pin.formulations.rigid.model import EquationTerms, RigidModel
+from hexapod_pin.formulations.servo import servo_torque
+from hexapod_pin.formulations.set_points import SetPoints
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.servo import Servo
 
-CLIPS = 4
-"""Times a step is solved again because another servo reached its limit."""
+MAX_SATURATION_PASSES = 4
+"""Times a step is solved because another servo reached its torque limit."""
 
 
 @dataclass(frozen=True)
-class Moment:
-    """A state with everything rigid contact makes of it.
+class Snapshot:
+    """A state with the solution of eqs. 1-4 there.
 
     Attributes:
         time: [s].
         q: configuration. Shape (nq,).
         v: velocity. Shape (nv,).
         terms: of the equations of motion.
-        motion: accelerations, forces, torques.
+        solution: accelerations, forces, torques.
     """
 
     time: float
     q: Array
     v: Array
-    terms: Terms
-    motion: RigidMotion
+    terms: EquationTerms
+    solution: RigidDerivative
 
 
 @dataclass(frozen=True)
-class Drive:
+class ConstrainedStepper:
     """A rigid robot whose joints follow set-points through their servos.
 
     Attributes:
         model: robot and ground.
         servo: gains and whether torques are limited.
-        points: the set-points.
+        set_points: wanted angles and rates of time.
     """
 
     model: RigidModel
     servo: Servo
-    points: SetPoints
+    set_points: SetPoints
 
     @property
-    def limit(self) -> Array:
+    def torque_limit(self) -> Array:
         """Largest torques [N m]. Shape (n,)."""
         effort = np.asarray(self.model.robot.effort, dtype=float)
         return effort if self.servo.limited else np.full(len(effort), np.inf)
 
     def torque(self, time: float, q: Array, v: Array) -> Array:
         """Return the servos' torques (n,) [N m]."""
-        wanted, rate, _ = self.points(time)
-        free = self.servo.kp * (wanted - q[7:]) + self.servo.kd * (rate - v[6:])
-        return np.clip(free, -self.limit, self.limit)
+        wanted, rate, _ = self.set_points(time)
+        return servo_torque(
+            wanted - q[7:], rate - v[6:], kp=self.servo.kp, kd=self.servo.kd,
+            limit=self.torque_limit,
+        )  # fmt: skip
 
-    def moment(self, time: float, q: Array, v: Array, grip: Grip) -> Moment:
-        """Return forces and accelerations at a state, with these feet held."""
+    def snapshot(self, time: float, q: Array, v: Array, contacts: ContactSet) -> Snapshot:
+        """Return forces and accelerations at a state, with these feet in contact."""
         terms = self.model.terms(q, v)
-        motion = motion_under(self.model, terms, self.torque(time, q, v), grip)
-        return Moment(time, q, v, terms, motion)
+        torque = self.torque(time, q, v)
+        solution = constrained_derivative(self.model, terms, torque, contacts)
+        return Snapshot(time, q, v, terms, solution)
 
-    def step(self, start: Moment, h: float, grip: Grip) -> Moment:
-        """Return the moment a step h [s] later, these feet held all along."""
+    def step(self, start: Snapshot, h: float, contacts: ContactSet) -> Snapshot:
+        """Return the snapshot a step h [s] later, these feet in contact all along."""
         import pinocchio as pin
 
         model, half = self.model.model, 0.5 * h
-        once, speed = self._euler(start.time, start.q, start.v, start.terms, h, grip)
-        middle, rate = self._euler(start.time, start.q, start.v, start.terms, half, grip)
-        terms = self.model.terms(middle, rate)
-        twice, end = self._euler(start.time + half, middle, rate, terms, half, grip)
-        q = pin.integrate(model, twice, pin.difference(model, once, twice))
-        return self._on_ground(start.time + h, q, 2.0 * end - speed, grip)
+        q_one, v_one = self._euler(start.time, start.q, start.v, start.terms, h, contacts)
+        q_mid, v_mid = self._euler(start.time, start.q, start.v, start.terms, half, contacts)
+        terms = self.model.terms(q_mid, v_mid)
+        q_two, v_two = self._euler(start.time + half, q_mid, v_mid, terms, half, contacts)
+        q = pin.integrate(model, q_two, pin.difference(model, q_one, q_two))
+        q, v = self._projected(q, 2.0 * v_two - v_one, contacts)
+        return self.snapshot(start.time + h, q, v, contacts)
 
     def _euler(
-        self, time: float, q: Array, v: Array, terms: Terms, h: float, grip: Grip
+        self, time: float, q: Array, v: Array, terms: EquationTerms, h: float, contacts: ContactSet
     ) -> tuple[Array, Array]:
-        """Return q and v after one linearly implicit Euler step."""
+        """Return q and v after one linearly implicit Euler step.
+
+        Servos that reach their limit in the step are held at it and the step is solved again.
+        """
         import pinocchio as pin
 
-        wanted, rate, _ = self.points(time + h)
-        error, rate_error = wanted - q[7:] - h * v[6:], rate - v[6:]
-        rows, drift = terms.held(grip, self.model.normal)
-        push, damping = np.zeros(len(error)), np.asarray(self.model.robot.damping)
-        for _ in range(CLIPS):
-            free = push == 0.0
-            stiff = np.where(free, h * self.servo.kd + h * h * self.servo.kp, 0.0)
-            mass = terms.mass + np.diag(np.concatenate([np.zeros(6), stiff + h * damping]))
+        wanted, rate, _ = self.set_points(time + h)
+        kp, kd, limit = self.servo.kp, self.servo.kd, self.torque_limit
+        explicit = kp * (wanted - q[7:] - h * v[6:]) + kd * (rate - v[6:])
+        rows, drift = contacts.equations(terms, self.model.normal)
+        saturated = np.zeros(len(explicit))  # the limit with its sign, 0 below it
+        for _ in range(MAX_SATURATION_PASSES):
+            linear = saturated == 0.0
+            implicit = np.where(linear, h * kd + h * h * kp, 0.0) + h * self.model.robot.damping
+            mass = terms.mass + np.diag(np.concatenate([np.zeros(6), implicit]))
             right = -h * terms.bias
-            drive = self.servo.kp * error + self.servo.kd * rate_error
-            right[6:] += h * np.where(free, drive, push)
-            change = solve_ranked(mass, right, rows, -h * drift - rows @ v).x
-            torque = drive - (self.servo.kd + h * self.servo.kp) * change[6:]
-            over = free & (np.abs(torque) > self.limit)
+            right[6:] += h * np.where(linear, explicit, saturated)
+            change = solve_kkt(mass, right, rows, -h * drift - rows @ v).x
+            torque = explicit - (kd + h * kp) * change[6:]
+            over = linear & (np.abs(torque) > limit)
             if not over.any():
                 break
-            push = np.where(over, np.sign(torque) * self.limit, push)
+            saturated = np.where(over, np.sign(torque) * limit, saturated)
         after = v + change
         return pin.integrate(self.model.model, q, h * after), after
 
-    def _on_ground(self, time: float, q: Array, v: Array, grip: Grip) -> Moment:
-        """Return the moment with the feet's gaps and velocities taken out."""
+    def _projected(self, q: Array, v: Array, contacts: ContactSet) -> tuple[Array, Array]:
+        """Return q and v with gaps and velocities of the feet in contact taken out."""
         import pinocchio as pin
 
+        if not contacts.feet:
+            return q, v
         normal, zero = self.model.normal, np.zeros(len(v))
-        mass, rows, gap, _ = self.model.positions(q)
-        if grip.feet:
-            along = Grip((), grip.feet).rows(rows, normal)
-            lift = solve_ranked(mass, zero, along, -gap[list(grip.feet)]).x
-            q = pin.integrate(self.model.model, q, lift)
-            mass, rows, gap, _ = self.model.positions(q)
-            flat = grip.rows(rows, normal)
-            v = v + solve_ranked(mass, zero, flat, -flat @ v).x
-        return self.moment(time, q, v, grip)
+        mass, all_rows, gap, _ = self.model.positions(q)
+        along = ContactSet((), contacts.feet).rows(all_rows, normal)
+        shift = solve_kkt(mass, zero, along, -gap[list(contacts.feet)]).x
+        q = pin.integrate(self.model.model, q, shift)
+        mass, all_rows, _, _ = self.model.positions(q)
+        rows = contacts.rows(all_rows, normal)
+        return q, v + solve_kkt(mass, zero, rows, -rows @ v).x

@@ -1,4 +1,9 @@
-"""The phases of a walk on rigid ground: which feet are held, and the events that change it."""
+"""The contact phases of a run on rigid ground, and the events between them.
+
+A foot that arrives ends the phase with S2 appendix eq. 5. A foot whose normal force turns negative
+first loses its friction and slides, since its cone has closed, and is released when it is pulled
+again; a sliding foot that carries load again sticks.
+"""
 
 from __future__ import annotations
 
@@ -9,33 +14,33 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import DivergenceError
-from hexapod_pin.formulations.rigid.constrained_step import Drive, Moment
-from hexapod_pin.formulations.rigid.contact_set import Grip
+from hexapod_pin.formulations.rigid.constrained_step import ConstrainedStepper, Snapshot
+from hexapod_pin.formulations.rigid.constraints import ContactSet
 from hexapod_pin.formulations.rigid.impact import plastic_impact
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import State
 
-INSTANT = 1e-7
+EVENT_TIME_TOLERANCE_S = 1e-7
 """To which events are located [s]."""
 
-LOADED = 0.02
-"""A sliding foot sticks again when it carries this share of the weight; *assumed*."""
+RESTICK_LOAD_SHARE = 0.02
+"""A sliding foot sticks again when it carries this share of the weight [-]; *assumed*."""
 
-MOST_EVENTS = 200
-"""Events between two samples before a walk is given up."""
+MAX_EVENTS_PER_SAMPLE = 200
+"""Events between two samples before a run is given up."""
 
-TOUCHING = 1e-9
+TOUCH_GAP_M = 1e-9
 """A foot nearer to the ground than this touches it [m]."""
 
 
 @dataclass(frozen=True)
-class TouchDown:
-    """A plastic impact of a walk.
+class TouchDownImpact:
+    """A plastic impact of a run.
 
     Attributes:
         time: [s].
-        feet: names of the feet that came down, or were pressed on again after they had let go.
+        feet: names of the feet that came down, or were loaded again after they had slid.
         held_back: names of the feet whose impulse pulls: eq. 5 keeps them down, ground could not.
         impulse: on all feet, world axes [N s]. Shape (F, 3).
         energy_loss: [J].
@@ -48,125 +53,135 @@ class TouchDown:
     energy_loss: float
 
 
-class Walker:
-    """The state of a walk: now, which feet are held, what has happened."""
+class ContactEventLoop:
+    """Advances a run from event to event.
 
-    def __init__(self, drive: Drive, start: State) -> None:
-        """Put the feet that touch and do not leave on the ground."""
-        self.drive, self.model = drive, drive.model
-        self.impacts: list[TouchDown] = []
+    Attributes:
+        stepper: takes the steps between events.
+        now: the state reached.
+        contacts: the feet in contact now.
+        impacts: all touch-downs so far.
+        releases: how often a foot was released.
+        steps: accepted so far.
+        energy: work and losses since the start [J].
+    """
+
+    def __init__(self, stepper: ConstrainedStepper, start: State) -> None:
+        """Begin with the feet that touch the ground, less those that it would pull."""
+        self.stepper, self._model = stepper, stepper.model
+        self.impacts: list[TouchDownImpact] = []
         self.releases = self.steps = 0
         self.energy = {"servo_work": 0.0, "joint_damping_loss": 0.0, "normal_loss": 0.0}
-        gap = self.model.gaps(start.q)
-        self.grip = Grip(tuple(k for k in range(len(gap)) if gap[k] <= TOUCHING))
-        self.loaded = (
-            LOADED * self.model.robot.total_mass * float(np.linalg.norm(self.model.gravity))
-        )
-        self.now = self._settled(drive.moment(0.0, start.q, start.v, self.grip))
+        weight = self._model.robot.total_mass * float(np.linalg.norm(self._model.gravity))
+        self._restick_force = RESTICK_LOAD_SHARE * weight
+        gap = self._model.gaps(start.q)
+        self.contacts = ContactSet(tuple(k for k in range(len(gap)) if gap[k] <= TOUCH_GAP_M))
+        self.now = self._released(stepper.snapshot(0.0, start.q, start.v, self.contacts))
 
     def advance(self, until: float, step: float) -> None:
-        """Go on to a time [s], event by event."""
+        """Go on to a time [s] in steps of at most `step` [s], cut short at events.
+
+        Raises:
+            DivergenceError: events follow each other without end.
+        """
         events = 0
-        while until - self.now.time > INSTANT:
+        while until - self.now.time > EVENT_TIME_TOLERANCE_S:
             ahead = until - self.now.time
-            after, event = self._to_event(ahead if ahead <= step * (1.0 + 1e-9) else step)
-            self._account(after)
+            after, event = self._step_to_event(ahead if ahead <= step * (1.0 + 1e-9) else step)
+            self._accumulate_work(after)
             self.now, self.steps = after, self.steps + 1
             if event:
-                self._happen()
+                arriving = self._arriving(self.now)
+                if arriving:
+                    self._impact(arriving)
+                self.now = self._released(self.now)
                 events += 1
-            self._press()
-            if events > MOST_EVENTS:
+            self._restick()
+            if events > MAX_EVENTS_PER_SAMPLE:
                 raise DivergenceError(
                     f"feet come and go without end at t = {self.now.time:g} s: no set of feet that "
                     "stick, slide or leave lasts. Try gentler set-points or compliant contact.",
                     None,
                 )
 
-    def _to_event(self, h: float) -> tuple[Moment, bool]:
-        """Return the moment after a step, or just after the first event within it."""
-        after = self.drive.step(self.now, h, self.grip)
-        if not self._broken(after):
+    def _step_to_event(self, h: float) -> tuple[Snapshot, bool]:
+        """Return the snapshot after a step, or just after the first event within it (bisection)."""
+        after = self.stepper.step(self.now, h, self.contacts)
+        if not self._is_past_event(after):
             return after, False
         low, high = 0.0, h
-        while high - low > INSTANT:
+        while high - low > EVENT_TIME_TOLERANCE_S:
             middle = 0.5 * (low + high)
-            tried = self.drive.step(self.now, middle, self.grip)
-            if self._broken(tried):
+            tried = self.stepper.step(self.now, middle, self.contacts)
+            if self._is_past_event(tried):
                 high, after = middle, tried
             else:
                 low = middle
         return after, True
 
-    def _broken(self, moment: Moment) -> bool:
-        return bool(self._pulled(moment) or self._arriving(moment))
+    def _is_past_event(self, snapshot: Snapshot) -> bool:
+        return bool(self._pulled(snapshot) or self._arriving(snapshot))
 
-    def _push(self, moment: Moment) -> Array:
-        push: Array = moment.motion.force @ self.model.normal
-        return push
+    def _normal_force(self, snapshot: Snapshot) -> Array:
+        return np.asarray(snapshot.solution.force @ self._model.normal)
 
-    def _pulled(self, moment: Moment) -> list[int]:
-        push = self._push(moment)
-        return [k for k in self.grip.feet if push[k] < 0.0]
+    def _pulled(self, snapshot: Snapshot) -> list[int]:
+        force = self._normal_force(snapshot)
+        return [k for k in self.contacts.feet if force[k] < 0.0]
 
-    def _arriving(self, moment: Moment) -> list[int]:
-        speed = moment.terms.rows @ moment.v @ self.model.normal
-        low = (moment.terms.gap < -TOUCHING) & (speed < 0.0)
-        return [k for k in range(len(low)) if low[k] and k not in self.grip.feet]
+    def _arriving(self, snapshot: Snapshot) -> list[int]:
+        speed = snapshot.terms.rows @ snapshot.v @ self._model.normal
+        inside = (snapshot.terms.gap < -TOUCH_GAP_M) & (speed < 0.0)
+        return [k for k in range(len(inside)) if inside[k] and k not in self.contacts.feet]
 
-    def _happen(self) -> None:
-        """Strike feet that arrive, and let go of those that are pulled."""
-        arriving = self._arriving(self.now)
-        if arriving:
-            self._strike(arriving)
-        self.now = self._settled(self.now)
-
-    def _press(self) -> None:
-        """Let sliding feet that bear load again stick, where sticking does not pull at once."""
-        push = self._push(self.now)
-        for foot in [k for k in self.grip.smooth if push[k] > self.loaded]:
-            before = self.now, self.grip, dict(self.energy)
-            self._strike([foot])
+    def _restick(self) -> None:
+        """Let sliding feet under load stick again, unless sticking pulls some foot at once."""
+        force = self._normal_force(self.now)
+        for foot in [k for k in self.contacts.sliding if force[k] > self._restick_force]:
+            before = self.now, self.contacts, dict(self.energy)
+            self._impact([foot])
             if self._pulled(self.now):
-                self.now, self.grip, self.energy = before
+                self.now, self.contacts, self.energy = before
                 self.impacts.pop()
 
-    def _settled(self, moment: Moment) -> Moment:
-        """Let go of feet that are pulled, the most pulled first; return the moment without them.
+    def _released(self, snapshot: Snapshot) -> Snapshot:
+        """Release feet whose normal force is negative, the most pulled first.
 
-        A foot that stuck first loses its friction (a cone without load is closed), then its hold.
+        A foot that stuck loses its friction first (a cone without load is closed), then its
+        contact. Returns the snapshot with the feet that are left.
         """
-        while pulled := self._pulled(moment):
-            push = self._push(moment)
-            foot = min(pulled, key=lambda k: float(push[k]))
-            stuck = tuple(k for k in self.grip.stuck if k != foot)
-            smooth = tuple(k for k in self.grip.smooth if k != foot)
-            if foot in self.grip.stuck:
-                smooth = (*smooth, foot)
+        while pulled := self._pulled(snapshot):
+            force = self._normal_force(snapshot)
+            foot = min(pulled, key=lambda k: float(force[k]))
+            sticking = tuple(k for k in self.contacts.sticking if k != foot)
+            sliding = tuple(k for k in self.contacts.sliding if k != foot)
+            if foot in self.contacts.sticking:
+                sliding = (*sliding, foot)
             else:
                 self.releases += 1
-            self.grip = Grip(stuck, smooth)
-            moment = self.drive.moment(moment.time, moment.q, moment.v, self.grip)
-        return moment
+            self.contacts = ContactSet(sticking, sliding)
+            snapshot = self.stepper.snapshot(snapshot.time, snapshot.q, snapshot.v, self.contacts)
+        return snapshot
 
-    def _strike(self, feet: list[int]) -> None:
-        now, names = self.now, self.model.foot_names
-        smooth = tuple(k for k in self.grip.smooth if k not in feet)
-        found = plastic_impact(self.model, now.q, now.v, self.grip.stuck, feet)
+    def _impact(self, feet: list[int]) -> None:
+        """Apply the plastic impact of these feet with those that stick."""
+        now, names = self.now, self._model.foot_names
+        sliding = tuple(k for k in self.contacts.sliding if k not in feet)
+        found = plastic_impact(self._model, now.q, now.v, self.contacts.sticking, feet)
         held_back = tuple(check.foot for check in found.checks if check.verdict == "pulls")
-        struck = tuple(names[k] for k in feet)
+        arrived = tuple(names[k] for k in feet)
         self.impacts.append(
-            TouchDown(now.time, struck, held_back, found.impulse, found.energy_loss)
+            TouchDownImpact(now.time, arrived, held_back, found.impulse, found.energy_loss)
         )
         self.energy["normal_loss"] += found.energy_loss
-        self.grip = Grip(tuple(sorted(found.feet)), smooth)
-        self.now = self.drive.moment(now.time, now.q, found.velocity, self.grip)
+        self.contacts = ContactSet(tuple(sorted(found.feet)), sliding)
+        self.now = self.stepper.snapshot(now.time, now.q, found.velocity, self.contacts)
 
-    def _account(self, after: Moment) -> None:
+    def _accumulate_work(self, after: Snapshot) -> None:
         """Add the work of a step, by the trapezoidal rule."""
         h = after.time - self.now.time
-        damping = self.model.robot.damping
-        for moment in (self.now, after):
-            rate = moment.v[6:]
-            self.energy["servo_work"] += 0.5 * h * float(moment.motion.torque @ rate)
+        damping = self._model.robot.damping
+        for end in (self.now, after):
+            rate = end.v[6:]
+            self.energy["servo_work"] += 0.5 * h * float(end.solution.torque @ rate)
             self.energy["joint_damping_loss"] += 0.5 * h * float(damping @ rate**2)

@@ -10,24 +10,27 @@ that of eq. 4. All feet of J are at rest afterwards; no energy is gained.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.formulations.rigid.contact_set import Grip
-from hexapod_pin.formulations.rigid.kkt import solve_ranked
+from hexapod_pin.formulations.rigid.constraints import ContactSet
+from hexapod_pin.formulations.rigid.kkt import solve_kkt
 from hexapod_pin.formulations.rigid.model import RigidModel
-from hexapod_pin.formulations.rigid.sticking import FootCheck, check_sticking
+from hexapod_pin.formulations.rigid.sticking import StickingCheck, check_sticking
 
-PULL = 1e-12
-"""Impulses [N s] and speeds [m/s] this small have no sign."""
+MIN_IMPULSE_N_S = 1e-12
+"""Normal impulses smaller than this have no sign [N s]."""
+
+MIN_SPEED_M_S = 1e-12
+"""Normal speeds smaller than this have no sign [m/s]."""
 
 
 @dataclass(frozen=True)
-class Impact:
-    """What a plastic impact leaves.
+class PlasticImpact:
+    """The solution of eq. 5.
 
     Attributes:
         velocity: v+. Shape (nv,). Unique, whatever the rank.
@@ -45,7 +48,7 @@ class Impact:
     unique: NDArray[np.bool_]
     rank: int
     energy_loss: float
-    checks: tuple[FootCheck, ...]
+    checks: tuple[StickingCheck, ...]
     feet: tuple[int, ...]
     settled: bool = True
 
@@ -58,7 +61,7 @@ def plastic_impact(
     colliding: Sequence[int],
     *,
     frictionless: bool = False,
-) -> Impact:
+) -> PlasticImpact:
     """Return velocities and impulses of a plastic impact in which all these feet stay.
 
     Args:
@@ -73,31 +76,31 @@ def plastic_impact(
         ParameterError: a foot is both grounded and colliding, or named twice.
     """
     feet = (*grounded, *colliding)
-    grip = Grip((), feet) if frictionless else Grip(feet)
+    contacts = ContactSet((), feet) if frictionless else ContactSet(feet)
     mass, all_rows, _, _ = model.positions(q)
-    rows = grip.rows(all_rows, model.normal)
-    found = solve_ranked(mass, np.zeros(len(v)), rows, arrest(rows, v))
+    rows = contacts.rows(all_rows, model.normal)
+    found = solve_kkt(mass, np.zeros(len(v)), rows, required_velocity_change(rows, v))
     count = len(model.robot.feet)
-    impulse = grip.spread(found.f, model.normal, count)
-    unique = grip.spread_flags(found.unique, count)
-    return Impact(
+    impulse = contacts.forces(found.f, model.normal, count)
+    unique = contacts.force_flags(found.unique, count)
+    return PlasticImpact(
         velocity=v + found.x, impulse=impulse, unique=unique, rank=found.rank,
         energy_loss=-0.5 * float(found.f @ (rows @ v)),
         checks=check_sticking(model, feet, impulse, unique), feet=feet,
     )  # fmt: skip
 
 
-def arrest(rows: Array, v: Array) -> Array:
-    """Return the change of foot velocity that eq. 5 asks for: -J v-, all feet at rest after."""
+def required_velocity_change(rows: Array, v: Array) -> Array:
+    """Return the right side of eq. 5, -J v-: all feet at rest afterwards."""
     return -(rows @ v)
 
 
 def unilateral_impact(
     model: RigidModel, q: Array, v: Array, grounded: Sequence[int], colliding: Sequence[int]
-) -> Impact:
-    """Return the impact in which feet that the ground would have to hold back leave it.
+) -> PlasticImpact:
+    """Return the impact in which feet that the ground would have to hold down leave it.
 
-    Feet are let go one at a time, the most pulled first, and taken back if they would go into the
+    Feet are released one at a time, the most pulled first, and taken back if they would enter the
     ground. Where no set of feet only pushes, the last one is returned with `settled` False.
     """
     given = (*grounded, *colliding)
@@ -105,19 +108,21 @@ def unilateral_impact(
     while frozenset(inside) not in seen:
         seen.add(frozenset(inside))
         found = plastic_impact(model, q, v, (), sorted(inside))
-        wrong = _worst_foot(model, q, found, set(given) - inside)
+        wrong = _most_violating_foot(model, q, found, set(given) - inside)
         if wrong is None:
             return found
         inside ^= {wrong}
-    return Impact(**{**vars(found), "settled": False})
+    return replace(found, settled=False)
 
 
-def _worst_foot(model: RigidModel, q: Array, found: Impact, left: set[int]) -> int | None:
-    """Return the foot that is pulled most, else the one let go that goes in fastest, else None."""
-    push = found.impulse @ model.normal
-    pulled = [k for k in found.feet if push[k] < -PULL]
+def _most_violating_foot(
+    model: RigidModel, q: Array, found: PlasticImpact, released: set[int]
+) -> int | None:
+    """Return the foot pulled most, else the released one that enters fastest, else None."""
+    normal_impulse = found.impulse @ model.normal
+    pulled = [k for k in found.feet if normal_impulse[k] < -MIN_IMPULSE_N_S]
     if pulled:
-        return min(pulled, key=lambda k: float(push[k]))
+        return min(pulled, key=lambda k: float(normal_impulse[k]))
     speed = model.positions(q)[1] @ found.velocity @ model.normal
-    entering = [k for k in left if speed[k] < -PULL]
+    entering = [k for k in released if speed[k] < -MIN_SPEED_M_S]
     return min(entering, key=lambda k: float(speed[k])) if entering else None

@@ -1,4 +1,4 @@
-"""The saddle-point system of contacts, solved whatever the rank of its rows."""
+"""The saddle-point (KKT) system of S2 appendix eqs. 4 and 5, for rows J of any rank."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.formulations.truncated_svd import truncated_svd
 
-RANK = 1e-9
-"""Singular values of L^-1 J^T below this share of the largest count as zero."""
+RELATIVE_RANK_TOLERANCE = 1e-9
+"""Singular values of L^-1 J^T below this share of the largest count as zero [-]."""
 
-CLEAR = 1e-6
-"""With a last pivot above this share of the first, QR alone settles that the rank is full."""
+FULL_RANK_PIVOT_RATIO = 1e-6
+"""Last pivot over the first above which pivoted QR alone settles that the rank is full [-]."""
 
-FREE = 1e-7
-"""A multiplier with a larger part than this in the null space is not unique."""
+UNIQUE_NULL_SPACE_PART = 1e-7
+"""A multiplier with a larger part than this in the null space is not unique [-]."""
 
 
 @dataclass(frozen=True)
-class Ranked:
+class KktSolution:
     """Solution of [M -J^T; J 0] [x; f] = [r; t] with m rows.
 
     Attributes:
@@ -38,7 +39,7 @@ class Ranked:
     residual: Array
 
 
-def solve_ranked(mass: Array, right: Array, rows: Array, target: Array) -> Ranked:
+def solve_kkt(mass: Array, right: Array, rows: Array, target: Array) -> KktSolution:
     """Solve [M -J^T; J 0] [x; f] = [r; t] by QR or SVD of A = L^-1 J^T, M = L L^T.
 
     The motion of the system does not depend on how redundant rows share their load; f is the
@@ -53,27 +54,20 @@ def solve_ranked(mass: Array, right: Array, rows: Array, target: Array) -> Ranke
     """
     from scipy.linalg import qr
 
-    whiten = np.linalg.inv(np.linalg.cholesky(mass))  # L^-1
-    across, free, count = whiten @ rows.T, whiten @ right, len(rows)
-    wanted = target - across.T @ free
+    inverse_root = np.linalg.inv(np.linalg.cholesky(mass))  # L^-1
+    a, free, count = inverse_root @ rows.T, inverse_root @ right, len(rows)
+    needed = target - a.T @ free
     if 0 < count <= len(mass):
-        base, upper, order = qr(across, mode="economic", pivoting=True)
+        base, upper, order = qr(a, mode="economic", pivoting=True)
         pivots = np.abs(np.diag(upper))
-        if pivots[-1] > CLEAR * pivots[0]:
-            part = np.linalg.solve(upper.T, wanted[order])
+        if pivots[-1] > FULL_RANK_PIVOT_RATIO * pivots[0]:
+            part = np.linalg.solve(upper.T, needed[order])
             f = np.empty(count)
             f[order] = np.linalg.solve(upper, part)
-            x = whiten.T @ (free + base @ part)
-            return Ranked(x, f, count, np.ones(count, dtype=bool), rows @ x - target)
-    return _deficient(whiten, free, wanted, rows, target)
-
-
-def _deficient(whiten: Array, free: Array, wanted: Array, rows: Array, target: Array) -> Ranked:
-    """Return the solution by SVD, for rows that depend on each other, or none at all."""
-    left, size, right = np.linalg.svd(whiten @ rows.T)
-    rank = int((size > RANK * size.max(initial=0.0)).sum())
-    part = right[:rank] @ wanted / size[:rank]
-    x = whiten.T @ (free + left[:, :rank] @ part)
-    f = right[:rank].T @ (part / size[:rank])
-    unique = np.asarray(np.linalg.norm(right[rank:], axis=0) < FREE)
-    return Ranked(x, f, rank, unique, rows @ x - target)
+            x = inverse_root.T @ (free + base @ part)
+            return KktSolution(x, f, count, np.ones(count, dtype=bool), rows @ x - target)
+    left, size, across, null = truncated_svd(a, RELATIVE_RANK_TOLERANCE)
+    part = across @ needed / size
+    x = inverse_root.T @ (free + left @ part)
+    unique = np.asarray(np.linalg.norm(null, axis=1) < UNIQUE_NULL_SPACE_PART)
+    return KktSolution(x, across.T @ (part / size), len(size), unique, rows @ x - target)

@@ -1,66 +1,36 @@
-"""A robot on rigid ground: mass matrix, bias, and the velocity rows of its feet, from Pinocchio.
+"""S2 appendix eq. 1: mass matrix M, bias h and contact rows J of a robot on rigid ground.
 
-Nothing here touches the native core: this is the other side of every comparison with it.
+All terms come from Pinocchio; nothing here reaches the native core, which is compared with it.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.rigid.contact_set import Grip
+from hexapod_pin.formulations.rigid.ground import RigidGround
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Foot, Robot
 
-FRAME = "LOCAL_WORLD_ALIGNED"
-"""Pinocchio's name of the frame the rows are in: world axes, at the foot."""
-
-UNIT = 1e-9
-"""A normal may be this far from unit length."""
+CONTACT_FRAME = "LOCAL_WORLD_ALIGNED"
+"""Pinocchio's name of the frame of the contact rows: world axes, at the foot."""
 
 
 @dataclass(frozen=True)
-class RigidGround:
-    """A plane that does not give way.
-
-    Attributes:
-        mu: coefficient of friction [-], against which sticking is checked; *assumed* by default.
-        normal: unit normal, pointing up, world axes.
-        point: a point of the plane [m].
-    """
-
-    mu: float = 0.7
-    normal: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            ParameterError: mu is negative or not finite, or the normal is no unit vector.
-        """
-        if not (math.isfinite(self.mu) and self.mu >= 0.0):
-            raise ParameterError("RigidGround.mu", self.mu, "finite and not negative")
-        if not abs(math.hypot(*self.normal) - 1.0) < UNIT:
-            raise ParameterError("RigidGround.normal", self.normal, "of unit length")
-
-
-@dataclass(frozen=True)
-class Terms:
+class EquationTerms:
     """The terms of S2 appendix eq. 1 at one state; nv velocities, F feet.
 
     Attributes:
         mass: M. Shape (nv, nv).
         bias: h, Coriolis, centrifugal and gravity forces, and joint damping. Shape (nv,).
-        rows: velocity of each contact point is rows @ v, world axes. Shape (F, 3, nv).
-        drift: what d/dt (rows @ v) has beyond rows @ a [m/s^2]. Shape (F, 3).
+        rows: J; velocity of each contact point is rows @ v, world axes. Shape (F, 3, nv).
+        drift: J' v, acceleration of the contact points at v' = 0 [m/s^2]. Shape (F, 3).
         gap: lowest point of each foot above the ground [m]. Shape (F,).
         place: contact points, world axes [m]. Shape (F, 3).
     """
@@ -72,12 +42,6 @@ class Terms:
     gap: Array
     place: Array
 
-    def held(self, grip: Grip, normal: Array) -> tuple[Array, Array]:
-        """Return rows (3k + l, nv) and drift of k feet that stick and l that only stay down."""
-        rows = grip.rows(self.rows, normal)
-        drift = self.drift[list(grip.stuck)].ravel(), self.drift[list(grip.smooth)] @ normal
-        return rows, np.concatenate(drift)
-
 
 class RigidModel:
     """A robot, gravity and rigid ground; a foot is a sphere that may roll, or a point.
@@ -87,6 +51,8 @@ class RigidModel:
         ground: the ground.
         gravity: acceleration [m/s^2], world axes. Shape (3,).
         normal: of the ground. Shape (3,).
+        model: Pinocchio's model, with this gravity.
+        data: Pinocchio's workspace.
     """
 
     def __init__(
@@ -112,81 +78,101 @@ class RigidModel:
         self.model = pin.Model(robot.model)
         self.model.gravity.linear = self.gravity
         self.data = self.model.createData()
-        self._joints = [self.model.getJointId(foot.joint) for foot in robot.feet]
-        self._radius = np.array([foot.radius for foot in robot.feet])
+        joints = [self.model.getJointId(foot.joint) for foot in robot.feet]
+        self._feet: list[tuple[int, Foot]] = list(zip(joints, robot.feet, strict=True))
 
     @property
     def foot_names(self) -> tuple[str, ...]:
         """Names of the feet, in the order of every (F, ...) array."""
         return tuple(foot.name for foot in self.robot.feet)
 
-    def terms(self, q: Array, v: Array) -> Terms:
+    def terms(self, q: Array, v: Array) -> EquationTerms:
         """Return the terms at a state q (nq,), v (nv,)."""
         mass, rows, gap, place = self.positions(q)
-        return Terms(mass, self.bias(q, v), rows, self.drift(q, v), gap, place)
+        return EquationTerms(mass, self.bias(q, v), rows, self.drift(q, v), gap, place)
 
     def positions(self, q: Array) -> tuple[Array, Array, Array, Array]:
-        """Return what depends on q alone: mass, rows, gap, place; see `Terms`."""
+        """Return the terms that depend on q alone: mass, rows, gap, place."""
         import pinocchio as pin
 
         upper = np.triu(pin.crba(self.model, self.data, q))
         mass = upper + np.triu(upper, 1).T
         pin.computeJointJacobians(self.model, self.data, q)
-        found = [self._foot(joint, foot) for joint, foot in self._feet()]
-        rows = np.array([rows for rows, _ in found]).reshape(-1, 3, self.model.nv)
-        place = np.array([place for _, place in found]).reshape(-1, 3)
-        gap = (place - np.array(self.ground.point)) @ self.normal
-        return mass, rows, gap, place
-
-    def bias(self, q: Array, v: Array) -> Array:
-        """Return h (nv,) with the joints' viscous damping in it."""
-        import pinocchio as pin
-
-        bias = np.array(pin.nonLinearEffects(self.model, self.data, q, v))
-        bias[6:] += self.robot.damping * v[6:]
-        return bias
-
-    def drift(self, q: Array, v: Array) -> Array:
-        """Return d/dt (rows @ v) at zero acceleration, spheres rolling (F, 3) [m/s^2]."""
-        import pinocchio as pin
-
-        model, data, frame = self.model, self.data, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        pin.forwardKinematics(model, data, q, v, np.zeros(model.nv))
-        if not self._joints:
-            return np.zeros((0, 3))
-        spin = np.array([pin.getVelocity(model, data, j, frame).angular for j in self._joints])
-        bodies = [pin.getClassicalAcceleration(model, data, j, frame) for j in self._joints]
-        linear = np.array([body.linear for body in bodies])
-        turn = np.array([body.angular for body in bodies])
-        arm = np.array([data.oMi[j].rotation @ foot.offset for j, foot in self._feet()])
-        rolling = arm - self._radius[:, None] * self.normal
-        found: Array = linear + np.cross(turn, rolling) + np.cross(spin, np.cross(spin, arm))
-        return found
+        rows = np.array([self._contact_rows(j, foot) for j, foot in self._feet])
+        place = self._contact_points()
+        return mass, rows.reshape(-1, 3, self.model.nv), self._gap(place), place
 
     def gaps(self, q: Array) -> Array:
         """Return the lowest point of each foot above the ground [m]. Shape (F,)."""
         import pinocchio as pin
 
         pin.forwardKinematics(self.model, self.data, q)
-        low = [self.data.oMi[j].act(f.offset) - f.radius * self.normal for j, f in self._feet()]
-        gap: Array = (np.array(low).reshape(-1, 3) - np.array(self.ground.point)) @ self.normal
-        return gap
+        return self._gap(self._contact_points())
 
-    def kinetic_energy(self, q: Array, v: Array) -> float:
-        """Return 1/2 v.M v [J]."""
+    def bias(self, q: Array, v: Array) -> Array:
+        """Return h (nv,), the joints' viscous damping included."""
         import pinocchio as pin
 
-        return float(pin.computeKineticEnergy(self.model, self.data, q, v))
+        return self._damped(pin.nonLinearEffects(self.model, self.data, q, v), v)
 
-    def _feet(self) -> list[tuple[int, Foot]]:
-        return list(zip(self._joints, self.robot.feet, strict=True))
+    def inverse_dynamics(
+        self, q: Array, v: Array, acceleration: Array, external: Any = None
+    ) -> Array:
+        """Return M a + h less external forces (nv,) by RNEA: what base and joints must deliver.
 
-    def _foot(self, joint: int, foot: Foot) -> tuple[Array, Array]:
-        """Return velocity rows (3, nv) and place (3,) of a contact point."""
+        Args:
+            q: configuration. Shape (nq,).
+            v: velocity. Shape (nv,).
+            acceleration: of base (body axes) and joints [m/s^2, rad/s^2]. Shape (nv,).
+            external: Pinocchio's forces on the bodies, joint frames; None: none.
+        """
         import pinocchio as pin
 
-        frame = getattr(pin.ReferenceFrame, FRAME)
+        outside = () if external is None else (external,)
+        return self._damped(pin.rnea(self.model, self.data, q, v, acceleration, *outside), v)
+
+    def drift(self, q: Array, v: Array) -> Array:
+        """Return J' v, d/dt (rows @ v) at v' = 0, spheres rolling (F, 3) [m/s^2]."""
+        import pinocchio as pin
+
+        model, data, frame = self.model, self.data, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        pin.forwardKinematics(model, data, q, v, np.zeros(model.nv))
+        if not self._feet:
+            return np.zeros((0, 3))
+        joints = [joint for joint, _ in self._feet]
+        spin = np.array([pin.getVelocity(model, data, j, frame).angular for j in joints])
+        bodies = [pin.getClassicalAcceleration(model, data, j, frame) for j in joints]
+        linear = np.array([body.linear for body in bodies])
+        angular = np.array([body.angular for body in bodies])
+        centre = np.array([data.oMi[j].rotation @ foot.offset for j, foot in self._feet])
+        contact = np.array([self._contact_arm(j, foot) for j, foot in self._feet])
+        found: Array = linear + np.cross(angular, contact)
+        return found + np.cross(spin, np.cross(spin, centre))
+
+    def _damped(self, force: Any, v: Array) -> Array:
+        """Return generalised forces (nv,) with the joints' viscous damping added."""
+        found = np.array(force)
+        found[6:] += self.robot.damping * v[6:]
+        return found
+
+    def _contact_arm(self, joint: int, foot: Foot) -> Array:
+        """Return the contact point from the joint's origin (3,) [m], world axes."""
+        arm: Array = self.data.oMi[joint].rotation @ foot.offset - foot.radius * self.normal
+        return arm
+
+    def _contact_points(self) -> Array:
+        """Return the contact points (F, 3) [m] at the pose held by `data`."""
+        points = [self.data.oMi[j].translation + self._contact_arm(j, f) for j, f in self._feet]
+        return np.array(points).reshape(-1, 3)
+
+    def _gap(self, place: Array) -> Array:
+        return np.asarray((place - np.array(self.ground.point)) @ self.normal)
+
+    def _contact_rows(self, joint: int, foot: Foot) -> Array:
+        """Return the velocity rows (3, nv) of a contact point."""
+        import pinocchio as pin
+
+        frame = getattr(pin.ReferenceFrame, CONTACT_FRAME)
         columns = pin.getJointJacobian(self.model, self.data, joint, frame)
-        pose = self.data.oMi[joint]
-        arm = pose.rotation @ foot.offset - foot.radius * self.normal
-        return columns[:3] - pin.skew(arm) @ columns[3:], pose.translation + arm
+        rows: Array = columns[:3] - pin.skew(self._contact_arm(joint, foot)) @ columns[3:]
+        return rows

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.formulations.rigid.model import RigidModel
 
-ROUNDING = 1e-9
-"""Forces below this share of the largest count as zero."""
+if TYPE_CHECKING:
+    from hexapod_pin.formulations.rigid.model import RigidModel
+
+ROUNDING_SHARE = 1e-9
+"""Forces below this share of the largest count as zero [-]."""
 
 
 @dataclass(frozen=True)
-class FootCheck:
-    """One foot that was held to the ground.
+class StickingCheck:
+    """The sticking assumption for one grounded foot.
 
     Attributes:
         foot: its name.
@@ -49,7 +52,7 @@ class FootCheck:
 
 def check_sticking(
     model: RigidModel, feet: Sequence[int], force: Array, unique: NDArray[np.bool_]
-) -> tuple[FootCheck, ...]:
+) -> tuple[StickingCheck, ...]:
     """Return one check per foot on the ground.
 
     Args:
@@ -58,7 +61,7 @@ def check_sticking(
         force: forces or impulses on all feet, world axes. Shape (F, 3).
         unique: which of their components are determined. Shape (F, 3).
     """
-    names, small = model.foot_names, ROUNDING * float(np.abs(force).max(initial=0.0))
+    names, small = model.foot_names, ROUNDING_SHARE * float(np.abs(force).max(initial=0.0))
     checks = []
     for k in feet:
         normal = float(force[k] @ model.normal)
@@ -68,5 +71,5 @@ def check_sticking(
             verdict = "pulls"
         elif tangential > model.ground.mu * max(normal, 0.0) + small:
             verdict = "slides"
-        checks.append(FootCheck(names[k], normal, tangential, verdict, bool(unique[k].all())))
+        checks.append(StickingCheck(names[k], normal, tangential, verdict, bool(unique[k].all())))
     return tuple(checks)

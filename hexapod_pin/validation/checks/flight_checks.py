@@ -9,8 +9,7 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.drive.servo import Servo
-from hexapod_pin.formulations.rigid.flow import rigid_flow
-from hexapod_pin.formulations.rigid.model import RigidModel
+from hexapod_pin.formulations.rigid import RigidModel, integrate
 from hexapod_pin.robot.state import State
 from hexapod_pin.simulation.run import simulate
 from hexapod_pin.simulation.scene import Scene
@@ -67,7 +66,7 @@ def dzhanibekov() -> float:
     robot = body({"tip": (0.0, 0.0, -1.0)}, inertia=(0.0025185, 0.0166529, 0.0168972))
     model = RigidModel(robot, gravity=(0.0, 0.0, 0.0))
     spin = [float(x) for x in known["omega0"]]
-    end = rigid_flow(model, state(robot, (0.0, 0.0, 5.0), spin=spin), 10.0)
+    end = integrate(model, state(robot, (0.0, 0.0, 5.0), spin=spin), 10.0)
     wanted = np.array([float(x) for x in known["omega_body(10s)"]])
     return worst(end.v[3:6], wanted)
 
@@ -80,7 +79,7 @@ def pendulum() -> float:
     model, start = RigidModel(robot), state(robot)
     q = start.q.copy()
     q[3:7] = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
-    end = rigid_flow(model, robot.check_state(q, start.v), 0.25 * period, feet=[0])
+    end = integrate(model, robot.check_state(q, start.v), 0.25 * period, feet=[0])
     angle = 2.0 * np.arctan2(end.q[3], end.q[6])
     return abs(float(angle))
 
@@ -110,7 +109,7 @@ def _joint_rates() -> list[float]:
 @lru_cache(maxsize=2)
 def _flight(duration: float) -> State:
     model, start = _flight_start()
-    return rigid_flow(model, start, duration)
+    return integrate(model, start, duration)
 
 
 def _kept(model: RigidModel, now: State) -> tuple[float, Array, Array]:

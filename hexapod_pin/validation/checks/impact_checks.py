@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.formulations.rigid.impact import plastic_impact
-from hexapod_pin.formulations.rigid.model import RigidModel
+from hexapod_pin.formulations.rigid import RigidModel, energy, plastic_impact
+from hexapod_pin.robot.state import State
 from hexapod_pin.validation.cases.reference_data import answers
 from hexapod_pin.validation.checks.check import Check
 from hexapod_pin.validation.checks.pinocchio_contacts import impulsive_motion
@@ -80,7 +80,7 @@ def energy_balance() -> float:
     for q, v in states(model, CASES):
         feet = some_feet(rng)
         found = plastic_impact(model, q, v, (), feet)
-        before, after = (model.kinetic_energy(q, x) for x in (v, found.velocity))
+        before, after = (energy(model, State(q, x)).kinetic for x in (v, found.velocity))
         moving = np.abs(model.positions(q)[1][feet] @ found.velocity).max()
         error = max(error, abs(before - after - found.energy_loss) / before, float(moving))
     return error

@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.formulations.inverse import inverse_dynamics
-from hexapod_pin.formulations.rigid.force_split import Compliant, LeastTorque
-from hexapod_pin.formulations.rigid.friction_pyramid import tipping_slope
-from hexapod_pin.formulations.rigid.spring_split import ContactSprings
-from hexapod_pin.formulations.rigid.stance import stance_load
+from hexapod_pin.formulations.inverse import (
+    Compliant,
+    ContactSprings,
+    LeastTorque,
+    inverse_dynamics,
+    stance_load,
+    tipping_slope,
+)
 from hexapod_pin.validation.cases.reference_data import answers
 from hexapod_pin.validation.checks.check import Check
 from hexapod_pin.validation.checks.impact_checks import hc18_model

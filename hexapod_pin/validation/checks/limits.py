@@ -15,9 +15,8 @@ from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.drive.servo import Servo
-from hexapod_pin.formulations.rigid.impact import plastic_impact
-from hexapod_pin.formulations.rigid.model import RigidModel
-from hexapod_pin.formulations.rigid.walk import rigid_walk
+from hexapod_pin.formulations import rigid as rigid_contact
+from hexapod_pin.formulations.rigid import RigidModel, plastic_impact
 from hexapod_pin.ground.contact import Contact, KelvinVoigt, StickSlip
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.simulation.run import simulate
@@ -156,7 +155,7 @@ def _compliant(stiffness: float, control: Controller, duration: float, accuracy:
 @lru_cache(maxsize=4)
 def _rigid(control: Controller, duration: float, step: float) -> Trace:
     model = RigidModel(load_robot("kharagpur", foot_radius=0.0))
-    return rigid_walk(model, control, duration=duration, step=step, sample=0.01).trace
+    return rigid_contact.simulate(model, control, duration=duration, step=step, sample=0.01).trace
 
 
 def _apart(trace: Trace, rigid: Trace, samples: NDArray[np.intp]) -> Stiffened:

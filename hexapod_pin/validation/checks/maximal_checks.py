@@ -10,11 +10,14 @@ import numpy as np
 
 from hexapod_pin.formulations.maximal import (
     Baumgarte,
-    Drives,
-    FootGround,
+    GroundContact,
+    JointActuators,
     MaximalModel,
+    derivative,
+    initial_state,
     integrate,
     read_bodies,
+    reduced_acceleration,
 )
 
 if TYPE_CHECKING:
@@ -22,7 +25,7 @@ if TYPE_CHECKING:
 
     from hexapod_pin.arrays import Array
     from hexapod_pin.control.joint_trajectory import Controller
-    from hexapod_pin.formulations.maximal import Run
+    from hexapod_pin.formulations.maximal import MaximalRun
     from hexapod_pin.robot.state import State
     from hexapod_pin.simulation.scene import Scene
 
@@ -55,9 +58,9 @@ class Twin:
     def acceleration(self, sample: Sample) -> Array:
         """Return v' (6 + n,) at a sample, contacts never seen before."""
         q, v, torque = sample
-        state = self.model.state(self.bodies_order(q, 7), self.bodies_order(v, 6))
-        found = self.model.evaluate(0.0, state, torque[self.order])
-        return self.robot_order(self.model.reduced_acceleration(state, found), 6)
+        state = initial_state(self.model, self.bodies_order(q, 7), self.bodies_order(v, 6))
+        rates = derivative(self.model, state, torque[self.order]).acceleration
+        return self.robot_order(reduced_acceleration(self.model.bodies, state, rates), 6)
 
 
 def maximal_twin(scene: Scene, *, baumgarte: Baumgarte | None = None) -> Twin:
@@ -70,13 +73,13 @@ def maximal_twin(scene: Scene, *, baumgarte: Baumgarte | None = None) -> Twin:
     robot, servo, stops = scene.robot, scene.servos, scene.joint_stops
     names, radii = zip(*((foot.name, foot.radius) for foot in robot.feet), strict=True)
     bodies = read_bodies(robot.urdf, names, radii)
-    drives = Drives.of(
+    actuators = JointActuators.uniform(
         bodies, kp=servo.kp, kd=servo.kd, limited=servo.limited,
         stop_stiffness=stops.stiffness, stop_dissipation=stops.dissipation,
     )  # fmt: skip
-    feet = FootGround(bodies, scene.contact, scene.terrain)
+    contact = GroundContact(bodies, scene.contact, scene.terrain)
     model = MaximalModel(
-        bodies, drives=drives, feet=feet, gravity=scene.gravity, baumgarte=baumgarte
+        bodies, actuators=actuators, contact=contact, gravity=scene.gravity, baumgarte=baumgarte
     )
     order = [robot.joint_index(name) for name in bodies.joint_names]
     return Twin(model, np.array(order, dtype=np.intp))
@@ -91,7 +94,7 @@ def pressed_states(scene: Scene, count: int, *, seed: int = 7) -> list[Sample]:
         angles = scene.robot.posture + 0.1 * rng.normal(size=n)
         q = np.concatenate([[*rng.normal(size=2), 0.0], turn / np.linalg.norm(turn), angles])
         v, torque = rng.normal(size=6 + n), rng.normal(size=n)
-        state = twin.model.state(twin.bodies_order(q, 7), twin.bodies_order(v, 6))
+        state = initial_state(twin.model, twin.bodies_order(q, 7), twin.bodies_order(v, 6))
         q[2] -= np.sort(twin.model.gaps(0.0, state))[len(scene.robot.feet) - 2] + 1e-4
         found.append((q, v, torque))
     return found
@@ -118,9 +121,9 @@ def maximal_run(
     duration: float,
     sample: float | None = None,
     rtol: float = 1e-6,
-) -> tuple[Twin, Run]:
+) -> tuple[Twin, MaximalRun]:
     """Return a run in maximal coordinates, projected, by DOP853; atol is rtol/100."""
-    from hexapod_pin.formulations.rigid.set_points import SetPoints
+    from hexapod_pin.formulations.set_points import SetPoints
 
     twin, plan = maximal_twin(scene), SetPoints(controller.plan(scene.robot, duration))
 
@@ -130,7 +133,7 @@ def maximal_run(
 
     q, v = twin.bodies_order(start.q, 7), twin.bodies_order(start.v, 6)
     run = integrate(
-        twin.model, q, v, duration=duration, set_points=wanted, sample=sample,
+        twin.model, initial_state(twin.model, q, v), duration, set_points=wanted, sample=sample,
         rtol=rtol, atol=1e-2 * rtol,
     )  # fmt: skip
     return twin, run

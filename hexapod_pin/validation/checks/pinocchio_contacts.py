@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.formulations.rigid.model import RigidModel
+from hexapod_pin.formulations.rigid import RigidModel
 
 
 def constrained_motion(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from hexapod_pin.formulations.inverse import torque_under
-from hexapod_pin.formulations.rigid.motion import rigid_gait, rigid_motion
+from hexapod_pin.formulations.inverse import torque_under_forces
+from hexapod_pin.formulations.rigid import derivative, prescribed_derivative
+from hexapod_pin.robot.state import State
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.checks.check import Check
@@ -43,7 +44,7 @@ def core_motion() -> float:
     for q, v in states(model, FEW):
         torque = rng.normal(size=len(v) - 6)
         found = native.evaluate(plant, q, v, torque)
-        needed = torque_under(model, q, v, found["acceleration"], found["foot_force"])
+        needed = torque_under_forces(model, q, v, found["acceleration"], found["foot_force"])
         wanted = np.concatenate([np.zeros(6), torque])
         scale = max(float(np.abs(found["foot_force"]).max()), 1.0)
         error = max(error, float(np.abs(needed - wanted).max()) / scale)
@@ -67,7 +68,7 @@ def pinocchio_motion() -> float:
     rng = np.random.default_rng(SEED)
     for q, v in states(model, CASES):
         feet, torque = some_feet(rng), rng.normal(size=len(v) - 6)
-        found = rigid_motion(model, q, v, torque, feet)
+        found = derivative(model, State(q, v), torque, feet)
         acceleration, force = constrained_motion(model, q, v, torque, feet)
         error = max(error, worst(found.acceleration, acceleration), worst(found.force[feet], force))
     return error
@@ -82,9 +83,9 @@ def gait_form() -> float:
     rng = np.random.default_rng(SEED)
     for q, v in states(model, FEW):
         feet = sorted(rng.choice(6, int(rng.integers(3, 7)), replace=False).tolist())
-        free = rigid_motion(model, q, v, rng.normal(size=len(v) - 6), feet)
-        planned = rigid_gait(model, q, v, free.acceleration[6:], feet)
-        needed = torque_under(model, q, v, planned.acceleration, planned.force)
+        free = derivative(model, State(q, v), rng.normal(size=len(v) - 6), feet)
+        planned = prescribed_derivative(model, State(q, v), free.acceleration[6:], feet)
+        needed = torque_under_forces(model, q, v, planned.acceleration, planned.force)
         wanted = np.concatenate([np.zeros(6), planned.torque])
         error = max(
             error, worst(planned.acceleration, free.acceleration),

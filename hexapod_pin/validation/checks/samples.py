@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.formulations.rigid.model import RigidModel
+from hexapod_pin.formulations.rigid import RigidModel
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.validation.cases.robots import ROBOTS, robot_file
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hexapod_pin.formulations.rigid.model import RigidModel
+from hexapod_pin.formulations.rigid import RigidModel
 from hexapod_pin.robot.robot import Robot
 from hexapod_pin.validation.cases.bodies import Vector, body
 

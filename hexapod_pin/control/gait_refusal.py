@@ -1,0 +1,129 @@
+"""The refusal of a gait: what to change in the request, and how far."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from hexapod_pin.control.feasibility import POSTURE, RATE, Violation, violation
+from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.six_legs import SixLegs, six_legs
+from hexapod_pin.errors import GaitError
+
+if TYPE_CHECKING:
+    from hexapod_pin.robot.robot import Robot
+
+NEGLIGIBLE_STROKE = 1e-6
+"""A stroke that tests the lift alone [m]: feet that do not travel at all do not lift."""
+
+BISECTION_WIDTH = 1e-4
+"""Width at which a bisection ends, relative to its first interval."""
+
+MAX_CYCLE_DOUBLINGS = 12
+"""How often the cycle time is doubled in the search for one that the joints can follow."""
+
+CHECKED_GAITS = 256
+"""How many pairs of robot and gait are remembered as checked."""
+
+
+def refuse_impossible(robot: Robot, gait: Gait) -> None:
+    """Check a whole walk, start to stop, before anything runs; once for a robot and a gait.
+
+    Raises:
+        GaitError: naming leg, joint, value and limit, and the largest request that works.
+    """
+    found = _find_refusal(six_legs(robot), gait)
+    if found is not None:
+        raise GaitError(*found)
+
+
+@lru_cache(maxsize=CHECKED_GAITS)
+def _find_refusal(six: SixLegs, gait: Gait) -> tuple[str, str, float | None] | None:
+    """Return message, quantity and limit of the error that refuses a gait, None if it works."""
+    found = violation(six, gait)
+    if found is None:
+        return None
+    error = refusal(found, lambda other: violation(six, other) is None, gait)
+    return str(error), error.quantity, error.limit
+
+
+def refusal(found: Violation, works: Callable[[Gait], bool], gait: Gait) -> GaitError:
+    """Return the error that says what to change, and how far.
+
+    Args:
+        found: the violation of `gait`.
+        works: tells whether another gait can be walked.
+        gait: the refused gait.
+    """
+    reason = f"gait {gait.name}: {found.text.rstrip('.')}."
+    if found.kind == POSTURE:
+        return GaitError(reason, "posture", None)
+    if found.kind == RATE:
+        return _refuse_rate(reason, works, gait)
+    return _refuse_path(reason, works, gait)
+
+
+def _refuse_rate(reason: str, works: Callable[[Gait], bool], gait: Gait) -> GaitError:
+    """Name the shortest cycle time at which the joints keep up."""
+
+    def slower(cycle_time: float) -> bool:
+        return works(changed(gait, cycle_time=cycle_time))
+
+    ceiling = gait.cycle_time
+    for _ in range(MAX_CYCLE_DOUBLINGS):
+        ceiling *= 2.0
+        if slower(ceiling):
+            limit = bisect(slower, good=ceiling, bad=ceiling / 2.0)
+            text = f"{reason} With the rest unchanged, cycle_time must be at least {limit:.4g} s."
+            return GaitError(text, "cycle_time", limit)
+    return _refuse_path(reason, works, gait)
+
+
+def _refuse_path(reason: str, works: Callable[[Gait], bool], gait: Gait) -> GaitError:
+    """Name the largest stroke, lift or turn rate, whichever is the culprit."""
+
+    def shorter(stroke: float) -> bool:
+        return works(changed(gait, stroke=stroke))
+
+    def lower(lift: float) -> bool:
+        return works(changed(gait, lift=lift))
+
+    def straighter(turn_rate: float) -> bool:
+        return works(changed(gait, turn_rate=turn_rate))
+
+    least = min(gait.stroke, NEGLIGIBLE_STROKE)
+    if least < gait.stroke and shorter(least):
+        limit = bisect(shorter, good=least, bad=gait.stroke)
+        text = f"{reason} With the rest unchanged, stroke can be at most {limit:.4g} m"
+        if lower(0.0):
+            lift = bisect(lower, good=0.0, bad=gait.lift)
+            text += f" (or, at this stroke, lift {lift:.4g} m)"
+        return GaitError(text + ".", "stroke", limit)
+    if lower(0.0):
+        limit = bisect(lower, good=0.0, bad=gait.lift)
+        return GaitError(
+            f"{reason} With the rest unchanged, lift can be at most {limit:.4g} m.", "lift", limit
+        )
+    if straighter(0.0):
+        limit = bisect(straighter, good=0.0, bad=gait.turn_rate)
+        text = f"{reason} With the rest unchanged, turn_rate can be at most {limit:.4g} rad/s."
+        return GaitError(text, "turn_rate", limit)
+    return GaitError(f"{reason} No smaller stroke, lift or turn rate alone helps.", "posture", None)
+
+
+def bisect(works: Callable[[float], bool], *, good: float, bad: float) -> float:
+    """Return the value nearest to `bad` that is known to work, to BISECTION_WIDTH."""
+    width = BISECTION_WIDTH * abs(bad - good)
+    while abs(bad - good) > width:
+        middle = 0.5 * (good + bad)
+        if works(middle):
+            good = middle
+        else:
+            bad = middle
+    return good
+
+
+def changed(gait: Gait, **fields: float) -> Gait:
+    """Return the gait with some fields replaced, validated."""
+    return Gait(**{**gait.model_dump(), **fields})

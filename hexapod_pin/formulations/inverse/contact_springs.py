@@ -1,0 +1,122 @@
+"""A split for locked joints: feet on non-linear springs K d^n (HC15), the robot at rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import HexapodError, ParameterError
+from hexapod_pin.formulations.inverse.stance import StanceLoad
+
+MAX_NEWTON_STEPS = 100
+"""Newton steps before there is taken to be no rest."""
+
+REST_IMBALANCE = 1e-12
+"""Imbalance over the largest load at which the robot is at rest [-]."""
+
+MIN_STEP_SHARE = 1e-12
+"""Smallest share of a Newton step that is tried [-]."""
+
+
+class NoRestError(HexapodError):
+    """The springs find no rest: the robot tips over, or is not pressed on the ground."""
+
+
+@dataclass(frozen=True)
+class ContactSprings:
+    """The forces at rest with locked joints, small displacements, springs that only push.
+
+    Attributes:
+        stiffness: K of the normal force K d^n [N/m^n].
+        exponent: n [-].
+        tangential: linear stiffness within the ground [N/m].
+        label: its name in reports.
+    """
+
+    stiffness: float
+    exponent: float = 1.5
+    tangential: float = 2e4
+    label: str = "contact springs"
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            ParameterError: a stiffness is not positive, or the exponent below 1.
+        """
+        for name in ("stiffness", "tangential"):
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"ContactSprings.{name}", getattr(self, name), "above 0")
+        if not self.exponent >= 1.0:
+            raise ParameterError("ContactSprings.exponent", self.exponent, "at least 1")
+
+    def share(self, load: StanceLoad) -> Array:
+        """Return the forces (3k,) [N].
+
+        Raises:
+            NoRestError: there is no rest with these feet.
+        """
+        moved = self.displacement(load)
+        return self._force(load, load.base_rows @ moved)[0]
+
+    def displacement(self, load: StanceLoad) -> Array:
+        """Return how far the base moves from where all feet just touch, body axes (6,) [m, rad].
+
+        Newton's method on the elastic energy, which is convex; a step is halved until the
+        imbalance falls.
+
+        Raises:
+            NoRestError: there is no rest with these feet.
+        """
+        moved = self._first_guess(load)
+        scale = float(np.abs(load.wrench).max())
+        for _ in range(MAX_NEWTON_STEPS):
+            force, stiffness = self._force(load, load.base_rows @ moved)
+            wrong = load.imbalance(force)
+            if np.abs(wrong).max() <= REST_IMBALANCE * scale:
+                return moved
+            tangent = load.base_rows.T @ stiffness @ load.base_rows
+            change = np.asarray(np.linalg.lstsq(tangent, wrong, rcond=1e-14)[0], dtype=np.float64)
+            moved = moved + self._step_share(load, moved, change, float(wrong @ wrong)) * change
+        raise NoRestError(f"no rest on {len(load.feet)} feet: {np.abs(wrong).max():.3g} N left")
+
+    def _step_share(self, load: StanceLoad, moved: Array, change: Array, before: float) -> float:
+        """Return the share of a step after which the imbalance is smaller."""
+        share = 1.0
+        while share > MIN_STEP_SHARE:
+            force, _ = self._force(load, load.base_rows @ (moved + share * change))
+            left = load.imbalance(force)
+            if float(left @ left) < before:
+                return share
+            share *= 0.5
+        return share
+
+    def _first_guess(self, load: StanceLoad) -> Array:
+        """Return the displacement in which all feet share the load evenly."""
+        count = len(load.feet)
+        normals = np.tile(load.normal, count)
+        push = float(np.linalg.norm(load.wrench[:3])) / count
+        depth = (push / self.stiffness) ** (1.0 / self.exponent)
+        guess: Array = np.linalg.lstsq(load.base_rows, -depth * normals, rcond=None)[0]
+        return guess
+
+    def _force(self, load: StanceLoad, moved: Array) -> tuple[Array, Array]:
+        """Return forces (3k,) and -df/dmoved (3k, 3k) for displacements of the contact points."""
+        from scipy.linalg import block_diag
+
+        count = len(load.feet)
+        place = moved.reshape(count, 3)
+        depth = np.maximum(-place @ load.normal, 0.0)
+        flat = place + np.outer(-place @ load.normal, load.normal)
+        push = self.stiffness * depth**self.exponent
+        touching = (depth > 0.0).astype(float)
+        force = push[:, None] * load.normal - (self.tangential * touching)[:, None] * flat
+        slope = self.exponent * self.stiffness * depth ** (self.exponent - 1.0) * touching
+        along = np.outer(load.normal, load.normal)
+        blocks = [
+            s * along + self.tangential * t * (np.eye(3) - along)
+            for s, t in zip(slope, touching, strict=True)
+        ]
+        return force.ravel(), np.asarray(block_diag(*blocks))

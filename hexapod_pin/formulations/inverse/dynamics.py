@@ -1,0 +1,105 @@
+"""S2 appendix eqs. 1-2 solved for the torques: what joints must deliver for a given motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.formulations.inverse.force_split import ForceSplit, MinimumNorm
+from hexapod_pin.formulations.inverse.stance import stance_load
+from hexapod_pin.formulations.rigid.model import RigidModel
+from hexapod_pin.formulations.rigid.sticking import StickingCheck, check_sticking
+
+EFFORT_ROUNDING = 1e-9
+"""A torque may exceed its limit by this share [-]: solvers that keep to it do so to rounding."""
+
+
+@dataclass(frozen=True)
+class InverseDynamics:
+    """Torques and foot forces of a motion; F feet, n joints.
+
+    Attributes:
+        torque: of the servos [N m]. Shape (n,).
+        force: of the ground on all feet, world axes [N]. Shape (F, 3).
+        split: how the feet share the load.
+        unique: which force components the motion alone determines. Shape (F, 3).
+        imbalance: what no foot force can give the base, body axes [N, N m]. Shape (6,).
+        checks: whether each foot could stick.
+        overloaded: names of the joints whose torque is above their effort limit.
+    """
+
+    torque: Array
+    force: Array
+    split: str
+    unique: NDArray[np.bool_]
+    imbalance: Array
+    checks: tuple[StickingCheck, ...]
+    overloaded: tuple[str, ...]
+
+
+def inverse_dynamics(
+    model: RigidModel,
+    q: Array,
+    v: Array,
+    acceleration: Array,
+    feet: Sequence[int],
+    split: ForceSplit | None = None,
+) -> InverseDynamics:
+    """Return the torques of a motion, the feet sharing the load by a split.
+
+    Args:
+        model: robot and ground.
+        q: configuration. Shape (nq,).
+        v: velocity. Shape (nv,).
+        acceleration: of base (body axes) and joints [m/s^2, rad/s^2]. Shape (nv,).
+        feet: indices of the grounded feet.
+        split: picks the forces where six equations leave a choice; default `MinimumNorm`.
+
+    Raises:
+        InfeasibleError: `LeastTorque` found no forces inside cones and limits.
+        NoRestError: `ContactSprings` found no rest.
+    """
+    rule = split or MinimumNorm()
+    load = stance_load(model, q, v, acceleration, feet)
+    share = rule.share(load)
+    shape = (len(model.robot.feet), 3)
+    force, unique = np.zeros(shape), np.ones(shape, dtype=bool)
+    force[list(feet)] = share.reshape(-1, 3)
+    unique[list(feet)] = load.unique.reshape(-1, 3)
+    torque = load.torque(share)
+    above = np.abs(torque) > load.effort * (1.0 + EFFORT_ROUNDING)
+    return InverseDynamics(
+        torque=torque, force=force, split=rule.label, unique=unique,
+        imbalance=load.imbalance(share), checks=check_sticking(model, feet, force, unique),
+        overloaded=tuple(np.array(model.robot.joint_names)[above]),
+    )  # fmt: skip
+
+
+def torque_under_forces(
+    model: RigidModel, q: Array, v: Array, acceleration: Array, force: ArrayLike
+) -> Array:
+    """Return generalised forces of a motion under given foot forces: RNEA with external forces.
+
+    Args:
+        model: robot and ground.
+        q: configuration. Shape (nq,).
+        v: velocity. Shape (nv,).
+        acceleration: shape (nv,).
+        force: on every foot at its contact point, world axes [N]. Shape (F, 3).
+
+    Returns:
+        Shape (nv,): first what the base lacks (0 for a motion the forces allow), then torques.
+    """
+    import pinocchio as pin
+
+    points = model.positions(q)[3]
+    external = pin.StdVec_Force([pin.Force.Zero() for _ in range(model.model.njoints)])
+    for foot, point, push in zip(model.robot.feet, points, np.asarray(force), strict=True):
+        joint = model.model.getJointId(foot.joint)
+        about_origin = pin.Force(push, np.cross(point, push))
+        external[joint] += model.data.oMi[joint].actInv(about_origin)
+    return model.inverse_dynamics(q, v, acceleration, external)

@@ -1,0 +1,181 @@
+"""Inverse kinematics of several legs at once, all targets of all legs in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import ReachError
+from hexapod_pin.robot.closed_form_inverse import continuous, nearest_branch, reach_tolerance
+from hexapod_pin.robot.leg_geometry import ANGLE_TOLERANCE, POSITION_TOLERANCE
+from hexapod_pin.robot.leg_kinematics import LegKinematics
+from hexapod_pin.robot.leg_velocity import (
+    closed_form_determinant,
+    closed_form_rates,
+    joint_rates,
+    normalised_determinant,
+)
+from hexapod_pin.robot.serial_chain import SerialChain
+from hexapod_pin.robot.yaw_pitch_pitch import BRANCHES, YawPitchPitch
+
+
+@dataclass(frozen=True, eq=False)
+class LegSet:
+    """L legs with their geometry stacked; paths start near the standing posture.
+
+    Attributes:
+        legs: the legs one by one.
+        chain: their stacked joint axes.
+        posture: joint angles of the standing posture [rad]. Shape (L, 3).
+        closed_form: stacked closed form on the branch of the posture; None if any leg has none.
+    """
+
+    legs: tuple[LegKinematics, ...]
+    chain: SerialChain
+    posture: Array
+    closed_form: StackedClosedForm | None
+
+    @staticmethod
+    def of(legs: Sequence[LegKinematics]) -> LegSet:
+        """Stack legs."""
+        return LegSet(
+            legs=tuple(legs),
+            chain=SerialChain.stack([leg.chain for leg in legs]),
+            posture=np.stack([leg.posture for leg in legs]),
+            closed_form=StackedClosedForm.of(legs),
+        )
+
+    def jacobian(self, q: Array) -> Array:
+        """Return d p_BF / d q of joint angles (L, N, 3), a column per joint [m/rad].
+
+        Returns:
+            Shape (L, N, 3, 3).
+        """
+        return self.chain.jacobian(q)
+
+    def normalised_determinant(self, q: Array) -> Array:
+        """Return how far from singular postures (L, N, 3) are; see `leg_velocity`. (L, N)."""
+        if self.closed_form is None:
+            return normalised_determinant(self.jacobian(q))
+        return closed_form_determinant(self.closed_form.geometry, q)
+
+    def estimated_rates(self, p_BF: Array, v_BF: Array, q: Array) -> Array:
+        """Return joint rates, quickly, but not to the last bit of `joint_rates` [rad/s].
+
+        Args:
+            p_BF: foot positions in the base frame [m]. Shape (L, N, 3).
+            v_BF: foot velocities in base axes [m/s]. Shape (L, N, 3).
+            q: joint angles from `inverse` [rad]. Shape (L, N, 3).
+
+        Returns:
+            Shape (L, N, 3).
+        """
+        form = self.closed_form
+        if form is None:
+            return joint_rates(self.jacobian(q), v_BF)
+        return closed_form_rates(form.geometry, form.fold, p_BF, v_BF, q)
+
+    def inverse(self, p_BF: Array, near: Array | None = None) -> Array:
+        """Return joint angles along paths of foot targets, on the branch of the standing posture.
+
+        Args:
+            p_BF: foot targets in the base frame [m]. Shape (L, N, 3).
+            near: reference for the first angles, the standing posture if None [rad]. (L, 3).
+
+        Returns:
+            Joint angles, continuous along each path [rad]. Shape (L, N, 3).
+
+        Raises:
+            ReachError: of the first leg that cannot follow its path inside its joint limits.
+        """
+        q, refused = self.solve(p_BF, near)
+        if refused is not None:
+            raise refused[1]
+        return q
+
+    def solve(
+        self, p_BF: Array, near: Array | None = None
+    ) -> tuple[Array, tuple[int, ReachError] | None]:
+        """Return joint angles as `inverse`, and the first leg that cannot follow, with its error.
+
+        The angles of that leg and of those after it are not to be used.
+        """
+        start = self.posture if near is None else near
+        if self.closed_form is None or not np.isfinite(p_BF).all():
+            return self._one_by_one(np.zeros(p_BF.shape), p_BF, start, range(len(self.legs)))
+        q, failed = self.closed_form.solve(p_BF, start)
+        return self._one_by_one(q, p_BF, start, np.flatnonzero(failed))
+
+    def _one_by_one(
+        self, q: Array, p_BF: Array, near: Array, indices: Iterable[int]
+    ) -> tuple[Array, tuple[int, ReachError] | None]:
+        """Solve some legs by their own inverse kinematics, which knows what to refuse."""
+        for index in indices:
+            try:
+                q[index] = self.legs[index].inverse(p_BF[index], near=near[index])
+            except ReachError as error:
+                return q, (int(index), error)
+        return q, None
+
+
+@dataclass(frozen=True, eq=False)
+class StackedClosedForm:
+    """Closed form of L legs, each on the branch of its standing posture.
+
+    Attributes:
+        geometry: stacked geometry.
+        fold: -1 for a leg folded over its yaw axis, else 1. Shape (L, 1).
+        knee: 1 with the knee up, -1 with the knee down. Shape (L, 1).
+        tolerance: rounding of the reach [m]. Shape (L, 1).
+        lower: lower joint limits less their tolerance [rad]. Shape (L, 1, 3).
+        upper: upper joint limits and their tolerance [rad]. Shape (L, 1, 3).
+    """
+
+    geometry: YawPitchPitch
+    fold: Array
+    knee: Array
+    tolerance: Array
+    lower: Array
+    upper: Array
+
+    @staticmethod
+    def of(legs: Sequence[LegKinematics]) -> StackedClosedForm | None:
+        """Stack the closed forms of legs, None if any has none."""
+        forms = [leg.closed_form for leg in legs if leg.closed_form is not None]
+        if len(forms) < len(legs):
+            return None
+        chosen = [posture_branch(leg, form) for leg, form in zip(legs, forms, strict=True)]
+        branches: Array = np.array([BRANCHES[branch] for branch in chosen], dtype=np.float64)
+        geometry = YawPitchPitch.stack(forms)
+        return StackedClosedForm(
+            geometry=geometry,
+            fold=branches[:, :1],
+            knee=branches[:, 1:],
+            tolerance=reach_tolerance(geometry),
+            lower=np.stack([leg.lower for leg in legs])[:, None] - ANGLE_TOLERANCE,
+            upper=np.stack([leg.upper for leg in legs])[:, None] + ANGLE_TOLERANCE,
+        )
+
+    def solve(self, p_BF: Array, near: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Return joint angles (L, N, 3) [rad] and which legs cannot follow their paths (L,).
+
+        Args:
+            p_BF: foot targets in the base frame [m]. Shape (L, N, 3).
+            near: reference for the first angles [rad]. Shape (L, 3).
+        """
+        p_HF, radius = self.geometry.to_hip(p_BF)
+        q, outside = self.geometry.solve(p_HF, radius, self.fold, self.knee)
+        q = continuous(q, near)
+        missed = (radius < POSITION_TOLERANCE) | (outside > self.tolerance)
+        beyond = (q < self.lower) | (q > self.upper)
+        return q, np.logical_or(missed.any(axis=1), beyond.any(axis=(1, 2)))
+
+
+def posture_branch(leg: LegKinematics, geometry: YawPitchPitch) -> int:
+    """Return the index in BRANCHES of the solution nearest to the leg's standing posture."""
+    target = leg.forward(leg.posture)[None]
+    return nearest_branch(leg, geometry, target, leg.posture, limits=True)

@@ -1,0 +1,81 @@
+"""Joint rates of a leg and its distance from a singular posture: by the Jacobian, or closed form.
+
+The closed form costs a small part of the Jacobian and serves where thousands of postures are only
+judged; it differs from the Jacobian by rounding.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.robot.yaw_pitch_pitch import YawPitchPitch
+
+
+def joint_rates(jacobian: Array, v_BF: Array) -> Array:
+    """Return the joint rates [rad/s] that move a foot at v_BF [m/s].
+
+    Args:
+        jacobian: d p_BF / d q [m/rad]. Shape (..., 3, 3).
+        v_BF: foot velocity in base axes. Shape (..., 3).
+
+    Returns:
+        Shape of `v_BF`.
+    """
+    return np.asarray(np.linalg.solve(jacobian, v_BF[..., None])[..., 0], dtype=np.float64)
+
+
+def normalised_determinant(jacobian: Array) -> Array:
+    """Return |det J| over the product of the lengths of J's columns. (..., 3, 3) -> (...)."""
+    size = np.prod(np.linalg.norm(jacobian, axis=-2), axis=-1)
+    share: Array = np.abs(np.linalg.det(jacobian)) / np.maximum(size, np.finfo(float).tiny)
+    return share
+
+
+def closed_form_rates(
+    geometry: YawPitchPitch, fold: Array, p_BF: Array, v_BF: Array, q: Array
+) -> Array:
+    """Return `joint_rates` of L stacked yaw-pitch-pitch legs away from singular postures.
+
+    Args:
+        geometry: of the legs.
+        fold: -1 for a leg folded over its yaw axis, else 1. Shape (L, 1).
+        p_BF: foot positions in the base frame [m]. Shape (L, N, 3).
+        v_BF: foot velocities in base axes [m/s]. Shape (L, N, 3).
+        q: joint angles that reach the positions on that branch [rad]. Shape (L, N, 3).
+
+    Returns:
+        Shape (L, N, 3).
+    """
+    p_HF, radius = geometry.to_hip(p_BF)
+    x, y, z = np.moveaxis(p_HF, -1, 0)
+    dx, dy, dz = np.moveaxis(v_BF @ geometry.r_BH, -1, 0)
+    l1, l2, l3 = np.moveaxis(geometry.lengths, -1, 0)
+    q3 = geometry.sign[..., 2] * q[..., 2] + geometry.offset[..., 2]
+    u, du = fold * radius - l1, fold * (x * dx + y * dy) / radius
+    dq1 = (x * dy - y * dx) / radius**2
+    dq3 = -(u * du + z * dz) / (l2 * l3 * np.sin(q3))
+    dq2 = (z * du - u * dz - l3 * (l3 + l2 * np.cos(q3)) * dq3) / (u**2 + z**2)
+    rates: Array = geometry.sign * np.stack([dq1, dq2, dq3], axis=-1)
+    return rates
+
+
+def closed_form_determinant(geometry: YawPitchPitch, q: Array) -> Array:
+    """Return `normalised_determinant` of L stacked yaw-pitch-pitch legs: L2 |sin q3| / rho.
+
+    rho is the distance from axis 2 to the foot. The columns have the lengths r (the foot's distance
+    from the yaw axis), rho and L3, and |det J| = L2 L3 |sin q3| r.
+
+    Args:
+        geometry: of the legs.
+        q: joint angles [rad]. Shape (L, N, 3).
+
+    Returns:
+        Shape (L, N).
+    """
+    _, l2, l3 = np.moveaxis(geometry.lengths, -1, 0)
+    q3 = geometry.sign[..., 2] * q[..., 2] + geometry.offset[..., 2]
+    sin, cos = np.sin(q3), np.cos(q3)
+    rho = np.hypot(l2 + l3 * cos, l3 * sin)
+    share: Array = l2 * np.abs(sin) / np.maximum(rho, np.finfo(float).tiny)
+    return share

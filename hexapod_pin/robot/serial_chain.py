@@ -1,0 +1,100 @@
+"""Forward kinematics and Jacobian of three revolute joints, for one leg or for stacked legs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+
+
+@dataclass(frozen=True, eq=False)
+class JointAxis:
+    """One joint at q = 0 in the base frame, of one leg or of L stacked legs.
+
+    Attributes:
+        origin: a point on the axis [m]. Shape (3,) or (L, 1, 3).
+        row: the unit direction as a row. Shape (1, 3) or (L, 1, 3).
+        cross: matrix with v @ cross = direction x v for rows v. Shape (3, 3) or (L, 3, 3).
+    """
+
+    origin: Array
+    row: Array
+    cross: Array
+
+    @staticmethod
+    def of(unit: Array, origin: Array) -> JointAxis:
+        """Return the axis of one leg's joint from its direction and origin, (3,) each."""
+        x, y, z = unit
+        cross = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+        return JointAxis(origin, unit[None], cross)
+
+    @staticmethod
+    def stack(axes: Sequence[JointAxis]) -> JointAxis:
+        """Stack the same joint of several legs."""
+        return JointAxis(
+            np.stack([axis.origin for axis in axes])[:, None],
+            np.stack([axis.row for axis in axes]),
+            np.stack([axis.cross for axis in axes]),
+        )
+
+    def rotate(self, v: Array, cos: Array, sin: Array) -> Array:
+        """Rotate vectors (..., 3) by angles given as cosines and sines (..., 1) (Rodrigues)."""
+        along = (1.0 - cos) * (v @ np.swapaxes(self.row, -1, -2))
+        turned: Array = cos * v + sin * (v @ self.cross) + along @ self.row
+        return turned
+
+
+@dataclass(frozen=True, eq=False)
+class SerialChain:
+    """Three revolute joints and a foot, of one leg or of L stacked legs.
+
+    Joint angles q have shape (..., 3) for one leg and (L, N, 3) for stacked legs.
+
+    Attributes:
+        joints: from the body outwards. Three.
+        foot: foot centre at q = 0 in the base frame [m]. Shape (3,) or (L, 1, 3).
+    """
+
+    joints: tuple[JointAxis, ...]
+    foot: Array
+
+    @staticmethod
+    def of(axes: Array, origins: Array, foot: Array) -> SerialChain:
+        """Return one leg's chain from axes (3, 3) and origins (3, 3), a row per joint."""
+        return SerialChain(tuple(map(JointAxis.of, axes, origins)), foot)
+
+    @staticmethod
+    def stack(chains: Sequence[SerialChain]) -> SerialChain:
+        """Stack the chains of several legs."""
+        joints = zip(*(chain.joints for chain in chains), strict=True)
+        foot = np.stack([chain.foot for chain in chains])[:, None]
+        return SerialChain(tuple(JointAxis.stack(axes) for axes in joints), foot)
+
+    def forward(self, q: Array) -> Array:
+        """Return the foot centre in the base frame [m]. Shape of `q`."""
+        p = np.broadcast_to(self.foot, q.shape)
+        cos, sin = np.cos(q), np.sin(q)
+        for k in (2, 1, 0):
+            joint = self.joints[k]
+            c, s = cos[..., k, None], sin[..., k, None]
+            p = joint.origin + joint.rotate(p - joint.origin, c, s)
+        return p
+
+    def jacobian(self, q: Array) -> Array:
+        """Return d foot / d q, a column per joint [m/rad]. Shape (..., 3, 3)."""
+        return self.forward_and_jacobian(q)[1]
+
+    def forward_and_jacobian(self, q: Array) -> tuple[Array, Array]:
+        """Return both, by rotating the foot and the Jacobian's columns from the foot inwards."""
+        p = np.broadcast_to(self.foot, q.shape)
+        cos, sin = np.cos(q), np.sin(q)
+        columns: list[Array] = []
+        for k in (2, 1, 0):
+            joint, c, s = self.joints[k], cos[..., k, None], sin[..., k, None]
+            p = joint.origin + joint.rotate(p - joint.origin, c, s)
+            columns = [joint.rotate(column, c, s) for column in columns]
+            columns.insert(0, (p - joint.origin) @ joint.cross)
+        return p, np.stack(columns, axis=-1)
