@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hexapod_pin.control.gait import LEG_ORDER, Gait, smallest_duty, wave_phases
+from hexapod_pin.control.gait import GAITS, LEG_ORDER, Gait
+from hexapod_pin.control.phase_table import smallest_duty, wave_phases
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 
 S2_NUMBER = {"lf": 1, "rf": 2, "lm": 3, "rm": 4, "lr": 5, "rr": 6}
@@ -21,7 +22,7 @@ TABLES = [
     (Gait.wave(5 / 6), (0, 1 / 2, 5 / 6, 1 / 3, 2 / 3, 1 / 6), 5),
     (Gait.ripple(), (0, 1 / 2, 1 / 3, 5 / 6, 2 / 3, 1 / 6), 4),
 ]
-GAITS = [pytest.param(*row, id=f"{row[0].name}-{row[0].duty:.2f}") for row in TABLES]
+PUBLISHED = [pytest.param(*row, id=f"{row[0].name}-{row[0].duty:.2f}") for row in TABLES]
 
 
 def swinging(gait: Gait, phase: float) -> set[int]:
@@ -30,7 +31,7 @@ def swinging(gait: Gait, phase: float) -> set[int]:
     return {S2_NUMBER[leg] for leg, is_down in zip(LEG_ORDER, down, strict=True) if not is_down}
 
 
-@pytest.mark.parametrize(("gait", "table", "fewest"), GAITS)
+@pytest.mark.parametrize(("gait", "table", "fewest"), PUBLISHED)
 def test_placements_are_those_of_the_published_table(
     gait: Gait, table: tuple[float, ...], fewest: int
 ) -> None:
@@ -40,7 +41,7 @@ def test_placements_are_those_of_the_published_table(
     np.testing.assert_allclose(apart, 0.0, atol=1e-15)  # thirds and sixths in binary
 
 
-@pytest.mark.parametrize(("gait", "table", "fewest"), GAITS)
+@pytest.mark.parametrize(("gait", "table", "fewest"), PUBLISHED)
 def test_fewest_feet_down_by_count_and_by_sampling(
     gait: Gait, table: tuple[float, ...], fewest: int
 ) -> None:
@@ -50,7 +51,7 @@ def test_fewest_feet_down_by_count_and_by_sampling(
     assert gait.minimum_feet_down == fewest == sampled.min()
 
 
-@pytest.mark.parametrize(("gait", "table", "fewest"), GAITS)
+@pytest.mark.parametrize(("gait", "table", "fewest"), PUBLISHED)
 def test_each_foot_is_down_for_the_duty(gait: Gait, table: tuple[float, ...], fewest: int) -> None:
     del table, fewest
     share = gait.feet_down((np.arange(12_000) + 0.5) / 12_000).mean(axis=0)
@@ -90,7 +91,7 @@ def test_defaults_are_those_of_s2() -> None:
     assert (gait.stroke, gait.cycle_time, gait.lift, gait.duty) == (0.14, 2.4, 0.02, 2 / 3)
 
 
-@pytest.mark.parametrize("name", ["tripod", "ripple", "tetrapod", "wave"])
+@pytest.mark.parametrize("name", GAITS)
 def test_by_name_is_the_constructor_of_that_name(name: str) -> None:
     assert Gait.by_name(name, stroke=0.1) == getattr(Gait, name)(stroke=0.1)
     assert Gait.by_name(name).name == name

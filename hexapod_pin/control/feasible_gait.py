@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.kinematic import refuse_impossible
+from hexapod_pin.control.gait_refusal import refuse_impossible
 from hexapod_pin.errors import GaitError
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def feasible_gait(
 
     Args:
         robot: the robot that must be able to walk it.
-        name: tripod, ripple, tetrapod or wave.
+        name: one of `control.gait.GAITS`.
         stroke: [m], or None.
         fields: cycle_time, duty, lift, heading, turn_rate.
 

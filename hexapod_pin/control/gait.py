@@ -7,26 +7,27 @@ stays for duty * cycle_time, and swings for the rest. Legs are in the order lf l
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
+from hexapod_pin.control.phase_table import (
+    MIN_FEET_DOWN,
+    MIN_WAVE_DUTY,
+    PHASE_TOLERANCE,
+    age_at_placements,
+    smallest_duty,
+    wave_phases,
+)
 from hexapod_pin.errors import GaitError, UnknownNameError
 from hexapod_pin.spec import Spec
 
 LEG_ORDER = ("lf", "lm", "lr", "rf", "rm", "rr")
 """Legs in the order of `Gait.phases`."""
-
-FEET_TO_STAND = 3
-"""A robot on fewer feet than this falls."""
-
-WAVE_DUTY = 0.5
-"""Smallest duty of a wave gait of six legs."""
-
-_SAME = 1e-9  # phases closer than this fraction of a cycle are one event
 
 Phase = Annotated[float, Field(ge=0.0, lt=1.0)]
 
@@ -64,12 +65,12 @@ class Gait(Spec):
     def __init__(self, /, **fields: Any) -> None:
         """Validate the fields, then refuse a gait that cannot stand."""
         super().__init__(**fields)
-        if self.minimum_feet_down < FEET_TO_STAND:
+        if self.minimum_feet_down < MIN_FEET_DOWN:
             smallest = smallest_duty(self.phases)
             raise GaitError(
                 f"gait {self.name}: duty = {self.duty:g} leaves {self.minimum_feet_down} feet on "
                 f"the ground at some instant; these phases need a duty of at least {smallest:.6g} "
-                f"to keep {FEET_TO_STAND} down.",
+                f"to keep {MIN_FEET_DOWN} down.",
                 "duty",
                 smallest,
             )
@@ -82,7 +83,8 @@ class Gait(Spec):
     @property
     def minimum_feet_down(self) -> int:
         """Smallest number of feet on the ground at any time, instants of exchange aside."""
-        return int((_age_at_placements(self.phases) <= self.duty + _SAME).sum(axis=1).min())
+        down = age_at_placements(self.phases) <= self.duty + PHASE_TOLERANCE
+        return int(down.sum(axis=1).min())
 
     def feet_down(self, phase: ArrayLike) -> NDArray[np.bool_]:
         """Return which feet the schedule puts on the ground.
@@ -94,8 +96,8 @@ class Gait(Spec):
             True from placement until lift-off. Shape (..., 6).
         """
         age = np.mod(np.asarray(phase, dtype=float)[..., None] - np.array(self.phases), 1.0)
-        age = np.where(age > 1.0 - _SAME, 0.0, age)
-        return np.asarray(age < self.duty - _SAME)
+        age = np.where(age > 1.0 - PHASE_TOLERANCE, 0.0, age)
+        return np.asarray(age < self.duty - PHASE_TOLERANCE)
 
     @classmethod
     def tripod(cls, **fields: Any) -> Gait:
@@ -131,14 +133,14 @@ class Gait(Spec):
         Raises:
             GaitError: the duty is below 1/2.
         """
-        if 0.0 < duty < WAVE_DUTY - _SAME:
+        if 0.0 < duty < MIN_WAVE_DUTY - PHASE_TOLERANCE:
             raise GaitError(
-                f"gait wave: duty = {duty:g} leaves fewer than {FEET_TO_STAND} feet on the ground; "
-                f"a wave gait needs a duty of at least {WAVE_DUTY:g}.",
+                f"gait wave: duty = {duty:g} leaves fewer than {MIN_FEET_DOWN} feet on the ground; "
+                f"a wave gait needs a duty of at least {MIN_WAVE_DUTY:g}.",
                 "duty",
-                WAVE_DUTY,
+                MIN_WAVE_DUTY,
             )
-        phases = wave_phases(duty if WAVE_DUTY <= duty < 1.0 else WAVE_DUTY)
+        phases = wave_phases(duty if MIN_WAVE_DUTY <= duty < 1.0 else MIN_WAVE_DUTY)
         return cls._named("wave", phases, duty, fields)
 
     @classmethod
@@ -152,22 +154,16 @@ class Gait(Spec):
         """
         return cls(phases=tuple(np.asarray(phases).tolist()), duty=duty, **fields)
 
-    @classmethod
-    def by_name(cls, name: str, **fields: Any) -> Gait:
-        """Build tripod, ripple, tetrapod or wave (with `duty=`) from its name.
+    @staticmethod
+    def by_name(name: str, **fields: Any) -> Gait:
+        """Build one of GAITS from its name; the wave also takes `duty=`.
 
         Raises:
             UnknownNameError: there is no such gait.
         """
-        known: dict[str, Callable[..., Gait]] = {
-            "tripod": cls.tripod,
-            "ripple": cls.ripple,
-            "tetrapod": cls.tetrapod,
-            "wave": cls.wave,
-        }
-        if name not in known:
-            raise UnknownNameError("gait", name, list(known))
-        return known[name](**fields)
+        if name not in GAITS:
+            raise UnknownNameError("gait", name, list(GAITS))
+        return GAITS[name](**fields)
 
     @classmethod
     def _named(
@@ -177,34 +173,7 @@ class Gait(Spec):
         return cls(**{"name": name, "phases": phases, "duty": duty, **fields})
 
 
-def wave_phases(duty: float) -> tuple[float, ...]:
-    """Return the placements frac(m duty) of the m-th leg from the front, right side + 1/2.
-
-    The wave gait of Song and Waldron, legs lf lm lr rf rm rr.
-    """
-    left = [_fraction(m * duty) for m in range(3)]
-    return tuple(left + [_fraction(phase + 0.5) for phase in left])
-
-
-def smallest_duty(phases: ArrayLike) -> float:
-    """Return the smallest duty that keeps three feet down at any time with these placements."""
-    return float(np.sort(_age_at_placements(phases), axis=1)[:, FEET_TO_STAND - 1].max())
-
-
-def _age_at_placements(phases: ArrayLike) -> NDArray[np.float64]:
-    """Return the time since each foot's placement, just before each leg's placement.
-
-    The number of feet down is smallest just before a placement, so these instants decide.
-
-    Returns:
-        Row j, column i: age of foot i just before leg j is placed, in (0, 1]. Shape (6, 6).
-    """
-    placed = np.asarray(phases, dtype=float)
-    age = np.mod(placed[:, None] - placed[None, :], 1.0)
-    return np.where(age < _SAME, 1.0, age)
-
-
-def _fraction(value: float) -> float:
-    """Return the fractional part, with rounding just below 1 taken as 0."""
-    part = float(np.mod(value, 1.0))
-    return 0.0 if part > 1.0 - _SAME else part
+GAITS: Mapping[str, Callable[..., Gait]] = MappingProxyType(
+    {"tripod": Gait.tripod, "ripple": Gait.ripple, "tetrapod": Gait.tetrapod, "wave": Gait.wave}
+)
+"""The gaits that have a name, and what builds each from its fields."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from hexapod_pin.arrays import Array
+from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -44,14 +44,13 @@ class JointTrajectory:
     held: bool = False
 
     def __post_init__(self) -> None:
-        """Check the arrays and keep read-only copies."""
+        """Check the arrays and keep them read-only."""
         for name in ("time", "q", "v", "travel_direction"):
-            array = np.array(getattr(self, name), dtype=float)
+            array = read_only(getattr(self, name))
             if not np.isfinite(array).all():
                 worst = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
                 where = f"JointTrajectory.{name}{list(worst)}"
                 raise ParameterError(where, float(array[worst]), "finite (knot, joint)")
-            array.flags.writeable = False
             object.__setattr__(self, name, array)
         if self.q.shape != self.v.shape or self.q.shape[:1] != self.time.shape:
             shapes = (self.time.shape, self.q.shape, self.v.shape)

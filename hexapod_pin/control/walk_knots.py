@@ -1,13 +1,22 @@
-"""Knots of a walk: joint angles and rates, dense enough for the cubics between them."""
+"""Knots of a walk of any length: joint angles and rates, dense enough for cubics between them."""
 
 from __future__ import annotations
+
+from functools import lru_cache
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.foot_path import FootPath
+from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES, FootPath
+from hexapod_pin.control.knot_table import (
+    STEADY_CYCLES,
+    Knots,
+    KnotTable,
+    knot_table,
+    knot_times,
+    sample_knots,
+)
 from hexapod_pin.control.six_legs import SixLegs
-from hexapod_pin.robot.leg_velocity import joint_rates
 
 MAX_KNOT_SPACING = 0.01
 """Largest spacing of the knots [s]."""
@@ -15,45 +24,88 @@ MAX_KNOT_SPACING = 0.01
 MAX_KNOT_ERROR = 1e-6
 """Largest error of the cubic between knots, in joint angle [rad]."""
 
-SPACING_TOLERANCE = 1e-9
-"""Share of a spacing by which a span may be longer than a whole number of them."""
+KEPT_ENDS = 64
+"""How many ends of walks are remembered, each less than a span between two events."""
 
 
 def walk_knots(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array, Array]:
-    """Return times, angles and rates, halving the spacing until the cubics are close enough."""
-    events = np.concatenate([[0.0], path.events(end), [end]])
+    """Return knot times (K,) [s], joint angles (K, n) [rad] and rates (K, n) [rad/s].
+
+    The spacing is halved until the cubics between the knots are close enough.
+
+    Args:
+        six: the legs.
+        path: what their feet follow.
+        end: duration of the walk [s].
+
+    Raises:
+        ReachError: a leg cannot follow.
+    """
     spacing = MAX_KNOT_SPACING
     while True:
-        time = knot_times(events, spacing)
-        both = np.empty(2 * len(time) - 1)
-        both[::2], both[1::2] = time, 0.5 * (time[:-1] + time[1:])
-        p_BF, v_BF = six.foot_motion(path, both)
-        q = six.kinematics.inverse(p_BF)
-        v = joint_rates(six.kinematics.jacobian(q[:, ::2]), v_BF[:, ::2])
-        if _midpoint_error(time, q, v).max() <= 0.5 * MAX_KNOT_ERROR:
-            return time, six.joint_rows(q[:, ::2], six.posture), six.joint_rows(v, 0.0)
+        knots = _knots(six, path, end, spacing)
+        if knots.error.max() <= 0.5 * MAX_KNOT_ERROR:
+            for array in (knots.time, knots.q, knots.v):
+                array.setflags(write=False)  # so that a trajectory keeps them without copying
+            return knots.time, knots.q, knots.v
         spacing *= 0.5
 
 
-def knot_times(events: Array, spacing: float) -> Array:
-    """Return times that part each span between events evenly, at most `spacing` apart [s]."""
-    length = np.diff(events)
-    pieces = np.ceil(length / spacing - SPACING_TOLERANCE).astype(int)
-    first = np.cumsum(pieces) - pieces
-    within = np.arange(pieces.sum()) - np.repeat(first, pieces)
-    times = within * np.repeat(length / pieces, pieces) + np.repeat(events[:-1], pieces)
-    return np.append(times, events[-1])
+def _knots(six: SixLegs, path: FootPath, end: float, spacing: float) -> Knots:
+    """Return the knots at one spacing: whole spans from the table, then what is left."""
+    period = path.gait.cycle_time
+    limit = min(end - EVENT_SEPARATION_CYCLES * period, path.steady_until)
+    cycles = int(np.clip(np.ceil(limit / period), 1, STEADY_CYCLES))
+    table = knot_table(six, path.gait, spacing, cycles)
+    spans, begin = table.spans_before(limit)
+    row, time = table.rows(spans)
+    count, previous = len(row), int(row[-1]) if len(row) else None
+    if path.stop_at is None:
+        rest = _last_knots(table, previous, begin, end)
+    else:
+        rest = _stopping_knots(table, previous, begin, end, path.stop_at)
+    q, v = (np.empty((count + len(rest.time), len(six.posture))) for _ in range(2))
+    for whole, values in ((q, table.knots.q), (v, table.knots.v)):
+        np.take(values, row, axis=0, out=whole[:count], mode="clip")  # "raise" makes a copy
+    q[count:], v[count:] = rest.q, rest.v
+    error = np.append(table.error[:spans], rest.error)
+    return Knots(np.append(time, rest.time), q, v, error)
 
 
-def _midpoint_error(time: Array, q: Array, v: Array) -> Array:
-    """Return how far the cubic of each interval misses its mid-point [rad]. Shape (K - 1,).
+@lru_cache(maxsize=KEPT_ENDS)
+def _last_knots(table: KnotTable, previous: int | None, begin: float, end: float) -> Knots:
+    """Return the knots after the last whole span of a walk that goes on.
 
     Args:
-        time: knot times [s]. Shape (K,).
-        q: angles at knots and mid-points in turn [rad]. Shape (6, 2 K - 1, 3).
-        v: rates at the knots [rad/s]. Shape (6, K, 3).
+        table: the knots of the whole spans.
+        previous: row of the knot before the first to return; None at the start.
+        begin: end of the last whole span [s].
+        end: duration of the walk [s].
     """
-    eighth = 0.125 * np.diff(time)[:, None]
-    cubic = 0.5 * (q[:, :-1:2] + q[:, 2::2]) + eighth * (v[:, :-1] - v[:, 1:])
-    error: Array = np.abs(cubic - q[:, 1::2]).max(axis=(0, 2))
-    return error
+    path = FootPath(table.gait, table.six.neutral_feet)
+    time = _times(table, path, begin, end)
+    return sample_knots(table.six, path, time, _posture_before(table, previous))
+
+
+def _stopping_knots(
+    table: KnotTable, previous: int | None, begin: float, end: float, stop_at: float
+) -> Knots:
+    """Return the knots as `_last_knots` of a walk that stops, and stands from then on."""
+    path = FootPath(table.gait, table.six.neutral_feet, stop_at=stop_at)
+    time = _times(table, path, begin, end)
+    moving = max(2, int(np.searchsorted(time, stop_at)) + 1)
+    knots = sample_knots(table.six, path, time[:moving], _posture_before(table, previous))
+    standing = max(0, len(time) - moving)
+    q, v = (np.concatenate([x, np.repeat(x[-1:], standing, axis=0)]) for x in (knots.q, knots.v))
+    return Knots(time, q, v, knots.error)
+
+
+def _times(table: KnotTable, path: FootPath, begin: float, end: float) -> Array:
+    """Return the knot times from `begin` to `end` [s]."""
+    events = np.array([begin, *path.events(end, begin), end])
+    return knot_times(events, table.spacing)[0]
+
+
+def _posture_before(table: KnotTable, previous: int | None) -> Array | None:
+    """Return the joint angles of a row of the table [rad]; None before the first."""
+    return None if previous is None else table.knots.q[previous]

@@ -20,6 +20,7 @@ from hexapod_pin.robot.loading.limbs import Leg, find_limbs
 from hexapod_pin.robot.loading.pin_model import build_model, joints_in_order
 from hexapod_pin.robot.loading.posture import Posture, joint_angles, standing_angles
 from hexapod_pin.robot.loading.provenance import read_provenance
+from hexapod_pin.robot.scratch_data import scratch_data
 from hexapod_pin.robot.state import State, checked_state
 
 if TYPE_CHECKING:
@@ -107,7 +108,7 @@ class Robot:
         angles = self.posture if posture is None else self.posture_from(posture)
         q = np.concatenate([[0, 0, 0, 0, 0, 0, 1], angles])
         state = self.check_state(q, np.zeros(self.model.nv))
-        data = self.model.createData()
+        data = scratch_data(self)
         pin.forwardKinematics(self.model, data, state.q)
         q[2] = -min(
             float(data.oMi[self.model.getJointId(foot.joint)].act(foot.offset)[2]) - foot.radius

@@ -9,12 +9,14 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Plane
+from hexapod_pin.robot.once_per_robot import once_per_robot
+from hexapod_pin.robot.scratch_data import scratch_data
 
 if TYPE_CHECKING:
     import pinocchio as pin
 
     from hexapod_pin.native import TreeModel
-    from hexapod_pin.robot.robot import State
+    from hexapod_pin.robot.robot import Robot, State
     from hexapod_pin.simulation.scene import Scene
 
 
@@ -31,7 +33,7 @@ def standing_on(scene: Scene, posture: Array) -> State:
         tilt = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(surface.normal))
         q[:3], q[3:7] = tilt.toRotationMatrix() @ q[:3], tilt.coeffs()
     if robot.feet:
-        data = robot.model.createData()
+        data = scratch_data(robot)
         pin.forwardKinematics(robot.model, data, q)
         joints = [_native_joint(robot, foot.joint) for foot in robot.feet]
         feet = zip(joints, robot.feet, strict=True)
@@ -71,6 +73,11 @@ def native_model(model: pin.Model) -> TreeModel:
     )
 
 
+@once_per_robot
+def _robot_model(robot: Robot) -> TreeModel:
+    return native_model(robot.model)
+
+
 def native_plant(scene: Scene, *, dense: bool = False) -> Any:
     """Return the native settings of a scene's plant; `dense` avoids the block-arrow solver."""
     from hexapod_pin import native as _native
@@ -83,7 +90,7 @@ def native_plant(scene: Scene, *, dense: bool = False) -> Any:
     ]
     limit = robot.effort if servo.limited else np.full(n, np.inf)
     return _native.plant_settings(
-        model=native_model(robot.model),
+        model=_robot_model(robot),
         gravity=np.asarray(scene.gravity, dtype=float),
         feet=feet,
         normal=scene.contact.normal.native(),
