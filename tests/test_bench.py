@@ -15,19 +15,24 @@ import pinocchio as pin
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.comparison import ComparisonSettings, compare
-from hexapod_pin.benchmark.entry import OURS, Outcome, Truth
-from hexapod_pin.benchmark.error import Distance
-from hexapod_pin.benchmark.measure import Row, measure
-from hexapod_pin.benchmark.reference_solution import NoReferenceError, known_answer, reference
-from hexapod_pin.benchmark.report import Report, csv_text, json_text, markdown
-from hexapod_pin.benchmark.scenes import built_in
-from hexapod_pin.benchmark.settings import Setting, ladder, run_ours
-from hexapod_pin.benchmark.tables import level_table
-from hexapod_pin.benchmark.tolerance_sweep import best_of, cheapest, ladders, ratios
+from hexapod_pin.benchmark.report.pages import BenchmarkReport, csv_text, json_text, markdown
+from hexapod_pin.benchmark.report.tables import level_table
+from hexapod_pin.benchmark.work_precision.comparison import ComparisonSettings, compare
+from hexapod_pin.benchmark.work_precision.entry import OURS, ReferenceSolution, RunOutcome
+from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow, measure
+from hexapod_pin.benchmark.work_precision.own_entry import run_task, sweep_settings
+from hexapod_pin.benchmark.work_precision.reference_solution import (
+    NoReferenceError,
+    find_reference,
+    known_answer,
+)
+from hexapod_pin.benchmark.work_precision.scenes import built_in
+from hexapod_pin.benchmark.work_precision.tolerance_sweep import best_of, cheapest, ratios, sweeps
 from hexapod_pin.commands.app import main
 from hexapod_pin.errors import ParameterError, SimulationInterrupted, UnknownNameError
 from hexapod_pin.simulation.methods import METHODS
+from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.validation.solver_setting import SolverSetting
 
 STILL = np.array([[0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0, 0.3, -0.2]] * 3)
 
@@ -39,11 +44,11 @@ def turned(angle: float, axis: tuple[float, float, float]) -> np.ndarray:
     return q
 
 
-def row(value: float, error: float, wall: float, **rest) -> Row:
+def row(value: float, error: float, wall: float, **rest) -> BenchmarkRow:
     """A row of a made-up method."""
-    numbers = {"doubt": 1e-12, "evaluations": None, "method": "a", "engine": OURS, "note": ""}
+    numbers = {"uncertainty": 1e-12, "evaluations": None, "method": "a", "engine": OURS, "note": ""}
     numbers.update(rest)
-    return Row(
+    return BenchmarkRow(
         setting=f"{value:g}", value=value, error=error, trunk=error, estimate=math.nan,
         wall=wall, runs=1,
         steps=None, rejected=None, **numbers,
@@ -53,14 +58,14 @@ def row(value: float, error: float, wall: float, **rest) -> Row:
 def test_distance_is_the_largest_of_place_turn_and_joints():
     moved = STILL.copy()
     moved[1, :3] += (3e-3, 4e-3, 0.0)
-    assert Distance.between(moved, STILL).q == pytest.approx(4e-3, rel=1e-12)
-    assert Distance.between(moved, STILL).trunk == pytest.approx(5e-3, rel=1e-12)
+    assert PositionError.between(moved, STILL).q == pytest.approx(4e-3, rel=1e-12)
+    assert PositionError.between(moved, STILL).trunk == pytest.approx(5e-3, rel=1e-12)
     bent = STILL.copy()
     bent[0, 8] -= 0.01
-    assert Distance.between(bent, STILL) == Distance(pytest.approx(0.01, rel=1e-12), 0.0)
+    assert PositionError.between(bent, STILL) == PositionError(pytest.approx(0.01, rel=1e-12), 0.0)
     for angle in (1e-9, 1e-3, 2.0):
-        away = Distance.between(turned(angle, (0.0, 0.6, -0.8)), STILL)
-        assert away == Distance(pytest.approx(angle, rel=1e-6), 0.0)
+        away = PositionError.between(turned(angle, (0.0, 0.6, -0.8)), STILL)
+        assert away == PositionError(pytest.approx(angle, rel=1e-6), 0.0)
 
 
 def test_turn_is_that_of_the_relative_rotation_and_knows_both_signs():
@@ -68,7 +73,7 @@ def test_turn_is_that_of_the_relative_rotation_and_knows_both_signs():
     first, second = turned(0.0, (0.0, 0.0, 1.0)), turned(0.0, (0.0, 0.0, 1.0))
     first[2, 3:7], second[2, 3:7] = pin.Quaternion(a).coeffs(), -pin.Quaternion(b).coeffs()
     wanted = np.linalg.norm(pin.log3(b.T @ a))
-    assert Distance.between(first, second).q == pytest.approx(wanted, rel=1e-12)
+    assert PositionError.between(first, second).q == pytest.approx(wanted, rel=1e-12)
 
 
 def test_a_level_counts_only_if_every_tighter_setting_meets_it():
@@ -96,14 +101,14 @@ def test_ratio_is_our_time_over_the_other_engines_best():
     assert ratios([*rows, slower])[0].endswith("ours 8 ms (extrapolated-euler, 0.001), ratio 0.500")
 
 
-def test_refused_settings_are_no_part_of_a_ladder():
+def test_refused_settings_are_no_part_of_a_sweep():
     rows = [row(1e-3, 1e-4, 1.0), row(1e-2, math.nan, math.nan, note="refused: no")]
-    assert [one.value for one in ladders(rows)[OURS, "a"]] == [1e-3]
+    assert [one.value for one in sweeps(rows)[OURS, "a"]] == [1e-3]
 
 
 @dataclass
 class Fake:
-    """A contender that takes a given time and counts its runs."""
+    """A entry that takes a given time and counts its runs."""
 
     method: str
     wall: float
@@ -112,9 +117,11 @@ class Fake:
     engine: str = OURS
     setting: str = "s"
     value: float = 1.0
-    truth: Truth = field(default_factory=lambda: Truth(outcome(0.0), "t", Distance(0, 0), "c"))
+    reference: ReferenceSolution = field(
+        default_factory=lambda: ReferenceSolution(outcome(0.0), "t", PositionError(0, 0), "c")
+    )
 
-    def run(self) -> Outcome:
+    def run(self) -> RunOutcome:
         """Note the run; Ctrl-C comes at the run that was asked for."""
         self.log.append(self.method)
         if len(self.log) >= self.stop_at:
@@ -122,10 +129,10 @@ class Fake:
         return replace(outcome(1e-3), wall=self.wall + 1e-3 * self.log.count(self.method))
 
 
-def outcome(x: float) -> Outcome:
+def outcome(x: float) -> RunOutcome:
     """A run whose trunk is x away from the still robot's."""
     q = STILL + np.array([x, 0, 0, 0, 0, 0, 0, 0, 0])
-    return Outcome(q[:, :3], q, wall=0.0, evaluations=50, steps=20, rejected=4)
+    return RunOutcome(q[:, :3], q, wall=0.0, evaluations=50, steps=20, rejected=4)
 
 
 def test_rounds_are_interleaved_and_slow_runs_are_timed_once():
@@ -155,24 +162,24 @@ def test_ctrl_c_keeps_the_rows_that_are_done():
 def test_reference_of_hc40_soft_is_the_published_end_state():
     """1e-7 is a tenth of what the hard case asks for; its own digits are good to 4e-13."""
     task = built_in("hc40-soft")
-    truth = reference(task)
-    assert known_answer(task, truth) < 1e-7
-    assert truth.doubt.q < 1e-7
-    assert known_answer(built_in("stand"), truth) is None
+    reference = find_reference(task)
+    assert known_answer(task, reference) < 1e-7
+    assert reference.uncertainty.q < 1e-7
+    assert known_answer(built_in("stand"), reference) is None
 
 
-def test_a_reference_without_patience_is_refused_with_what_was_tried():
+def test_a_reference_without_time_is_refused_with_what_was_tried():
     with pytest.raises(NoReferenceError, match="more than 0 s"):
-        reference(replace(built_in("stand"), duration=0.01), patience=0.0)
+        find_reference(replace(built_in("stand"), duration=0.01), max_wall=0.0)
 
 
-def test_ladders_keep_to_what_a_method_allows():
+def test_sweeps_keep_to_what_a_method_allows():
     task = replace(built_in("walk"), sample=2.5e-3, duration=0.01)
-    steps = [one.value for one in ladder(task, "implicit-euler")]
+    steps = [one.value for one in sweep_settings(task, "implicit-euler")]
     assert steps == [2.5e-3, 5e-4, 2.5e-4, 1e-4, 5e-5, 2.5e-5, 1e-5]
     for name, method in METHODS.items():
         if method.adaptive:
-            values = [one.value for one in ladder(task, name)]
+            values = [one.value for one in sweep_settings(task, name)]
             assert min(values) >= method.tightest
             assert max(values) <= method.loosest
             assert len(values) > 3
@@ -195,7 +202,7 @@ def test_implicit_euler_on_hc40_is_first_order_and_costs_what_it_says():
 
 def test_a_run_that_diverges_is_a_row_that_says_so():
     task = built_in("hc40-soft")
-    found = run_ours(task, Setting("rk4", 5e-3))
+    found = run_task(task, SolverSetting("rk4", 5e-3))
     assert not found.ended
     assert found.note.startswith("diverged after 0")
     assert math.isnan(found.distance(found).q)
@@ -210,21 +217,21 @@ def test_a_refused_combination_is_a_note():
         ),
     )
     task = replace(built_in("stand"), scene=scene, controller=hp.HoldPosture(), duration=0.01)
-    found = run_ours(task, Setting("extrapolated-euler", 1e-3))
+    found = run_task(task, SolverSetting("extrapolated-euler", 1e-3))
     assert found.note.startswith("refused: StickSlip.damping")
 
 
 @pytest.fixture(scope="module")
-def report() -> Report:
+def report() -> BenchmarkReport:
     """A short measurement of the walk."""
-    from hexapod_pin.benchmark.machine import Machine
+    from hexapod_pin.validation.machine import Machine
 
     task = replace(built_in("walk"), duration=0.05)
     found = compare(task, ComparisonSettings(["implicit-euler", "rk4"], rounds=1, quick=True))
-    return Report(Machine.here(), "hexapod-pin bench walk", [found])
+    return BenchmarkReport(Machine.here(), "hexapod-pin bench walk", [found])
 
 
-def test_every_form_of_the_report_names_machine_versions_and_date(report: Report):
+def test_every_form_of_the_report_names_machine_versions_and_date(report: BenchmarkReport):
     for text in (markdown(report), csv_text(report), json_text(report)):
         assert report.machine.cpu in text
         assert report.machine.date in text
@@ -235,7 +242,7 @@ def test_every_form_of_the_report_names_machine_versions_and_date(report: Report
         assert "/hexapod_pin/" not in text
 
 
-def test_csv_and_json_hold_the_same_rows(report: Report):
+def test_csv_and_json_hold_the_same_rows(report: BenchmarkReport):
     lines = [line for line in csv_text(report).splitlines() if not line.startswith("#")]
     table = list(csv.DictReader(lines))
     rows = json.loads(json_text(report))["scenes"][0]["rows"]
@@ -309,16 +316,16 @@ def test_command_refuses_before_it_measures(run, words, says):
 
 
 def test_ctrl_c_writes_what_is_done_and_ends_with_130(run, monkeypatch: pytest.MonkeyPatch):
-    from hexapod_pin.benchmark import command
+    from hexapod_pin.benchmark.work_precision import comparison
 
-    real = command.compare
+    real = comparison.compare
 
     def interrupted(task, plan, progress):
         if task.name == "stand":
             raise KeyboardInterrupt
         return real(task, plan, progress)
 
-    monkeypatch.setattr(command, "compare", interrupted)
+    monkeypatch.setattr(comparison, "compare", interrupted)
     done = run("walk", "stand", *SHORT, "--out", "r.json")
     assert (done.status, done.left) == (130, ["r.json"])
     assert [one["name"] for one in json.loads(Path("r.json").read_text())["scenes"]] == ["walk"]

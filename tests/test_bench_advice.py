@@ -7,12 +7,12 @@ from dataclasses import replace
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.advice import SAFETY, Advice, NoAdviceError, advise, advise_on
-from hexapod_pin.benchmark.error import Distance
-from hexapod_pin.benchmark.scenes import built_in
-from hexapod_pin.benchmark.task import Task
-from hexapod_pin.benchmark.tolerance_sweep import cheapest, ladders
+from hexapod_pin.benchmark.advice import SAFETY_FACTOR, Advice, NoAdviceError, advise, advise_on
+from hexapod_pin.benchmark.work_precision.scenes import built_in
+from hexapod_pin.benchmark.work_precision.task import Task
+from hexapod_pin.benchmark.work_precision.tolerance_sweep import cheapest, sweeps
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.validation.position_error import PositionError
 
 
 @pytest.fixture(scope="module")
@@ -32,18 +32,18 @@ def test_advised_run_keeps_the_error_it_predicts(task: Task, advice: Advice):
         task.scene, task.controller, duration=task.duration, sample=task.sample,
         initial=task.initial, **advice.settings,
     )  # fmt: skip
-    error = Distance.between(trace.q, advice.truth.outcome.q).q
+    error = PositionError.between(trace.q, advice.reference.outcome.q).q
     assert error == advice.predicted_error  # the same run, bit for bit
-    assert error * SAFETY <= 1e-3
+    assert error * SAFETY_FACTOR <= 1e-3
     per_second = trace.counters["evaluations"] / task.duration
     assert advice.evaluations == pytest.approx(per_second, rel=1e-12)
     assert advice.milliseconds > 0.0
 
 
 def test_advice_is_the_cheapest_of_what_was_good_enough(advice: Advice):
-    tried = ladders(advice.tried)
+    tried = sweeps(advice.tried)
     assert len(tried) > 1
-    good = [cheapest(own, 1e-3 / SAFETY) for own in tried.values()]
+    good = [cheapest(own, 1e-3 / SAFETY_FACTOR) for own in tried.values()]
     times = {row.method: row.wall * 1e3 for row in good if row is not None}
     assert times[advice.method] == advice.milliseconds == min(times.values())
     assert advice.method in advice.table()
@@ -70,7 +70,7 @@ def test_a_piece_without_touch_down_lowers_the_sureness():
 
 
 def test_what_nothing_reaches_is_refused_with_what_came_nearest(task: Task, monkeypatch):
-    monkeypatch.setattr("hexapod_pin.benchmark.advice.methods", lambda: ("implicit-euler",))
+    monkeypatch.setattr("hexapod_pin.benchmark.advice.method_names", lambda: ("implicit-euler",))
     with pytest.raises(NoAdviceError, match="the best was"):
         advise_on(task, 1e-8)
 

@@ -13,15 +13,16 @@ import pinocchio as pin
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.comparison import ComparisonSettings, compare
 from hexapod_pin.benchmark.engines import available as rivals_module
-from hexapod_pin.benchmark.engines.available import rivals
+from hexapod_pin.benchmark.engines.available import engine_entries
 from hexapod_pin.benchmark.engines.engine import Problem
-from hexapod_pin.benchmark.engines.urdf import peer_urdf
-from hexapod_pin.benchmark.scenes import built_in
-from hexapod_pin.benchmark.settings import Setting, run_ours
-from hexapod_pin.benchmark.task import Task
+from hexapod_pin.benchmark.engines.urdf import engine_urdf
+from hexapod_pin.benchmark.work_precision.comparison import ComparisonSettings, compare
+from hexapod_pin.benchmark.work_precision.own_entry import run_task
+from hexapod_pin.benchmark.work_precision.scenes import built_in
+from hexapod_pin.benchmark.work_precision.task import Task
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.validation.solver_setting import SolverSetting
 
 
 def engine(module: str, task: Task):
@@ -53,7 +54,7 @@ def test_urdf_for_other_engines_is_the_same_body():
     """Mass matrix, gravity forces and feet against our model at random postures, to round-off."""
     random = np.random.default_rng(5)
     for robot in (hp.load_robot("kharagpur"), built_in("walk").scene.robot):
-        text = peer_urdf(robot, robot.damping)
+        text = engine_urdf(robot, robot.damping)
         text = text.replace("continuous", "revolute")  # which Pinocchio gives a cosine and a sine
         text = text.replace("<limit ", '<limit lower="-9" upper="9" ')
         other = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
@@ -96,7 +97,7 @@ def test_engines_agree_in_flight(module, method, step, tolerance, limited):
     First-order engines fall g h t/2 wrong, 2.5e-5 m at 0.1 ms; RK4 on both sides is at round-off.
     """
     task = flight(limited)
-    ours = run_ours(task, Setting("rk4", 1e-4))
+    ours = run_task(task, SolverSetting("rk4", 1e-4))
     other = engine(module, task).run(method, "step", step, exact=True)
     assert other.ended, other.note
     assert other.steps == 500
@@ -118,7 +119,7 @@ def test_engines_agree_in_flight(module, method, step, tolerance, limited):
 def test_engines_stand_where_we_stand(module, method, step):
     """Dropped by 10 mm, at rest after 0.4 s: a soft foot's depth, 1 mm, is the laws' difference."""
     task = replace(built_in("stand"), duration=0.4)
-    ours = run_ours(task, Setting("implicit-euler", 1e-3))
+    ours = run_task(task, SolverSetting("implicit-euler", 1e-3))
     other = engine(module, task).run(method, "step", step)
     assert other.places[-1] == pytest.approx(ours.places[-1], abs=1.2e-3)
 
@@ -150,8 +151,8 @@ def test_cenic_comes_near_its_own_fixed_steps():
 def test_what_engines_cannot_be_compared_on_is_refused(task, says):
     with pytest.raises(ParameterError, match=says):
         Problem.of(task)
-    found = rivals(task, quick=True)
-    assert found.contenders == []
+    found = engine_entries(task, quick=True)
+    assert found.entries == []
     assert "no other engines" in found.notes[0]
 
 
@@ -164,7 +165,7 @@ def test_slopes_are_not_compared():
 
 def test_engines_that_are_not_installed_are_named(monkeypatch):
     monkeypatch.setattr(rivals_module, "find_spec", lambda name: None)
-    found = rivals(built_in("walk"), quick=True)
+    found = engine_entries(built_in("walk"), quick=True)
     assert found.notes == [
         "MuJoCo: not installed", "Drake: not installed", "PyBullet: not installed",
     ]  # fmt: skip
@@ -178,12 +179,14 @@ def test_ours_and_mujoco_stand_in_one_table_with_their_ratio(monkeypatch):
 
     monkeypatch.setattr(mujoco_engine, "QUICK_STEPS", (1e-3, 5e-4))
     task = replace(built_in("walk"), duration=0.1)
-    found = compare(task, ComparisonSettings(["implicit-euler"], rounds=1, quick=True, peers=True))
+    found = compare(
+        task, ComparisonSettings(["implicit-euler"], rounds=1, quick=True, engines=True)
+    )
     engines = {one.engine for one in found.rows}
     assert engines == {"hexapod_pin", "MuJoCo"}
     methods = {one.method for one in found.rows if one.engine == "MuJoCo"}
     integrators, cones = ("implicitfast", "Euler", "RK4"), ("pyramidal", "elliptic")
     assert methods == {f"{a} {b}" for a in integrators for b in cones}
-    assert len(found.truths) == 3  # ours, and one per cone
+    assert len(found.references) == 3  # ours, and one per cone
     assert any("contact laws differ" in note for note in found.notes)
     assert any("ratio" in line for line in found.ratios)

@@ -7,20 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from vehicles import DATA, HARD_CASES, drop, hexa_ref
+from vehicles import HARD_CASES, drop, hexa_ref
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.scene_options import Wish, find_task
-from hexapod_pin.benchmark.scenes import BUILT_IN, built_in
-from hexapod_pin.benchmark.task import held_task, setpoints
-from hexapod_pin.benchmark.tripod import tripod_setpoints
+from hexapod_pin.benchmark.work_precision.scene_options import SceneOptions, find_task
+from hexapod_pin.benchmark.work_precision.scenes import BUILT_IN, built_in
+from hexapod_pin.benchmark.work_precision.task import held_task, setpoints
+from hexapod_pin.benchmark.work_precision.tripod import tripod_setpoints
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 from hexapod_pin.validation.cases.robots import BENCH19, robot_file
 
 
-def test_packaged_robots_are_their_table_and_the_hard_cases_own():
+def test_the_packaged_robot_is_its_table():
     assert robot_file("bench19").read_text() == BENCH19.urdf()
-    assert robot_file("hexa_ref").read_bytes() == (DATA / "hexa_ref.urdf").read_bytes()
     assert BENCH19.total_mass == pytest.approx(0.65 + 6 * (0.15 + 0.041 + 0.11), abs=1e-12)
 
 
@@ -77,7 +76,7 @@ def test_tripod_swings_and_lifts_the_right_legs_the_right_way():
 
 
 def test_a_gait_is_held_from_sample_to_sample_for_all_engines():
-    task = find_task("kharagpur", Wish(gait="tripod", cycle=0.8, stroke=0.05, duration=0.3))
+    task = find_task("kharagpur", SceneOptions(gait="tripod", cycle=0.8, stroke=0.05, duration=0.3))
     held = held_task(task)
     plan = task.controller.plan(task.scene.robot, 0.3)
     knots = np.isclose(plan.time % 0.01, 0.0) | np.isclose(plan.time % 0.01, 0.01)
@@ -99,32 +98,32 @@ def test_set_points_that_begin_between_samples_are_refused():
 def test_a_scene_file_and_a_gait_name_a_task(tmp_path: Path):
     scene = hp.Scene(hp.load_robot("athena"), contact=hp.Contact.s1())
     (tmp_path / "mine.toml").write_text(scene.to_toml())
-    task = find_task(str(tmp_path / "mine.toml"), Wish(gait="hold"))
+    task = find_task(str(tmp_path / "mine.toml"), SceneOptions(gait="hold"))
     assert (task.name, task.scene.contact, task.duration) == ("mine", scene.contact, 1.0)
-    walk = find_task("athena", Wish(gait="tripod", cycle=1.6, contact="s2", mu=0.5))
+    walk = find_task("athena", SceneOptions(gait="tripod", cycle=1.6, contact="s2", mu=0.5))
     assert walk.scene.contact.friction.mu_static == 0.5
     assert (walk.duration, walk.controller.gait.name) == (1.6, "tripod")
 
 
 @pytest.mark.parametrize(
-    ("name", "wish", "error", "says"),
+    ("name", "options", "error", "says"),
     [
-        ("walk", Wish(contact="s1"), ParameterError, "--contact"),
-        ("walk", Wish(gait="wave"), ParameterError, "--gait"),
-        ("walk", Wish(duration=1.5), ParameterError, "at most 1 s"),
-        ("walk", Wish(sample=-0.01), ParameterError, "sample"),
-        ("kharagpur", Wish(sample=0.0), ParameterError, "--sample"),
-        ("kharagpur", Wish(gait="hold", stroke=0.1), ParameterError, "--stroke"),
-        ("kharagpur", Wish(gait="gallop"), UnknownNameError, "tetrapod"),
-        ("nothing", Wish(), UnknownNameError, "hc40-soft"),
-        ("nothing.toml", Wish(), ParameterError, "can be read"),
-        ("nothing.toml", Wish(kp=1.0), ParameterError, "--kp"),
-        (str(DATA / "hexa_ref.urdf"), Wish(gait="tripod", stroke=1.0), GaitError, "stroke"),
+        ("walk", SceneOptions(contact="s1"), ParameterError, "--contact"),
+        ("walk", SceneOptions(gait="wave"), ParameterError, "--gait"),
+        ("walk", SceneOptions(duration=1.5), ParameterError, "at most 1 s"),
+        ("walk", SceneOptions(sample=-0.01), ParameterError, "sample"),
+        ("kharagpur", SceneOptions(sample=0.0), ParameterError, "--sample"),
+        ("kharagpur", SceneOptions(gait="hold", stroke=0.1), ParameterError, "--stroke"),
+        ("kharagpur", SceneOptions(gait="gallop"), UnknownNameError, "tetrapod"),
+        ("nothing", SceneOptions(), UnknownNameError, "hc40-soft"),
+        ("nothing.toml", SceneOptions(), ParameterError, "can be read"),
+        ("nothing.toml", SceneOptions(kp=1.0), ParameterError, "--kp"),
+        (str(robot_file("hexa_ref")), SceneOptions(gait="tripod", stroke=1.0), GaitError, "stroke"),
     ],
 )
-def test_what_a_scene_does_not_take_is_refused(name, wish, error, says):
+def test_what_a_scene_does_not_take_is_refused(name, options, error, says):
     with pytest.raises(error, match=says):
-        find_task(name, wish)
+        find_task(name, options)
 
 
 def test_built_in_scenes_are_the_five_of_the_study():

@@ -1,15 +1,12 @@
-"""Benchmarks run, shortened; MuJoCo has our robot and servos; timed and checked runs agree."""
+"""Studies run, shortened, and write their files; MuJoCo has our robot and servos."""
 
 from __future__ import annotations
 
 import dataclasses
-import importlib
+import importlib.util
 import json
 import socket
-import sys
-from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 
 import mujoco
 import numpy as np
@@ -18,63 +15,117 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin import native
+from hexapod_pin.benchmark.engines.mujoco_model import CONES, MujocoSettings
+from hexapod_pin.benchmark.engines.mujoco_twin import MujocoTwin
+from hexapod_pin.benchmark.studies.native_motion import NativeMotion
+from hexapod_pin.benchmark.studies.step_cost import OURS, SAMPLED
+from hexapod_pin.benchmark.studies.step_entries import MUJOCO, PINOCCHIO
+from hexapod_pin.benchmark.studies.timing import Quartiles, interleaved
+from hexapod_pin.benchmark.study import StudyReport, run_study
 from hexapod_pin.simulation.plant import native_plant
+from hexapod_pin.validation.tables import Table
 
 FOLDER = Path(__file__).resolve().parent.parent / "benchmarks"
 STEP = 1e-3
+SHORT = {
+    "constraint_drift": ["--duration", "0.02", "--rounds", "1"],
+    "contact_cost": ["--duration", "0.05", "--rounds", "1"],
+    "creep": ["--duration", "0.05"],
+    "formulations_cost": ["--rounds", "1", "--stiffnesses", "1"],
+    "one_hour": ["--cycles", "2"],
+    "robust_cost": ["--quick"],
+    "step_cost": ["--quick"],
+    "tolerance_calibration": ["--drops", "1", "--methods", "extrapolated-euler"],
+}
+WRITTEN_BY_HAND = {"hc40_references"}
+
+
+def script(name: str):
+    """Import a script of benchmarks/."""
+    spec = importlib.util.spec_from_file_location(f"benchmark_{name}", FOLDER / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 @pytest.fixture(scope="module")
-def bench() -> Iterator[dict[str, ModuleType]]:
-    """Every module of benchmarks/, imported as its scripts import each other."""
-    sys.path.insert(0, str(FOLDER))
-    names = [path.stem for path in FOLDER.glob("*.py")]
-    yield {name: importlib.import_module(name) for name in names}
-    sys.path.remove(str(FOLDER))
-    for name in names:
-        del sys.modules[name]
-
-
-@pytest.fixture(scope="module")
-def walking(bench: dict[str, ModuleType]):
+def walking() -> NativeMotion:
     """A tripod of half a second."""
     scene = hp.Scene(hp.load_robot("kharagpur"))
-    return bench["motions"].Motion.of(scene, hp.KinematicControl(hp.Gait.tripod()), 0.5)
+    return NativeMotion.of(scene, hp.KinematicControl(hp.Gait.tripod()), 0.5)
 
 
-def test_step_cost_writes_speeds_with_errors(bench, tmp_path, capsys) -> None:
-    """Quick form: both files, an error for every engine and motion, same bits, no host or path."""
-    assert bench["step_cost"].main(["--quick", "--out", str(tmp_path)]) == 0
+def test_every_script_is_tested_and_every_page_names_its_script() -> None:
+    scripts = {path.stem for path in FOLDER.glob("*.py")}
+    assert scripts == set(SHORT) | WRITTEN_BY_HAND
+    for page in (FOLDER / "results").glob("*.md"):
+        assert page.stem in scripts
+        assert f"python benchmarks/{page.stem}.py" in page.read_text(), page
+
+
+@pytest.mark.parametrize("name", [name for name in SHORT if name not in ("step_cost",)])
+def test_study_writes_its_page(name: str, tmp_path: Path, capsys) -> None:
+    """Command and machine in the head, no host, no path; the page is printed too."""
+    words = [*SHORT[name], *(["--figure", str(tmp_path / "f.svg")] * (name == "constraint_drift"))]
+    assert script(name).main([*words, "--out", str(tmp_path)]) in (0, 1)
+    page = (tmp_path / f"{name}.md").read_text()
+    assert capsys.readouterr().out.strip() == page.strip()
+    assert f"`python benchmarks/{name}.py {' '.join(SHORT[name])}" in page
+    assert "Python 3" in page and "Load" in page and "\n| --- |" in page
+    assert socket.gethostname() not in page and str(FOLDER.parent) not in page
+
+
+def test_step_cost_writes_speeds_with_errors(tmp_path: Path, capsys) -> None:
+    """Quick form: both files, an error for every entry and motion, same bits, no host or path."""
+    assert script("step_cost").main(["--quick", "--out", str(tmp_path)]) == 0
     page = (tmp_path / "step_cost.md").read_text()
     assert capsys.readouterr().out.strip() == page.strip()
     text = (tmp_path / "step_cost.json").read_text()
     found = json.loads(text)
     assert found["same_bits"] is True
     assert found["dense_difference"] < 1e-9
-    for engine in ("step", "sampled", "pyramidal", "elliptic", "pinocchio"):
+    rows = {(row["motion"], row["entry"]): row for row in found["rows"]}
+    for entry in (OURS, SAMPLED, *MUJOCO, PINOCCHIO):
         for motion in ("stand", "tripod", "tetrapod"):
             for contact in ("s1", "s2"):
-                values = found["samples"][f"{engine}/{motion}/{contact}"]
+                values = rows[f"{motion}/{contact}", entry]["us_per_step"]
                 assert len(values) == found["size"]["rounds"] and min(values) > 0.0
-    timed = [name for name in found["samples"] if name.split("/")[0] in ("step", "pyramidal")]
-    for name in timed:
-        accuracy = found["accuracy"][name]
+    for (_, entry), row in rows.items():
+        if entry not in (OURS, *MUJOCO):
+            continue
         # a 1 ms walk that lost the robot would be off by centimetres
-        assert 0.0 < accuracy["first_second"] <= accuracy["whole"] < 5e-3
-        assert accuracy["counters"]["steps"] == round(found["size"]["duration"] / STEP)
+        assert 0.0 < row["error"]["first_second"] <= row["error"]["whole"] < 5e-3
+        assert row["error"]["counters"]["steps"] == round(found["size"]["duration"] / STEP)
     assert len(found["targets"]) == 15
     hidden = (socket.gethostname(), str(FOLDER.parent), str(Path.home()), str(tmp_path))
     assert not [word for word in hidden if len(word) > 1 and (word in page or word in text)]
 
 
-def test_mujoco_has_our_robot_and_servos(bench, walking) -> None:
+def test_options_and_exit_status_of_a_study(tmp_path: Path, capsys) -> None:
+    def sample(*, count: int = 3, name: str = "a", fast: bool = False) -> StudyReport:
+        """A study."""
+        table = Table("Numbers", ("n",), [(str(k),) for k in range(count)])
+        return StudyReport("Sample", [f"{name} {fast}", table], {"count": count}, met=fast)
+
+    where = ["--out", str(tmp_path)]
+    assert run_study(sample, ["--count", "2", "--fast", *where]) == 0
+    page = (tmp_path / "sample.md").read_text()
+    assert page.startswith("# Sample\n\n`python benchmarks/sample.py --count 2 --fast`\n")
+    assert "a True" in page and "## Numbers\n\n| n |\n| --- |\n| 0 |\n| 1 |" in page
+    assert json.loads((tmp_path / "sample.json").read_text())["count"] == 2
+    assert run_study(sample, where) == 1
+    capsys.readouterr()
+
+
+def test_mujoco_has_our_robot_and_servos(walking: NativeMotion) -> None:
     """In the air, at random states and set-points: the same joint and angular accelerations.
 
     The torques reach the limit in some joints and not in others. 1e-9 of the largest: both codes
     solve the same systems of condition number 1e5.
     """
     scene = dataclasses.replace(walking.scene, stops=hp.JointStops(stiffness=0.0))  # as the twin
-    twin = bench["mujoco_scene"].MujocoScene(scene)
+    twin = MujocoTwin(scene, MujocoSettings(STEP))
+    dof = [twin.model.joint(name).dofadr[0] for name in scene.robot.joint_names]
     plant, servo, effort = native_plant(scene), scene.servos, scene.robot.effort
     rng = np.random.default_rng(3)
     limited = 0
@@ -93,7 +144,7 @@ def test_mujoco_has_our_robot_and_servos(bench, walking) -> None:
         twin.put(state)
         twin.data.ctrl[:] = control
         mujoco.mj_forward(twin.model, twin.data)
-        theirs = np.concatenate([twin.data.qacc[3:6], twin.data.qacc[twin.dof]])
+        theirs = np.concatenate([twin.data.qacc[3:6], twin.data.qacc[dof]])
         scale = np.abs(theirs).max()
         assert np.abs(ours["acceleration"][3:] - theirs).max() <= 1e-9 * scale
         rotation = pin.Quaternion(state.q[3:7]).toRotationMatrix()
@@ -102,10 +153,10 @@ def test_mujoco_has_our_robot_and_servos(bench, walking) -> None:
 
 
 @pytest.mark.parametrize(("contact", "mu"), [("s1", 0.7), ("s2", 0.3)])
-def test_mujoco_stands_on_its_feet_alone(bench, contact: str, mu: float) -> None:
+def test_mujoco_stands_on_its_feet_alone(contact: str, mu: float) -> None:
     """Six contacts, all with the floor and our mu, carrying the weight; cheap choices made."""
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.preset(contact))
-    twin = bench["mujoco_scene"].MujocoScene(scene)
+    twin = MujocoTwin(scene, MujocoSettings(STEP))
     model, data = twin.model, twin.data
     assert (model.nbody, model.ngeom) == (20, 7)
     assert not model.jnt_limited.any() and not model.jnt_actfrclimited.any()
@@ -114,8 +165,11 @@ def test_mujoco_stands_on_its_feet_alone(bench, contact: str, mu: float) -> None
     data.ctrl[:] = scene.robot.posture
     mujoco.mj_step(model, data, 2000)
     assert data.ncon == 6
-    names = {model.geom(geom).name for pair in data.contact.geom for geom in pair}
-    assert names == {"floor", *(foot.name for foot in scene.robot.feet)}
+    floor = model.geom("floor").id
+    pairs = [set(pair) for pair in data.contact.geom]
+    assert all(floor in pair for pair in pairs)
+    links = {model.body(model.geom(geom).bodyid[0]).name for pair in pairs for geom in pair}
+    assert links == {"world", *(f"{foot.joint}_link" for foot in scene.robot.feet)}
     np.testing.assert_allclose(data.contact.friction[:, :2], mu)
     total, force = 0.0, np.zeros(6)
     for k in range(data.ncon):
@@ -125,31 +179,31 @@ def test_mujoco_stands_on_its_feet_alone(bench, contact: str, mu: float) -> None
     assert total == pytest.approx(scene.robot.total_mass * 9.81, rel=1e-4)
 
 
-def test_timed_runs_are_the_checked_runs(bench, walking) -> None:
+def test_timed_runs_are_the_checked_runs(walking: NativeMotion) -> None:
     """What is timed ends, bit for bit, where the run whose error is printed ends: both engines."""
     steps = 500
-    checked = walking.positions(STEP, steps * STEP)[0]
+    checked = walking.path(STEP, steps * STEP).positions
     run = walking.rollout(STEP, steps)
     assert run.advance(1)
     np.testing.assert_array_equal(run.checkpoint().q[:3], checked[-1])
     assert len(run.record()["time"]) == 2
-    for cone in bench["mujoco_scene"].CONES:
-        twin = bench["mujoco_scene"].MujocoScene(walking.scene, cone=cone)
+    for cone in CONES:
+        twin = MujocoTwin(walking.scene, MujocoSettings(STEP, cone=cone))
         twin.timed_run(walking.state, walking.setpoints, steps)()
         end = np.array(twin.data.qpos[:3])
-        positions, _, _ = twin.positions(walking.state, walking.setpoints, steps * STEP)
-        np.testing.assert_array_equal(end, positions[-1])
+        path = twin.path(walking.state, walking.setpoints, steps * STEP)
+        np.testing.assert_array_equal(end, path.positions[-1])
 
 
-def test_interleaved_rounds(bench) -> None:
-    """A warm-up round is dropped, and the order turns round every time."""
+def test_interleaved_rounds() -> None:
+    """A warm-up round is dropped, and the order reverses every time."""
     order: list[str] = []
 
     def subject(name: str):
-        return lambda: order.append(name) or {name: float(len(order))}
+        return lambda: order.append(name) or float(len(order))
 
-    found = bench["timing"].interleaved([subject("a"), subject("b")], 2)
+    found = interleaved({"a": subject("a"), "b": subject("b")}, 2)
     assert "".join(order) == "abbaab"
     assert {name: values.tolist() for name, values in found.items()} == {"a": [4, 5], "b": [3, 6]}
-    quartiles = bench["timing"].Quartiles.of(np.arange(5.0))
+    quartiles = Quartiles.of(np.arange(5.0))
     assert (quartiles.low, quartiles.median, quartiles.high) == (1.0, 2.0, 3.0)

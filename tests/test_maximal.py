@@ -14,7 +14,7 @@ import hexapod_pin as hp
 from hexapod_pin.formulations.maximal import constraints as equations
 from hexapod_pin.formulations.maximal import initial_state, kinematics
 from hexapod_pin.formulations.maximal.joint_vectors import JOINT_POINT, BodyFixedVectors
-from hexapod_pin.validation.checks.maximal_checks import (
+from hexapod_pin.validation.checks.maximal_twin import (
     compare_accelerations,
     maximal_twin,
     pressed_states,

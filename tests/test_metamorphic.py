@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hexapod_pin.benchmark.settings import Setting
 from hexapod_pin.validation.cases.mirror import (
     SHIFT,
-    Motion,
+    SampledMotion,
     base_run,
     in_a_batch,
     mirror_map,
@@ -19,13 +18,14 @@ from hexapod_pin.validation.cases.mirror import (
     shifted,
     yawed,
 )
+from hexapod_pin.validation.solver_setting import SolverSetting
 
 IMPLICIT, RK4, EXTRAPOLATED_EULER = (
-    Setting("implicit-euler", 1e-3),
-    Setting("rk4", 1e-5),
-    Setting("extrapolated-euler", 1e-6),
+    SolverSetting("implicit-euler", 1e-3),
+    SolverSetting("rk4", 1e-5),
+    SolverSetting("extrapolated-euler", 1e-6),
 )
-ROBUST = Setting("robust", 1e-3)
+ROBUST = SolverSetting("robust", 1e-3)
 FIXED = pytest.mark.parametrize("way", [IMPLICIT, ROBUST, RK4], ids=lambda way: way.method)
 WAYS = pytest.mark.parametrize(
     "way", [IMPLICIT, ROBUST, EXTRAPOLATED_EULER], ids=lambda way: way.method
@@ -34,11 +34,11 @@ WAYS = pytest.mark.parametrize(
 
 @pytest.fixture(scope="module")
 def known():
-    motions: dict[Setting, Motion] = {}
+    motions: dict[SolverSetting, SampledMotion] = {}
 
-    def get(way: Setting) -> Motion:
+    def get(way: SolverSetting) -> SampledMotion:
         if way not in motions:
-            motions[way] = Motion.of(base_run().by(way))
+            motions[way] = SampledMotion.of(base_run().by(way))
         return motions[way]
 
     return get
@@ -53,7 +53,7 @@ def test_the_scene_has_all_that_could_break_a_symmetry(known) -> None:
 
 
 @WAYS
-def test_shifted(way: Setting, known) -> None:
+def test_shifted(way: SolverSetting, known) -> None:
     """Level ground has no place: all is the same but the rounding of x and y, 7e-15 m at 64 m.
 
     What does not contain the place has the same bits: heights, attitudes, joints, velocities.
@@ -67,24 +67,24 @@ def test_shifted(way: Setting, known) -> None:
 
 @FIXED
 @pytest.mark.parametrize("angle", [2.0])
-def test_yawed(angle: float, way: Setting, known) -> None:
+def test_yawed(angle: float, way: SolverSetting, known) -> None:
     assert known(way).apart(yawed(base_run(), angle, way)) < 1e-9
 
 
 @WAYS
-def test_mirrored(way: Setting, known) -> None:
+def test_mirrored(way: SolverSetting, known) -> None:
     """Mirroring keeps every component's size, so extrapolated-euler takes the same steps too."""
     assert known(way).apart(mirrored(base_run(), way)) < 1e-9
 
 
 @WAYS
-def test_legs_in_another_order(way: Setting, known) -> None:
+def test_legs_in_another_order(way: SolverSetting, known) -> None:
     """Not the same bits: the base's sums run over the legs in another order."""
     assert known(way).apart(reordered(base_run(), way)) < 1e-9
 
 
 @WAYS
-def test_beside_others_on_two_threads(way: Setting, known) -> None:
+def test_beside_others_on_two_threads(way: SolverSetting, known) -> None:
     found = in_a_batch(base_run(), way)
     assert np.array_equal(found.q, known(way).q) and np.array_equal(found.v, known(way).v)
 
@@ -114,6 +114,6 @@ def test_a_wrong_mirror_is_seen(broken: str, known) -> None:
     else:
         v[6] = -v[6]
     q[:3] += SHIFT
-    found = Motion.of(moved(run, q, v).by(IMPLICIT))
+    found = SampledMotion.of(moved(run, q, v).by(IMPLICIT))
     found.q[:, :3] -= SHIFT
     assert known(IMPLICIT).apart(found) > 1e-3

@@ -6,23 +6,23 @@ import numpy as np
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.scenes import walk
-from hexapod_pin.benchmark.settings import Setting
+from hexapod_pin.benchmark.work_precision.scenes import walk
 from hexapod_pin.simulation.plant import standing_on
-from hexapod_pin.validation.cases.mirror import Motion, base_run, restarted
-from hexapod_pin.validation.cases.solver_settings import Run
+from hexapod_pin.validation.case_run import CaseRun
+from hexapod_pin.validation.cases.mirror import SampledMotion, base_run, restarted
+from hexapod_pin.validation.solver_setting import SolverSetting
 
 SAME_BITS = [
-    Setting("implicit-euler", 1e-3),
-    Setting("robust", 1e-3),
-    Setting("rk4", 5e-5),
-    Setting("extrapolated-euler", 1e-4),
-    Setting("extrapolated-euler", 1e-7),
-    Setting("dop853", 1e-4),
+    SolverSetting("implicit-euler", 1e-3),
+    SolverSetting("robust", 1e-3),
+    SolverSetting("rk4", 5e-5),
+    SolverSetting("extrapolated-euler", 1e-4),
+    SolverSetting("extrapolated-euler", 1e-7),
+    SolverSetting("dop853", 1e-4),
 ]
 
 
-def walking(friction: hp.FrictionLaw | None = None) -> Run:
+def walking(friction: hp.FrictionLaw | None = None) -> CaseRun:
     """The benchmark's walk: drop, then steps, set-points held 10 ms; another friction if given."""
     task = walk(0.4)
     scene = task.scene
@@ -32,55 +32,55 @@ def walking(friction: hp.FrictionLaw | None = None) -> Run:
         scene = hp.Scene(
             scene.robot, contact=contact, servo=scene.servo, stops=hp.JointStops(stiffness=0)
         )
-    return Run(scene, task.initial, 0.4, task.sample, task.controller)
+    return CaseRun(scene, task.initial, 0.4, task.sample, task.controller)
 
 
 @pytest.mark.parametrize("way", SAME_BITS, ids=str)
-def test_a_drop_in_parts(way: Setting) -> None:
+def test_a_drop_in_parts(way: SolverSetting) -> None:
     run = base_run()
-    assert Motion.of(run.by(way)).apart(restarted(run, way, 5)) == 0.0
+    assert SampledMotion.of(run.by(way)).apart(restarted(run, way, 5)) == 0.0
 
 
 @pytest.mark.parametrize("way", [SAME_BITS[0], SAME_BITS[1], SAME_BITS[3]], ids=str)
-def test_a_walk_in_parts(way: Setting) -> None:
+def test_a_walk_in_parts(way: SolverSetting) -> None:
     """Held set-points go on where they were."""
     run = walking()
-    assert Motion.of(run.by(way)).apart(restarted(run, way, 4)) == 0.0
+    assert SampledMotion.of(run.by(way)).apart(restarted(run, way, 4)) == 0.0
 
 
 @pytest.mark.parametrize("way", [SAME_BITS[0], SAME_BITS[1], SAME_BITS[3]], ids=str)
-def test_contacts_remember(way: Setting) -> None:
+def test_contacts_remember(way: SolverSetting) -> None:
     """Bristles and touch speeds are part of the state: with them the same bits, without not."""
     run = walking(hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0))
-    whole = Motion.of(run.by(way))
+    whole = SampledMotion.of(run.by(way))
     assert whole.apart(restarted(run, way)) == 0.0
-    half = Run(run.scene, run.start, 0.2, run.sample, run.controller).by(way)
+    half = CaseRun(run.scene, run.start, 0.2, run.sample, run.controller).by(way)
     stand = half.checkpoint
     assert np.abs(stand.contacts[:, :4]).max() > 0.0
     empty = hp.Checkpoint(stand.time, stand.q, stand.v, np.zeros((0, 6)), stand.controller)
-    rest = Run(run.scene, empty, 0.2, run.sample, run.controller).by(way)
+    rest = CaseRun(run.scene, empty, 0.2, run.sample, run.controller).by(way)
     # stretches of some 0.1 mm are gone: it has moved when they are back
     assert np.abs(rest.q[-1] - whole.q[-1]).max() > 1e-6
 
 
 def test_times_go_on() -> None:
     run = base_run()
-    first = Run(run.scene, run.start, 0.04, 0.01, run.controller).by(SAME_BITS[0])
-    second = Run(run.scene, first.checkpoint, 0.03, 0.01, run.controller).by(SAME_BITS[0])
+    first = CaseRun(run.scene, run.start, 0.04, 0.01, run.controller).by(SAME_BITS[0])
+    second = CaseRun(run.scene, first.checkpoint, 0.03, 0.01, run.controller).by(SAME_BITS[0])
     assert second.time == pytest.approx([0.04, 0.05, 0.06, 0.07], abs=1e-15)
     assert second.time[0] == first.time[-1]
 
 
 def test_a_saved_trace_goes_on(tmp_path) -> None:
-    run, way = base_run(), Setting("extrapolated-euler", 1e-5)
-    first = Run(run.scene, run.start, 0.05, 0.01, run.controller).by(way)
+    run, way = base_run(), SolverSetting("extrapolated-euler", 1e-5)
+    first = CaseRun(run.scene, run.start, 0.05, 0.01, run.controller).by(way)
     saved = hp.load_trace(first.save(tmp_path / "half.nc"))
     rest = [
-        Run(run.scene, trace.checkpoint, 0.05, 0.01, run.controller).by(way)
+        CaseRun(run.scene, trace.checkpoint, 0.05, 0.01, run.controller).by(way)
         for trace in (first, saved)
     ]
     assert np.array_equal(rest[0].q, rest[1].q) and np.array_equal(rest[0].v, rest[1].v)
-    assert Motion.of(run.by(way)).apart(restarted(run, way)) == 0.0
+    assert SampledMotion.of(run.by(way)).apart(restarted(run, way)) == 0.0
 
 
 def test_planned_controllers_go_on_but_for_rounding() -> None:
@@ -89,9 +89,9 @@ def test_planned_controllers_go_on_but_for_rounding() -> None:
     control = hp.KinematicControl(hp.Gait.tetrapod(stroke=0.14, cycle_time=2.4))
     scene = hp.Scene(robot)
     start = standing_on(scene, control.plan(robot, 1.0).q[0])
-    run = Run(scene, start, 1.2, 0.1, control)
+    run = CaseRun(scene, start, 1.2, 0.1, control)
     way = SAME_BITS[0]
-    assert Motion.of(run.by(way)).apart(restarted(run, way, 3)) < 1e-9
+    assert SampledMotion.of(run.by(way)).apart(restarted(run, way, 3)) < 1e-9
 
 
 def test_a_checkpoint_that_does_not_fit_is_refused() -> None:

@@ -20,8 +20,8 @@ from hexapod_pin.robot.loading.limbs import leg_chains
 from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
 from hexapod_pin.validation.cases.reference_data import references
+from hexapod_pin.validation.cases.robots import robot_file
 
-DATA = Path(__file__).parent / "data"
 HARD_CASES: dict[str, Any] = references()
 TEXT = KHARAGPUR.urdf()
 
@@ -105,7 +105,7 @@ def test_positive_angles_lower_the_foot(kharagpur: Robot) -> None:
 def test_stand_reference() -> None:
     """HC16: mass, height, feet and centre of mass of the reference hexapod."""
     ref = HARD_CASES["HC16_hexapod_static_torques"]
-    robot = load_robot(DATA / "hexa_ref.urdf")
+    robot = load_robot(robot_file("hexa_ref"))
     angles = [0.0, -0.3, 0.3] * 6
     q = robot.stand(angles).q
     tol = ref["tol_rel"]

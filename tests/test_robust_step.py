@@ -13,9 +13,9 @@ import vehicles
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.benchmark.error import Distance
-from hexapod_pin.benchmark.scenes import built_in
+from hexapod_pin.benchmark.work_precision.scenes import built_in
 from hexapod_pin.simulation.plant import native_plant
+from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.validation.stress import stress_scenes
 
 G = 9.81
@@ -36,8 +36,8 @@ def largest_error(
     scene: hp.Scene, control: Any, duration: float, step: float, **more: Any
 ) -> float:
     """Largest difference of a position to X3 at 1e-6, samples every 50 ms [m, rad]."""
-    truth = hp.simulate(scene, control, duration=duration, accuracy=1e-6, sample=0.05, **more)
-    return Distance.between(robust(scene, control, duration, step, **more).q, truth.q).q
+    reference = hp.simulate(scene, control, duration=duration, accuracy=1e-6, sample=0.05, **more)
+    return PositionError.between(robust(scene, control, duration, step, **more).q, reference.q).q
 
 
 # --- the order, against the table of the study this step comes from ------------------------------
@@ -53,12 +53,14 @@ HC40 = {  # 1 ms, 0.5 ms
 def test_hc40_errors_are_those_of_the_study(name: str) -> None:
     """Within 5 %: the table's two digits, and a gyroscopic term that the study took explicitly."""
     task = built_in(name)
-    truth = hp.simulate(
+    reference = hp.simulate(
         task.scene, task.controller, duration=0.25, accuracy=1e-7, sample=0.25, initial=task.initial
     )
     for step, expected in zip((1e-3, 5e-4), HC40[name], strict=True):
         run = robust(task.scene, task.controller, 0.25, step, sample=0.25, initial=task.initial)
-        assert Distance.between(run.q[-1:], truth.q[-1:]).q == pytest.approx(expected, rel=0.05)
+        assert PositionError.between(run.q[-1:], reference.q[-1:]).q == pytest.approx(
+            expected, rel=0.05
+        )
 
 
 SCENES = {  # contact, ground, servos; largest error at 1 ms as measured, first order

@@ -11,37 +11,44 @@ from typer.testing import CliRunner
 
 from hexapod_pin.commands import app as cli
 from hexapod_pin.commands.status import FAILED
+from hexapod_pin.commands.verify import verify
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.formulations.maximal import constraints, kinematics
 from hexapod_pin.formulations.maximal.joint_vectors import JOINT_POINT
 from hexapod_pin.formulations.rigid import impact, model
-from hexapod_pin.validation.checks import check as checks
+from hexapod_pin.validation.case_result import CaseResult
 from hexapod_pin.validation.checks import (
     flight_checks,
     impact_checks,
     inverse_checks,
     limit_checks,
-    more,
+    maximal_checks,
+    mujoco_terms,
     rigid_checks,
-    s1_checks,
 )
-from hexapod_pin.validation.checks.check import Check, all_checks, run_check
-from hexapod_pin.validation.checks.command import VerificationError, verify
-from hexapod_pin.validation.checks.table import markdown, summary, table
+from hexapod_pin.validation.checks.registry import VerificationError, all_checks, run_checks
+from hexapod_pin.validation.hard_case import Check, run_cases
+from hexapod_pin.validation.tables import result_table, summary
 
 DERIVATIVE = import_module("hexapod_pin.formulations.rigid.derivative")
 QUICK = "core-terms,hc15-tripods,hc18,pinocchio-impact"
 
 
-def found(name: str) -> checks.Row:
-    """Return the row of one check."""
-    [check] = [check for check in all_checks() if check.name == name]
-    return run_check(check)
+def found(name: str) -> CaseResult:
+    """Return the result of one check."""
+    [result] = run_checks(names=[name])
+    return result
+
+
+def run(check: Check) -> CaseResult:
+    """Return the result of a check."""
+    [result] = run_cases([check])
+    return result
 
 
 def test_every_module_of_checks_is_found_and_names_are_unique() -> None:
     names = [check.name for check in all_checks()]
-    own = (flight_checks, impact_checks, inverse_checks, limit_checks, rigid_checks, s1_checks)
+    own = (flight_checks, impact_checks, inverse_checks, limit_checks, maximal_checks, rigid_checks)
     assert {check.name for module in own for check in module.CHECKS} <= set(names)
     assert len(set(names)) == len(names)
 
@@ -50,20 +57,20 @@ def test_every_module_of_checks_is_found_and_names_are_unique() -> None:
     "check", [*limit_checks.CHECKS, *flight_checks.CHECKS], ids=lambda check: check.name
 )
 def test_limits_and_flight(check) -> None:
-    row = run_check(check)
+    row = run(check)
     assert row.passed, row
 
 
 def test_mujoco_has_the_same_equations_of_motion() -> None:
     pytest.importorskip("mujoco")
-    row = more.mujoco_row()
+    row = run(mujoco_terms.MUJOCO_CHECK)
     assert row.passed, row
 
 
 def test_without_mujoco_the_row_says_so(monkeypatch) -> None:
-    monkeypatch.setattr(more, "find_spec", lambda name: None)
-    row = more.mujoco_row()
-    assert row.skipped and "not installed" in row.note
+    monkeypatch.setattr(mujoco_terms, "find_spec", lambda name: None)
+    row = run(mujoco_terms.MUJOCO_CHECK)
+    assert row.verdict == "skipped: mujoco is not installed" and not row.failed
 
 
 def test_command_prints_a_table_and_succeeds(tmp_path) -> None:
@@ -71,13 +78,13 @@ def test_command_prints_a_table_and_succeeds(tmp_path) -> None:
     result = CliRunner().invoke(cli.app, ["verify", "--only", QUICK, "--out", str(out)])
     assert result.exit_code == 0, result.output
     assert "4 pass, 0 FAIL" in result.output
-    assert out.read_text().startswith("| what | source | error")
+    assert out.read_text().startswith("| case | what | method or source | error")
 
 
 def test_command_fails_where_a_check_fails(monkeypatch, capsys) -> None:
     """The table is printed, the failed row named, and the exit status is 2."""
     wrong = Check("wrong", "one against two", lambda: 1.0, 1e-9)
-    monkeypatch.setattr("hexapod_pin.validation.checks.command.all_checks", lambda: [wrong])
+    monkeypatch.setattr("hexapod_pin.validation.checks.registry.all_checks", lambda: [wrong])
     with pytest.raises(SystemExit) as stop:
         cli.main(["verify"])
     assert stop.value.code == FAILED
@@ -88,20 +95,19 @@ def test_command_fails_where_a_check_fails(monkeypatch, capsys) -> None:
 
 def test_unknown_checks_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="hc18"):
-        verify(only="hc99")
+        run_checks(names=["hc99"])
 
 
 def test_a_check_that_breaks_or_gives_nan_has_failed() -> None:
     def breaks() -> float:
         raise np.linalg.LinAlgError("singular")
 
-    broken = run_check(Check("a", "b", breaks, 1.0))
-    blank = run_check(Check("c", "d", lambda: math.nan, 1.0))
+    broken = run(Check("a", "b", breaks, 1.0))
+    blank = run(Check("c", "d", lambda: math.nan, 1.0))
     assert not broken.passed and "singular" in broken.note
     assert not blank.passed
     assert "0 pass, 2 FAIL" in summary([broken, blank])
-    assert "singular" in table([broken, blank])
-    assert markdown([broken]).count("|") > 20
+    assert "singular" in result_table([broken, blank]).text()
 
 
 def wrong_sign(monkeypatch) -> str:
@@ -179,7 +185,8 @@ PLANTED = [
 @pytest.mark.parametrize("plant", PLANTED)
 def test_planted_errors_make_it_fail(plant, monkeypatch) -> None:
     name = plant(monkeypatch)
-    assert not found(name).passed
+    assert found(name).failed
+    assert name in str(VerificationError([found(name)]).results)
     with pytest.raises(VerificationError):
         verify(only=name)
     monkeypatch.undo()

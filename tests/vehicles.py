@@ -11,8 +11,8 @@ import pinocchio as pin
 
 import hexapod_pin as hp
 from hexapod_pin.validation.cases.reference_data import references
+from hexapod_pin.validation.cases.robots import robot_file
 
-DATA = Path(__file__).parent / "data"
 HARD_CASES: dict[str, Any] = references()
 STIFF_LEGS = hp.Servo(kp=1e4, kd=1e2, limited=False)
 FREE = hp.JointStops(stiffness=0.0)  # joints may pass their limits, as in the references
@@ -52,7 +52,7 @@ def particle(tmp_path: Path, m: float = 1.0) -> hp.Robot:
 
 def hexa_ref(**kwargs: Any) -> hp.Robot:
     """The hard cases' hexapod."""
-    return hp.load_robot(DATA / "hexa_ref.urdf", **kwargs)
+    return hp.load_robot(robot_file("hexa_ref"), **kwargs)
 
 
 def state(robot: hp.Robot, z: float = 0.0, v: tuple[float, ...] = (0.0, 0.0, 0.0)) -> hp.State:

@@ -1,6 +1,9 @@
-"""Speed against error: what every method, and every engine that is installed, costs on a scene.
+"""Measurements of speed and error of this package and of other engines.
 
-`comparison` measures a `task` with `contender`s (ours in `settings`, other engines in `peers`)
-against a `reference`; `levels` reads the rows; `report`, `terminal` and `figure` show them;
-`advice` recommends a method; `command` is the job of `hexapod-pin bench`.
+`work_precision` measures a task with entries (our methods, and those of `engines`) against a
+reference; `report` writes what it found; `advice` recommends a method for a scene; `studies` are
+measurements of their own, run by the scripts of `benchmarks/`; `hard_suite` is `bench --hard`.
 """
+
+from hexapod_pin.benchmark.advice import Advice as Advice
+from hexapod_pin.benchmark.advice import advise as advise

@@ -6,37 +6,39 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
-from hexapod_pin.benchmark.entry import Truth
-from hexapod_pin.benchmark.error import Distance
-from hexapod_pin.benchmark.measure import Row, measure
-from hexapod_pin.benchmark.reference_solution import reference
-from hexapod_pin.benchmark.settings import STEPS, Own, Setting, divides, methods, run_ours
-from hexapod_pin.benchmark.task import Task, standing_task
-from hexapod_pin.benchmark.tolerance_sweep import cheapest, ladders
+from hexapod_pin.benchmark.work_precision.comparison import Comparison
+from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
+from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow, measure
+from hexapod_pin.benchmark.work_precision.own_entry import STEPS, OwnEntry, run_task
+from hexapod_pin.benchmark.work_precision.reference_solution import find_reference
+from hexapod_pin.benchmark.work_precision.task import Task, standing_task
+from hexapod_pin.benchmark.work_precision.tolerance_sweep import cheapest, sweeps
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.simulation.methods import METHODS
+from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.validation.solver_setting import SolverSetting, divides, method_names
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.robot.state import State
     from hexapod_pin.simulation.scene import Scene
 
-PIECE = 0.5
+PROBE_DURATION = 0.5
 """Length of the measured piece where none is given [s]."""
 
-SAMPLE = 0.01
+PROBE_SAMPLE = 0.01
 """Time between compared samples of the piece [s]."""
 
-SAFETY = 3.0
+SAFETY_FACTOR = 3.0
 """An accepted setting was this factor better than wanted, on the piece."""
 
-SHARES = (10.0, 3.0, 1.0, 0.3, 0.1, 0.03)
+ACCURACY_RATIOS = (10.0, 3.0, 1.0, 0.3, 0.1, 0.03)
 """Accuracies tried, as multiples of the wanted one."""
 
-CONFIRM = 2
+CONFIRMING_SETTINGS = 2
 """A method is not tried any tighter than this many settings beyond the first that is accepted."""
 
-HOPELESS = 3.0
+MAX_WALL_RATIO = 3.0
 """A method is given up at this multiple of the cheapest accepted wall time: tighter costs more."""
 
 ROUNDS = 3
@@ -61,7 +63,7 @@ class Advice:
         reasons: why not surer; empty with "high".
         wanted: the accuracy asked for [m, rad].
         piece: what was measured, with its reference.
-        truth: that reference.
+        reference: that reference.
         tried: one row per setting tried.
     """
 
@@ -75,13 +77,13 @@ class Advice:
     reasons: tuple[str, ...]
     wanted: float
     piece: Task = field(repr=False)
-    truth: Truth = field(repr=False)
-    tried: tuple[Row, ...] = field(repr=False)
+    reference: ReferenceSolution = field(repr=False)
+    tried: tuple[BenchmarkRow, ...] = field(repr=False)
 
     @property
     def settings(self) -> dict[str, Any]:
         """Return what to give to `simulate`: method, and accuracy or step."""
-        return Setting(self.method, self.accuracy or self.step or 0.0).arguments
+        return SolverSetting(self.method, self.accuracy or self.step or 0.0).arguments
 
     def __str__(self) -> str:
         """Return the advice in words."""
@@ -111,14 +113,14 @@ def advise(
     controller: Controller,
     accuracy: float,
     *,
-    piece: float = PIECE,
+    piece: float = PROBE_DURATION,
     initial: State | None = None,
 ) -> Advice:
     """Measure all methods on a short piece of a scene and recommend one.
 
     Errors are measured against a tight reference on that piece. Accepted is a setting whose
-    error, `SAFETY` times over, stays within the wanted one, and with it every tighter setting
-    tried of that method; recommended is the one with the least wall time.
+    error, `SAFETY_FACTOR` times over, stays within the wanted one, and with it every tighter
+    setting tried of that method; recommended is the one with the least wall time.
 
     Args:
         scene: robot, ground, contact, servos.
@@ -137,7 +139,7 @@ def advise(
     if not 1e-8 <= accuracy <= 0.1:
         raise ParameterError("accuracy", accuracy, "1e-8 to 0.1 m and rad")
     task = standing_task(
-        "piece", scene, controller, duration=piece, sample=SAMPLE, initial=initial,
+        "piece", scene, controller, duration=piece, sample=PROBE_SAMPLE, initial=initial,
         about=f"first {piece:g} s",
     )  # fmt: skip
     return advise_on(task, accuracy)
@@ -145,18 +147,20 @@ def advise(
 
 def advise_on(task: Task, accuracy: float) -> Advice:
     """Return the advice for a task as it is; see `advise`."""
-    truth = reference(task)
-    contenders = [Own(task, setting, truth) for setting in _worth_timing(task, truth, accuracy)]
-    found = measure(contenders, task.duration, ROUNDS)
+    reference = find_reference(task)
+    entries = [
+        OwnEntry(task, setting, reference) for setting in _worth_timing(task, reference, accuracy)
+    ]
+    found = measure(entries, task.duration, ROUNDS)
     best = _choose(found.rows, accuracy)
     if best is None:
         nearest = min((row.error for row in found.rows if row.ended), default=float("nan"))
         raise NoAdviceError(
-            f"no method had an error below {accuracy / SAFETY:.1e} on the first "
+            f"no method had an error below {accuracy / SAFETY_FACTOR:.1e} on the first "
             f"{task.duration:g} s; the best was {nearest:.1e}. Ask for less."
         )
-    setting = Setting(best.method, best.value)
-    reasons, sure = _sureness(task, truth, best, found.rows, accuracy)
+    setting = SolverSetting(best.method, best.value)
+    reasons, sure = _sureness(task, reference, best, found.rows, accuracy)
     return Advice(
         method=best.method,
         accuracy=best.value if setting.adaptive else None,
@@ -164,70 +168,83 @@ def advise_on(task: Task, accuracy: float) -> Advice:
         predicted_error=best.error,
         evaluations=float(best.evaluations or 0.0),
         milliseconds=best.wall * 1e3,
-        sure=sure, reasons=reasons, wanted=accuracy, piece=task, truth=truth, tried=found.rows,
+        sure=sure, reasons=reasons, wanted=accuracy, piece=task, reference=reference,
+        tried=found.rows,
     )  # fmt: skip
 
 
-def _worth_timing(task: Task, truth: Truth, accuracy: float) -> list[Setting]:
+def _worth_timing(task: Task, reference: ReferenceSolution, accuracy: float) -> list[SolverSetting]:
     """Return the settings to time: each method from loose to tight, until it is of no use."""
-    found: list[Setting] = []
+    found: list[SolverSetting] = []
     best = float("inf")
-    for method in methods():
+    for method in method_names():
         accepted = 0
         for setting in _settings(task, method, accuracy):
-            if str(setting) == truth.text:
+            if str(setting) == reference.text:
                 break
-            outcome = run_ours(task, setting)
+            outcome = run_task(task, setting)
             found.append(setting)
-            good = outcome.distance(truth.outcome).q * SAFETY <= accuracy
+            good = outcome.distance(reference.outcome).q * SAFETY_FACTOR <= accuracy
             accepted = accepted + 1 if good else 0
             best = min(best, outcome.wall) if good else best
-            if accepted > CONFIRM or outcome.wall > HOPELESS * best:
+            if accepted > CONFIRMING_SETTINGS or outcome.wall > MAX_WALL_RATIO * best:
                 break
     return found
 
 
-def _settings(task: Task, method: str, accuracy: float) -> Iterator[Setting]:
+def _settings(task: Task, method: str, accuracy: float) -> Iterator[SolverSetting]:
     """Yield the settings of a method around the wanted accuracy, loosest first."""
     found = METHODS[method]
     if found.adaptive:
-        values = (float(f"{share * accuracy:.1e}") for share in SHARES)
-        yield from (Setting(method, x) for x in values if found.tightest <= x <= found.loosest)
+        values = (float(f"{share * accuracy:.1e}") for share in ACCURACY_RATIOS)
+        yield from (
+            SolverSetting(method, x) for x in values if found.tightest <= x <= found.loosest
+        )
     else:
-        yield from (Setting(method, step) for step in STEPS if divides(step, task.sample))
+        yield from (SolverSetting(method, step) for step in STEPS if divides(step, task.sample))
 
 
-def _choose(rows: tuple[Row, ...], accuracy: float) -> Row | None:
-    """Return the cheapest row that is `SAFETY` times better than wanted, its tighter ones too."""
-    found = [cheapest(own, accuracy / SAFETY) for own in ladders(rows).values()]
+def _choose(rows: tuple[BenchmarkRow, ...], accuracy: float) -> BenchmarkRow | None:
+    """Return the cheapest row that, with its tighter ones, is `SAFETY_FACTOR` times better."""
+    found = [cheapest(own, accuracy / SAFETY_FACTOR) for own in sweeps(rows).values()]
     return min((row for row in found if row is not None), key=lambda row: row.wall, default=None)
 
 
 def _sureness(
-    task: Task, truth: Truth, best: Row, rows: tuple[Row, ...], accuracy: float
+    task: Task,
+    reference: ReferenceSolution,
+    best: BenchmarkRow,
+    rows: tuple[BenchmarkRow, ...],
+    accuracy: float,
 ) -> tuple[tuple[str, ...], Literal["high", "fair", "low"]]:
     """Return what speaks against the advice, and how sure that leaves it."""
     reasons = []
-    if truth.doubt.q > 0.1 * accuracy:
-        reasons.append(f"the reference itself is certain to {truth.doubt.q:.1e} only")
+    if reference.uncertainty.q > 0.1 * accuracy:
+        reasons.append(f"the reference itself is certain to {reference.uncertainty.q:.1e} only")
     tighter = [row for row in rows if row.method == best.method and row.value < best.value]
-    if len(tighter) < CONFIRM:
+    if len(tighter) < CONFIRMING_SETTINGS:
         reasons.append(f"tighter settings that confirm it: only {len(tighter)}")
-    if not truth.outcome.touches:
+    if not reference.outcome.touches:
         reasons.append("no foot touched down or lifted off in the piece: take a longer one")
-    growth = _growth(task, truth, best)
+    growth = _growth(task, reference, best)
     if growth > 2.0:
         reasons.append(f"the error grew {growth:.1f} times in the second half of the piece")
-    if truth.doubt.q > accuracy / SAFETY or len(reasons) > 1:
+    if reference.uncertainty.q > accuracy / SAFETY_FACTOR or len(reasons) > 1:
         return tuple(reasons), "low"
     return tuple(reasons), "fair" if reasons else "high"
 
 
-def _growth(task: Task, truth: Truth, best: Row) -> float:
+def _growth(task: Task, reference: ReferenceSolution, best: BenchmarkRow) -> float:
     """Return the error over the whole piece, relative to that over its first half."""
-    outcome = run_ours(task, Setting(best.method, best.value))
-    if outcome.q is None or truth.outcome.q is None or task.samples < 4:
+    outcome = run_task(task, SolverSetting(best.method, best.value))
+    if outcome.q is None or reference.outcome.q is None or task.samples < 4:
         return 1.0
     half = task.samples // 2 + 1
-    first = Distance.between(outcome.q[:half], truth.outcome.q[:half]).q
-    return outcome.distance(truth.outcome).q / max(first, 1e-15)
+    first = PositionError.between(outcome.q[:half], reference.outcome.q[:half]).q
+    return outcome.distance(reference.outcome).q / max(first, 1e-15)
+
+
+def advice_comparison(task: Task, accuracy: float) -> Comparison:
+    """Return what was tried for an advice, with the advice among the notes."""
+    advice = advise_on(task, accuracy)
+    return Comparison(task, (advice.reference,), advice.tried, (str(advice),))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import TYPE_CHECKING, Annotated, Optional
 
 import typer
 
@@ -15,8 +15,15 @@ from hexapod_pin.commands.options import (
     OptionalText,
     foot_names,
 )
+from hexapod_pin.commands.output_files import writable
+from hexapod_pin.commands.progress import progress_bar
 from hexapod_pin.commands.status import FAILED, fail
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import ParameterError, SimulationInterrupted
+
+if TYPE_CHECKING:
+    from hexapod_pin.benchmark.work_precision.comparison import Comparison, ComparisonSettings
+    from hexapod_pin.benchmark.work_precision.scene_options import SceneOptions
+    from hexapod_pin.benchmark.work_precision.task import Task
 
 
 def bench(
@@ -30,7 +37,7 @@ def bench(
     hard: Annotated[
         bool,
         typer.Option(
-            "--hard", help="The hard cases, random extremes and the honesty study instead."
+            "--hard", help="The hard cases, random extremes, calibration of the accuracy."
         ),
     ] = False,
     methods: Annotated[
@@ -41,8 +48,11 @@ def bench(
         OptionalFloat,
         typer.Option(help="Only say how to reach this accuracy at least cost [m, rad]."),
     ] = None,
-    peers: Annotated[
-        bool, typer.Option("--peers", help="MuJoCo, Drake and PyBullet too, where installed.")
+    engines: Annotated[
+        bool,
+        typer.Option(
+            "--engines", "--peers", help="MuJoCo, Drake and PyBullet too, where installed."
+        ),
     ] = False,
     quick: Annotated[bool, typer.Option("--quick", help="Fewer settings.")] = False,
     rounds: Annotated[int, typer.Option(help="Timed rounds; the median counts.")] = 5,
@@ -95,22 +105,98 @@ def bench(
         return _hard(quick, out)
     if not scenes:
         raise ParameterError("SCENE", None, "named, or --hard given", "See --help.")
-    from hexapod_pin.benchmark import command
-    from hexapod_pin.benchmark.comparison import ComparisonSettings
-    from hexapod_pin.benchmark.scene_options import Wish
+    from hexapod_pin.benchmark.work_precision.comparison import ComparisonSettings
+    from hexapod_pin.benchmark.work_precision.scene_options import SceneOptions
 
-    wish = Wish(
+    options = SceneOptions(
         gait=gait, stroke=stroke, cycle=cycle, contact=contact, mu=mu, kp=kp, kd=kd,
         feet=None if feet is None else tuple(foot_names(feet) or ()),
         foot_radius=foot_radius, duration=duration, sample=sample,
     )  # fmt: skip
     names = None if methods is None else [name.strip() for name in methods.split(",")]
-    plan = ComparisonSettings(names, rounds, quick, peers)
-    command.bench(command.Request(scenes, wish, plan, advise, out, plot))
+    settings = ComparisonSettings(names, rounds, quick, engines)
+    _measure(scenes, options, settings, advise, _report_files(out, plot))
+
+
+def _measure(
+    scenes: list[str],
+    options: SceneOptions,
+    settings: ComparisonSettings,
+    accuracy: float | None,
+    files: tuple[Path | None, Path | None],
+) -> None:
+    """Measure, print, write and draw; what is done when Ctrl-C comes is printed and written too."""
+    from hexapod_pin.benchmark.report.figure import write_plot
+    from hexapod_pin.benchmark.report.pages import BenchmarkReport, scene_text, write_report
+    from hexapod_pin.benchmark.work_precision.comparison import command_text
+    from hexapod_pin.benchmark.work_precision.scene_options import find_task
+    from hexapod_pin.validation.machine import Machine
+
+    settings.check()
+    tasks = [find_task(name, options) for name in scenes]
+    machine, done, interrupted = Machine.here(), [], False
+    typer.echo(str(machine))
+    for task in tasks:
+        try:
+            done.append(_one(task, settings, accuracy))
+            typer.echo(scene_text(done[-1]))
+        except (KeyboardInterrupt, SimulationInterrupted):
+            interrupted = True
+        if interrupted or done[-1].interrupted:
+            break
+    if done:
+        command = command_text(scenes, options, settings, accuracy)
+        report = BenchmarkReport(machine, command, done)
+        for path, write in zip(files, (write_report, write_plot), strict=True):
+            if path is not None:
+                typer.echo(f"wrote {write(report, path)}")
+    if interrupted or done[-1].interrupted:
+        raise SimulationInterrupted("interrupted; what was measured before is above", None)
+
+
+def _one(task: Task, settings: ComparisonSettings, accuracy: float | None) -> Comparison:
+    """Measure one scene, or find the advice for it."""
+    from hexapod_pin.benchmark.advice import advice_comparison
+    from hexapod_pin.benchmark.work_precision.comparison import compare
+
+    if accuracy is not None:
+        return advice_comparison(task, accuracy)
+    with progress_bar(f"measuring {task.name}") as progress:
+        return compare(task, settings, progress)
+
+
+def _report_files(out: Path | None, plot: Path | None) -> tuple[Path | None, Path | None]:
+    """Return the files to write, refused now rather than after the measurement."""
+    from hexapod_pin.benchmark.report.figure import FIGURE_ENDINGS, require_matplotlib
+    from hexapod_pin.benchmark.report.pages import WRITERS, require_ending
+
+    if out is not None:
+        require_ending("--out", out, tuple(WRITERS))
+        out = writable("--out", out)
+    if plot is not None:
+        require_ending("--plot", plot, FIGURE_ENDINGS)
+        plot = writable("--plot", plot)
+        require_matplotlib()
+    return out, plot
 
 
 def _hard(quick: bool, out: Path | None) -> None:
-    from hexapod_pin.validation.cases.command import hard
+    """Run the suite, print its tables and write them to `out` (.md)."""
+    from hexapod_pin.benchmark.hard_suite import suite_page, suite_parts
+    from hexapod_pin.benchmark.report.pages import require_ending
+    from hexapod_pin.validation.machine import Machine
 
-    if not hard(quick=quick, out=out):
+    if out is not None:
+        require_ending("--out", out, (".md",))
+        out = writable("--out", out)
+    machine, parts = Machine.here(), []
+    typer.echo(str(machine))
+    for title, run in suite_parts(quick):
+        with progress_bar(title) as tick:
+            parts.append(run(tick))
+        typer.echo(f"\n{parts[-1].table.text()}\n{parts[-1].summary}")
+    if out is not None:
+        out.write_text(suite_page(machine, parts), encoding="utf-8")
+        typer.echo(f"wrote {out}")
+    if any(part.failed for part in parts):
         fail("a hard case failed; see the table", FAILED)

@@ -7,6 +7,8 @@ from typing import Annotated
 import typer
 
 from hexapod_pin.commands.options import OptionalPath, OptionalText
+from hexapod_pin.commands.output_files import writable
+from hexapod_pin.commands.progress import progress_bar
 
 
 def verify(
@@ -23,6 +25,17 @@ def verify(
     ] = None,
 ) -> None:
     """Compare the formulations with each other and with closed forms; fail where two disagree."""
-    from hexapod_pin.validation.checks.command import verify as run
+    from hexapod_pin.validation.checks.registry import VerificationError, run_checks
+    from hexapod_pin.validation.tables import result_table, summary
 
-    run(everything=everything, only=only, out=out)
+    path = None if out is None else writable("--out", out)
+    names = None if only is None else [name.strip() for name in only.split(",")]
+    with progress_bar("verifying") as progress:
+        results = run_checks(names=names, everything=everything, progress=progress)
+    table = result_table(results)
+    typer.echo(f"{table.text()}\n{summary(results)}")
+    if path is not None:
+        path.write_text(f"{table.markdown()}\n{summary(results)}\n", encoding="utf-8")
+        typer.echo(f"wrote {path}")
+    if any(result.failed for result in results):
+        raise VerificationError(results)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,7 +24,8 @@ from hexapod_pin.ground.terrain import Flat, Slope
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.simulation.run import simulate
 from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.cases.robots import robot_file
+from hexapod_pin.validation.cases.robots import lowest_foot, robot_file
+from hexapod_pin.validation.tables import Table
 
 if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace
@@ -36,6 +37,8 @@ DURATION = 0.5
 
 STEPS = (5e-4, 1e-3, 2e-3)
 """[s]"""
+
+SCENES_PER_PROGRESS = 20
 
 ALLOWED_GAIN = 0.01
 """Of the energy scale of a run."""
@@ -66,7 +69,7 @@ class StressScene:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class StressOutcome:
     """What one run did.
 
     Attributes:
@@ -117,9 +120,47 @@ def stress_scenes(count: int, seed: int = 0, *, friction: str = "usual") -> Iter
 
 def run_stress(
     scenes: Sequence[StressScene], step: float, *, method: str = "robust"
-) -> list[Outcome]:
+) -> list[StressOutcome]:
     """Run scenes at one step [s]."""
     return [_run(scene, step, method) for scene in scenes]
+
+
+def run_stress_set(
+    count: int, steps: Sequence[float], progress: Callable[[float], None]
+) -> dict[float, list[StressOutcome]]:
+    """Run the first scenes at every step [s]; `progress` gets the finished fraction."""
+    scenes = list(stress_scenes(count))
+    found: dict[float, list[StressOutcome]] = {step: [] for step in steps}
+    done = 0
+    for step in steps:
+        for k in range(0, count, SCENES_PER_PROGRESS):
+            part = scenes[k : k + SCENES_PER_PROGRESS]
+            found[step] += run_stress(part, step)
+            done += len(part)
+            progress(done / (count * len(steps)))
+    return found
+
+
+def stress_table(found: Mapping[float, Sequence[StressOutcome]]) -> Table:
+    """Return one row per step: runs, failures, extremes."""
+    head = (
+        "step [ms]", "runs", "not finite", "energy gain above 1 %", "largest gain [%]",
+        "largest rise [%]", "contact injection, most", "outer iterations, mean",
+    )  # fmt: skip
+    rows = tuple(_row(step, outcomes) for step, outcomes in found.items())
+    return Table(f"Random extreme scenes, method robust, {DURATION:g} s", head, rows)
+
+
+def _row(step: float, found: Sequence[StressOutcome]) -> tuple[str, ...]:
+    finite = [outcome for outcome in found if outcome.finite]
+    return (
+        f"{1e3 * step:g}", str(len(found)), str(len(found) - len(finite)),
+        str(sum(not outcome.passed for outcome in finite)),
+        f"{100 * max(outcome.gain for outcome in finite):.2g}",
+        f"{100 * max(outcome.rise for outcome in finite):.2g}",
+        f"{max(outcome.injection for outcome in finite):.1e}",
+        f"{sum(outcome.iterations for outcome in finite) / len(finite):.2f}",
+    )  # fmt: skip
 
 
 def energy_of(trace: Trace, scene: Scene) -> Array:
@@ -132,20 +173,20 @@ def energy_of(trace: Trace, scene: Scene) -> Array:
     return energy
 
 
-def _run(stress: StressScene, step: float, method: str) -> Outcome:
+def _run(stress: StressScene, step: float, method: str) -> StressOutcome:
     try:
         trace = simulate(
             stress.scene, HoldPosture(tuple(stress.targets)), duration=DURATION, method=method,
             step=step, sample=step, initial=stress.initial,
         )  # fmt: skip
     except DivergenceError:
-        return Outcome(stress.name, step, finite=False)
+        return StressOutcome(stress.name, step, finite=False)
     energy, counters = energy_of(trace, stress.scene), trace.counters
     if not np.isfinite(energy).all():
-        return Outcome(stress.name, step, finite=False)
+        return StressOutcome(stress.name, step, finite=False)
     weight = stress.scene.robot.total_mass * 9.81 * HEIGHT
     scale = weight + float(trace.energy["kinetic"].max())
-    return Outcome(
+    return StressOutcome(
         stress.name,
         step,
         finite=True,
@@ -216,7 +257,7 @@ def _state(rng: np.random.Generator, scene: Scene, event: str, targets: Array) -
     offsets = np.zeros(len(targets)) if together else rng.uniform(-0.1, 0.1, len(targets))
     q = np.concatenate([np.zeros(3), pin.Quaternion(turn).coeffs(), targets + offsets])
     deep = float(rng.uniform(1e-3, 30e-3)) if event in ("deep start", "lift-off", "slope") else 0.0
-    q[:3] = normal * (_lift(robot, q, normal) - deep)
+    q[:3] = normal * (-lowest_foot(robot, q, normal) - deep)
     v = np.zeros(robot.model.nv)
     v[:3] = turn.T @ _velocity(rng, event, normal)
     v[6:] = 0.0 if together else rng.uniform(-2.0, 2.0, len(targets))
@@ -232,15 +273,3 @@ def _velocity(rng: np.random.Generator, event: str, normal: Array) -> Array:
     if event == "drag":
         return speed * np.array([np.cos(heading), np.sin(heading), 0.0])
     return np.zeros(3)
-
-
-def _lift(robot: Robot, q: Array, normal: Array) -> float:
-    """Return how far to move along the normal for the lowest foot to touch the ground [m]."""
-    import pinocchio as pin
-
-    data = robot.model.createData()
-    pin.forwardKinematics(robot.model, data, q)
-    feet: list[Any] = list(robot.feet)
-    centers = [data.oMi[robot.model.getJointId(foot.joint)].act(foot.offset) for foot in feet]
-    gaps = [float(normal @ c) - float(f.radius) for c, f in zip(centers, feet, strict=True)]
-    return -min(gaps)

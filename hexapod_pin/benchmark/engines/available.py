@@ -1,4 +1,4 @@
-"""The other engines as contenders: who is installed, and each method's own reference."""
+"""The other engines as entries: who is installed, and each method's own reference."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import cast
 
-from hexapod_pin.benchmark.engines.engine import Engine, Ladder, Problem
-from hexapod_pin.benchmark.entry import Outcome, Truth
-from hexapod_pin.benchmark.settings import setting_text
-from hexapod_pin.benchmark.task import Task
+from hexapod_pin.benchmark.engines.engine import Engine, EngineSweep, Problem
+from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution, RunOutcome
+from hexapod_pin.benchmark.work_precision.task import Task
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.validation.solver_setting import setting_text
 
 ENGINES = {
     "mujoco": ("MuJoCo", "mujoco_engine", "Mujoco"),
@@ -28,14 +28,14 @@ LAW = (
 
 
 @dataclass(frozen=True)
-class Peer:
+class EngineEntry:
     """A method of another engine at one setting."""
 
     source: Engine
     method: str
     kind: str
     value: float
-    truth: Truth
+    reference: ReferenceSolution
 
     @property
     def engine(self) -> str:
@@ -47,25 +47,27 @@ class Peer:
         """Its step or accuracy, in words."""
         return setting_text(self.kind, self.value)
 
-    def run(self) -> Outcome:
+    def run(self) -> RunOutcome:
         """Run the task."""
         return self.source.run(self.method, self.kind, self.value)
 
 
 @dataclass
-class Rivals:
-    """The contenders of all other engines, and what there is to say about them.
+class EngineEntries:
+    """The entries of all other engines, and what there is to say about them.
 
     Attributes:
-        contenders: methods at their settings.
+        entries: methods at their settings.
         notes: one line per engine: its law, or why it is not there.
     """
 
-    contenders: list[Peer] = field(default_factory=list)
+    entries: list[EngineEntry] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
 
-def rivals(task: Task, *, quick: bool, progress: Callable[[float], None] | None = None) -> Rivals:
+def engine_entries(
+    task: Task, *, quick: bool, progress: Callable[[float], None] | None = None
+) -> EngineEntries:
     """Return every installed engine's methods on a task with held set-points.
 
     Runs the references: each method has its engine's own, with a step at most a tenth of the
@@ -76,7 +78,7 @@ def rivals(task: Task, *, quick: bool, progress: Callable[[float], None] | None 
         quick: fewer and coarser settings, coarser references.
         progress: called with the finished fraction of the references.
     """
-    found = Rivals()
+    found = EngineEntries()
     try:
         problem = Problem.of(task)
     except ParameterError as error:
@@ -90,24 +92,24 @@ def rivals(task: Task, *, quick: bool, progress: Callable[[float], None] | None 
         maker = getattr(import_module(f"hexapod_pin.benchmark.engines.{adapter}"), kind)
         engines.append(cast(Engine, maker(problem)))
     found.notes += [f"{engine.name}: {engine.law}" for engine in engines]
-    ladders = [(engine, one) for engine in engines for one in engine.ladders(quick=quick)]
-    truths: dict[tuple[str, tuple[str, str, float]], Truth | str] = {}
-    for k, (engine, one) in enumerate(ladders):
+    sweeps = [(engine, one) for engine in engines for one in engine.sweeps(quick=quick)]
+    references: dict[tuple[str, tuple[str, str, float]], ReferenceSolution | str] = {}
+    for k, (engine, one) in enumerate(sweeps):
         key = (engine.name, one.reference)
-        truth = truths[key] if key in truths else _truth(engine, one)
-        truths[key] = truth
-        if isinstance(truth, Truth):
-            found.contenders += [
-                Peer(engine, one.method, one.kind, value, truth) for value in one.values
+        reference = references[key] if key in references else _truth(engine, one)
+        references[key] = reference
+        if isinstance(reference, ReferenceSolution):
+            found.entries += [
+                EngineEntry(engine, one.method, one.kind, value, reference) for value in one.values
             ]
         else:
-            found.notes.append(f"{engine.name} {one.method}: no reference, {truth}")
+            found.notes.append(f"{engine.name} {one.method}: no reference, {reference}")
         if progress is not None:
-            progress((k + 1) / len(ladders))
+            progress((k + 1) / len(sweeps))
     return found
 
 
-def _truth(engine: Engine, one: Ladder) -> Truth | str:
+def _truth(engine: Engine, one: EngineSweep) -> ReferenceSolution | str:
     """Return the reference of a method, or why there is none."""
     outcome = engine.run(*one.reference, exact=True)
     check = engine.run(*one.check, exact=True)
@@ -118,4 +120,4 @@ def _truth(engine: Engine, one: Ladder) -> Truth | str:
         f"{engine.name} {method}, {setting_text(kind, value)}"
         for method, kind, value in (one.reference, one.check)
     ]
-    return Truth(outcome, texts[0], outcome.distance(check), texts[1])
+    return ReferenceSolution(outcome, texts[0], outcome.distance(check), texts[1])

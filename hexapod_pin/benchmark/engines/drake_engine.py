@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from hexapod_pin.benchmark.engines.engine import Ladder, Problem
+from hexapod_pin.benchmark.engines.engine import EngineSweep, Problem
 from hexapod_pin.benchmark.engines.urdf import BASE
-from hexapod_pin.benchmark.entry import Outcome
+from hexapod_pin.benchmark.work_precision.entry import RunOutcome
 
 STEPS = (5e-3, 2.5e-3, 1e-3, 5e-4, 2.5e-4, 1e-4)
 QUICK_STEPS = (1e-3, 5e-4)
@@ -41,12 +41,12 @@ class Drake:
     law: str = "point contact 1e4 N/m, Hunt-Crossley 5 s/m, friction regularised at 1 mm/s"
     _built: dict[tuple[str, str, float], Any] = field(default_factory=dict, repr=False)
 
-    def ladders(self, *, quick: bool) -> list[Ladder]:
+    def sweeps(self, *, quick: bool) -> list[EngineSweep]:
         """Return SAP and lagged; TAMSI and CENIC too where the servos have no torque limit."""
         steps = QUICK_STEPS if quick else STEPS
         fine = steps[-1] / 10.0
         found = [
-            Ladder(name, "step", steps, (name, "step", fine), (name, "step", 2.0 * fine))
+            EngineSweep(name, "step", steps, (name, "step", fine), (name, "step", 2.0 * fine))
             for name in DISCRETE
             if self._own_servos(name) or not np.isfinite(self.problem.limit).any()
         ]
@@ -54,11 +54,11 @@ class Drake:
             accuracies = QUICK_ACCURACIES if quick else ACCURACIES
             reference = (CENIC, "step", fine)
             found.append(
-                Ladder(CENIC, "accuracy", accuracies, reference, (CENIC, "step", 2 * fine))
+                EngineSweep(CENIC, "accuracy", accuracies, reference, (CENIC, "step", 2 * fine))
             )
         return found
 
-    def run(self, method: str, kind: str, value: float, *, exact: bool = False) -> Outcome:
+    def run(self, method: str, kind: str, value: float, *, exact: bool = False) -> RunOutcome:
         """Run the problem; "step" on CENIC is its fixed step [s]. See `Engine.run`."""
         key = (method, kind, value)
         if key not in self._built:
@@ -67,9 +67,9 @@ class Drake:
         try:
             return self._walk(plant, diagram, simulator, first)
         except RuntimeError as error:
-            return Outcome.failed(f"failed: {str(error).splitlines()[0][:80]}")
+            return RunOutcome.failed(f"failed: {str(error).splitlines()[0][:80]}")
 
-    def _walk(self, plant: Any, diagram: Any, simulator: Any, first: Any) -> Outcome:
+    def _walk(self, plant: Any, diagram: Any, simulator: Any, first: Any) -> RunOutcome:
         task = self.problem.task
         context = simulator.get_mutable_context()
         port = diagram.get_input_port(0)
@@ -90,8 +90,8 @@ class Drake:
             places[k + 1] = plant.GetPositions(own)[trunk : trunk + 3]
         wall = time.perf_counter() - begin
         if not np.isfinite(places).all():
-            return Outcome.failed("diverged", wall)
-        return Outcome(places, None, wall, None, _steps(simulator, plant) - before, None)
+            return RunOutcome.failed("diverged", wall)
+        return RunOutcome(places, None, wall, None, _steps(simulator, plant) - before, None)
 
     def _build(self, method: str, kind: str, value: float) -> tuple[Any, Any, Any, Any]:
         """Return plant, diagram, simulator and the first state."""

@@ -8,13 +8,14 @@ from typing import Protocol
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.engines.urdf import peer_urdf
-from hexapod_pin.benchmark.entry import Outcome
-from hexapod_pin.benchmark.task import Task, setpoints
+from hexapod_pin.benchmark.engines.urdf import engine_urdf
+from hexapod_pin.benchmark.work_precision.entry import RunOutcome
+from hexapod_pin.benchmark.work_precision.task import Task, setpoints
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Flat
+from hexapod_pin.validation.cases.robots import lowest_foot
 
-DEEP = 1e-4
+MAX_INITIAL_DEPTH = 1e-4
 """Feet deeper in the ground than this at t = 0 are each engine's own problem [m]."""
 
 
@@ -58,17 +59,17 @@ class Problem:
         scene, servo = task.scene, task.scene.servos
         if not isinstance(scene.terrain, Flat):
             raise ParameterError("terrain", scene.terrain.kind, "flat in other engines")
-        depth = deepest_foot(task)
-        if depth > DEEP:
+        depth = scene.terrain.height - lowest_foot(scene.robot, task.initial.q)
+        if depth > MAX_INITIAL_DEPTH:
             raise ParameterError(
-                "depth of a foot at t = 0", round(depth, 6), f"at most {DEEP:g} m",
+                "depth of a foot at t = 0", round(depth, 6), f"at most {MAX_INITIAL_DEPTH:g} m",
                 "How it is pushed out is a property of the contact law.",
             )  # fmt: skip
         n = len(scene.robot.joint_names)
         kd = servo.kd if servo.limited else 0.0
         damping = np.array(scene.robot.damping) + (servo.kd - kd)
         return cls(
-            task=task, urdf=peer_urdf(scene.robot, damping), setpoints=setpoints(task),
+            task=task, urdf=engine_urdf(scene.robot, damping), setpoints=setpoints(task),
             mu=scene.contact.friction.limit, gravity=np.array(scene.gravity),
             height=scene.terrain.height, kp=servo.kp, kd=kd,
             limit=np.array(scene.robot.effort) if servo.limited else np.full(n, np.inf),
@@ -80,22 +81,8 @@ class Problem:
         return self.task.scene.robot.joint_names
 
 
-def deepest_foot(task: Task) -> float:
-    """Return how deep the deepest foot is in flat ground at t = 0 [m]; negative above it."""
-    import pinocchio as pin
-
-    robot, ground = task.scene.robot, task.scene.terrain
-    data = robot.model.createData()
-    pin.forwardKinematics(robot.model, data, task.initial.q)
-    lowest = [
-        float(data.oMi[robot.model.getJointId(foot.joint)].act(foot.offset)[2]) - foot.radius
-        for foot in robot.feet
-    ]
-    return float(getattr(ground, "height", 0.0)) - min(lowest)
-
-
 @dataclass(frozen=True)
-class Ladder:
+class EngineSweep:
     """The settings of one method of another engine.
 
     Attributes:
@@ -119,15 +106,15 @@ class Engine(Protocol):
     name: str
     law: str
 
-    def ladders(self, *, quick: bool) -> list[Ladder]:
+    def sweeps(self, *, quick: bool) -> list[EngineSweep]:
         """Return its methods and settings."""
         ...
 
-    def run(self, method: str, kind: str, value: float, *, exact: bool = False) -> Outcome:
+    def run(self, method: str, kind: str, value: float, *, exact: bool = False) -> RunOutcome:
         """Run the problem once.
 
         Args:
-            method: one of the ladders'.
+            method: one of the sweeps'.
             kind: "step" or "accuracy".
             value: the step [s] or accuracy.
             exact: solve contacts as tightly as can be, for reference runs.

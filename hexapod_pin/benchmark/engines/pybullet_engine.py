@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.engines.engine import Ladder, Problem
-from hexapod_pin.benchmark.entry import Outcome
+from hexapod_pin.benchmark.engines.engine import EngineSweep, Problem
+from hexapod_pin.benchmark.work_precision.entry import RunOutcome
 
 STEPS = (2.5e-3, 1e-3, 5e-4, 2.5e-4, 1e-4)
 QUICK_STEPS = (1e-3, 5e-4, 2.5e-4)
@@ -38,13 +38,15 @@ class Pybullet:
     name: str = "PyBullet"
     law: str = "spring-damper constraint, 1e4 N/m and 60 N s/m, friction pyramid"
 
-    def ladders(self, *, quick: bool) -> list[Ladder]:
+    def sweeps(self, *, quick: bool) -> list[EngineSweep]:
         """Return one method; reference at a tenth of the last step."""
         steps = QUICK_STEPS if quick else STEPS
         fine = steps[-1] / 10.0
-        return [Ladder(METHOD, "step", steps, (METHOD, "step", fine), (METHOD, "step", 2 * fine))]
+        return [
+            EngineSweep(METHOD, "step", steps, (METHOD, "step", fine), (METHOD, "step", 2 * fine))
+        ]
 
-    def run(self, method: str, kind: str, value: float, *, exact: bool = False) -> Outcome:
+    def run(self, method: str, kind: str, value: float, *, exact: bool = False) -> RunOutcome:
         """Run the problem at a step [s]; see `Engine.run`."""
         bullet = import_module("pybullet")
         client = bullet.connect(bullet.DIRECT)
@@ -53,7 +55,7 @@ class Pybullet:
         finally:
             bullet.disconnect(client)
 
-    def _walk(self, bullet: Any, step: float, exact: bool) -> Outcome:
+    def _walk(self, bullet: Any, step: float, exact: bool) -> RunOutcome:
         task, problem = self.problem.task, self.problem
         robot, joints = self._load(bullet, step, exact)
         each = round(task.sample / step)
@@ -70,9 +72,9 @@ class Pybullet:
             places[k + 1] = self._place(bullet, robot)
         wall = time.perf_counter() - begin
         if not np.isfinite(places).all() or np.abs(places).max() > 1e2:
-            return Outcome.failed("diverged", wall)
+            return RunOutcome.failed("diverged", wall)
         steps = each * task.samples
-        return Outcome(places, None, wall, steps, steps, 0)
+        return RunOutcome(places, None, wall, steps, steps, 0)
 
     def _torque(self, states: Any, wanted: Array) -> Array:
         """Return the servos' torques [N m]; damping is the joints' where there is no limit."""

@@ -18,7 +18,7 @@ ROOT = "root_joint"
 BASE = "trunk"
 
 
-def peer_urdf(robot: Robot, damping: Array) -> str:
+def engine_urdf(robot: Robot, damping: Array) -> str:
     """Return the robot's URDF for another engine.
 
     Written from the model that we integrate, so that what is fixed together is one link: MuJoCo's

@@ -58,8 +58,8 @@ class ContactSprings:
         Raises:
             NoRestError: there is no rest with these feet.
         """
-        moved = self.displacement(load)
-        return self._force(load, load.base_rows @ moved)[0]
+        shift = self.displacement(load)
+        return self._force(load, load.base_rows @ shift)[0]
 
     def displacement(self, load: StanceLoad) -> Array:
         """Return how far the base moves from where all feet just touch, body axes (6,) [m, rad].
@@ -70,23 +70,25 @@ class ContactSprings:
         Raises:
             NoRestError: there is no rest with these feet.
         """
-        moved = self._first_guess(load)
+        shift = self._first_guess(load)
         scale = float(np.abs(load.wrench).max())
         for _ in range(MAX_NEWTON_STEPS):
-            force, stiffness = self._force(load, load.base_rows @ moved)
-            wrong = load.imbalance(force)
-            if np.abs(wrong).max() <= REST_IMBALANCE * scale:
-                return moved
+            force, stiffness = self._force(load, load.base_rows @ shift)
+            imbalance = load.imbalance(force)
+            if np.abs(imbalance).max() <= REST_IMBALANCE * scale:
+                return shift
             tangent = load.base_rows.T @ stiffness @ load.base_rows
-            change = np.asarray(np.linalg.lstsq(tangent, wrong, rcond=1e-14)[0], dtype=np.float64)
-            moved = moved + self._step_share(load, moved, change, float(wrong @ wrong)) * change
-        raise NoRestError(f"no rest on {len(load.feet)} feet: {np.abs(wrong).max():.3g} N left")
+            solved = np.linalg.lstsq(tangent, imbalance, rcond=1e-14)[0]
+            step = np.asarray(solved, dtype=np.float64)
+            share = self._step_share(load, shift, step, float(imbalance @ imbalance))
+            shift = shift + share * step
+        raise NoRestError(f"no rest on {len(load.feet)} feet: {np.abs(imbalance).max():.3g} N left")
 
-    def _step_share(self, load: StanceLoad, moved: Array, change: Array, before: float) -> float:
+    def _step_share(self, load: StanceLoad, shift: Array, step: Array, before: float) -> float:
         """Return the share of a step after which the imbalance is smaller."""
         share = 1.0
         while share > MIN_STEP_SHARE:
-            force, _ = self._force(load, load.base_rows @ (moved + share * change))
+            force, _ = self._force(load, load.base_rows @ (shift + share * step))
             left = load.imbalance(force)
             if float(left @ left) < before:
                 return share
@@ -97,22 +99,23 @@ class ContactSprings:
         """Return the displacement in which all feet share the load evenly."""
         count = len(load.feet)
         normals = np.tile(load.normal, count)
-        push = float(np.linalg.norm(load.wrench[:3])) / count
-        depth = (push / self.stiffness) ** (1.0 / self.exponent)
+        load_per_foot = float(np.linalg.norm(load.wrench[:3])) / count
+        depth = (load_per_foot / self.stiffness) ** (1.0 / self.exponent)
         guess: Array = np.linalg.lstsq(load.base_rows, -depth * normals, rcond=None)[0]
         return guess
 
-    def _force(self, load: StanceLoad, moved: Array) -> tuple[Array, Array]:
-        """Return forces (3k,) and -df/dmoved (3k, 3k) for displacements of the contact points."""
+    def _force(self, load: StanceLoad, shift: Array) -> tuple[Array, Array]:
+        """Return forces (3k,) and -df/dshift (3k, 3k) for displacements of the contact points."""
         from scipy.linalg import block_diag
 
         count = len(load.feet)
-        place = moved.reshape(count, 3)
+        place = shift.reshape(count, 3)
         depth = np.maximum(-place @ load.normal, 0.0)
         flat = place + np.outer(-place @ load.normal, load.normal)
-        push = self.stiffness * depth**self.exponent
+        normal_force = self.stiffness * depth**self.exponent
         touching = (depth > 0.0).astype(float)
-        force = push[:, None] * load.normal - (self.tangential * touching)[:, None] * flat
+        force = normal_force[:, None] * load.normal
+        force -= (self.tangential * touching)[:, None] * flat
         slope = self.exponent * self.stiffness * depth ** (self.exponent - 1.0) * touching
         along = np.outer(load.normal, load.normal)
         blocks = [

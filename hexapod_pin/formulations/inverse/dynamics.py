@@ -11,11 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from hexapod_pin.arrays import Array
 from hexapod_pin.formulations.inverse.force_split import ForceSplit, MinimumNorm
 from hexapod_pin.formulations.inverse.stance import stance_load
+from hexapod_pin.formulations.rigid.constraints import ContactSet
 from hexapod_pin.formulations.rigid.model import RigidModel
 from hexapod_pin.formulations.rigid.sticking import StickingCheck, check_sticking
-
-EFFORT_ROUNDING = 1e-9
-"""A torque may exceed its limit by this share [-]: solvers that keep to it do so to rounding."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +27,6 @@ class InverseDynamics:
         unique: which force components the motion alone determines. Shape (F, 3).
         imbalance: what no foot force can give the base, body axes [N, N m]. Shape (6,).
         checks: whether each foot could stick.
-        overloaded: names of the joints whose torque is above their effort limit.
     """
 
     torque: Array
@@ -38,7 +35,6 @@ class InverseDynamics:
     unique: NDArray[np.bool_]
     imbalance: Array
     checks: tuple[StickingCheck, ...]
-    overloaded: tuple[str, ...]
 
 
 def inverse_dynamics(
@@ -66,16 +62,12 @@ def inverse_dynamics(
     rule = split or MinimumNorm()
     load = stance_load(model, q, v, acceleration, feet)
     share = rule.share(load)
-    shape = (len(model.robot.feet), 3)
-    force, unique = np.zeros(shape), np.ones(shape, dtype=bool)
-    force[list(feet)] = share.reshape(-1, 3)
-    unique[list(feet)] = load.unique.reshape(-1, 3)
-    torque = load.torque(share)
-    above = np.abs(torque) > load.effort * (1.0 + EFFORT_ROUNDING)
+    contacts, count = ContactSet(tuple(feet)), len(model.robot.feet)
+    force = contacts.forces(share, model.normal, count)
+    unique = contacts.force_flags(load.unique, count)
     return InverseDynamics(
-        torque=torque, force=force, split=rule.label, unique=unique,
+        torque=load.torque(share), force=force, split=rule.label, unique=unique,
         imbalance=load.imbalance(share), checks=check_sticking(model, feet, force, unique),
-        overloaded=tuple(np.array(model.robot.joint_names)[above]),
     )  # fmt: skip
 
 
@@ -98,8 +90,8 @@ def torque_under_forces(
 
     points = model.positions(q)[3]
     external = pin.StdVec_Force([pin.Force.Zero() for _ in range(model.model.njoints)])
-    for foot, point, push in zip(model.robot.feet, points, np.asarray(force), strict=True):
+    for foot, point, one in zip(model.robot.feet, points, np.asarray(force), strict=True):
         joint = model.model.getJointId(foot.joint)
-        about_origin = pin.Force(push, np.cross(point, push))
+        about_origin = pin.Force(one, np.cross(point, one))
         external[joint] += model.data.oMi[joint].actInv(about_origin)
     return model.inverse_dynamics(q, v, acceleration, external)

@@ -22,11 +22,16 @@ from hexapod_pin.ground.contact import (
 )
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from hexapod_pin.arrays import Array
-    from hexapod_pin.ground.contact import FrictionLaw, NormalLaw
+    from hexapod_pin.ground.contact import FrictionLaw, NormalLaw, StickSlip
 
 MIN_SLIP_SPEED_M_S = 1e-300
 """Keeps m(s)/s finite at rest [m/s]."""
+
+CONE_LIMIT_SHARE = 1.0 - 1e-9
+"""A bristle with this share of its friction limit is on the cone [-]."""
 
 
 def normal_force(law: NormalLaw, depth: Array, rate: Array, touch_speed: Array) -> Array:
@@ -82,6 +87,29 @@ def friction_over_speed(law: FrictionLaw, speed: Array) -> Array:
     """Return m(s)/s [s/m]: friction is this times -N u_t, finite at rest too."""
     s = np.maximum(speed, MIN_SLIP_SPEED_M_S)
     return friction_coefficient(law, s) / s
+
+
+def bristle_friction(
+    law: StickSlip, limit: Array, stretch: Array, slip: Array, normal: Array
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return F = k z + c u_t of a stick-slip spring, cut at the friction limit.
+
+    Args:
+        law: its parameters.
+        limit: mu N [N]. Shape (C, 1).
+        stretch: z [m]. Shape (C, 3).
+        slip: u_t [m/s]. Shape (C, 3).
+        normal: of the ground. Shape (C, 3).
+
+    Returns:
+        Friction against the slip (C, 3) [N], z' = (F - k z)/c (C, 3) [m/s], at the limit (C,).
+    """
+    trial = law.stiffness * stretch + law.damping * slip
+    size = np.sqrt(np.einsum("ij,ij->i", trial, trial))[:, None]
+    cut = np.where(size > limit, limit / np.maximum(size, np.finfo(float).tiny), 1.0)
+    flat = stretch - np.einsum("ij,ij->i", normal, stretch)[:, None] * normal
+    rate = (cut * trial - law.stiffness * flat) / law.damping
+    return cut * trial, rate, (size >= limit * CONE_LIMIT_SHARE)[:, 0]
 
 
 def cubic_step(x: Array) -> Array:

@@ -8,7 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.maximal.contact_laws import friction_over_speed, normal_force
+from hexapod_pin.formulations.maximal.contact_laws import (
+    bristle_friction,
+    friction_over_speed,
+    normal_force,
+)
 from hexapod_pin.formulations.maximal.contact_memory import ContactEvaluation
 from hexapod_pin.formulations.maximal.ground_query import GroundQuery
 from hexapod_pin.formulations.maximal.rotation import cross
@@ -21,9 +25,6 @@ if TYPE_CHECKING:
     from hexapod_pin.formulations.maximal.state import MaximalState
     from hexapod_pin.ground.contact import Contact
     from hexapod_pin.ground.terrain import Ground
-
-CONE_LIMIT_SHARE = 1.0 - 1e-9
-"""A bristle with this share of its friction limit is on the cone [-]."""
 
 
 class GroundContact:
@@ -82,15 +83,8 @@ class GroundContact:
         idle = np.zeros_like(u)
         found = ContactEvaluation(gap, approach, idle, idle, np.zeros(len(gap), dtype=bool))
         if (gap < 0.0).any():
-            factors = self._ground.factors(centers)  # on friction and stiffness
-            push = self._normal_forces(found, factors[:, 1], memory)[:, None]
-            stretch = idle if state.bristles is None else state.bristles
-            friction = factors[:, :1]
-            if self._bristle is None:
-                found = self._smooth_friction(found, push, friction, normal, slip)
-            else:
-                law = self._bristle
-                found = _bristle_friction(law, found, push, friction, normal, slip, stretch, memory)
+            factors = self._ground.factors(centers)
+            found = self._with_forces(found, factors, normal, slip, state.bristles, memory)
         on_feet = np.concatenate([found.force, cross(lever, found.force)], axis=1)
         return self._contacts_on_body @ on_feet, found
 
@@ -107,42 +101,40 @@ class GroundContact:
         once = slice(None, None, self._ground.contacts_per_sphere)
         return self._ground.under(time, centers[once], self._radius[once])
 
-    def _normal_forces(self, at: ContactEvaluation, factor: Array, memory: RunMemory) -> Array:
-        """Return normal forces (C,) [N], zero where the contact is open (S1 eq. 4)."""
-        depth, speed = np.maximum(-at.gap, 0.0), memory.impact_speed(at.approach)
-        force = normal_force(self.contact.normal, depth, at.approach, speed)
-        return np.where(depth > 0.0, force * factor, 0.0)
-
-    def _smooth_friction(
-        self, at: ContactEvaluation, push: Array, factor: Array, normal: Array, slip: Array
+    def _with_forces(
+        self,
+        at: ContactEvaluation,
+        factors: Array,
+        normal: Array,
+        slip: Array,
+        bristles: Array | None,
+        memory: RunMemory,
     ) -> ContactEvaluation:
-        """Return the contacts with forces of a friction law of the slip speed (S1 eq. 5)."""
-        speed = np.sqrt(np.einsum("ij,ij->i", slip, slip))[:, None]
-        over_speed = factor * friction_over_speed(self.contact.friction, speed)
-        return replace(at, force=push * (normal - over_speed * slip))
+        """Return the contacts with normal forces (S1 eq. 4) and friction (S1 eq. 5 or bristles).
 
-
-def _bristle_friction(
-    law: StickSlip,
-    at: ContactEvaluation,
-    push: Array,
-    factor: Array,
-    normal: Array,
-    slip: Array,
-    stretch: Array,
-    memory: RunMemory,
-) -> ContactEvaluation:
-    """Return the contacts with forces and rates of bristles: z' = (F - k z)/c, F in the cone."""
-    mu = np.where(memory.sliding, law.mu_dynamic, law.mu)[:, None]
-    trial, cap = law.stiffness * stretch + law.damping * slip, factor * mu * push
-    size = np.sqrt(np.einsum("ij,ij->i", trial, trial))[:, None]
-    friction = np.where(size > cap, cap / np.maximum(size, np.finfo(float).tiny), 1.0) * trial
-    flat = stretch - np.einsum("ij,ij->i", normal, stretch)[:, None] * normal
-    closed = push > 0.0
-    return replace(
-        at,
-        force=np.where(closed, push * normal - friction, 0.0),
-        # open contacts relax too, and are reset at the next accepted state
-        bristle_rate=(friction - law.stiffness * flat) / law.damping,
-        on_cone=(closed & (size >= cap * CONE_LIMIT_SHARE))[:, 0],
-    )
+        Args:
+            at: gaps and approach speeds.
+            factors: on friction and stiffness [-]. Shape (C, 2).
+            normal: of the ground. Shape (C, 3).
+            slip: velocity along the ground [m/s]. Shape (C, 3).
+            bristles: stretch [m]; None: zero. Shape (C, 3).
+            memory: of the contacts.
+        """
+        depth, touch_speed = np.maximum(-at.gap, 0.0), memory.impact_speed(at.approach)
+        force = normal_force(self.contact.normal, depth, at.approach, touch_speed)
+        load = np.where(depth > 0.0, force * factors[:, 1], 0.0)[:, None]
+        law, factor = self._bristle, factors[:, :1]
+        if law is None:
+            speed = np.sqrt(np.einsum("ij,ij->i", slip, slip))[:, None]
+            over_speed = factor * friction_over_speed(self.contact.friction, speed)
+            return replace(at, force=load * (normal - over_speed * slip))
+        limit = factor * np.where(memory.sliding, law.mu_dynamic, law.mu)[:, None] * load
+        stretch = np.zeros_like(slip) if bristles is None else bristles
+        friction, rate, on_cone = bristle_friction(law, limit, stretch, slip, normal)
+        closed = load > 0.0  # open contacts relax, and are reset at the next accepted state
+        return replace(
+            at,
+            force=np.where(closed, load * normal - friction, 0.0),
+            bristle_rate=rate,
+            on_cone=closed[:, 0] & on_cone,
+        )

@@ -54,7 +54,6 @@ def integrate(
     step: float | None = None,
     rtol: float = 1e-10,
     atol: float = 1e-12,
-    max_step: float = math.inf,
     projected: bool = True,
 ) -> MaximalRun:
     """Integrate S1 eq. 1 from a state.
@@ -68,7 +67,6 @@ def integrate(
         step: RK4 with this step [s]; none: DOP853, whose steps end at touch-downs.
         rtol: of DOP853, on all numbers of the state.
         atol: of DOP853 [SI units].
-        max_step: of DOP853 [s].
         projected: whether positions and velocities are projected onto the joints after every
             step; Baumgarte's terms are the model's.
 
@@ -85,7 +83,7 @@ def integrate(
     )
     stepper: Rk4Stepper | Dop853Stepper
     if step is None:
-        stepper = Dop853Stepper(system, rtol=rtol, atol=atol, max_step=max_step, end=duration)
+        stepper = Dop853Stepper(system, rtol=rtol, atol=atol, end=duration)
     else:
         stepper = Rk4Stepper(system, step)
     kept = [(system.state, system.memory)]

@@ -29,7 +29,7 @@ class Rk4Stepper:
         self._y, self._rate = system.accept(0.0, system.state.flat())
 
     def advance(self, stop: float) -> bool:
-        """Go to `stop` in equal steps, at most the step asked for; False where y is not finite."""
+        """Go to `stop` [s] in equal steps of about the given size; False where y is not finite."""
         count = max(1, round((stop - self._time) / self._step))
         h, begin = (stop - self._time) / count, self._time
         for k in range(count):
@@ -55,16 +55,14 @@ class Dop853Stepper:
         events: touch-downs located.
     """
 
-    def __init__(
-        self, system: OdeSystem, *, rtol: float, atol: float, max_step: float, end: float
-    ) -> None:
+    def __init__(self, system: OdeSystem, *, rtol: float, atol: float, end: float) -> None:
         """Begin at the system's state, t = 0; `end` is the last time asked for [s]."""
         from scipy.integrate import DOP853
 
         self.steps, self.events = 0, 0
         self._system = system
         y, rate = system.accept(0.0, system.state.flat())
-        self._solver: Any = DOP853(system, 0.0, y, end, rtol=rtol, atol=atol, max_step=max_step)
+        self._solver: Any = DOP853(system, 0.0, y, end, rtol=rtol, atol=atol)
         self._solver.f = rate
 
     def advance(self, stop: float) -> bool:

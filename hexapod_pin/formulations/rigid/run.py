@@ -3,8 +3,8 @@
 `integrate` runs S2 eqs. 1-4 under DOP853 with a fixed set of feet. `simulate` walks: within a phase
 the grounded feet are held (eqs. 1-4), a foot that comes down ends it with a plastic impact (eq. 5).
 Ground forces and torques come without any contact stiffness, and they are determined: 3k rows are
-independent as long as no grounded leg is singular, because the servos give way. The feet are
-assumed to stick; what that asks of friction is in `RigidRun.friction_demand`.
+independent as long as no grounded leg is singular, because the servos yield. The feet are
+assumed to stick; the friction that this needs is in `RigidRun.friction_demand`.
 """
 
 from __future__ import annotations
@@ -93,15 +93,13 @@ class RigidRun:
     """A walk on rigid ground.
 
     Attributes:
-        trace: its samples; forces are multipliers, `normal_loss` is what impacts took.
+        trace: its samples; forces are multipliers, `normal_loss` is the loss in impacts.
         impacts: all touch-downs.
-        releases: how often a foot was released.
-        friction_demand: what sticking asked of each foot.
+        friction_demand: the friction that sticking needed, foot by foot.
     """
 
     trace: Trace
     impacts: tuple[TouchDownImpact, ...]
-    releases: int
     friction_demand: tuple[FrictionDemand, ...]
 
 
@@ -147,4 +145,4 @@ def simulate(
         recorder.add(loop.now, loop.energy)
     counters = {"steps": loop.steps, "impacts": len(loop.impacts), "releases": loop.releases}
     trace = recorder.trace(controller, counters, step, sample)
-    return RigidRun(trace, tuple(loop.impacts), loop.releases, friction_demand(trace, model))
+    return RigidRun(trace, tuple(loop.impacts), friction_demand(trace, model))

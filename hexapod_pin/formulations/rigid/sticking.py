@@ -1,4 +1,4 @@
-"""Whether feet that were assumed to stick could have: each foot's force against its cone."""
+"""The sticking assumption of S2 appendix eqs. 3-5: each foot's force against its friction cone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Samples of a rigid walk as a `Trace`, and what sticking asked of its feet."""
+"""Samples of a walk on rigid ground (S2 eqs. 1-5) as a `Trace`, and the friction it needed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ENERGIES = ("kinetic", "potential", "servo_work", "joint_damping_loss", "normal_
 
 @dataclass(frozen=True)
 class FrictionDemand:
-    """What sticking asked of one foot over a walk.
+    """Friction that sticking needed of one foot over a walk.
 
     Attributes:
         foot: its name.

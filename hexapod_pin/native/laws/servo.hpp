@@ -44,7 +44,7 @@ struct ServoLaw {
     return clip(joint, demand(joint, error, rate_error));
   }
 
-  // The side of the limit that a demand exceeds.
+  // The side of the limit that a demand exceeds; 0 for one that is not a number.
   LimitSide saturation(int joint, double demand, double slack = 0.0) const {
     if (!(std::abs(demand) > limit[joint] * (1.0 + slack))) return 0;
     return demand > 0.0 ? 1 : -1;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "plant/plant.hpp"
@@ -61,8 +62,9 @@ class LinearStep {
     bool found = false;
     for (int j = 0; j < plant.joints(); ++j) {
       if (side_[j] != 0) continue;
-      side_[j] = plant.servo.saturation(j, end_demand(plant, j, h, joints[j]),
-                                        ServoLaw::kLimitSlack);
+      const double demand = end_demand(plant, j, h, joints[j]);
+      // A demand that overflows in the solve is not a number: the servo is past its limit too.
+      side_[j] = std::isnan(demand) ? -1 : plant.servo.saturation(j, demand, ServoLaw::kLimitSlack);
       found |= side_[j] != 0;
     }
     return found;

@@ -13,14 +13,15 @@ struct NamedMethod {
   std::unique_ptr<Rollout> (*start)(const RunSetup& setup);
 };
 
-constexpr std::array<NamedMethod, 8> kMethods = {{{"implicit-euler", start_implicit_euler},
-                                             {"rk4", start_rk4},
-                                             {"robust", start_robust},
-                                             {"robust-reference", start_robust_reference},
-                                             {"extrapolated-euler", start_extrapolated_euler},
-                                             {"x3", start_extrapolated_euler},
-                                             {"ndf", start_ndf},
-                                             {"dop853", start_dop853}}};
+constexpr std::array<NamedMethod, 7> kMethods = {{
+    {"implicit-euler", start_implicit_euler},
+    {"rk4", start_rk4},
+    {"robust", start_robust},
+    {"robust-reference", start_robust_reference},
+    {"extrapolated-euler", start_extrapolated_euler},
+    {"ndf", start_ndf},
+    {"dop853", start_dop853},
+}};
 
 }  // namespace
 

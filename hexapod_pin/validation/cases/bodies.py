@@ -21,8 +21,8 @@ from hexapod_pin.simulation.scene import Scene
 
 Vector = tuple[float, float, float]
 
-LIMP = Servo(kp=0.0, kd=0.0, limited=False)
-FREE = JointStops(stiffness=0.0)
+ZERO_GAIN_SERVO = Servo(kp=0.0, kd=0.0, limited=False)
+NO_JOINT_STOPS = JointStops(stiffness=0.0)
 NO_FRICTION = TanhCoulomb(mu=0.0, slope=1.0)
 
 ANCHOR_MASS = 1e12
@@ -33,7 +33,7 @@ ANCHOR_RATE = 100.0
 
 
 @dataclass(frozen=True)
-class Link:
+class ChainLink:
     """A link that turns about a joint on its parent.
 
     Attributes:
@@ -77,7 +77,25 @@ def ball(radius: float, *, mass: float = 1.0, inertia: float = 0.01) -> Robot:
     return body({"foot": (0.0, 0.0, 0.0)}, mass=mass, inertia=(inertia,) * 3, radius=radius)
 
 
-def anchored(links: Sequence[Link]) -> Robot:
+SIX_FEET_MASS = 3.08746
+"""Of the body of HC15, HC17 and HC18 [kg]."""
+
+SIX_FEET = {
+    "L1": (0.2475, 0.16), "L2": (0.0, 0.19), "L3": (-0.2475, 0.16),
+    "R1": (0.2475, -0.16), "R2": (0.0, -0.19), "R3": (-0.2475, -0.16),
+}  # fmt: skip
+"""Its feet [m], in the order of the robot's."""
+
+
+def six_feet_body(
+    com: Vector, depth: float, inertia: Vector, feet: Sequence[str] = tuple(SIX_FEET)
+) -> Robot:
+    """Return that body with these feet, `depth` below its origin [m]."""
+    places = {name: (*SIX_FEET[name], -depth) for name in feet}
+    return body(places, mass=SIX_FEET_MASS, com=com, inertia=inertia)
+
+
+def anchored(links: Sequence[ChainLink]) -> Robot:
     """Return a chain of links on a base of `ANCHOR_MASS` with four feet 10 m from its middle."""
     far = 10.0
     moments = (ANCHOR_MASS * far**2,) * 3
@@ -109,8 +127,8 @@ def anchored_scene(
     stiffness = 0.25 * ANCHOR_MASS * ANCHOR_RATE**2
     normal = KelvinVoigt(stiffness=stiffness, damping=0.0)
     scene = Scene(
-        robot, contact=Contact(normal=normal, friction=NO_FRICTION), servo=LIMP,
-        gravity=(0.0, 0.0, -gravity), stops=FREE,
+        robot, contact=Contact(normal=normal, friction=NO_FRICTION), servo=ZERO_GAIN_SERVO,
+        gravity=(0.0, 0.0, -gravity), stops=NO_JOINT_STOPS,
     )  # fmt: skip
     return scene, state(robot, (0.0, 0.0, -gravity / ANCHOR_RATE**2), joints=angles, rates=rates)
 
@@ -120,7 +138,7 @@ def on_ground(robot: Robot, normal: NormalLaw, **parts: Any) -> Scene:
     contact = Contact.model_construct(
         normal=normal, friction=parts.pop("friction", NO_FRICTION), assumed=""
     )
-    return Scene(robot, contact=contact, servo=LIMP, stops=FREE, **parts)
+    return Scene(robot, contact=contact, servo=ZERO_GAIN_SERVO, stops=NO_JOINT_STOPS, **parts)
 
 
 def state(

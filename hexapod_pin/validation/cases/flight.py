@@ -4,28 +4,38 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import partial
-from typing import Any
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.error import Distance
-from hexapod_pin.benchmark.settings import Setting
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.cases.bodies import FREE, LIMP, body, state
-from hexapod_pin.validation.cases.case_result import HardCase, HardRow, relative
+from hexapod_pin.validation.case_result import ExpectedValue, relative
+from hexapod_pin.validation.case_run import CaseRun
+from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS, ZERO_GAIN_SERVO, body, state
 from hexapod_pin.validation.cases.reference_data import answers
 from hexapod_pin.validation.cases.robots import robot_file
-from hexapod_pin.validation.cases.solver_settings import TIGHT, TRUTH, Run, Wanted, measured, ways
+from hexapod_pin.validation.hard_case import HardCase, Trial
+from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.validation.solver_setting import (
+    DOP853,
+    EXTRAPOLATED_EULER,
+    IMPLICIT_1MS,
+    NDF,
+    ORDER_3,
+    TIGHT,
+    SolverSetting,
+    rk4,
+)
+
+Values = Iterator[ExpectedValue]
 
 
-def _spinning(inertia: tuple[float, float, float], spin: Array, duration: float) -> Run:
+def _spinning(inertia: tuple[float, float, float], spin: Array, duration: float) -> CaseRun:
     """Return a body in empty space, its base at its centre of mass."""
     robot = body({"foot": (0.0, 0.0, 0.0)}, inertia=inertia)
-    scene = Scene(robot, servo=LIMP, gravity=(0.0, 0.0, 0.0), stops=FREE)
-    return Run(scene, state(robot, (0.0, 0.0, 1.0), spin=spin), duration)
+    scene = Scene(robot, servo=ZERO_GAIN_SERVO, gravity=(0.0, 0.0, 0.0), stops=NO_JOINT_STOPS)
+    return CaseRun(scene, state(robot, (0.0, 0.0, 1.0), spin=spin), duration)
 
 
 # --- HC11 ---------------------------------------------------------------------------------------
@@ -34,42 +44,34 @@ TRUNK = (0.0025185, 0.0166529, 0.0168972)
 """Principal moments of S2's trunk, sorted [kg m^2]."""
 
 
-def hc11(quick: bool) -> Iterator[HardRow]:
+def flip(setting: SolverSetting, name: str) -> Values:
     """A free body flips about its middle axis."""
-    cases = answers("HC11")
-    exact = Setting("rk4", 1e-4)
-    for way in (TRUTH[0],) if quick else (exact, *TRUTH):
-        for name in cases:
-            look = partial(_flip, name, cases[name])
-            yield from measured("HC11", name, way, look, required=TIGHT)
-
-
-def _flip(name: str, case: dict[str, Any], way: Setting) -> Iterator[Wanted]:
     import pinocchio as pin
 
+    case = answers("HC11")[name]
     inertia = (1.0, 2.0, 3.0) if name.startswith("I=") else TRUNK
     spin = np.array([float(x) for x in case["omega0"]])
     moment = np.array(inertia)
     time = first_flip(moment, spin)
     run = _spinning(inertia, spin, time)
-    trace = run.by(_dividing(way, time))
+    trace = run.by(_dividing(setting, time))
     change = np.cross(moment * trace.v[-1, 3:6], trace.v[-1, 3:6]) / moment
     late = trace.v[-1, 4] / change[1]  # its middle rate should be zero
     tolerance = 1e-6 if "1e-6" in name else 1e-8
-    yield Wanted(f"time of the first flip, {name}", abs(float(late)) / time, tolerance)
+    yield ExpectedValue(f"time of the first flip, {name}", abs(float(late)) / time, tolerance)
     momentum = [
         pin.Quaternion(q[3:7]).matrix() @ (moment * v[3:6])
         for q, v in zip(trace.q, trace.v, strict=True)
     ]
     drift = np.linalg.norm(momentum[-1] - momentum[0]) / np.linalg.norm(momentum[0])
-    yield Wanted(f"angular momentum, {name}", float(drift), 1e-10)
+    yield ExpectedValue(f"angular momentum, {name}", float(drift), 1e-10)
     if "omega_body(10s)" in case:
-        after = Run(run.scene, run.start, 10.0).by(way)
+        after = run.lasting(10.0).by(setting)
         known = np.array([float(x) for x in case["omega_body(10s)"]])
         error = float(np.abs(after.v[-1, 3:6] - known).max() / np.abs(spin).max())
-        yield Wanted(
-            f"body rates after 10 s, {name}", error, tolerance, required=False,
-            note="round-off in the energy, 1e-15 over eps^2, moves the second flip by 1e-7",
+        yield ExpectedValue(
+            f"body rates after 10 s, {name}", error, tolerance,
+            expected_miss="round-off of the energy, 1e-15 over eps^2, moves the 2nd flip by 1e-7",
         )  # fmt: skip
 
 
@@ -99,95 +101,86 @@ def first_flip(moments: Array, spin: Array) -> float:
     return float((ellipk(modulus) + up) / scale)
 
 
-def _dividing(way: Setting, duration: float) -> Setting:
-    """Return the way with its step, if it has one, moved so that it divides a duration."""
-    if way.adaptive:
-        return way
-    return Setting(way.method, duration / math.ceil(duration / way.value))
+def _dividing(setting: SolverSetting, duration: float) -> SolverSetting:
+    """Return the setting with its step, if it has one, moved so that it divides a duration."""
+    if setting.adaptive:
+        return setting
+    return SolverSetting(setting.method, duration / math.ceil(duration / setting.value))
 
 
 # --- HC14b --------------------------------------------------------------------------------------
 
 
-def hc14b(quick: bool) -> Iterator[HardRow]:
-    """A limp hexapod in flight, 0.5 s."""
-    for way in ways(quick):
-        yield from measured("HC14b", "flight", way, _flight, required=TIGHT)
-
-
-def flying() -> tuple[Robot, Run]:
-    """Return the reference hexapod thrown up with all its joints moving."""
+def flying() -> tuple[Robot, CaseRun]:
+    """Return the reference hexapod thrown up with all its joints moving, and its limp flight."""
     import pinocchio as pin
 
-    robot = load_robot(robot_file("hexa_ref"))
-    wanted = answers("HC14b")
-    rates = dict(zip(wanted["joint_order"], _case_rates(), strict=True))
+    robot, known = load_robot(robot_file("hexa_ref")), answers("HC14b")
+    rates = dict(zip(known["joint_order"], known["v0_joints"], strict=True))
     q = pin.neutral(robot.model)
     q[2] = 1.0
     q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(*np.radians([4.0, -3.0, 0.0]))).coeffs()
     q[7:] = np.tile([0.0, -0.3, 0.3], 6)
     v = np.r_[0.3, -0.2, 1.0, 2.0, -1.0, 3.0, [rates[name] for name in robot.joint_names]]
-    return robot, Run(Scene(robot, servo=LIMP, stops=FREE), robot.check_state(q, v), 0.5)
+    scene = Scene(robot, servo=ZERO_GAIN_SERVO, stops=NO_JOINT_STOPS)
+    return robot, CaseRun(scene, robot.check_state(q, v), 0.5)
 
 
-def _case_rates() -> list[float]:
-    rates: list[float] = answers("HC14b")["v0_joints"]
-    return rates
-
-
-def _flight(way: Setting) -> Iterator[Wanted]:
+def flight(setting: SolverSetting) -> Values:
+    """A limp hexapod in flight, 0.5 s."""
     import pinocchio as pin
 
     robot, run = flying()
-    wanted = answers("HC14b")
-    trace = run.by(way)
+    expected = answers("HC14b")
+    trace = run.by(setting)
     energy = trace.energy["kinetic"] + trace.energy["potential"]
-    error = max(relative(float(e), wanted["energy"]) for e in energy)
-    yield Wanted("energy", error, 1e-10)
+    error = max(relative(float(e), expected["energy"]) for e in energy)
+    yield ExpectedValue("energy", error, 1e-10)
     data = robot.model.createData()
     pin.computeCentroidalMomentum(robot.model, data, trace.q[-1], trace.v[-1])
-    known = np.array(wanted["angular_momentum_about_com"])
-    off = float(np.linalg.norm(data.hg.angular - known) / np.linalg.norm(known))
-    yield Wanted("angular momentum", off, 1e-10)
-    fallen = np.abs(trace.com[-1] - wanted["com_0.5s"]).max()
-    yield Wanted("centre of mass", float(fallen), 1e-10, "m")
-    angles = dict(zip(wanted["joint_order"], wanted["q_joints_0.5s"], strict=True))
+    known = np.array(expected["angular_momentum_about_com"])
+    off = float((np.abs(data.hg.angular - known) / np.abs(known)).max())
+    yield ExpectedValue("angular momentum", off, 1e-10)
+    fallen = np.abs(trace.com[-1] - expected["com_0.5s"]).max()
+    yield ExpectedValue("centre of mass", float(fallen), 1e-10, "m")
+    angles = dict(zip(expected["joint_order"], expected["q_joints_0.5s"], strict=True))
     joints = [angles[name] for name in robot.joint_names]
-    final = np.r_[wanted["base_xyz_0.5s"], wanted["quat_xyzw_0.5s"], joints]
-    apart = Distance.between(trace.q[-1:], final[np.newaxis]).q
-    yield Wanted("all positions", apart, 1e-7, "m, rad")
+    final = np.r_[expected["base_xyz_0.5s"], expected["quat_xyzw_0.5s"], joints]
+    apart = PositionError.between(trace.q[-1:], final[np.newaxis]).q
+    yield ExpectedValue("all positions", apart, 1e-7, "m, rad")
 
 
 # --- HC19 ---------------------------------------------------------------------------------------
 
 
-def hc19(quick: bool) -> Iterator[HardRow]:
-    """10 rad/s for an hour (quick: six minutes) in steps of 1 ms."""
-    way = Setting("implicit-euler", 1e-3)
-    duration = 360.0 if quick else 3600.0
-    yield from measured("HC19", "an hour of turning", way, partial(_turning, duration))
-    for other in () if quick else TRUTH:
-        look = partial(_turning, duration)
-        yield from measured("HC19", "an hour of turning", other, look, required=())
-
-
-def _turning(duration: float, way: Setting) -> Iterator[Wanted]:
+def turning(setting: SolverSetting, duration: float) -> Values:
+    """10 rad/s for a long time."""
     axis = np.array([1.0, 2.0, 2.0]) / 3.0
-    trace = _spinning((0.01,) * 3, 10.0 * axis, duration).by(way)
+    trace = _spinning((0.01,) * 3, 10.0 * axis, duration).by(setting)
     x = trace.q[-1, 3:7]
     half = 0.5 * 10.0 * duration
-    wanted = np.r_[math.sin(half) * axis, math.cos(half)]
+    expected = np.r_[math.sin(half) * axis, math.cos(half)]
     if duration == 3600.0:
         known = np.array([float(v) for v in answers("HC19")["q"]])
-        wanted = np.r_[known[1:], known[0]]
-    error = 2.0 * min(float(np.linalg.norm(x - s * wanted)) for s in (1.0, -1.0))
-    yield Wanted(f"attitude after {duration:g} s", error, 1e-9, "rad")
+        expected = np.r_[known[1:], known[0]]
+    error = 2.0 * min(float(np.linalg.norm(x - s * expected)) for s in (1.0, -1.0))
+    yield ExpectedValue(f"attitude after {duration:g} s", error, 1e-9, "rad")
     off = float(np.abs(np.linalg.norm(trace.q[:, 3:7], axis=1) - 1.0).max())
-    yield Wanted(f"quaternion norm after {duration:g} s", off, 1e-12)
+    yield ExpectedValue(f"quaternion norm after {duration:g} s", off, 1e-12)
 
+
+_SPINS = tuple((name,) for name in answers("HC11"))
 
 CASES = (
-    HardCase("HC11", "flips about the middle axis: momentum drift of quaternion steps", hc11),
-    HardCase("HC14b", "24 degrees of freedom in flight: silent damping, drift", hc14b),
-    HardCase("HC19", "5730 turns: attitude integrated as q + h q'", hc19),
-)
+    HardCase("HC11", "flips about the middle axis: momentum drift of quaternion steps", (
+        Trial(flip, (*TIGHT, rk4(1e-4)), (EXTRAPOLATED_EULER,), ORDER_3, _SPINS),
+    )),
+    HardCase("HC14b", "24 degrees of freedom in flight: silent damping, drift", (
+        Trial(flight, (DOP853, rk4(2e-4), NDF), (EXTRAPOLATED_EULER,), ORDER_3, quick_settings=2),
+    )),
+    HardCase("HC19", "5730 turns: attitude integrated as q + h q'", (
+        Trial(turning, (IMPLICIT_1MS, DOP853, EXTRAPOLATED_EULER), variants=((360.0,),)),
+        Trial(turning, (IMPLICIT_1MS, EXTRAPOLATED_EULER), TIGHT,
+              "the error of 5730 turns adds up", ((3600.0,),), slow=True),
+    )),
+)  # fmt: skip

@@ -1,7 +1,7 @@
 """HC12, HC13, HC20, HC22: linkages on a fixed base.
 
 The core knows floating bases only. The base is 1e12 kg on four undamped linear springs (see
-`hard_bodies.anchored`): it moves by 1e-12 of what it would at 1 kg. HC22 has no gravity and needs
+`bodies.anchored`): it moves by 1e-12 of what it would at 1 kg. HC22 has no gravity and needs
 no springs. The heavy top hangs on three hinges whose first two bodies weigh 1e-12 kg.
 """
 
@@ -9,27 +9,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import partial
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.settings import Setting
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.cases.bodies import FREE, Link, anchored, anchored_scene, state
-from hexapod_pin.validation.cases.case_result import HardCase, HardRow
-from hexapod_pin.validation.cases.reference_data import G, answers
-from hexapod_pin.validation.cases.solver_settings import (
-    HIGH_ORDER,
-    MILLISECOND,
-    Run,
-    Wanted,
-    measured,
-    ways,
+from hexapod_pin.validation.case_result import ExpectedValue
+from hexapod_pin.validation.case_run import CaseRun
+from hexapod_pin.validation.cases.bodies import (
+    NO_JOINT_STOPS,
+    ChainLink,
+    anchored,
+    anchored_scene,
+    state,
 )
+from hexapod_pin.validation.cases.reference_data import G, answers
+from hexapod_pin.validation.hard_case import HardCase, Trial
+from hexapod_pin.validation.solver_setting import (
+    DOP853,
+    EXTRAPOLATED_EULER,
+    IMPLICIT_1MS,
+    ORDER_3,
+    ORDER_5,
+    REFERENCE,
+    TIGHT,
+    SolverSetting,
+)
+
+Values = Iterator[ExpectedValue]
 
 TIBIA_MASS, TIBIA_COM, TIBIA_MOMENT = 0.11, 0.049395, 87.515e-6
 """Tibia of S2 Table 1: [kg], centre of mass from the knee [m], moment about it [kg m^2]."""
@@ -38,27 +48,24 @@ TIBIA_MASS, TIBIA_COM, TIBIA_MOMENT = 0.11, 0.049395, 87.515e-6
 # --- HC12 ---------------------------------------------------------------------------------------
 
 
-def hc12(quick: bool) -> Iterator[HardRow]:
-    """Periods of pendulums released at 10 to 179.999 degrees."""
-    # 1 kg at 0.05 m with 0.0025 kg m^2 about it swings as a point at 0.1 m
-    point = Link(1.0, (0.0, 0.0, -0.05), (0.0025,) * 3)
-    tibia = Link(TIBIA_MASS, (0.0, 0.0, -TIBIA_COM), (TIBIA_MOMENT,) * 3)
-    for way in ways(quick):
-        for name, link in (("point_mass_l0.1", point), ("tibia", tibia)):
-            for degrees, period in answers("HC12")[name].items():
-                what = f"period of {name.split('_')[0]} from {degrees} degrees"
-                look = partial(_swing, link, float(degrees), float(period), what)
-                yield from measured("HC12", what, way, look, required=HIGH_ORDER)
+# 1 kg at 0.05 m with 0.0025 kg m^2 about it swings as a point at 0.1 m
+PENDULUMS = {
+    "point_mass_l0.1": ChainLink(1.0, (0.0, 0.0, -0.05), (0.0025,) * 3),
+    "tibia": ChainLink(TIBIA_MASS, (0.0, 0.0, -TIBIA_COM), (TIBIA_MOMENT,) * 3),
+}
 
 
-def _swing(link: Link, degrees: float, period: float, what: str, way: Setting) -> Iterator[Wanted]:
-    scene, start = anchored_scene(anchored([link]), [math.radians(degrees)], [0.0])
-    quarters = 5 if degrees < 179.95 else 1
+def swing(setting: SolverSetting, name: str, degrees: str) -> Values:
+    """Period of a pendulum released at 10 to 179.999 degrees."""
+    period, angle = float(answers("HC12")[name][degrees]), float(degrees)
+    what = f"period of {name.partition('_')[0]} from {degrees} degrees"
+    scene, start = anchored_scene(anchored([PENDULUMS[name]]), [math.radians(angle)], [0.0])
+    quarters = 5 if angle < 179.95 else 1
     end = 0.25 * quarters * period
-    trace = Run(scene, start, end, 0.25 * period).by(way)
+    trace = CaseRun(scene, start, end, 0.25 * period).by(setting)
     late = trace.q[-1, 7] / trace.v[-1, 6]  # it should hang straight down
     note = "" if quarters > 1 else "first quarter; later ones hang on the last bit of the energy"
-    yield Wanted(what, abs(late) / end, 1e-8, note=note)
+    yield ExpectedValue(what, abs(late) / end, 1e-8, note=note)
 
 
 # --- HC13 ---------------------------------------------------------------------------------------
@@ -67,37 +74,28 @@ Numbers = tuple[float, float, float, float, float, float, float]
 """m1, c1, l1, J1, m2, c2, J2, SI."""
 
 
-def hc13(quick: bool) -> Iterator[HardRow]:
-    """A double pendulum from horizontal, 1 s; also with a tip of 1e4 and 1e-4 of the mass."""
+def double(setting: SolverSetting, ratio: float) -> Values:
+    """A double pendulum from horizontal, 1 s; its tip of a ratio of the mass."""
     case = answers("HC13")["seed_leg_femur_tibia"]
     leg: Numbers = tuple(float(x) for x in case["params_m1,c1,l1,J1,m2,c2,J2"])  # type: ignore[assignment]
-    known = np.array([float(x) for x in case["theta1,theta2,dtheta1,dtheta2 at 1s"]])
-    for way in ways(quick):
-        what = "femur and tibia: angles and rates at 1 s"
-        look = partial(_double, leg, known, what)
-        yield from measured("HC13", what, way, look, required=HIGH_ORDER)
-        for ratio in (1e4, 1e-4):
-            # both masses scaled, which changes nothing, so that 1e12 kg hold them
-            size = min(1.0, 1.0 / ratio)
-            scales = (size, 1.0, 1.0, size, ratio * size, 1.0, ratio * size)
-            numbers: Numbers = tuple(x * s for x, s in zip(leg, scales, strict=True))  # type: ignore[assignment]
-            what = f"tip of {ratio:g} times the mass: angles and rates at 1 s"
-            look = partial(_double, numbers, double_pendulum(numbers), what)
-            yield from measured("HC13", what, way, look, required=HIGH_ORDER)
-
-
-def _double(numbers: Numbers, known: Array, what: str, way: Setting) -> Iterator[Wanted]:
-    m1, c1, l1, j1, m2, c2, j2 = numbers
+    known, what = np.array([float(x) for x in case["theta1,theta2,dtheta1,dtheta2 at 1s"]]), ""
+    if ratio != 1.0:
+        # both masses scaled, which changes nothing, so that 1e12 kg hold them
+        size = min(1.0, 1.0 / ratio)
+        scales = (size, 1.0, 1.0, size, ratio * size, 1.0, ratio * size)
+        leg = tuple(x * s for x, s in zip(leg, scales, strict=True))  # type: ignore[assignment]
+        known, what = double_pendulum(leg), f"tip of {ratio:g} times the mass: "
+    m1, c1, l1, j1, m2, c2, j2 = leg
     links = [
-        Link(m1, (0.0, 0.0, -c1), (j1,) * 3),
-        Link(m2, (0.0, 0.0, -c2), (j2,) * 3, place=(0.0, 0.0, -l1)),
+        ChainLink(m1, (0.0, 0.0, -c1), (j1,) * 3),
+        ChainLink(m2, (0.0, 0.0, -c2), (j2,) * 3, place=(0.0, 0.0, -l1)),
     ]
     robot = anchored(links)
     scene, start = anchored_scene(robot, [0.5 * math.pi, 0.0], [0.0, 0.0])
-    trace = Run(scene, start, 1.0).by(way)
+    trace = CaseRun(scene, start, 1.0).by(setting)
     angles, rates = np.cumsum(trace.q[-1, 7:]), np.cumsum(trace.v[-1, 6:])
     error = float(np.abs(np.concatenate([angles, rates]) - known).max())
-    yield Wanted(what, error, 1e-8, "rad, rad/s")
+    yield ExpectedValue(f"{what}angles and rates at 1 s", error, 1e-8, "rad, rad/s")
 
 
 def double_pendulum(numbers: Numbers) -> Array:
@@ -132,69 +130,71 @@ def double_pendulum(numbers: Numbers) -> Array:
 # --- HC20 ---------------------------------------------------------------------------------------
 
 
-def hc20(quick: bool) -> Iterator[HardRow]:
+def heavy_top(setting: SolverSetting) -> Values:
     """The heavy top of Bruels and Cardona, 2 s at 150 rad/s."""
-    for way in ways(quick):
-        yield from measured("HC20", "centre of mass at 2 s", way, _top)
-
-
-def _top(way: Setting) -> Iterator[Wanted]:
     import pinocchio as pin
 
     tiny = {"mass": 1e-12, "com": (0.0, 0.0, 0.0), "inertia": (1e-13,) * 3}
-    spun = Link(15.0, (0.0, 1.0, 0.0), (0.234375, 0.46875, 0.234375), axis=(0.0, 1.0, 0.0))
+    spun = ChainLink(15.0, (0.0, 1.0, 0.0), (0.234375, 0.46875, 0.234375), axis=(0.0, 1.0, 0.0))
     # this order of the hinges keeps 2 degrees from a singular attitude; z, x, y would reach it
-    hinges = [Link(**tiny, axis=(1.0, 0.0, 0.0)), Link(**tiny, axis=(0.0, 0.0, 1.0))]  # type: ignore[arg-type]
+    hinges = [ChainLink(**tiny, axis=(1.0, 0.0, 0.0)), ChainLink(**tiny, axis=(0.0, 0.0, 1.0))]  # type: ignore[arg-type]
     robot = anchored([*hinges, spun])
     scene, start = anchored_scene(robot, np.zeros(3), [0.0, -4.61538, 150.0])
-    trace = Run(scene, start, 2.0).by(way)
+    trace = CaseRun(scene, start, 2.0).by(setting)
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, trace.q[-1])
     top = data.oMi[robot.model.njoints - 1]
     com = top.rotation @ np.array([0.0, 1.0, 0.0])
-    wanted = np.array([float(x) for x in answers("HC20")["com_position(2s)"]])
-    yield Wanted("centre of mass at 2 s", float(np.abs(com - wanted).max()), 1e-7, "m")
+    expected = np.array([float(x) for x in answers("HC20")["com_position(2s)"]])
+    yield ExpectedValue("centre of mass at 2 s", float(np.abs(com - expected).max()), 1e-7, "m")
 
 
 # --- HC22 ---------------------------------------------------------------------------------------
 
 
-def hc22(quick: bool) -> Iterator[HardRow]:
-    """A servo with rates from 41 to 2.8e5 1/s on a knee without gravity."""
-    for way in (*ways(quick), *ways(quick, MILLISECOND)):
-        for name in answers("HC22"):
-            if name == "I":
-                continue
-            adaptive = way.adaptive
-            look = partial(_stiff_servo if adaptive else _no_blow_up, name)
-            yield from measured("HC22", name, way, look)
-
-
-def _knee(name: str, duration: float, way: Setting) -> Trace:
+def _knee(name: str, duration: float, setting: SolverSetting) -> Trace:
     kp, kd = (float(part.split("=")[1]) for part in name.split(","))
-    tibia = Link(TIBIA_MASS, (0.0, 0.0, -TIBIA_COM), (TIBIA_MOMENT,) * 3)
+    tibia = ChainLink(TIBIA_MASS, (0.0, 0.0, -TIBIA_COM), (TIBIA_MOMENT,) * 3)
     robot = anchored([tibia])
     servo = Servo(kp=kp, kd=kd, limited=False)
-    scene = Scene(robot, servo=servo, gravity=(0.0, 0.0, 0.0), stops=FREE)
+    scene = Scene(robot, servo=servo, gravity=(0.0, 0.0, 0.0), stops=NO_JOINT_STOPS)
     high = state(robot, (0.0, 0.0, 1e3), joints=[0.0])
-    return Run(scene, high, duration, controller=HoldPosture([1.0])).by(way)
+    return CaseRun(scene, high, duration, controller=HoldPosture([1.0])).by(setting)
 
 
-def _stiff_servo(name: str, way: Setting) -> Iterator[Wanted]:
+def stiff_servo(setting: SolverSetting, name: str) -> Values:
+    """A servo with rates from 41 to 2.8e5 1/s on a knee without gravity."""
     for duration, key in ((1e-3, "q(1ms)"), (1e-2, "q(10ms)")):
-        angle = _knee(name, duration, way).q[-1, 7]
+        angle = _knee(name, duration, setting).q[-1, 7]
         error = abs(angle - float(answers("HC22")[name][key]))
-        yield Wanted(f"{key}, {name}", error, 1e-7, "rad")
+        yield ExpectedValue(f"{key}, {name}", error, 1e-7, "rad")
 
 
-def _no_blow_up(name: str, way: Setting) -> Iterator[Wanted]:
-    angle = _knee(name, 1.0, way).q[-1, 7]
-    yield Wanted(f"|q(1 s) - 1|, {name}", abs(angle - 1.0), 1e-6, "rad")
+def large_steps(setting: SolverSetting, name: str) -> Values:
+    """The same at rest after 1 s."""
+    angle = _knee(name, 1.0, setting).q[-1, 7]
+    yield ExpectedValue(f"|q(1 s) - 1|, {name}", abs(angle - 1.0), 1e-6, "rad")
 
+
+_RELEASES = tuple((name, degrees) for name in PENDULUMS for degrees in answers("HC12")[name])
+_NEAR_UPRIGHT = tuple(release for release in _RELEASES if float(release[1]) > 179.5)
+_LARGE = tuple(release for release in _RELEASES if 90.0 < float(release[1]) < 179.5)
+_MODERATE = tuple(release for release in _RELEASES if float(release[1]) <= 90.0)
+_GAINS = tuple((name,) for name in answers("HC22") if name != "I")
 
 CASES = (
-    HardCase("HC12", "pendulums up to 179.999 degrees: no small angles, no damping", hc12),
-    HardCase("HC13", "chaotic leg; mass ratios 1e4 and 1e-4", hc13),
-    HardCase("HC20", "fast top: attitude error over 48 turns", hc20),
-    HardCase("HC22", "servo rates far above 1/step", hc22),
-)
+    HardCase("HC12", "pendulums up to 179.999 degrees: no small angles, no damping", (
+        Trial(swing, REFERENCE, variants=_MODERATE),
+        Trial(swing, TIGHT, (EXTRAPOLATED_EULER,), ORDER_3, _LARGE),
+        Trial(swing, (DOP853,), REFERENCE[1:], ORDER_5, _NEAR_UPRIGHT),
+    )),
+    HardCase("HC13", "chaotic leg; mass ratios 1e4 and 1e-4", (
+        Trial(double, TIGHT, (EXTRAPOLATED_EULER,), ORDER_3, ((1.0,), (1e4,))),
+        Trial(double, (DOP853,), REFERENCE[1:], ORDER_5, ((1e-4,),)),
+    )),
+    HardCase("HC20", "fast top: attitude error over 48 turns", (Trial(heavy_top, REFERENCE),)),
+    HardCase("HC22", "servo rates far above 1/step", (
+        Trial(stiff_servo, REFERENCE, variants=_GAINS),
+        Trial(large_steps, (IMPLICIT_1MS,), variants=_GAINS),
+    )),
+)  # fmt: skip

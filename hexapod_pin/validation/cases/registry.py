@@ -1,14 +1,14 @@
-"""The hard cases as a suite of their own: `run_hard` computes every row of their table.
+"""The registry of hard cases: it serves the tests, `hexapod-pin verify` and `bench --hard`.
 
-A case is data (`HardCase`: what it tries, how its rows are computed); the cases stand by subject in
-the modules of this package. Reference answers: `validation/data/`.
+A case is data (`HardCase`: what it is hard on, its trials); the cases stand by subject in the
+modules of this package. Reference answers: `validation/data/`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.validation.case_result import CaseResult
 from hexapod_pin.validation.cases import (
     drop,
     flight,
@@ -21,14 +21,9 @@ from hexapod_pin.validation.cases import (
     slope,
     stance,
 )
-from hexapod_pin.validation.cases.case_result import HardCase, HardRow
+from hexapod_pin.validation.hard_case import HardCase, named_cases, run_cases
 
-__all__ = ["HARD_CASES", "HardCase", "HardRow", "run_hard"]
-
-_MODULES = (
-    impact, slope, flight, linkage, stance, ground, robot,
-    scaling, mirror, drop,
-)  # fmt: skip
+_MODULES = (impact, slope, flight, linkage, stance, ground, robot, scaling, mirror, drop)
 
 
 def _number(case: HardCase) -> tuple[int, str]:
@@ -42,31 +37,19 @@ HARD_CASES: tuple[HardCase, ...] = tuple(
 """All cases, by number."""
 
 
-def run_hard(
+def run_hard_cases(
     *, quick: bool = False, progress: Callable[[float], None] | None = None,
     names: Sequence[str] | None = None,
-) -> list[HardRow]:  # fmt: skip
+) -> list[CaseResult]:  # fmt: skip
     """Run the hard cases.
 
     Args:
-        quick: one method per case and fewer variants.
+        quick: fewer settings and variants, no slow trials.
         progress: called with the finished fraction (0..1) after every case.
         names: ids of the cases to run; None: all.
-
-    Returns:
-        The rows of all cases, in order.
 
     Raises:
         UnknownNameError: there is no such case.
     """
-    known = [case.name for case in HARD_CASES]
-    for name in names or ():
-        if name not in known:
-            raise UnknownNameError("hard case", name, known)
-    chosen = [case for case in HARD_CASES if names is None or case.name in names]
-    rows: list[HardRow] = []
-    for done, case in enumerate(chosen, start=1):
-        rows.extend(case.rows(quick))
-        if progress is not None:
-            progress(done / len(chosen))
-    return rows
+    chosen = named_cases(HARD_CASES, names, "hard case")
+    return run_cases(chosen, quick=quick, progress=progress)

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.robot.description.blueprint import Blueprint
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
 from hexapod_pin.robot.description.segments import Segment, six_hips
+
+if TYPE_CHECKING:
+    from hexapod_pin.robot.robot import Robot
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 ROBOTS = ("bench19", "hexa_ref")
@@ -23,6 +30,20 @@ def robot_file(name: str) -> Path:
     if name not in ROBOTS:
         raise UnknownNameError("robot of the benchmark scenes", name, list(ROBOTS))
     return DATA / f"{name}.urdf"
+
+
+def lowest_foot(robot: Robot, q: Array, normal: ArrayLike = (0.0, 0.0, 1.0)) -> float:
+    """Return the height of the lowest foot point over the plane through 0 with this normal [m]."""
+    import pinocchio as pin
+
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, q)
+    gaps = [
+        float(np.asarray(normal) @ data.oMi[robot.model.getJointId(foot.joint)].act(foot.offset))
+        - float(foot.radius)
+        for foot in robot.feet
+    ]
+    return min(gaps)
 
 
 def _segment(part: Segment) -> Segment:

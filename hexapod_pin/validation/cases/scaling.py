@@ -4,35 +4,29 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from hexapod_pin.benchmark.error import Distance
-from hexapod_pin.benchmark.settings import Setting
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.cases.bodies import FREE
-from hexapod_pin.validation.cases.case_result import HardCase, HardRow
+from hexapod_pin.validation.case_result import ExpectedValue
+from hexapod_pin.validation.case_run import CaseRun
+from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS
 from hexapod_pin.validation.cases.drop import drop
 from hexapod_pin.validation.cases.robots import robot_file
-from hexapod_pin.validation.cases.solver_settings import Run, Wanted, measured
+from hexapod_pin.validation.hard_case import HardCase, Trial
+from hexapod_pin.validation.position_error import PositionError
+from hexapod_pin.validation.solver_setting import SolverSetting
+
+Values = Iterator[ExpectedValue]
 
 
-def hc36(quick: bool) -> Iterator[HardRow]:
-    """Froude scaling by 1e-3 and 1e3, fixed steps, flight and contact."""
-    for method in ("implicit-euler", "rk4"):
-        for size in (1e-3, 1e3):
-            look = partial(_scaled, size)
-            yield from measured("HC36", f"size {size:g}", Setting(method, 1e-4), look)
-
-
-def _scaled(size: float, way: Setting) -> Iterator[Wanted]:
-    """Run both for the same number of steps, each in its own time.
+def scaled(setting: SolverSetting, size: float) -> Values:
+    """CaseRun both for the same number of steps, each in its own time.
 
     Lengths x s, masses x s^3, times x sqrt(s), K x s^1.5, slopes and dissipations x 1/sqrt(s),
     kp x s^4, kd x s^4.5.
@@ -40,13 +34,15 @@ def _scaled(size: float, way: Setting) -> Iterator[Wanted]:
     run = drop("soft", duration=0.05, sample=1e-3)
     small = _scaled_run(run, size)
     pace = small.duration / run.duration
-    known = run.by(way).q
-    found = small.by(Setting(way.method, way.value * pace)).q.copy()
+    known = run.by(setting).q
+    found = small.by(SolverSetting(setting.method, setting.value * pace)).q.copy()
     found[:, :3] /= size
-    yield Wanted(f"motion at {size:g} of the size", Distance.between(found, known).q, 1e-9)
+    yield ExpectedValue(
+        f"motion at {size:g} of the size", PositionError.between(found, known).q, 1e-9
+    )
 
 
-def _scaled_run(run: Run, size: float) -> Run:
+def _scaled_run(run: CaseRun, size: float) -> CaseRun:
     pace = float(np.sqrt(size))
     scene, robot = run.scene, scaled_robot(size)
     normal, friction = scene.contact.normal, scene.contact.friction
@@ -64,8 +60,8 @@ def _scaled_run(run: Run, size: float) -> Run:
     v[3:] /= pace
     start = robot.check_state(q, v)
     sample = None if run.sample is None else run.sample * pace
-    scaled = Scene(robot, contact=contact, servo=servo, stops=FREE)
-    return Run(scaled, start, run.duration * pace, sample, run.controller)
+    scaled = Scene(robot, contact=contact, servo=servo, stops=NO_JOINT_STOPS)
+    return CaseRun(scaled, start, run.duration * pace, sample, run.controller)
 
 
 def scaled_robot(size: float) -> Robot:
@@ -85,4 +81,9 @@ def scaled_robot(size: float) -> Robot:
         return load_robot(path)
 
 
-CASES = (HardCase("HC36", "a size of 1 mm and of 1 km: hidden absolute thresholds", hc36),)
+CASES = (
+    HardCase("HC36", "a size of 1 mm and of 1 km: hidden absolute thresholds", (
+        Trial(scaled, (SolverSetting("implicit-euler", 1e-4), SolverSetting("rk4", 1e-4)),
+              variants=((1e-3,), (1e3,)), quick_settings=2),
+    )),
+)  # fmt: skip

@@ -7,16 +7,14 @@ from functools import lru_cache
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.hold_posture import HoldPosture
-from hexapod_pin.drive.servo import Servo
 from hexapod_pin.formulations.rigid import RigidModel, integrate
 from hexapod_pin.robot.state import State
-from hexapod_pin.simulation.run import simulate
-from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.cases.bodies import FREE, body, state
+from hexapod_pin.validation.cases.bodies import body, state
+from hexapod_pin.validation.cases.flight import flying
 from hexapod_pin.validation.cases.reference_data import answers
-from hexapod_pin.validation.checks.check import Check
-from hexapod_pin.validation.checks.samples import rigid_robot, worst
+from hexapod_pin.validation.checks.samples import worst
+from hexapod_pin.validation.hard_case import Check
+from hexapod_pin.validation.solver_setting import DOP853
 
 
 def hc14b() -> float:
@@ -42,18 +40,8 @@ def core_flight() -> float:
     """Return how far the core's DOP853 is from eqs. 1-4 after 0.5 s of flight [m, rad]."""
     import pinocchio as pin
 
-    model, start = _flight_start()
-    limp = Servo(kp=0.0, kd=0.0, limited=False)
-    scene = Scene(model.robot, servo=limp, stops=FREE)
-    trace = simulate(
-        scene,
-        HoldPosture(),
-        duration=0.5,
-        sample=0.5,
-        initial=start,
-        method="dop853",
-        accuracy=1e-12,
-    )
+    (model, _), (_, run) = _flight_start(), flying()
+    trace = run.by(DOP853)
     return float(np.abs(pin.difference(model.model, _flight(0.5).q, trace.q[-1])).max())
 
 
@@ -86,24 +74,8 @@ def pendulum() -> float:
 
 @lru_cache(maxsize=1)
 def _flight_start() -> tuple[RigidModel, State]:
-    import pinocchio as pin
-
-    model, known = rigid_robot("hexa_ref"), answers("HC14b")
-    q = np.zeros(model.model.nq)
-    q[2] = 1.0
-    turn = pin.rpy.rpyToMatrix(*np.radians([4.0, -3.0, 0.0]))
-    q[3:7] = pin.Quaternion(turn).coeffs()
-    q[7:] = np.tile([0.0, -0.3, 0.3], 6)
-    rates = _joint_rates()
-    order = dict(zip(known["joint_order"], rates, strict=True))
-    joints = [order[name] for name in model.robot.joint_names]
-    v = np.array([0.3, -0.2, 1.0, 2.0, -1.0, 3.0, *joints])
-    return model, model.robot.check_state(q, v)
-
-
-def _joint_rates() -> list[float]:
-    rates: list[float] = answers("HC14b")["v0_joints"]
-    return rates
+    robot, run = flying()
+    return RigidModel(robot), run.initial
 
 
 @lru_cache(maxsize=2)

@@ -8,12 +8,12 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.formulations.rigid import RigidModel, energy, plastic_impact
 from hexapod_pin.robot.state import State
 from hexapod_pin.validation.cases.reference_data import answers
-from hexapod_pin.validation.checks.check import Check
 from hexapod_pin.validation.checks.pinocchio_contacts import impulsive_motion
 from hexapod_pin.validation.checks.samples import SEED, rigid_robot, some_feet, states, worst
 from hexapod_pin.validation.checks.six_feet import six_feet
+from hexapod_pin.validation.hard_case import Check
 
-CASES = 100
+STATES = 100
 HC18 = {
     "six_sticking": (range(6), False),
     "six_frictionless": (range(6), True),
@@ -65,7 +65,7 @@ def pinocchio_impact() -> float:
     """Return how far v+ and impulses are from `pin.impulseDynamics`."""
     model, error = rigid_robot("kharagpur", 0.0), 0.0
     rng = np.random.default_rng(SEED)
-    for q, v in states(model, CASES):
+    for q, v in states(model, STATES):
         feet = some_feet(rng)
         found = plastic_impact(model, q, v, feet[:1], feet[1:])
         after, impulse = impulsive_motion(model, q, v, feet)
@@ -77,7 +77,7 @@ def energy_balance() -> float:
     """Return how far the loss is from the fall of kinetic energy; a foot still moving counts."""
     model, error = rigid_robot("kharagpur"), 0.0
     rng = np.random.default_rng(SEED)
-    for q, v in states(model, CASES):
+    for q, v in states(model, STATES):
         feet = some_feet(rng)
         found = plastic_impact(model, q, v, (), feet)
         before, after = (energy(model, State(q, x)).kinetic for x in (v, found.velocity))

@@ -16,11 +16,12 @@ from hexapod_pin.formulations.inverse import (
     stance_load,
     tipping_slope,
 )
+from hexapod_pin.validation.cases.bodies import SIX_FEET
 from hexapod_pin.validation.cases.reference_data import answers
-from hexapod_pin.validation.checks.check import Check
 from hexapod_pin.validation.checks.impact_checks import hc18_model
 from hexapod_pin.validation.checks.samples import rigid_robot, worst
-from hexapod_pin.validation.checks.six_feet import PLACES, feet_named, six_feet
+from hexapod_pin.validation.checks.six_feet import feet_named, six_feet
+from hexapod_pin.validation.hard_case import Check
 
 LEVEL = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 REST = np.zeros(6)
@@ -42,7 +43,7 @@ def hc15_springs() -> float:
     model, error = six_feet((0.013, -0.007, 0.0), 0.0, (0.05, 0.07, 0.1)), 0.0
     for name, case in answers("HC15")["six_compliant"].items():
         five = "R2 lifted" in name
-        feet = [k for k, foot in enumerate(PLACES) if not (five and foot == "R2")]
+        feet = [k for k, foot in enumerate(SIX_FEET) if not (five and foot == "R2")]
         numbers = [1.5, 1e6] if five else [float(part.split("=")[1]) for part in name.split(",")]
         load = stance_load(model, LEVEL, REST, REST, feet)
         force = ContactSprings(stiffness=numbers[1], exponent=numbers[0]).share(load)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from hexapod_pin.validation.checks.check import Check
 from hexapod_pin.validation.checks.limits import damped_impact, slow_gait, tripod
+from hexapod_pin.validation.hard_case import Check
 
 
 def tripod_force() -> float:

@@ -21,24 +21,24 @@ from hexapod_pin.ground.contact import Contact, KelvinVoigt, StickSlip
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.simulation.run import simulate
 from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.cases.bodies import FREE, LIMP
+from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS, ZERO_GAIN_SERVO
 from hexapod_pin.validation.checks.samples import SEED
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.results.trace import Trace
 
-NEVER_SLIPS = 50.0
+NO_SLIP_MU = 50.0
 """Coefficient of friction of the runs whose limit is a foot that sticks."""
 
-TRIPOD = (0, 2, 4)
+TRIPOD_FEET = (0, 2, 4)
 """Feet lf, lr, rm."""
 
-BEDDING = 1e5
+BEDDING_STIFFNESS = 1e5
 """Springs beside the dampers of an impact [N/m]."""
 
 DAMPING_RATIO = 0.7
-SHARE = 1.0
+MATCHED_MASS = 1.0
 """Mass that a foot's damper is matched to [kg]: a third of the robot."""
 
 
@@ -49,15 +49,21 @@ def damped_impact(damping: float) -> float:
     springs hardly push meanwhile, but keep the cones open to the end. What is left falls like 1/c,
     as the way that the feet give.
     """
-    model, feet = RigidModel(load_robot("kharagpur", foot_radius=0.0)), TRIPOD
+    model, feet = RigidModel(load_robot("kharagpur", foot_radius=0.0)), TRIPOD_FEET
     q = model.robot.stand(_tripod_posture().q).q
     before, rate = _even_arrival(model, q)
     wanted = plastic_impact(model, q, before, (), feet).velocity
     contact = Contact(
-        normal=KelvinVoigt(stiffness=BEDDING, damping=damping),
-        friction=StickSlip(mu=NEVER_SLIPS, stiffness=BEDDING, damping=damping),
+        normal=KelvinVoigt(stiffness=BEDDING_STIFFNESS, damping=damping),
+        friction=StickSlip(mu=NO_SLIP_MU, stiffness=BEDDING_STIFFNESS, damping=damping),
     )
-    scene = Scene(model.robot, contact=contact, servo=LIMP, stops=FREE, gravity=(0.0, 0.0, 0.0))
+    scene = Scene(
+        model.robot,
+        contact=contact,
+        servo=ZERO_GAIN_SERVO,
+        stops=NO_JOINT_STOPS,
+        gravity=(0.0, 0.0, 0.0),
+    )
     time = 20.0 / (damping * rate)
     trace = simulate(
         scene, HoldPosture(), duration=time, sample=time, method="dop853", accuracy=1e-12,
@@ -77,7 +83,7 @@ def _even_arrival(model: RigidModel, q: Array) -> tuple[Array, float]:
         Velocity (nv,), and how fast a damper of 1 N s/m stops it [1/s].
     """
     mass, rows, _, _ = model.positions(q)
-    jacobian = rows[list(TRIPOD)].reshape(-1, len(mass))
+    jacobian = rows[list(TRIPOD_FEET)].reshape(-1, len(mass))
     answer = np.linalg.solve(mass, jacobian.T)
     rates, modes = np.linalg.eigh(jacobian @ answer)
     push = modes[2::3] * np.sign(modes[2::3].sum(axis=0))
@@ -89,7 +95,7 @@ def _even_arrival(model: RigidModel, q: Array) -> tuple[Array, float]:
 
 
 @dataclass(frozen=True)
-class Stiffened:
+class RigidLimit:
     """A compliant run beside the rigid one.
 
     Attributes:
@@ -107,32 +113,34 @@ class Stiffened:
 
 def stiff_scene(stiffness: float) -> Scene:
     """Return kharagpur on point feet with linear springs [N/m] that never slip."""
-    damping = 2.0 * DAMPING_RATIO * math.sqrt(stiffness * SHARE)
+    damping = 2.0 * DAMPING_RATIO * math.sqrt(stiffness * MATCHED_MASS)
     contact = Contact(
         normal=KelvinVoigt(stiffness=stiffness, damping=damping),
-        friction=StickSlip(mu=NEVER_SLIPS, stiffness=stiffness, damping=damping),
+        friction=StickSlip(mu=NO_SLIP_MU, stiffness=stiffness, damping=damping),
     )
     robot = load_robot("kharagpur", foot_radius=0.0)
     return Scene(robot, contact=contact, servo=Servo.from_effort(robot))
 
 
-def tripod(stiffness: float) -> Stiffened:
+def tripod(stiffness: float) -> RigidLimit:
     """Return a stance on three legs, 0.5 s after it was put down, against rigid contact."""
     control, duration = _tripod_posture(), 0.5
     trace = _compliant(stiffness, control, duration, 1e-7)
     return _apart(trace, _rigid(control, duration, 1e-3), np.array([len(trace.time) - 1]))
 
 
-def slow_gait(stiffness: float, accuracy: float = 1e-6) -> Stiffened:
+def slow_gait(stiffness: float, accuracy: float = 1e-6) -> RigidLimit:
     """Return half a cycle of a slow tripod gait against the rigid walk, in mid-stance."""
-    control, duration = KinematicControl(SLOW), 0.5 * SLOW.cycle_time
+    control, duration = KinematicControl(SLOW_TRIPOD), 0.5 * SLOW_TRIPOD.cycle_time
     trace = _compliant(stiffness, control, duration, accuracy)
-    calm = np.flatnonzero(np.abs(trace.time / SLOW.cycle_time - 0.25) < CALM)
-    return _apart(trace, _rigid(control, duration, 2e-3), calm)
+    mid_stance = np.flatnonzero(
+        np.abs(trace.time / SLOW_TRIPOD.cycle_time - 0.25) < MID_STANCE_HALF_WIDTH
+    )
+    return _apart(trace, _rigid(control, duration, 2e-3), mid_stance)
 
 
-SLOW = Gait.tripod(stroke=0.04, cycle_time=4.0)
-CALM = 0.1
+SLOW_TRIPOD = Gait.tripod(stroke=0.04, cycle_time=4.0)
+MID_STANCE_HALF_WIDTH = 0.1
 """Share of the cycle about mid-stance that is compared: impacts and lift-offs are elsewhere."""
 
 
@@ -158,9 +166,9 @@ def _rigid(control: Controller, duration: float, step: float) -> Trace:
     return rigid_contact.simulate(model, control, duration=duration, step=step, sample=0.01).trace
 
 
-def _apart(trace: Trace, rigid: Trace, samples: NDArray[np.intp]) -> Stiffened:
+def _apart(trace: Trace, rigid: Trace, samples: NDArray[np.intp]) -> RigidLimit:
     weight = float(trace.meta["total_mass"]) * 9.81
     force = np.abs(trace.foot_force[samples] - rigid.foot_force[samples]).max() / weight
     torque = np.abs(trace.torque[samples] - rigid.torque[samples]).max()
     count = int(trace.counters["evaluations"])
-    return Stiffened(float(force), float(torque), count, float(trace.meta["wall_time"]))
+    return RigidLimit(float(force), float(torque), count, float(trace.meta["wall_time"]))

@@ -9,12 +9,12 @@ from hexapod_pin.formulations.rigid import derivative, prescribed_derivative
 from hexapod_pin.robot.state import State
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.checks.check import Check
 from hexapod_pin.validation.checks.pinocchio_contacts import constrained_motion
 from hexapod_pin.validation.checks.samples import SEED, rigid_robot, some_feet, states, worst
+from hexapod_pin.validation.hard_case import Check
 
-CASES = 100
-FEW = 20
+STATES = 100
+FEW_STATES = 20
 
 
 def core_terms() -> float:
@@ -23,7 +23,7 @@ def core_terms() -> float:
 
     model, error = rigid_robot("kharagpur"), 0.0
     plant = native_plant(Scene(model.robot))
-    for q, v in states(model, FEW):
+    for q, v in states(model, FEW_STATES):
         found, terms = native.evaluate(plant, q, v, np.zeros(len(v) - 6)), model.terms(q, v)
         down = found["foot_gap"] < 0.0
         rows = found["foot_jacobian"].reshape(terms.rows.shape)
@@ -41,7 +41,7 @@ def core_motion() -> float:
 
     model, error, rng = rigid_robot("kharagpur"), 0.0, np.random.default_rng(SEED)
     plant = native_plant(Scene(model.robot))
-    for q, v in states(model, FEW):
+    for q, v in states(model, FEW_STATES):
         torque = rng.normal(size=len(v) - 6)
         found = native.evaluate(plant, q, v, torque)
         needed = torque_under_forces(model, q, v, found["acceleration"], found["foot_force"])
@@ -56,7 +56,7 @@ def drift_rows() -> float:
     import pinocchio as pin
 
     model, error, h = rigid_robot("kharagpur"), 0.0, 1e-5
-    for q, v in states(model, FEW):
+    for q, v in states(model, FEW_STATES):
         ahead, back = (model.positions(pin.integrate(model.model, q, s * v))[1] for s in (h, -h))
         error = max(error, worst((ahead - back) @ v / (2.0 * h), model.terms(q, v).drift))
     return error
@@ -66,7 +66,7 @@ def pinocchio_motion() -> float:
     """Return how far acceleration and forces are from `pin.constraintDynamics`."""
     model, error = rigid_robot("kharagpur", 0.0), 0.0
     rng = np.random.default_rng(SEED)
-    for q, v in states(model, CASES):
+    for q, v in states(model, STATES):
         feet, torque = some_feet(rng), rng.normal(size=len(v) - 6)
         found = derivative(model, State(q, v), torque, feet)
         acceleration, force = constrained_motion(model, q, v, torque, feet)
@@ -81,7 +81,7 @@ def gait_form() -> float:
     """
     model, error = rigid_robot("kharagpur", 0.0), 0.0
     rng = np.random.default_rng(SEED)
-    for q, v in states(model, FEW):
+    for q, v in states(model, FEW_STATES):
         feet = sorted(rng.choice(6, int(rng.integers(3, 7)), replace=False).tolist())
         free = derivative(model, State(q, v), rng.normal(size=len(v) - 6), feet)
         planned = prescribed_derivative(model, State(q, v), free.acceleration[6:], feet)

@@ -1,0 +1,1 @@
+"""A measured comparison as tables, Markdown, CSV, JSON and a figure."""

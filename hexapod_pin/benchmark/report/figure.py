@@ -1,0 +1,93 @@
+"""Error against cost, drawn: wall time on the left, evaluations on the right, a row per scene."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hexapod_pin.benchmark.report.pages import BenchmarkReport, require_ending
+from hexapod_pin.benchmark.report.tables import has_engines
+from hexapod_pin.benchmark.work_precision.entry import OURS
+from hexapod_pin.benchmark.work_precision.tolerance_sweep import sweeps
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.validation.machine import Machine
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from hexapod_pin.benchmark.work_precision.comparison import Comparison
+
+FIGURE_ENDINGS = (".png", ".svg", ".pdf")
+MARKERS = "osD^vP*X<>hd"
+
+
+def write_plot(report: BenchmarkReport, path: Path) -> Path:
+    """Draw a report into a file.
+
+    Raises:
+        ParameterError: the ending is not .png, .svg or .pdf.
+        TraceFileError: the file cannot be written.
+        ModuleNotFoundError: matplotlib is not installed.
+    """
+    ending = require_ending("--plot", path, FIGURE_ENDINGS).removeprefix(".")
+    stream = io.BytesIO()
+    draw(report.scenes, report.machine).savefig(stream, format=ending)
+    return write_atomically(path, stream.getvalue())
+
+
+def require_matplotlib() -> None:
+    """Refuse a figure where matplotlib is not installed.
+
+    Raises:
+        ParameterError: it is not.
+    """
+    from importlib.util import find_spec
+
+    if find_spec("matplotlib") is None:
+        raise ParameterError(
+            "--plot", "given", "left out without matplotlib",
+            "pip install 'hexapod-pin[plot]' brings it.",
+        )  # fmt: skip
+
+
+def draw(scenes: Sequence[Comparison], machine: Machine) -> Figure:
+    """Return the figure."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13.0, 4.6 * len(scenes) + 0.4), layout="constrained")
+    figure.suptitle(f"{machine.date}, {machine.cpu}, one thread", fontsize="small")
+    panels = figure.subplots(len(scenes), 2, squeeze=False)
+    for (left, right), scene in zip(panels, scenes, strict=True):
+        _draw_scene(left, right, scene)
+    return figure
+
+
+def _draw_scene(left: Axes, right: Axes, scene: Comparison) -> None:
+    """Draw one line per method; all positions, or the trunk where other engines take part."""
+    measure = "trunk" if has_engines(scene) else "error"
+    for k, ((engine, method), own) in enumerate(sweeps(scene.rows).items()):
+        done = [row for row in own if row.ended]
+        style = {
+            "marker": MARKERS[k % len(MARKERS)], "markersize": 4.0, "color": f"C{k % 10}",
+            "linestyle": "-" if engine == OURS else "--",
+            "linewidth": 1.8 if engine == OURS else 0.9,
+            "label": method if engine == OURS else f"{engine} {method}",
+        }  # fmt: skip
+        errors = [getattr(row, measure) for row in done]
+        left.loglog([row.wall * 1e3 for row in done], errors, **style)
+        counted = [row for row in done if row.evaluations]
+        if counted:
+            counts = [row.evaluations for row in counted]
+            right.loglog(counts, [getattr(row, measure) for row in counted], **style)
+    unit = "trunk error [m]" if measure == "trunk" else "error [m, rad]"
+    for axes, cost in ((left, "wall time [ms]"), (right, "evaluations")):
+        axes.set_xlabel(f"{cost} per simulated second")
+        axes.set_ylabel(unit)
+        axes.grid(True, which="major", alpha=0.3)
+    left.set_title(scene.task.name)
+    lines, names = left.get_legend_handles_labels()
+    right.legend(lines, names, fontsize="x-small", loc="center left", bbox_to_anchor=(1.0, 0.5))

@@ -1,0 +1,1 @@
+"""Measurements of their own, each run by a script of `benchmarks/`."""

@@ -1,0 +1,96 @@
+"""Our methods and the settings they are run at."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hexapod_pin.benchmark.work_precision.entry import OURS, ReferenceSolution, RunOutcome
+from hexapod_pin.benchmark.work_precision.task import Task
+from hexapod_pin.errors import (
+    DivergenceError,
+    HexapodError,
+    SimulationInterrupted,
+)
+from hexapod_pin.simulation.methods import METHODS
+from hexapod_pin.simulation.run import simulate
+from hexapod_pin.validation.solver_setting import SolverSetting, divides
+
+ACCURACIES = (1e-2, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 1e-7, 1e-8)
+STEPS = (5e-3, 2.5e-3, 1e-3, 5e-4, 2.5e-4, 1e-4, 5e-5, 2.5e-5, 1e-5)
+"""[s]"""
+
+QUICK_ACCURACIES = (1e-3, 1e-4, 1e-5)
+QUICK_STEPS = (1e-3, 5e-4, 2.5e-4, 1e-4)
+
+
+def sweep_settings(task: Task, method: str, *, quick: bool = False) -> list[SolverSetting]:
+    """Return the settings of a method on a task, loosest first."""
+    found = METHODS[method]
+    if found.adaptive:
+        accuracies = QUICK_ACCURACIES if quick else ACCURACIES
+        values = [x for x in accuracies if found.tightest <= x <= found.loosest]
+    else:
+        values = [x for x in (QUICK_STEPS if quick else STEPS) if divides(x, task.sample)]
+    return [SolverSetting(method, value) for value in values]
+
+
+def run_task(
+    task: Task, setting: SolverSetting, progress: Callable[[float], None] | None = None
+) -> RunOutcome:
+    """Run a task with one of our methods; divergence and refusal become a note."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            trace = simulate(
+                task.scene, task.controller, duration=task.duration, sample=task.sample,
+                initial=task.initial, progress=progress, **setting.arguments,
+            )  # fmt: skip
+        except SimulationInterrupted:
+            raise
+        except DivergenceError as error:
+            wall = float(error.trace.meta["wall_time"])
+            return RunOutcome.failed(f"diverged after {error.trace.time[-1]:.3g} s", wall)
+        except HexapodError as error:
+            return RunOutcome.failed(f"refused: {error}")
+    counters = trace.counters
+    return RunOutcome(
+        places=trace.q[:, :3], q=trace.q, wall=float(trace.meta["wall_time"]),
+        evaluations=int(counters["evaluations"]), steps=int(counters["steps"]),
+        rejected=int(counters.get("rejected", 0)),
+        estimate=trace.error_estimate,
+        touches=int(np.count_nonzero(np.diff(trace.contact, axis=0))),
+        note="; ".join(str(warning.message) for warning in caught),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class OwnEntry:
+    """One of our methods on a task."""
+
+    task: Task
+    solver: SolverSetting
+    reference: ReferenceSolution
+    engine: str = OURS
+
+    @property
+    def method(self) -> str:
+        """Name of the method."""
+        return self.solver.method
+
+    @property
+    def setting(self) -> str:
+        """Its accuracy or step, in words."""
+        return self.solver.text
+
+    @property
+    def value(self) -> float:
+        """Its accuracy [m, rad] or step [s]."""
+        return self.solver.value
+
+    def run(self) -> RunOutcome:
+        """Run the task."""
+        return run_task(self.task, self.solver)

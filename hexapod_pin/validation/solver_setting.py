@@ -1,0 +1,90 @@
+"""A method of ours with the one number it takes, and the settings that cases are solved at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.simulation.methods import METHODS
+
+
+@dataclass(frozen=True)
+class SolverSetting:
+    """One of our methods with its accuracy [m, rad] or its step [s]."""
+
+    method: str
+    value: float
+
+    @property
+    def adaptive(self) -> bool:
+        """Whether `value` is an accuracy."""
+        return METHODS[self.method].adaptive
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What `simulate` is given."""
+        return {"method": self.method, "accuracy" if self.adaptive else "step": self.value}
+
+    @property
+    def text(self) -> str:
+        """The setting without the method."""
+        return setting_text("accuracy" if self.adaptive else "step", self.value)
+
+    def __str__(self) -> str:
+        """Return method and setting."""
+        return f"{self.method}, {self.text}"
+
+
+def setting_text(kind: str, value: float) -> str:
+    """Return "step 0.25 ms" or "accuracy 1e-04"."""
+    return f"step {value * 1e3:g} ms" if kind == "step" else f"accuracy {value:.0e}"
+
+
+def method_names(names: Sequence[str] | None = None) -> tuple[str, ...]:
+    """Return the methods asked for, or all.
+
+    Raises:
+        UnknownNameError: there is no such method.
+    """
+    for name in names or ():
+        if name not in METHODS:
+            raise UnknownNameError("method", name, list(METHODS))
+    return tuple(METHODS) if names is None else tuple(names)
+
+
+def divides(part: float, whole: float) -> bool:
+    """Tell whether a whole number of parts makes the whole, to 1e-9 of it."""
+    count = round(whole / part)
+    return count >= 1 and math.isclose(count * part, whole, rel_tol=1e-9)
+
+
+DOP853 = SolverSetting("dop853", 1e-12)
+NDF = SolverSetting("ndf", 1e-12)
+EXTRAPOLATED_EULER = SolverSetting("extrapolated-euler", 1e-8)
+DEFAULT = SolverSetting("extrapolated-euler", 1e-4)
+"""What `simulate` takes where nothing is named."""
+
+IMPLICIT_1MS = SolverSetting("implicit-euler", 1e-3)
+ROBUST_1MS = SolverSetting("robust", 1e-3)
+"""Takes bodies with three-joint legs only."""
+
+
+def rk4(step: float) -> SolverSetting:
+    """Return rk4 at a step [s]."""
+    return SolverSetting("rk4", step)
+
+
+TIGHT = (DOP853, NDF)
+"""Where a case asks for more than extrapolated-euler promises."""
+
+REFERENCE = (DOP853, NDF, EXTRAPOLATED_EULER)
+"""Every adaptive method at its tightest."""
+
+ORDER_3 = "order 3, accuracy at most 1e-08"
+"""Why extrapolated-euler may miss a tolerance below its tightest accuracy."""
+
+ORDER_5 = "order at most 5: loses digits over a long run"
+"""Why ndf may miss where the order-8 method holds."""

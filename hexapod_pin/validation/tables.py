@@ -1,0 +1,91 @@
+"""Tables as plain rows of text, written as Markdown and as aligned columns; results as a table."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hexapod_pin.validation.case_result import CaseResult
+
+
+@dataclass(frozen=True)
+class Table:
+    """A titled table.
+
+    Attributes:
+        title: what it shows, with units; "" for none.
+        head: names of the columns.
+        rows: the cells, as text.
+    """
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+    def markdown(self) -> str:
+        """Return the table, without its title, as Markdown."""
+        lines = [self.head, ["---"] * len(self.head), *self.rows]
+        return "".join(f"| {' | '.join(x.replace('|', '/') for x in line)} |\n" for line in lines)
+
+    def text(self) -> str:
+        """Return title and table with aligned columns."""
+        lines = [self.head, *self.rows]
+        widths = [max(len(line[k]) for line in lines) for k in range(len(self.head))]
+        text = ["  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip()
+                for line in lines]  # fmt: skip
+        rule = "-" * (sum(widths) + 2 * (len(widths) - 1))
+        return "\n".join([*([self.title] if self.title else []), text[0], rule, *text[1:]]) + "\n"
+
+
+RESULT_HEAD = ("case", "what", "method or source", "error", "tolerance", "unit", "result", "note")
+
+
+def result_table(results: Sequence[CaseResult], title: str = "") -> Table:
+    """Return every result as text."""
+    return Table(title, RESULT_HEAD, tuple(_cells(result) for result in results))
+
+
+def _cells(result: CaseResult) -> tuple[str, ...]:
+    unit = result.unit or ("relative" if result.computed else "-")
+    note = "" if result.kind == "skipped" else result.note
+    return (
+        result.case, result.what, result.method, _size(result.error), _size(result.tolerance),
+        unit, result.verdict, note,
+    )  # fmt: skip
+
+
+def _size(value: float) -> str:
+    if math.isnan(value):
+        return "-"
+    return "0" if value == 0.0 else f"{value:.1e}"
+
+
+def summary(results: Sequence[CaseResult]) -> str:
+    """Return one line: how many passed, failed, missed as expected."""
+    count = Counter(result.kind for result in results)
+    parts = [f"{count['pass']} pass", f"{count['FAIL']} FAIL", f"{count['expected miss']} expected"]
+    for kind in ("expected to miss, passed", "skipped"):
+        parts += [f"{count[kind]} {kind}"] if count[kind] else []
+    seconds = sum(result.seconds for result in results)
+    return f"{', '.join(parts)}; {len(results)} results, {seconds:.0f} s"
+
+
+def worst_results(results: Sequence[CaseResult]) -> list[CaseResult]:
+    """Return, of every case and method, the result nearest to or farthest beyond its tolerance."""
+    worst: dict[tuple[str, str], CaseResult] = {}
+    for result in results:
+        key = (result.case, result.method)
+        if key not in worst or _strain(result) > _strain(worst[key]):
+            worst[key] = result
+    return list(worst.values())
+
+
+def _strain(result: CaseResult) -> tuple[bool, float]:
+    """Return whether it failed, and error over tolerance; what was not computed comes last."""
+    if not result.computed:
+        return False, -1.0
+    if result.tolerance == 0.0:
+        return result.failed, math.inf if result.error else 0.0
+    return result.failed, result.error / result.tolerance

@@ -1,0 +1,205 @@
+"""Planes, stairs, ledges and grooves: heights and contacts against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from grounds import (
+    ALL,
+    LEDGE,
+    PROFILES,
+    SLOPE,
+    dense,
+    nearest,
+    unit,
+    world,
+)
+
+import hexapod_pin as hp
+from hexapod_pin.ground.terrain import Polyline
+
+# --- planes -------------------------------------------------------------------------------------
+
+
+def test_slope_rises_along_its_heading() -> None:
+    slope = hp.Slope(angle=math.radians(20.0), heading=math.radians(90.0), point=(5.0, 1.0, 2.0))
+    assert slope.height_at(-3.0, 2.0) == pytest.approx(2.0 + math.tan(math.radians(20.0)))
+    expected = [0.0, -math.sin(math.radians(20.0)), math.cos(math.radians(20.0))]
+    assert slope.normal_at(0.0, 0.0) == pytest.approx(expected, abs=1e-15)
+
+
+@pytest.mark.parametrize("terrain", [hp.Flat(height=-0.2), SLOPE], ids=["flat", "slope"])
+@pytest.mark.parametrize("radius", [0.0, 0.02])
+def test_plane_contact_is_its_closed_form(terrain, radius: float) -> None:
+    """A sphere placed at a gap along the normal has that gap and that normal."""
+    for x, y, gap in [(0.3, -0.4, 0.01), (-2.0, 1.0, -0.003), (1e3, 0.0, 0.0)]:
+        normal = terrain.normal_at(x, y)
+        center = np.array([x, y, terrain.height_at(x, y)]) + (radius + gap) * normal
+        [(found, direction)] = terrain.native().contacts(center, radius)
+        assert found == pytest.approx(gap, abs=1e-12)
+        assert direction == pytest.approx(normal, abs=1e-15)
+
+
+# --- profiles -----------------------------------------------------------------------------------
+
+
+def test_stairs_heights() -> None:
+    """Level, then a rise at each run, then level; at a riser the upper tread counts."""
+    stairs = hp.Stairs(rise=0.1, run=0.3, count=2, start=0.5, height=1.0)
+    x = [-9.0, 0.49, 0.5, 0.79, 0.8, 9.0]
+    assert stairs.height_at(x, 0.0) == pytest.approx([1.0, 1.0, 1.1, 1.1, 1.2, 1.2])
+    assert stairs.normal_at(x, 7.0) == pytest.approx(np.tile([0.0, 0.0, 1.0], (6, 1)))
+
+
+def test_stairs_turned_round_go_down() -> None:
+    """The docstring's recipe: the robot stands on top and the first step down is at x = 0.6."""
+    stairs = hp.Stairs(rise=0.1, run=0.2, count=3, start=-1.0, heading=math.pi)
+    assert stairs.height_at([0.0, 0.59, 0.61, 0.81, 1.01], 0.0) == pytest.approx(
+        [0.3, 0.3, 0.2, 0.1, 0.0]
+    )
+
+
+def test_ledge_and_groove_heights() -> None:
+    assert LEDGE.height_at(*world(LEDGE.surface(), 0.19, 0.0, 3.0)[:2]) == pytest.approx(0.1)
+    assert LEDGE.height_at(*world(LEDGE.surface(), 0.21, 0.0, -3.0)[:2]) == pytest.approx(0.0)
+    groove = hp.Groove(angle_left=math.pi / 4, angle_right=math.pi / 6, depth=0.1)
+    x = np.array([-0.2, -0.1, -0.05, 0.0, 0.1, 0.2])
+    expected = [0.0, 0.0, -0.05, -0.1, -0.1 + 0.1 * math.tan(math.pi / 6), 0.0]
+    assert groove.height_at(x, 1.0) == pytest.approx(expected, abs=1e-15)
+    left, right = groove.normal_at([-0.05, 0.1], 0.0)
+    assert left == pytest.approx([math.sqrt(0.5), 0.0, math.sqrt(0.5)])
+    assert right == pytest.approx([-0.5, 0.0, math.cos(math.pi / 6)])
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.02, 0.05])
+@pytest.mark.parametrize("name", PROFILES)
+def test_profile_gap_is_the_distance_to_the_nearest_point(name: str, radius: float) -> None:
+    """Brute force: spheres everywhere, inside and out, against the surface as a cloud of points.
+
+    Points at spacing h find a distance d with an error of h^2/(8 d), at most h/2: kept below 1e-6
+    by d > 3 h.
+    """
+    terrain, spacing = PROFILES[name], 5e-5
+    line = terrain.surface()
+    cloud, native = dense(line, spacing), terrain.native()
+    dice = np.random.default_rng(1)
+    for _ in range(150):
+        s, up, sideways = dice.uniform(-0.3, 0.3), dice.uniform(-0.05, 0.15), dice.uniform(-1, 1)
+        s += dice.choice(line.s)
+        ground = float(terrain.height_at(*world(line, s, 0.0, sideways)[:2]))
+        away = np.hypot(cloud[:, 0] - s, cloud[:, 1] - ground - up).min()
+        if away < 3.0 * spacing:
+            continue
+        touched = native.contacts(world(line, s, ground + up, sideways), radius)
+        expected = math.copysign(away, up) - radius
+        assert min(gap for gap, _ in touched) == pytest.approx(expected, abs=1e-6)
+        for _, normal in touched:
+            assert np.linalg.norm(normal) == pytest.approx(1.0, abs=1e-12)
+            assert normal @ world(line, 0.0, 0.0, 1.0) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_sphere_at_faces_edges_and_corners_of_stairs() -> None:
+    """Closed forms: on a tread, before a riser, over a convex edge, in a concave corner."""
+    stairs = hp.Stairs(rise=0.1, run=0.3, count=1)
+    native, r = stairs.native(), 0.02
+    gap, normal = nearest(stairs, (0.2, 0.5, 0.125), r)
+    assert (gap, *normal) == pytest.approx((0.005, 0.0, 0.0, 1.0))
+    gap, normal = nearest(stairs, (-0.023, 0.0, 0.06), r)
+    assert (gap, *normal) == pytest.approx((0.003, -1.0, 0.0, 0.0))
+    gap, normal = nearest(stairs, (-0.03, 0.0, 0.14), r)  # 3-4-5 from the edge at z = 0.1
+    assert (gap, *normal) == pytest.approx((0.03, -0.6, 0.0, 0.8))
+    corner = native.contacts(np.array([-0.019, 0.0, 0.018]), r)
+    found = sorted((round(gap, 12), *np.round(normal, 12)) for gap, normal in corner)
+    assert found == [(-0.002, 0.0, 0.0, 1.0), (-0.001, -1.0, 0.0, 0.0)]
+
+
+def test_point_foot_at_a_riser() -> None:
+    """Radius 0: outside a positive gap, inside the nearest face pushes, in no case upwards."""
+    stairs = hp.Stairs(rise=0.1, run=0.3, count=1)
+    for x in (-0.004, 0.004):
+        gap, normal = nearest(stairs, (x, 0.0, 0.05), 0.0)
+        assert gap == pytest.approx(-x)
+        assert normal == pytest.approx([-1.0, 0.0, 0.0])
+    gap, normal = nearest(stairs, (0.0, 0.0, 0.05), 0.0)  # on it
+    assert gap == pytest.approx(0.0, abs=1e-15)
+    gap, normal = nearest(stairs, (0.2, 0.0, 0.099), 0.0)  # under a tread
+    assert (gap, *normal) == pytest.approx((-0.001, 0.0, 0.0, 1.0))
+    gap, normal = nearest(stairs, (0.003, 0.0, -0.004), 0.0)  # under the foot of the riser
+    assert (gap, *normal) == pytest.approx((-0.005, -0.6, 0.0, 0.8))
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.02])
+@pytest.mark.parametrize("name", [*PROFILES, "hills"])
+def test_gap_does_not_jump(name: str, radius: float) -> None:
+    """Along any path the smallest gap changes by no more than the path is long."""
+    terrain = ALL[name]
+    native, dice = terrain.native(), np.random.default_rng(2)
+    for _ in range(10):
+        x, y = dice.uniform(-0.6, 0.6, 2)
+        start = np.array([x, y, float(terrain.height_at(x, y)) + dice.uniform(-0.01, 0.05)])
+        path = start + np.linspace(0.0, 0.3, 301)[:, None] * unit(dice)
+        gaps = np.array([min(g for g, _ in native.contacts(p, radius)) for p in path])
+        step = 0.3 / 300.0
+        # hills: the gap is along the normal at the foot of a perpendicular, a distance to 2nd order
+        assert np.abs(np.diff(gaps)).max() <= step * (1.01 if name == "hills" else 1.0 + 1e-9)
+
+
+def test_normal_turns_steadily_over_a_convex_edge() -> None:
+    """A sphere that rolls over a ledge's edge: its normal turns by path over distance, no jump."""
+    ledge = hp.Ledge(height=0.1)
+    radius = 0.02
+    x = np.linspace(-0.005, 0.015, 401)
+    normals = np.array([nearest(ledge, (p, 0.0, 0.1 + 0.0198), radius)[1] for p in x])
+    turn = np.linalg.norm(np.diff(normals, axis=0), axis=1)
+    assert turn.max() <= 1.01 * (x[1] - x[0]) / 0.0198
+    assert normals[-1] @ (1.0, 0.0, 0.0) > 0.5
+
+
+def test_faces_of_a_groove_are_slopes() -> None:
+    """Away from its corners a face acts as the plane it lies in; a tread as level ground."""
+    groove = hp.Groove(angle_left=0.4, angle_right=0.7, depth=0.2, heading=0.3)
+    bottom = (0.0, 0.0, -0.2)
+    for angle, sign in ((-0.4, -1.0), (0.7, 1.0)):
+        plane = hp.Slope(angle=angle, heading=0.3, point=bottom)
+        for s in (0.05, 0.1, 0.15):
+            x, y, _ = world(groove.surface(), sign * s, 0.0, 0.4)
+            assert groove.height_at(x, y) == pytest.approx(float(plane.height_at(x, y)))
+            for up in (-0.01, 0.01, 0.04):
+                center = (x, y, float(plane.height_at(x, y)) + up)
+                gap, normal = nearest(groove, center, 0.02)
+                flat_gap, flat_normal = nearest(plane, center, 0.02)
+                assert gap == pytest.approx(flat_gap, abs=1e-12)
+                assert normal == pytest.approx(flat_normal, abs=1e-12)
+
+
+def test_many_points_on_a_line_act_as_one_face() -> None:
+    """A polyline whose points lie on a plane gives one contact, also at its points."""
+    many = Polyline(0.0, tuple(np.linspace(-1.0, 1.0, 21)), tuple(np.linspace(-0.3, 0.3, 21)))
+    slope = hp.Slope(angle=math.atan(0.3))
+    for x in (0.0, 0.1, 0.13, 0.2):
+        center = np.array([x, 0.0, 0.3 * x + 0.02])
+        touched = many.native().contacts(center, 0.02)
+        assert len(touched) == 1
+        assert touched[0][0] == pytest.approx(nearest(slope, center, 0.02)[0], abs=1e-12)
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_turning_the_heading_turns_the_contacts(name: str) -> None:
+    """Metamorphic: heading and centre turned together leave gaps and turn normals."""
+    terrain, extra = PROFILES[name], 1.1
+    turned = terrain.model_copy(update={"heading": terrain.heading + extra})
+    turn = np.array(
+        [[math.cos(extra), -math.sin(extra), 0], [math.sin(extra), math.cos(extra), 0], [0, 0, 1]]
+    )
+    line = terrain.surface()
+    for s in np.linspace(line.s[0] - 0.1, line.s[-1] + 0.1, 23):
+        center = world(line, s, 0.03)
+        for (gap, normal), (other, aside) in zip(
+            terrain.native().contacts(center, 0.02),
+            turned.native().contacts(turn @ center, 0.02),
+            strict=True,
+        ):
+            assert other == pytest.approx(gap, abs=1e-12)
+            assert aside == pytest.approx(turn @ normal, abs=1e-9)
