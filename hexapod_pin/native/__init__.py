@@ -4,6 +4,7 @@ One header per concept: `laws/`, `plant/`, `methods/`, `robust/`, `fused/`, `run
 `bindings/` is the border.
 """
 
+from hexapod_pin.native._core import Batch as Batch
 from hexapod_pin.native._core import Checkpoint as Checkpoint
 from hexapod_pin.native._core import FrictionKind as FrictionKind
 from hexapod_pin.native._core import FrictionLaw as FrictionLaw
@@ -13,7 +14,6 @@ from hexapod_pin.native._core import PlantSettings as PlantSettings
 from hexapod_pin.native._core import Rollout as Rollout
 from hexapod_pin.native._core import Terrain as Terrain
 from hexapod_pin.native._core import TreeModel as TreeModel
-from hexapod_pin.native._core import advance_all as advance_all
 from hexapod_pin.native._core import checkpoint as checkpoint
 from hexapod_pin.native._core import evaluate as evaluate
 from hexapod_pin.native._core import height_field as height_field

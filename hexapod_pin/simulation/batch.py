@@ -38,18 +38,20 @@ def simulate_batch(
 
     Raises:
         DivergenceError: of the first case that diverged, after all have been run.
-        ParameterError, GaitError, ReachError, StateError: as in `simulate`, before anything runs.
+        ParameterError, GaitError, ReachError, StateError: as in `simulate`; what runs is abandoned.
     """
     from hexapod_pin import native as _native
 
     if threads < 1:
         raise ParameterError("threads", threads, "at least 1")
     how = RunSettings.of(duration, method, accuracy, step, sample)
-    runs = [NativeRun(case, how) for case in cases]
+    batch, runs = _native.Batch(min(threads, max(len(cases), 1))), []
     begin = time.perf_counter()
-    samples = [how.grid.samples] * len(runs)
-    good = _native.advance_all([run.rollout for run in runs], samples, threads)
+    for case in cases:  # the first ones run while the next are planned
+        runs.append(NativeRun(case, how))
+        batch.add(runs[-1].rollout, how.grid.samples)
+    good = batch.finish()
     wall_time = time.perf_counter() - begin
     for run, fine in zip(runs, good, strict=True):
-        run.good, run.wall_time = bool(fine), wall_time / max(len(runs), 1)
+        run.good, run.wall_time = fine, wall_time / len(runs)
     return [run.require_good() for run in runs]

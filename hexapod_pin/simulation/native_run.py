@@ -88,6 +88,7 @@ class NativeRun:
         """
         begin = time.perf_counter()
         done, samples = 0, self.how.grid.samples
+        self.rollout.reserve(samples)
         chunk = max(1, round(PROGRESS_INTERVAL / self.how.grid.sample))
         try:
             while done < samples and self.good:

@@ -187,7 +187,10 @@ def advance(
     """Run a batch as `hp.simulate_batch` does; return the wall time [s] and the runs."""
     runs = [motion.rollout(STEP, 1) for motion in motions]
     begin = time.perf_counter()
-    good = native.advance_all(runs, [round(duration / STEP)] * len(runs), threads)
+    batch = native.Batch(threads)
+    for run in runs:
+        batch.add(run, round(duration / STEP))
+    good = batch.finish()
     taken = time.perf_counter() - begin
     if not all(good):
         raise DivergenceError("a walk of the batch diverged", None)

@@ -42,16 +42,17 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
                             accuracy});
 }
 
-nb::dict record(const Rollout& rollout) {
+// The rows so far, without a copy: the arrays share one block, which the run does not write again.
+nb::dict record(Rollout& rollout) {
+  SampleTables& samples = rollout.samples();
+  using Block = std::shared_ptr<const double[]>;
+  auto* block = new Block(samples.hand_over());
+  nb::capsule owner(block, [](void* p) noexcept { delete static_cast<Block*>(p); });
   nb::dict out;
-  const auto channels = rollout.record().channels();
-  const std::size_t rows = channels.front().second->values.size();  // one time per sample
-  for (const auto& [name, channel] : channels) {
-    if (channel->values.size() != rows * channel->width) throw std::logic_error("ragged record: " + name);
-    auto* copy = new std::vector<double>(channel->values);
-    nb::capsule owner(copy, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
-    out[name.c_str()] =
-        nb::ndarray<nb::numpy, double>(copy->data(), {rows, channel->width}, owner);
+  for (std::size_t k = 0; k < samples.tables().size(); ++k) {
+    const SampleTable& table = samples.tables()[k];
+    auto* first = const_cast<double*>(block->get() + samples.offset(k));
+    out[table.name] = nb::ndarray<nb::numpy, double>(first, {samples.rows(), table.width}, owner);
   }
   return out;
 }
@@ -68,6 +69,8 @@ void bind_runs(nb::module_& m) {
   nb::class_<Rollout>(m, "Rollout")
       .def("advance", &Rollout::advance, "samples"_a, nb::call_guard<nb::gil_scoped_release>(),
            "False where the run has diverged; the samples before stand.")
+      .def("reserve", [](Rollout& rollout, std::size_t samples) { rollout.samples().reserve(samples); },
+           "samples"_a, "Memory for so many more samples; without it, it grows.")
       .def("record", &record,
            nb::sig("def record(self) -> dict[str, numpy.ndarray[dtype=float64]]"),
            "Tables of the samples by name, one row per sample.")
@@ -76,13 +79,11 @@ void bind_runs(nb::module_& m) {
   m.def("checkpoint", &make_checkpoint, "first"_a, "q"_a, "v"_a, "contacts"_a, "controller"_a);
   m.def("start", &start, "plant"_a, "time"_a, "position"_a, "rate"_a, "held"_a, "start"_a, "method"_a,
         "step"_a, "stride"_a, "sample"_a, "accuracy"_a);
-  m.def("advance_all",
-        [](const std::vector<Rollout*>& rollouts, const std::vector<long>& samples, int threads) {
-          const std::vector<char> good = advance_all(rollouts, samples, threads);
-          return std::vector<bool>(good.begin(), good.end());  // a char would become a string
-        },
-        "rollouts"_a, "samples"_a, "threads"_a, nb::call_guard<nb::gil_scoped_release>(),
-        "What `advance` of each rollout returns, independent of the number of threads.");
+  nb::class_<Batch>(m, "Batch", "Independent rollouts over threads; they begin when they are added.")
+      .def(nb::init<int>(), "threads"_a)
+      .def("add", &Batch::add, "rollout"_a, "samples"_a, nb::keep_alive<1, 2>())
+      .def("finish", &Batch::finish, nb::call_guard<nb::gil_scoped_release>(),
+           "Advance all to their end: of each, whether it did not diverge.");
 }
 
 }  // namespace hexapod

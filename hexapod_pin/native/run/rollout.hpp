@@ -36,7 +36,7 @@ class Rollout {
  public:
   virtual ~Rollout() = default;
   virtual bool advance(long samples) = 0;  // false: diverged; the samples before stand
-  virtual const Recorder& record() const = 0;
+  virtual SampleTables& samples() = 0;
   virtual std::map<std::string, double> counters() const = 0;
   virtual Checkpoint checkpoint() const = 0;
 };

@@ -11,7 +11,7 @@ namespace hexapod {
 template <class PlantT>
 class SampledRollout : public Rollout {
  public:
-  const Recorder& record() const override { return recorder_; }
+  SampleTables& samples() override { return recorder_.tables(); }
 
  protected:
   SampledRollout(PlantT plant, const RunSetup& setup, bool differentiates_separated)
