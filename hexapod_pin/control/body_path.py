@@ -1,4 +1,4 @@
-r"""Planned planar motion of the body: X(t) = exp(S(t) xi) with a constant body twist.
+"""Planned planar motion of the body: X(t) = exp(S(t) xi) with a constant body twist.
 
 xi = (speed cos heading, speed sin heading, turn_rate). S' rises smoothly from 0 to 1, stays there,
 and falls back to 0 where the body stops.
@@ -58,8 +58,8 @@ class BodyPath:
         start, pace = _smooth_step(time / ramp)
         elapsed = ramp * start
         if np.isfinite(self.halt):
-            lost, slack = _smooth_step((time - (self.halt - ramp)) / ramp)
-            elapsed, pace = elapsed - ramp * lost, pace - slack
+            lost, slowdown = _smooth_step((time - (self.halt - ramp)) / ramp)
+            elapsed, pace = elapsed - ramp * lost, pace - slowdown
         return elapsed, pace
 
 

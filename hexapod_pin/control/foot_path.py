@@ -21,14 +21,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.control.body_path import RAMP_CYCLES, BodyPath
+from hexapod_pin.control.footholds import COINCIDENT, Footholds, turned
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.errors import ParameterError
 
 TRANSIENT_CYCLES = 2
 """Whole cycles after which the paths are periodic: RAMP_CYCLES + 1 - duty / 2, rounded up."""
-
-COINCIDENT = 1e-9
-"""Footholds [m] and times [cycles] closer than this are the same."""
 
 EVENT_SEPARATION_CYCLES = 1e-6
 """Events closer than this are one event [cycles]."""
@@ -42,6 +40,8 @@ class FootPath:
         gait: the gait.
         neutral_feet: standing foot centres in the base frame, legs in gait order [m]. (6, 3).
         stop_at: time at which the robot stands still again on its neutral feet [s]; None walks on.
+        body: the planned motion of the base.
+        footholds: where the feet stand.
 
     Raises:
         ParameterError: feet of the wrong shape, or a stop too early for starting and stopping.
@@ -50,7 +50,8 @@ class FootPath:
     gait: Gait
     neutral_feet: Array
     stop_at: float | None = None
-    body: BodyPath = field(init=False, repr=False)
+    body: BodyPath = field(init=False, repr=False, compare=False)
+    footholds: Footholds = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Check and copy the arguments."""
@@ -58,18 +59,23 @@ class FootPath:
         if feet.shape != (6, 3) or not np.isfinite(feet).all():
             raise ParameterError("FootPath.neutral_feet", feet.shape, "finite, of shape (6, 3)")
         object.__setattr__(self, "neutral_feet", feet)
-        object.__setattr__(self, "body", BodyPath(self.gait))
-        if self.stop_at is None:
-            return
+        body = BodyPath(self.gait)
+        if self.stop_at is not None:
+            self._check_stop(self.stop_at)
+            body = BodyPath(self.gait, halt=self.stop_at - self._settling)
+        object.__setattr__(self, "body", body)
+        object.__setattr__(self, "footholds", Footholds(self.gait, feet, body))
+
+    def _check_stop(self, stop_at: float) -> None:
+        """Refuse a stop too early for starting and stopping."""
         earliest = self.earliest_stop(self.gait)
-        if not (np.isfinite(self.stop_at) and self.stop_at >= earliest * (1.0 - COINCIDENT)):
+        if not (np.isfinite(stop_at) and stop_at >= earliest * (1.0 - COINCIDENT)):
             raise ParameterError(
                 "stop_at",
-                self.stop_at,
+                stop_at,
                 f"at least {earliest:g} s",
                 "Starting, stopping and the last steps take that long at this cycle time.",
             )
-        object.__setattr__(self, "body", BodyPath(self.gait, halt=self.stop_at - self._settling))
 
     @staticmethod
     def earliest_stop(gait: Gait) -> float:
@@ -143,7 +149,7 @@ class FootPath:
         pose, pace = self.body.pose_and_pace(t)
         yaw, pace = -pose[:, 2, None], pace[:, None]
         p_WF[..., :2] -= pose[:, None, :2]
-        p, v = _turn(p_WF, yaw), _turn(v_WF, yaw)
+        p, v = turned(p_WF, yaw), turned(v_WF, yaw)
         heading, omega = self.gait.heading, pace * self.gait.turn_rate
         v[..., 0] -= pace * self.gait.speed * np.cos(heading) - omega * p[..., 1]
         v[..., 1] -= pace * self.gait.speed * np.sin(heading) + omega * p[..., 0]
@@ -155,50 +161,25 @@ class FootPath:
         cycles = time[:, None] / period - np.array(self.gait.phases)
         placement = np.floor(cycles)
         age = cycles - placement
-        here, there = self._holds(placement)
-        travel = there - here
+        p, travel = self.footholds.with_travel(placement)
+        v = np.zeros_like(p)
         moving = (age >= duty) & (np.linalg.norm(travel, axis=-1) > COINCIDENT)
-        s = np.where(moving, (age - duty) / (1.0 - duty), 0.0)[..., None]
-        rate = np.where(moving, 1.0 / ((1.0 - duty) * period), 0.0)[..., None]
-        p = here + travel * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
-        v = travel * rate * 30.0 * s**2 * (1.0 - s) ** 2
-        p[..., 2:] += self.gait.lift * 64.0 * (s * (1.0 - s)) ** 3
-        v[..., 2:] += self.gait.lift * rate * 192.0 * (s * (1.0 - s)) ** 2 * (1.0 - 2.0 * s)
+        p[moving], v[moving] = self._swing(p[moving], travel[moving], age[moving])
         return p, v, ~moving
 
-    def _holds(self, placement: Array) -> tuple[Array, Array]:
-        """Return the footholds after the k-th placements (K, 6) and after the next, (K, 6, 3)."""
-        first, last = (placement.min(), placement.max()) if placement.size else (0.0, 0.0)
-        count = int(last - first) + 2
-        if count > len(placement):  # a table would be larger than what is asked for
-            return self._footholds(placement), self._footholds(placement + 1.0)
-        table = self._footholds(np.tile(first + np.arange(count)[:, None], (1, 6)))
-        row, leg = (placement - first).astype(int), np.arange(6)
-        return table[row, leg], table[row + 1, leg]
-
-    def _footholds(self, placement: Array) -> Array:
-        """Return where each leg stands in the world after its k-th placement.
+    def _swing(self, here: Array, travel: Array, age: Array) -> tuple[Array, Array]:
+        """Return positions and velocities of M feet in the air, in the world, (M, 3) each.
 
         Args:
-            placement: k per time and leg; the foot is placed at (k + phase) cycles. Shape (K, 6).
-
-        Returns:
-            The neutral foot under the body at mid-stance; under the standing body if the swing
-            to that place would have begun before t = 0. Shape (K, 6, 3).
+            here: the footholds they leave [m]. Shape (M, 3).
+            travel: from there to the next [m]. Shape (M, 3).
+            age: time since their placement [cycles]. Shape (M,).
         """
-        duty, period = self.gait.duty, self.gait.cycle_time
-        placed = placement + np.array(self.gait.phases)
-        walked = placed - (1.0 - duty) >= -COINCIDENT
-        middle = np.where(walked, (placed + duty / 2.0) * period, 0.0)
-        pose = self.body.pose(middle.ravel()).reshape(*middle.shape, 3)
-        feet = np.broadcast_to(self.neutral_feet, (*middle.shape, 3))
-        p_WF = _turn(feet, pose[..., 2])
-        p_WF[..., :2] += pose[..., :2]
-        return p_WF
-
-
-def _turn(p: Array, yaw: Array) -> Array:
-    """Rotate points (..., 3) about z by angles that broadcast over (...)."""
-    c, s = np.cos(yaw), np.sin(yaw)
-    x, y = c * p[..., 0] - s * p[..., 1], s * p[..., 0] + c * p[..., 1]
-    return np.stack([x, y, p[..., 2]], axis=-1)
+        duty, lift = self.gait.duty, self.gait.lift
+        s = ((age - duty) / (1.0 - duty))[:, None]
+        rate = 1.0 / ((1.0 - duty) * self.gait.cycle_time)
+        p = here + travel * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+        v = travel * rate * 30.0 * s**2 * (1.0 - s) ** 2
+        p[:, 2:] += lift * 64.0 * (s * (1.0 - s)) ** 3
+        v[:, 2:] += lift * rate * 192.0 * (s * (1.0 - s)) ** 2 * (1.0 - 2.0 * s)
+        return p, v

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ReachError
 from hexapod_pin.robot.leg_geometry import POSITION_TOLERANCE, LegGeometry, point_text
 from hexapod_pin.robot.yaw_pitch_pitch import BRANCHES, YawPitchPitch
+
+UNLIMITED = np.full(3, -np.inf)
+"""Lower joint limits of a leg whose limits do not count [rad]; the upper ones are the opposite."""
 
 
 def follow_branch(
@@ -30,8 +34,9 @@ def follow_branch(
     """
     p_HF, radius = geometry.to_hip(targets)
     check_yaw_axis(leg, targets, radius)
-    branch = nearest_branch(leg, geometry, targets[:1], near, limits=limits)
-    q, outside = geometry.solve(p_HF, radius, *BRANCHES[branch])
+    lower, upper = (leg.lower, leg.upper) if limits else (UNLIMITED, -UNLIMITED)
+    branch = nearest_branch(geometry, targets[:1], near, lower, upper)
+    q, outside = geometry.solve(p_HF, radius, *BRANCHES[int(branch)])
     worst = int(np.argmax(outside))
     if outside[worst] > reach_tolerance(geometry):
         raise _out_of_reach(leg, geometry, targets[worst], float(outside[worst]))
@@ -39,21 +44,31 @@ def follow_branch(
 
 
 def nearest_branch(
-    leg: LegGeometry, geometry: YawPitchPitch, target: Array, near: Array, *, limits: bool
-) -> int:
-    """Return the index in BRANCHES of the solution for one target (1, 3) nearest to a reference.
+    geometry: YawPitchPitch, target: Array, near: Array, lower: Array, upper: Array
+) -> NDArray[np.intp]:
+    """Return the index in BRANCHES of the solution nearest to a reference.
 
-    A solution inside the reach goes before one outside, then one inside the joint limits (where
-    `limits`) before one outside, then the smaller of the largest angles to `near` (3,) [rad].
+    A solution inside the reach goes before one outside, then one inside the joint limits before
+    one outside, then the smaller of the largest angles to the reference.
+
+    Args:
+        geometry: of one leg, or of L stacked legs.
+        target: one foot target per leg, base frame [m]. Shape (1, 3) or (L, 1, 3).
+        near: reference joint angles [rad]. Shape (3,) or (L, 3), as of the limits.
+        lower: lower joint limits [rad].
+        upper: upper joint limits [rad].
+
+    Returns:
+        Shape () or (L,).
     """
-    q, outside, _ = geometry.solve_all(target)
-    start = near + wrap(q[0] - near)
-    cost = np.abs(start - near).max(axis=1)
-    if limits:
-        inside = ((start >= leg.lower) & (start <= leg.upper)).all(axis=1)
-        cost = np.where(inside, cost, cost + 2 * np.pi)
-    cost = np.where(outside[0] <= reach_tolerance(geometry), cost, cost + 8 * np.pi)
-    return int(np.argmin(cost))
+    p_HF, radius = geometry.to_hip(target)
+    solved = [geometry.solve(p_HF, radius, *branch) for branch in BRANCHES]
+    q = np.stack([angles[..., 0, :] for angles, _ in solved])
+    missed = np.stack([(out > reach_tolerance(geometry))[..., 0] for _, out in solved])
+    start = near + wrap(q - near)
+    beyond = ((start < lower) | (start > upper)).any(axis=-1)
+    cost = np.abs(start - near).max(axis=-1) + 2 * np.pi * beyond + 8 * np.pi * missed
+    return np.asarray(np.argmin(cost, axis=0))
 
 
 def all_branches(leg: LegGeometry, geometry: YawPitchPitch, target: Array) -> Array:

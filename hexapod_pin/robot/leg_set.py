@@ -131,8 +131,8 @@ class StackedClosedForm:
         fold: -1 for a leg folded over its yaw axis, else 1. Shape (L, 1).
         knee: 1 with the knee up, -1 with the knee down. Shape (L, 1).
         tolerance: rounding of the reach [m]. Shape (L, 1).
-        lower: lower joint limits less their tolerance [rad]. Shape (L, 1, 3).
-        upper: upper joint limits and their tolerance [rad]. Shape (L, 1, 3).
+        lower: lower joint limits less their tolerance [rad]. Shape (L, 3).
+        upper: upper joint limits and their tolerance [rad]. Shape (L, 3).
     """
 
     geometry: YawPitchPitch
@@ -148,16 +148,20 @@ class StackedClosedForm:
         forms = [leg.closed_form for leg in legs if leg.closed_form is not None]
         if len(forms) < len(legs):
             return None
-        chosen = [posture_branch(leg, form) for leg, form in zip(legs, forms, strict=True)]
-        branches: Array = np.array([BRANCHES[branch] for branch in chosen], dtype=np.float64)
         geometry = YawPitchPitch.stack(forms)
+        feet = np.stack([leg.forward(leg.posture) for leg in legs])[:, None]
+        posture, lower, upper = (
+            np.stack([getattr(leg, name) for leg in legs]) for name in ("posture", "lower", "upper")
+        )
+        nearest = nearest_branch(geometry, feet, posture, lower, upper)
+        branches = np.array(BRANCHES, dtype=np.float64)[nearest]
         return StackedClosedForm(
             geometry=geometry,
             fold=branches[:, :1],
             knee=branches[:, 1:],
             tolerance=reach_tolerance(geometry),
-            lower=np.stack([leg.lower for leg in legs])[:, None] - ANGLE_TOLERANCE,
-            upper=np.stack([leg.upper for leg in legs])[:, None] + ANGLE_TOLERANCE,
+            lower=lower - ANGLE_TOLERANCE,
+            upper=upper + ANGLE_TOLERANCE,
         )
 
     def solve(self, p_BF: Array, near: Array) -> tuple[Array, NDArray[np.bool_]]:
@@ -171,11 +175,5 @@ class StackedClosedForm:
         q, outside = self.geometry.solve(p_HF, radius, self.fold, self.knee)
         q = continuous(q, near)
         missed = (radius < POSITION_TOLERANCE) | (outside > self.tolerance)
-        beyond = (q < self.lower) | (q > self.upper)
-        return q, np.logical_or(missed.any(axis=1), beyond.any(axis=(1, 2)))
-
-
-def posture_branch(leg: LegKinematics, geometry: YawPitchPitch) -> int:
-    """Return the index in BRANCHES of the solution nearest to the leg's standing posture."""
-    target = leg.forward(leg.posture)[None]
-    return nearest_branch(leg, geometry, target, leg.posture, limits=True)
+        beyond = (q.min(axis=1) < self.lower) | (q.max(axis=1) > self.upper)
+        return q, np.logical_or(missed.any(axis=1), beyond.any(axis=1))

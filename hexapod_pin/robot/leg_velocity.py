@@ -47,11 +47,13 @@ def closed_form_rates(
     Returns:
         Shape (L, N, 3).
     """
-    p_HF, radius = geometry.to_hip(p_BF)
-    x, y, z = np.moveaxis(p_HF, -1, 0)
-    dx, dy, dz = np.moveaxis(v_BF @ geometry.r_BH, -1, 0)
-    l1, l2, l3 = np.moveaxis(geometry.lengths, -1, 0)
+    p_HF = (p_BF - geometry.p_BH) @ geometry.r_BH
+    v_HF = v_BF @ geometry.r_BH
+    x, y, z = p_HF[..., 0], p_HF[..., 1], p_HF[..., 2]
+    dx, dy, dz = v_HF[..., 0], v_HF[..., 1], v_HF[..., 2]
+    l1, l2, l3 = geometry.links
     q3 = geometry.sign[..., 2] * q[..., 2] + geometry.offset[..., 2]
+    radius = np.sqrt(x**2 + y**2)
     u, du = fold * radius - l1, fold * (x * dx + y * dy) / radius
     dq1 = (x * dy - y * dx) / radius**2
     dq3 = -(u * du + z * dz) / (l2 * l3 * np.sin(q3))
@@ -73,9 +75,9 @@ def closed_form_determinant(geometry: YawPitchPitch, q: Array) -> Array:
     Returns:
         Shape (L, N).
     """
-    _, l2, l3 = np.moveaxis(geometry.lengths, -1, 0)
+    _, l2, l3 = geometry.links
     q3 = geometry.sign[..., 2] * q[..., 2] + geometry.offset[..., 2]
     sin, cos = np.sin(q3), np.cos(q3)
-    rho = np.hypot(l2 + l3 * cos, l3 * sin)
+    rho = np.sqrt((l2 + l3 * cos) ** 2 + (l3 * sin) ** 2)
     share: Array = l2 * np.abs(sin) / np.maximum(rho, np.finfo(float).tiny)
     return share

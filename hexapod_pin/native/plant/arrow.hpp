@@ -61,8 +61,9 @@ class ArrowSystem {
 
   void add_diagonal(int joint, double value) { legs_[joint / 3].g(joint % 3, joint % 3) += value; }
 
+  // Products of this size are a call each where the compiler does not inline them.
   template <class Jb, class Jl, class Xb, class Xl>
-  void add_foot(int foot, const Jb& jb, const Jl& jl, const Xb& xb, const Xl& xl) {
+  [[gnu::flatten]] void add_foot(int foot, const Jb& jb, const Jl& jl, const Xb& xb, const Xl& xl) {
     const Eigen::Matrix<double, 6, 3> jbt = jb.transpose();  // columns of six: whole SIMD lanes
     base_.noalias() += jbt.lazyProduct(xb);
     if (leg_of_[foot] < 0) return;

@@ -108,8 +108,9 @@ class Plant {
   }
 
   // [xb xl] v for a contact's 3 x (6 + leg) matrix, e.g. (jb, jl) or (qb, ql)
-  Vec3 jacobian_times(std::size_t i, const Eigen::Matrix<double, 3, 6>& xb,
-                      const typename System::LegJacobian& xl, const VectorXd& v) const {
+  EIGEN_ALWAYS_INLINE Vec3 jacobian_times(std::size_t i, const Eigen::Matrix<double, 3, 6>& xb,
+                                          const typename System::LegJacobian& xl,
+                                          const VectorXd& v) const {
     Vec3 sum = xb * v.head<6>();
     for (std::size_t k = 0; k < columns(i).size(); ++k)
       sum += xl.col(k) * v[Tree::column(columns(i)[k])];

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 
 from hexapod_pin.validation.case_result import CaseResult
 from hexapod_pin.validation.cases import (
+    bounce,
     drop,
     flight,
     ground,
@@ -23,7 +24,7 @@ from hexapod_pin.validation.cases import (
 )
 from hexapod_pin.validation.hard_case import HardCase, named_cases, run_cases
 
-_MODULES = (impact, slope, flight, linkage, stance, ground, robot, scaling, mirror, drop)
+_MODULES = (impact, bounce, slope, flight, linkage, stance, ground, robot, scaling, mirror, drop)
 
 
 def _number(case: HardCase) -> tuple[int, str]:

@@ -22,7 +22,7 @@ from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue, relative
 from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS, on_ground, particle, state
-from hexapod_pin.validation.cases.impact import SMOOTH_LAWS
+from hexapod_pin.validation.cases.bounce import SMOOTH_LAWS
 from hexapod_pin.validation.cases.reference_data import G, answers
 from hexapod_pin.validation.cases.robots import robot_file
 from hexapod_pin.validation.cases.slope import FRICTION_LAWS

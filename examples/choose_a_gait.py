@@ -1,0 +1,44 @@
+"""Compare gaits at one walking speed: torque, energy, and how many feet carry the robot.
+
+Prints, per gait: fewest feet down, largest RMS and peak torque of any femur joint, and the cost of
+transport.
+"""
+
+import hexapod_pin as hp
+
+SPEED = 0.06  # m/s
+CYCLE_TIME = 1.8  # s
+DURATION = 9.0  # s, five cycles
+GAITS = {
+    "tripod": hp.Gait.tripod,
+    "tetrapod": hp.Gait.tetrapod,
+    "ripple": hp.Gait.ripple,
+    "wave": hp.Gait.wave,
+}
+
+
+def at_speed(gait: hp.Gait) -> hp.Gait:
+    """Return the gait with the stroke that walks at `SPEED`."""
+    stroke = SPEED * gait.duty * CYCLE_TIME
+    return hp.Gait(**{**gait.model_dump(), "stroke": stroke, "cycle_time": CYCLE_TIME})
+
+
+def main() -> dict[str, hp.TorqueBudget]:
+    """Return the torque budget of every gait."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    budgets = {}
+    print("gait       feet down   RMS [N m]   peak [N m]   cost of transport")
+    for name, make in GAITS.items():
+        gait = at_speed(make())
+        trace = hp.simulate(scene, hp.KinematicControl(gait), duration=DURATION)
+        budget = budgets[name] = hp.torque_budget(trace)
+        femur = budget.kind("femur")
+        print(
+            f"{name:10} {gait.minimum_feet_down:9} {femur.rms.rms_torque:11.3f}"
+            f" {femur.peak.peak_torque:12.3f} {budget.cost_of_transport:19.3f}"
+        )
+    return budgets
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,47 @@
+"""Sweep servo stiffness and friction in one batch, over threads.
+
+Prints speed and peak torque of every case. Writes `sweep.csv`. The bits of a case do not depend on
+the number of threads.
+"""
+
+import csv
+import itertools
+import sys
+from pathlib import Path
+
+import hexapod_pin as hp
+
+STIFFNESSES = (60.0, 120.0, 240.0)  # N m/rad
+FRICTIONS = (0.1, 0.7)  # -
+DURATION = 7.2  # s
+THREADS = 2
+
+
+def main(folder: Path = Path()) -> list[tuple[float, float, float, float]]:
+    """Return stiffness, friction, speed [m/s] and peak torque [N m] of every case."""
+    robot = hp.load_robot("kharagpur")
+    control = hp.KinematicControl(hp.Gait.tripod(stroke=0.08, cycle_time=1.2))
+    numbers = list(itertools.product(STIFFNESSES, FRICTIONS))
+    cases = []
+    for kp, mu in numbers:
+        servo = hp.Servo(kp=kp, kd=0.02 * kp)
+        scene = hp.Scene(robot, servo=servo, contact=hp.Contact.accurate().with_mu(mu))
+        cases.append(hp.Case(scene, control))
+    traces = hp.simulate_batch(cases, duration=DURATION, accuracy=1e-4, threads=THREADS)
+
+    rows = []
+    for (kp, mu), trace in zip(numbers, traces, strict=True):
+        budget = hp.torque_budget(trace)
+        peak = max(joint.peak_torque for joint in budget.joints)
+        rows.append((kp, mu, float(budget.speed or 0.0), peak))
+    head = ("kp [N m/rad]", "mu [-]", "speed [m/s]", "peak torque [N m]")
+    with open(folder / "sweep.csv", "w", newline="") as file:
+        csv.writer(file).writerows([head, *rows])
+    print("  ".join(head))
+    for kp, mu, speed, peak in rows:
+        print(f"{kp:12g} {mu:7g} {speed:12.4f} {peak:18.3f}")
+    return rows
+
+
+if __name__ == "__main__":
+    main(Path(*sys.argv[1:2]))

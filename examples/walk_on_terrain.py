@@ -1,0 +1,40 @@
+"""Walk on a slope, up stairs, over a height field, and onto ice on a slope.
+
+The gait is planned for level ground and does not feel the terrain: lift and stroke must leave room
+for it. Prints how far and how high the robot came, and the largest femur torque.
+"""
+
+import math
+
+import hexapod_pin as hp
+
+DURATION = 8.0  # s
+GROUNDS = {
+    "level": hp.Flat(),
+    "slope": hp.Slope(angle=math.radians(8.0)),
+    "stairs": hp.Stairs(rise=0.015, run=0.25, count=3, start=0.35),  # m
+    "hills": hp.HeightField.random(seed=1, amplitude=0.01, wavelength=0.5),  # m
+    "ice": hp.PatchedGround(
+        ground=hp.Slope(angle=math.radians(8.0)),
+        patches=(hp.Patch(low=(0.4, -1.0), high=(2.0, 1.0), friction=0.1),),  # of the law's mu
+    ),
+}
+
+
+def main() -> dict[str, hp.Trace]:
+    """Return one trace per ground."""
+    robot = hp.load_robot("kharagpur")
+    control = hp.KinematicControl(hp.Gait.tetrapod(stroke=0.12, cycle_time=1.6, lift=0.035))
+    traces = {}
+    print("ground     forward [m]     up [m]   peak torque [N m]")
+    for name, ground in GROUNDS.items():
+        trace = hp.simulate(hp.Scene(robot, terrain=ground), control, duration=DURATION)
+        forward, _, up = trace.com[-1] - trace.com[0]
+        peak = hp.torque_budget(trace).kind("femur").peak
+        print(f"{name:8} {forward:12.3f} {up:12.3f} {peak.peak_torque:12.2f} ({peak.joint})")
+        traces[name] = trace
+    return traces
+
+
+if __name__ == "__main__":
+    main()

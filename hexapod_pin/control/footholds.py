@@ -1,0 +1,74 @@
+"""Where the feet of a gait stand in the world, placement by placement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.body_path import BodyPath
+from hexapod_pin.control.gait import Gait
+
+COINCIDENT = 1e-9
+"""Footholds [m] and times [cycles] closer than this are the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class Footholds:
+    """The footholds of a planned walk.
+
+    Attributes:
+        gait: the gait.
+        neutral_feet: standing foot centres in the base frame, legs in gait order [m]. (6, 3).
+        body: the planned motion of the base.
+    """
+
+    gait: Gait
+    neutral_feet: Array
+    body: BodyPath
+
+    def at(self, placement: Array) -> Array:
+        """Return where each leg stands in the world after its k-th placement [m].
+
+        Args:
+            placement: k per time and leg; the foot is placed at (k + phase) cycles. Shape (K, 6).
+
+        Returns:
+            The neutral foot under the body at mid-stance; under the standing body if the swing
+            to that place would have begun before t = 0. Shape (K, 6, 3).
+        """
+        duty, period = self.gait.duty, self.gait.cycle_time
+        placed = placement + np.array(self.gait.phases)
+        walked = placed - (1.0 - duty) >= -COINCIDENT
+        middle = np.where(walked, (placed + duty / 2.0) * period, 0.0)
+        pose = self.body.pose(middle.ravel()).reshape(*middle.shape, 3)
+        feet = np.broadcast_to(self.neutral_feet, (*middle.shape, 3))
+        p_WF = turned(feet, pose[..., 2])
+        p_WF[..., :2] += pose[..., :2]
+        return p_WF
+
+    def with_travel(self, placement: Array) -> tuple[Array, Array]:
+        """Return the footholds after the k-th placements and the travel to the next [m].
+
+        Args:
+            placement: k per time and leg. Shape (K, 6).
+
+        Returns:
+            Shape (K, 6, 3) each, in the world.
+        """
+        first, last = (placement.min(), placement.max()) if placement.size else (0.0, 0.0)
+        count = int(last - first) + 2
+        if count > len(placement):  # a table would be larger than what is asked for
+            here = self.at(placement)
+            return here, self.at(placement + 1.0) - here
+        table = self.at(np.tile(first + np.arange(count)[:, None], (1, 6)))
+        row, leg = (placement - first).astype(int), np.arange(6)
+        return table[row, leg], np.diff(table, axis=0)[row, leg]
+
+
+def turned(p: Array, yaw: Array) -> Array:
+    """Rotate points (..., 3) about z by angles that broadcast over (...) [rad]."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    x, y = c * p[..., 0] - s * p[..., 1], s * p[..., 0] + c * p[..., 1]
+    return np.stack([x, y, p[..., 2]], axis=-1)

@@ -1,0 +1,175 @@
+"""Every example runs as it stands, writes only into its folder, and says what is true."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import math
+import re
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+
+
+def example(name: str) -> ModuleType:
+    """Import one example without running it."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "examples" / f"{name}.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Return a function that runs an example in an empty folder and checks what it leaves there."""
+    monkeypatch.chdir(tmp_path)
+
+    def run_one(name: str, files: tuple[str, ...] = ()) -> Any:
+        main = example(name).main
+        folder = tmp_path / "out"
+        folder.mkdir()
+        found = main(folder) if "folder" in inspect.signature(main).parameters else main()
+        assert sorted(path.name for path in folder.iterdir()) == sorted(files)
+        assert [path.name for path in tmp_path.iterdir()] == ["out"]
+        return found
+
+    return run_one
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_each_says_what_it_shows_and_is_listed_and_tested(path: Path) -> None:
+    module = example(path.stem)
+    assert module.__doc__ and re.search("print|writes", module.__doc__, re.IGNORECASE)
+    assert f"({path.name})" in (path.parent / "README.md").read_text(encoding="utf-8")
+    assert f'run("{path.stem}"' in Path(__file__).read_text(encoding="utf-8")
+    assert "import _" not in path.read_text(encoding="utf-8")
+
+
+def test_load_a_robot(run) -> None:
+    robot, damaged = run("load_a_robot", ("my_robot.urdf", "damaged.urdf"))
+    assert robot.total_mass == pytest.approx(8.25)
+    assert [foot.radius for foot in robot.feet] == [0.015] * 6
+    assert len(damaged.findings) == 1 and "lf_coxa" in damaged.findings[0]
+
+
+def test_walk(run) -> None:
+    trace = run("walk", ("walk.nc", "walk.html"))
+    assert hp.torque_budget(trace).speed == pytest.approx(0.0875, rel=0.02)  # S2's gait
+    steady = hp.torque_budget(trace).window.samples
+    carried = trace.foot_force[steady][:, :, 2].sum(axis=1).mean()
+    assert carried == pytest.approx(3.08746 * 9.81, rel=1e-3)
+    assert hp.load_trace("out/walk.nc") == trace
+
+
+def test_walk_on_terrain(run) -> None:
+    traces = run("walk_on_terrain")
+    way = {name: trace.com[-1] - trace.com[0] for name, trace in traces.items()}
+    assert abs(way["level"][2]) < 2e-3
+    assert way["slope"][2] == pytest.approx(math.tan(math.radians(8.0)) * way["slope"][0], abs=2e-3)
+    assert way["stairs"][2] > 0.02
+    assert way["ice"][0] < 0.9 * way["slope"][0]
+
+
+def test_choose_a_gait(run) -> None:
+    budgets = run("choose_a_gait")
+    for budget in budgets.values():
+        assert budget.speed == pytest.approx(0.06, rel=0.03)
+    rms = {name: budget.kind("femur").rms.rms_torque for name, budget in budgets.items()}
+    assert rms["tripod"] > rms["tetrapod"] > rms["wave"]  # more feet, less torque
+
+
+def test_own_contact_parameters(run) -> None:
+    depth, closed = run("own_contact_parameters")
+    np.testing.assert_allclose(depth, closed, rtol=1e-3)
+    assert 2e-4 < closed.mean() < 2e-3
+
+
+def test_compare_two_laws(run) -> None:
+    found = run("compare_two_laws")
+    assert abs(found["accurate"][0]) < 1e-6 and found["accurate"][1] == 0.0
+    assert found["s1"][0] == pytest.approx(found["s1"][1], rel=0.02)
+    assert found["s2"][0] == pytest.approx(found["s2"][1], rel=0.01)
+
+
+def test_sweep_a_parameter(run) -> None:
+    rows = run("sweep_a_parameter", ("sweep.csv",))
+    assert len(rows) == 6
+    lines = Path("out/sweep.csv").read_text().splitlines()
+    assert len(lines) == 7 and lines[0].startswith("kp")
+    for _, _, speed, peak in rows:
+        assert speed == pytest.approx(0.08 / 0.6, rel=0.05)
+        assert 0.5 < peak < 6.0  # N m, S2's effort limit
+
+
+def test_plot_torque(run) -> None:
+    path = run("plot_torque", ("torque.png",))
+    assert path.read_bytes().startswith(b"\x89PNG") and path.stat().st_size > 10_000
+
+
+def test_foot_forces(run) -> None:
+    carried, weight = run("foot_forces", ("foot_forces.csv",))
+    assert weight == pytest.approx(3.08746 * 9.81)
+    assert carried == pytest.approx(weight, rel=1e-3)
+    table = np.genfromtxt("out/foot_forces.csv", delimiter=",", skip_header=1)
+    assert table.shape[1] == 7
+    assert table[:, 1:].sum(axis=1).mean() == pytest.approx(weight, rel=2e-3)
+
+
+def test_save_and_continue(run) -> None:
+    assert run("save_and_continue", ("first_half.nc",)) == 0.0
+
+
+def test_accuracy_and_speed(run) -> None:
+    errors = run("accuracy_and_speed")
+    assert errors["accuracy 0.001"] < 1e-3
+    assert errors["accuracy 0.0001"] < 1e-4
+    assert errors["accuracy 1e-06"] < 1e-5 < errors["method robust, step 0.001"]
+
+
+def test_drop_test(run) -> None:
+    trace = run("drop_test")
+    touch = trace.time[trace.contact.any(axis=1)][0]
+    assert touch == pytest.approx(math.sqrt(2.0 * 0.05 / 9.81), abs=2e-3)
+    assert trace.normal_force[-1].sum() == pytest.approx(8.25 * 9.81, rel=0.01)
+    assert abs(trace.energy_residual[-1]) < 0.01 * 8.25 * 9.81 * 0.05
+
+
+def test_own_controller(run) -> None:
+    height = run("own_controller")
+    assert height.min() == pytest.approx(-0.02, abs=1e-3)  # the servos yield
+    assert height.max() < 1e-3
+
+
+def test_own_gait(run, capsys: pytest.CaptureFixture[str]) -> None:
+    budget = run("own_gait")
+    assert budget.speed == pytest.approx(0.05, rel=0.02)
+    assert "fewest feet down: 5" in capsys.readouterr().out
+
+
+def test_robot_from_dimensions(run) -> None:
+    robot, budget = run("robot_from_dimensions", ("my_hexapod.urdf",))
+    assert robot.total_mass == pytest.approx(1.2 + 6 * (0.08 + 0.10 + 0.06))
+    assert budget.speed == pytest.approx(0.12, rel=0.05)
+
+
+def test_the_first_code_block_of_the_readme_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As it stands; the feet carry the weight it prints beside them."""
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    block = re.search(r"```python\n(.*?)```", text, re.DOTALL)
+    assert block is not None
+    exec(compile(block.group(1), "README.md", "exec"), {"__name__": "readme"})
+    carried, weight = re.findall(r"(\d+\.\d+) N ", capsys.readouterr().out)[-2:]
+    assert float(carried) == pytest.approx(float(weight), rel=0.01)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["walk.html", "walk.nc"]
