@@ -1,6 +1,7 @@
 # Needs Python >= 3.10 (with venv and its C headers), a C++17 compiler and make. The rest goes into .venv.
 #   make walk                      set up, walk the hexapod of S2 for 10 s, leave walk.nc and walk.html
 #   make test                      set up, run every test
+#   make wheel                     build a wheel into dist/; wheel-smoke tries it where no compiler is
 #   make PYTHON=python3.12 CXX=clang++ walk
 
 SHELL := /bin/bash
@@ -17,6 +18,8 @@ PYTHONS := $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python3.10 py
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+# Without byte code for all of it: Python writes that of the modules it comes to use.
+INSTALL := $(PIP) install --no-compile
 BUILD_REQUIRES := "pip>=23" "scikit-build-core>=0.10" "nanobind>=2.4" "libpinocchio==4.1.*" \
 	cmeel-eigen cmeel-urdfdom-headers typing_extensions ninja cmake
 NATIVE := CMakeLists.txt $(sort $(shell find hexapod_pin/native -name '*.[ch]pp'))
@@ -31,7 +34,7 @@ all(map(u.find_spec, ("venv", "ensurepip"))) or sys.exit("lacks venv/ensurepip: 
 os.path.exists(sysconfig.get_path("include") + "/Python.h") or sys.exit("lacks Python.h: install python3-dev")
 PROGRAM := \#include <optional>\nint main() { if constexpr (true) return *std::optional<int>(0); }\n
 
-.PHONY: walk test lint format types contracts check bench clean compiler FORCE
+.PHONY: walk test lint format types contracts check bench wheel wheel-smoke clean compiler FORCE
 
 walk: $(VENV)/.installed
 	@$(BIN)/hexapod-pin walk kharagpur --out walk.nc --html walk.html
@@ -63,6 +66,22 @@ check: lint types contracts test
 bench: $(VENV)/.test
 	$(BIN)/python benchmarks/step_cost.py
 
+wheel: $(VENV)/.build | compiler
+	@rm -f dist/hexapod_pin-*.whl
+	@PATH="$(CURDIR)/$(BIN):$$PATH" $(PIP) wheel --no-deps --no-build-isolation --wheel-dir dist .
+	@ls dist/hexapod_pin-*.whl
+
+# In a fresh environment, an empty folder, and a PATH that holds nothing but that environment.
+wheel-smoke: wheel
+	@wheel="$$(ls "$(CURDIR)"/dist/hexapod_pin-*.whl)"; folder="$$(mktemp -d)"; trap 'rm -rf "$$folder"' EXIT; \
+	python="$(CURDIR)/$(BIN)/python"; cd "$$folder"; "$$python" -m venv fresh; mkdir empty; \
+	fresh/bin/python -m pip --disable-pip-version-check --quiet install --no-compile "$$wheel"; \
+	cd empty; export PATH="$$folder/fresh/bin"; unset PYTHONPATH; \
+	for tool in cc c++ gcc g++ clang make cmake ninja; do \
+	  if command -v "$$tool"; then echo "hexapod_pin: $$tool is on the PATH of the smoke test" >&2; exit 1; fi; done; \
+	python -c "import hexapod_pin; print(hexapod_pin.__file__)"; \
+	hexapod-pin walk kharagpur --duration 1 --no-html
+
 clean:
 	rm -rf $(VENV) $(STUB) build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
 	find hexapod_pin scripts benchmarks tests examples -name __pycache__ -prune -exec rm -rf {} +
@@ -85,7 +104,7 @@ $(VENV)/.python: | compiler
 
 $(VENV)/.build: $(VENV)/.python
 	@echo "installing the build tools and Pinocchio"
-	@$(PIP) install $(BUILD_REQUIRES)
+	@$(INSTALL) $(BUILD_REQUIRES)
 	@touch $@
 
 # An editable install knows its modules by name: a new or moved one needs another install.
@@ -93,16 +112,16 @@ $(VENV)/.modules: $(VENV)/.build FORCE
 	@echo "$(MODULES)" | cmp --quiet - $@ || echo "$(MODULES)" > $@
 
 $(VENV)/.installed: $(VENV)/.build $(VENV)/.modules pyproject.toml $(NATIVE) | compiler
-	@echo "installing hexapod_pin; the first time the native core is compiled, one to two minutes"
-	@PATH="$(CURDIR)/$(BIN):$$PATH" $(PIP) install --no-build-isolation --check-build-dependencies -e .
+	@echo "installing hexapod_pin; the first time the native core is compiled, about a minute"
+	@PATH="$(CURDIR)/$(BIN):$$PATH" $(INSTALL) --no-build-isolation --check-build-dependencies -e .
 	@touch $@
 
 $(VENV)/.test: $(VENV)/.installed
 	@echo "installing what the tests need"
-	@$(PIP) install "hexapod-pin[test]"
+	@$(INSTALL) "hexapod-pin[test]"
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.test
 	@echo "installing ruff, mypy and import-linter"
-	@$(PIP) install "hexapod-pin[dev]"
+	@$(INSTALL) "hexapod-pin[dev]"
 	@touch $@

@@ -1,0 +1,90 @@
+"""Batches of the native core: any number of threads and cases, and the memory of their samples."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.native_run import NativeRun
+from hexapod_pin.simulation.run_settings import RunSettings
+
+SETTINGS = RunSettings.of(0.1, "implicit-euler", None, 1e-3, None)
+
+
+def run_of(stroke: float) -> NativeRun:
+    """A walk of 0.1 s that has not begun."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    return NativeRun(Case(scene, hp.KinematicControl(hp.Gait.tetrapod(stroke=stroke))), SETTINGS)
+
+
+def test_more_threads_than_cases_give_the_same_bits() -> None:
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    strokes = (0.08, 0.10, 0.12)
+    gaits = [hp.KinematicControl(hp.Gait.tetrapod(stroke=stroke)) for stroke in strokes]
+    cases = [Case(scene, gait) for gait in gaits]
+    many = hp.simulate_batch(cases, duration=0.2, threads=1000)
+    for case, found in zip(cases, many, strict=True):
+        alone = hp.simulate(scene, case.controller, duration=0.2)
+        assert np.array_equal(found.q, alone.q) and np.array_equal(found.torque, alone.torque)
+
+
+def test_an_empty_batch_is_done() -> None:
+    assert hp.simulate_batch([], duration=0.1, threads=4) == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="bounds the address space as Linux does")
+def test_threads_that_do_not_start_are_done_without() -> None:
+    """With room for a few stacks only: the batch ends, on the threads there are."""
+    program = (
+        "import resource\n"
+        "from hexapod_pin import native\n"
+        "from test_native_batch import run_of\n"
+        "run = run_of(0.1)\n"
+        "pages = int(open('/proc/self/statm').read().split()[0])\n"
+        "room = pages * resource.getpagesize() + 200 * 2**20\n"
+        "resource.setrlimit(resource.RLIMIT_AS, (room, room))\n"
+        "batch = native.Batch(5000)\n"
+        "batch.add(run.rollout, 100)\n"
+        "assert batch.finish() == [True]\n"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True, cwd=Path(__file__).parent)
+
+
+def test_an_abandoned_batch_ends() -> None:
+    """A case that cannot be planned: the one before it is under way, and is left."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    good = hp.KinematicControl(hp.Gait.tetrapod(stroke=0.1))
+    impossible = hp.KinematicControl(hp.Gait.tetrapod(stroke=5.0))
+    with pytest.raises(hp.errors.HexapodError):
+        hp.simulate_batch([Case(scene, good), Case(scene, impossible)], duration=60.0, threads=2)
+
+
+def test_samples_handed_over_are_not_written_again() -> None:
+    run = run_of(0.1)
+    run.rollout.reserve(100)
+    assert run.rollout.advance(40)
+    first = run.rollout.record()
+    kept = {name: table.copy() for name, table in first.items()}
+    again = run.rollout.record()
+    assert run.rollout.advance(60)
+    whole = run.rollout.record()
+    for name, table in kept.items():
+        assert np.array_equal(first[name], table) and np.array_equal(again[name], table)
+        assert np.array_equal(whole[name][: len(table)], table)
+        assert not np.shares_memory(first[name], again[name])
+    assert len(whole["time"]) == 101
+
+
+def test_samples_do_not_depend_on_what_was_reserved() -> None:
+    reserved, grown = run_of(0.1), run_of(0.1)
+    reserved.rollout.reserve(10_000_000)
+    assert reserved.rollout.advance(100) and grown.rollout.advance(100)
+    tables = grown.rollout.record()
+    for name, table in reserved.rollout.record().items():
+        assert np.array_equal(table, tables[name]), name
