@@ -7,11 +7,10 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, TypeVar
 
-import numpy as np
-
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.results.budget_table import joint_lines, kind_lines
 from hexapod_pin.results.joint_budget import JointBudget, KindBudget
+from hexapod_pin.results.plain_json import without_non_finite
 from hexapod_pin.results.steady_window import Window
 
 BudgetRow = TypeVar("BudgetRow")
@@ -104,7 +103,7 @@ class TorqueBudget:
         plain = asdict(self) | {name: getattr(self, name) for name in derived}
         plain["cost_of_transport_positive"] = self.cost_of_transport_positive
         plain["caveat"] = PEAK_CAVEAT
-        finite: dict[str, Any] = _finite(plain)
+        finite: dict[str, Any] = without_non_finite(plain)
         return finite
 
     def to_json(self) -> str:
@@ -176,12 +175,3 @@ def _row(kind: str, name: str, rows: Mapping[str, BudgetRow]) -> BudgetRow:
     if name not in rows:
         raise UnknownNameError(kind, name, list(rows))
     return rows[name]
-
-
-def _finite(value: Any) -> Any:
-    """Return plain data with None in place of NaN and infinities."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -17,6 +17,7 @@ from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
 from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.results.plain_json import without_non_finite
 from hexapod_pin.spec import Spec
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.validation.tables import Table
@@ -136,7 +137,7 @@ def json_text(report: BenchmarkReport) -> str:
         "machine": asdict(report.machine),
         "scenes": [_scene_data(scene) for scene in report.scenes],
     }
-    return json.dumps(_finite(data), indent=1, allow_nan=False) + "\n"
+    return json.dumps(without_non_finite(data), indent=1, allow_nan=False) + "\n"
 
 
 def _scene_data(comparison: Comparison) -> dict[str, Any]:
@@ -186,12 +187,3 @@ def write_report(report: BenchmarkReport, path: Path) -> Path:
 
 def _blank(value: Any) -> Any:
     return "" if value is None or (isinstance(value, float) and math.isnan(value)) else value
-
-
-def _finite(value: Any) -> Any:
-    """Return nested data with null for every number that is not finite."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
