@@ -84,7 +84,7 @@ wheel-smoke: wheel
 
 clean:
 	rm -rf $(VENV) $(STUB) build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
-	find hexapod_pin scripts benchmarks tests -name __pycache__ -prune -exec rm -rf {} +
+	find hexapod_pin scripts benchmarks tests examples -name __pycache__ -prune -exec rm -rf {} +
 
 compiler:
 	@printf '$(PROGRAM)' | $(CXX) -std=c++17 -fsyntax-only -x c++ - 2>/dev/null || \

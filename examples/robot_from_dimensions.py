@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import hexapod_pin as hp
-from hexapod_pin.robot.description.segments import Segment, Trunk
+from hexapod_pin.robot import Segment, Trunk
 
 EFFORT, RATE = 3.0, 6.0  # N m, rad/s: of every servo
 SWING, BEND = (-1.0, 1.0), (-1.4, 1.4)  # rad

@@ -17,7 +17,10 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.commands.app import main
+from hexapod_pin.control.gait import GAITS
 from hexapod_pin.errors import DivergenceError, SimulationInterrupted
+from hexapod_pin.ground.contact.contact import PRESETS
+from hexapod_pin.simulation.methods import METHODS
 
 Run = Callable[..., SimpleNamespace]
 
@@ -264,3 +267,10 @@ def test_help_names_every_command_and_version_prints(run: Run):
         assert command in done.out
     assert run("--version").out == f"hexapod-pin {hp.__version__}\n"
     assert "degrees" in run("walk", "--help").out
+
+
+def test_help_of_walk_names_every_gait_method_and_contact(run: Run):
+    """Help texts are written out, so that `--help` imports nothing; the lists stand elsewhere."""
+    text = run("walk", "--help").out
+    for name in (*GAITS, *METHODS, *PRESETS):
+        assert re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", text), name

@@ -6,6 +6,7 @@ import dataclasses
 import gc
 import tracemalloc
 import weakref
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -194,3 +195,10 @@ def test_a_robot_is_not_kept_alive_by_its_plans() -> None:
     del robot
     gc.collect()
     assert alive() is None
+
+
+@pytest.mark.parametrize("make", [Gait.ripple, Gait.wave, Gait.tetrapod])
+def test_of_legs_that_are_equally_fast_the_first_is_named(make: Callable[..., Gait]) -> None:
+    """Front left and rear right move alike; rounding does not choose between them."""
+    with pytest.raises(GaitError, match="leg lf: joint lf_coxa_joint would turn at"):
+        KinematicControl(make(cycle_time=0.3)).plan(load_robot("kharagpur"), 1.0)

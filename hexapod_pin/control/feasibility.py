@@ -57,7 +57,7 @@ def violation(six: SixLegs, gait: Gait) -> Violation | None:
     if np.ptp(six.soles) > MAX_FOOT_HEIGHT_SPREAD:
         return _uneven(six)
     path = FootPath(gait, six.neutral_feet, stop_at=CHECKED_CYCLES * gait.cycle_time)
-    p_BF, v_BF = six.foot_motion(path, checked_times(gait))
+    p_BF, v_BF = six.foot_motion(path, checked_times(path))
     q, refused = six.kinematics.solve(p_BF)
     solved = six.legs if refused is None else six.legs[: refused[0]]
     determinant = six.kinematics.normalised_determinant(q).min(axis=1)
@@ -69,14 +69,14 @@ def violation(six: SixLegs, gait: Gait) -> Violation | None:
     return _too_fast(six, six.kinematics.estimated_rates(p_BF, v_BF, q))
 
 
-def checked_times(gait: Gait) -> Array:
-    """Return the times at which a walk that stops after CHECKED_CYCLES is checked [s].
+def checked_times(path: FootPath) -> Array:
+    """Return the times at which a walk of CHECKED_CYCLES is checked [s].
 
-    Of the steady cycles the first is enough: the second is left out.
+    Of its steady part the first cycle is enough.
     """
     cycles = np.linspace(0.0, CHECKED_CYCLES, CHECKED_CYCLES * SAMPLES_PER_CYCLE + 1)
-    second = (TRANSIENT_CYCLES + 1) * SAMPLES_PER_CYCLE
-    return np.delete(cycles, slice(second + 1, second + SAMPLES_PER_CYCLE)) * gait.cycle_time
+    time = cycles * path.gait.cycle_time
+    return time[(cycles <= TRANSIENT_CYCLES + 1) | (time >= path.steady_until)]
 
 
 def _uneven(six: SixLegs) -> Violation:

@@ -27,7 +27,6 @@ class SixLegs:
 
     Attributes:
         kinematics: the legs with stacked geometry.
-        neutral_feet: foot centres of the standing posture, base frame [m]. Shape (6, 3).
         soles: lowest point of each foot in the standing posture, base frame [m]. Shape (6,).
         max_rate: joint velocity limits [rad/s]. Shape (6, 3).
         joint_index: place of each leg's joints in `Robot.joint_names`. Shape (6, 3).
@@ -35,7 +34,6 @@ class SixLegs:
     """
 
     kinematics: LegSet
-    neutral_feet: Array
     soles: Array
     max_rate: Array
     joint_index: NDArray[np.intp]
@@ -45,6 +43,11 @@ class SixLegs:
     def legs(self) -> tuple[LegKinematics, ...]:
         """The legs one by one."""
         return self.kinematics.legs
+
+    @property
+    def neutral_feet(self) -> Array:
+        """Foot centres of the standing posture, base frame [m]. Shape (6, 3)."""
+        return self.kinematics.neutral_feet
 
     def foot_motion(self, path: FootPath, time: Array) -> tuple[Array, Array]:
         """Return foot positions [m] and velocities [m/s] leg by leg, base frame. (6, K, 3) each."""
@@ -92,11 +95,10 @@ def six_legs(robot: Robot) -> SixLegs:
     legs = [LegKinematics.of(robot, name) for name in LEG_ORDER]
     index = np.array([[robot.joint_index(joint) for joint in leg.joints] for leg in legs])
     radius = np.array([robot.foot(robot.leg(leg.name).foot).radius for leg in legs])
-    feet = neutral_feet(legs)
+    kinematics = LegSet.of(legs)
     return SixLegs(
-        kinematics=LegSet.of(legs),
-        neutral_feet=read_only(feet),
-        soles=read_only(feet[:, 2] - radius),
+        kinematics=kinematics,
+        soles=read_only(kinematics.neutral_feet[:, 2] - radius),
         max_rate=read_only(robot.velocity[index]),
         joint_index=index,
         posture=read_only(robot.posture),

@@ -42,28 +42,30 @@ def walk_knots(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array, 
         ReachError: a leg cannot follow.
     """
     spacing = MAX_KNOT_SPACING
-    while True:
-        knots = _knots(six, path, end, spacing)
-        if knots.error.max() <= 0.5 * MAX_KNOT_ERROR:
-            for array in (knots.time, knots.q, knots.v):
-                array.setflags(write=False)  # so that a trajectory keeps them without copying
-            return knots.time, knots.q, knots.v
+    while (knots := _knots(six, path, end, spacing)) is None:
         spacing *= 0.5
+    for array in (knots.time, knots.q, knots.v):
+        array.setflags(write=False)  # so that a trajectory keeps them without copying
+    return knots.time, knots.q, knots.v
 
 
-def _knots(six: SixLegs, path: FootPath, end: float, spacing: float) -> Knots:
-    """Return the knots at one spacing: whole spans from the table, then what is left."""
+def _knots(six: SixLegs, path: FootPath, end: float, spacing: float) -> Knots | None:
+    """Return the knots at one spacing, from the table and what is left; None if it is too wide."""
     period = path.gait.cycle_time
     limit = min(end - EVENT_SEPARATION_CYCLES * period, path.steady_until)
     cycles = int(np.clip(np.ceil(limit / period), 1, STEADY_CYCLES))
     table = knot_table(six, path.gait, spacing, cycles)
     spans, begin = table.spans_before(limit)
+    if table.error[:spans].max(initial=0.0) > 0.5 * MAX_KNOT_ERROR:
+        return None
     row, time = table.rows(spans)
     count, previous = len(row), int(row[-1]) if len(row) else None
     if path.stop_at is None:
         rest = _last_knots(table, previous, begin, end)
     else:
         rest = _stopping_knots(table, previous, begin, end, path.stop_at)
+    if rest.error.max() > 0.5 * MAX_KNOT_ERROR:
+        return None
     q, v = (np.empty((count + len(rest.time), len(six.posture))) for _ in range(2))
     for whole, values in ((q, table.knots.q), (v, table.knots.v)):
         np.take(values, row, axis=0, out=whole[:count], mode="clip")  # "raise" makes a copy

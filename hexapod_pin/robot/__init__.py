@@ -1,6 +1,7 @@
 """Robots: URDF and blueprints, loading, legs and their kinematics, states."""
 
 from hexapod_pin.robot.description.blueprint import Blueprint
+from hexapod_pin.robot.description.segments import Hip, Segment, Trunk
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.robot import Foot, Leg, Robot, load_robot, urdf_path
 from hexapod_pin.robot.state import State
@@ -9,10 +10,13 @@ from hexapod_pin.robot.urdf_report import UrdfReport, inspect
 __all__ = [
     "Blueprint",
     "Foot",
+    "Hip",
     "Leg",
     "LegKinematics",
     "Robot",
+    "Segment",
     "State",
+    "Trunk",
     "UrdfReport",
     "inspect",
     "load_robot",

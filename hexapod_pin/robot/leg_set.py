@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hexapod_pin.arrays import Array
+from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ReachError
 from hexapod_pin.robot.closed_form_inverse import continuous, nearest_branch, reach_tolerance
 from hexapod_pin.robot.leg_geometry import ANGLE_TOLERANCE, POSITION_TOLERANCE
@@ -31,22 +31,26 @@ class LegSet:
         legs: the legs one by one.
         chain: their stacked joint axes.
         posture: joint angles of the standing posture [rad]. Shape (L, 3).
+        neutral_feet: foot centres of that posture, base frame [m]. Shape (L, 3).
         closed_form: stacked closed form on the branch of the posture; None if any leg has none.
     """
 
     legs: tuple[LegKinematics, ...]
     chain: SerialChain
     posture: Array
+    neutral_feet: Array
     closed_form: StackedClosedForm | None
 
     @staticmethod
     def of(legs: Sequence[LegKinematics]) -> LegSet:
         """Stack legs."""
+        feet = np.stack([leg.forward(leg.posture) for leg in legs])
         return LegSet(
             legs=tuple(legs),
             chain=SerialChain.stack([leg.chain for leg in legs]),
             posture=np.stack([leg.posture for leg in legs]),
-            closed_form=StackedClosedForm.of(legs),
+            neutral_feet=read_only(feet),
+            closed_form=StackedClosedForm.of(legs, feet),
         )
 
     def jacobian(self, q: Array) -> Array:
@@ -131,8 +135,8 @@ class StackedClosedForm:
         fold: -1 for a leg folded over its yaw axis, else 1. Shape (L, 1).
         knee: 1 with the knee up, -1 with the knee down. Shape (L, 1).
         tolerance: rounding of the reach [m]. Shape (L, 1).
-        lower: lower joint limits less their tolerance [rad]. Shape (L, 3).
-        upper: upper joint limits and their tolerance [rad]. Shape (L, 3).
+        lower: lower joint limits less their tolerance [rad]. Shape (L, 1, 3).
+        upper: upper joint limits and their tolerance [rad]. Shape (L, 1, 3).
     """
 
     geometry: YawPitchPitch
@@ -143,25 +147,24 @@ class StackedClosedForm:
     upper: Array
 
     @staticmethod
-    def of(legs: Sequence[LegKinematics]) -> StackedClosedForm | None:
-        """Stack the closed forms of legs, None if any has none."""
+    def of(legs: Sequence[LegKinematics], feet: Array) -> StackedClosedForm | None:
+        """Stack the closed forms of legs with standing feet (L, 3) [m]; None if any has none."""
         forms = [leg.closed_form for leg in legs if leg.closed_form is not None]
         if len(forms) < len(legs):
             return None
         geometry = YawPitchPitch.stack(forms)
-        feet = np.stack([leg.forward(leg.posture) for leg in legs])[:, None]
         posture, lower, upper = (
             np.stack([getattr(leg, name) for leg in legs]) for name in ("posture", "lower", "upper")
         )
-        nearest = nearest_branch(geometry, feet, posture, lower, upper)
+        nearest = nearest_branch(geometry, feet[:, None], posture, lower, upper)
         branches = np.array(BRANCHES, dtype=np.float64)[nearest]
         return StackedClosedForm(
             geometry=geometry,
             fold=branches[:, :1],
             knee=branches[:, 1:],
             tolerance=reach_tolerance(geometry),
-            lower=lower - ANGLE_TOLERANCE,
-            upper=upper + ANGLE_TOLERANCE,
+            lower=lower[:, None] - ANGLE_TOLERANCE,
+            upper=upper[:, None] + ANGLE_TOLERANCE,
         )
 
     def solve(self, p_BF: Array, near: Array) -> tuple[Array, NDArray[np.bool_]]:
@@ -175,5 +178,5 @@ class StackedClosedForm:
         q, outside = self.geometry.solve(p_HF, radius, self.fold, self.knee)
         q = continuous(q, near)
         missed = (radius < POSITION_TOLERANCE) | (outside > self.tolerance)
-        beyond = (q.min(axis=1) < self.lower) | (q.max(axis=1) > self.upper)
-        return q, np.logical_or(missed.any(axis=1), beyond.any(axis=1))
+        beyond = (q < self.lower) | (q > self.upper)
+        return q, np.logical_or(missed.any(axis=1), beyond.any(axis=(1, 2)))

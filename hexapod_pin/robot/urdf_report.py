@@ -11,7 +11,7 @@ from hexapod_pin.errors import ParameterError, UrdfError
 from hexapod_pin.robot.description.urdf_check import structure_findings
 from hexapod_pin.robot.description.urdf_file import UrdfFile, read_urdf
 from hexapod_pin.robot.loading.limbs import Leg, leg_chains
-from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
+from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot, urdf_path
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def inspect(source: str | Path, *, feet: Sequence[str] | None = None) -> UrdfRep
         UrdfError: the file is missing or is not a URDF at all.
         UnknownNameError: a foot that is no link of a sound file.
     """
-    path = urdf_path(str(source)) if source in ("kharagpur", "athena") else Path(source)
+    path = urdf_path(str(source)) if source in PACKAGED else Path(source)
     file = read_urdf(path)
     try:
         robot = load_robot(path, feet=feet)
