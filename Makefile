@@ -76,11 +76,11 @@ wheel-smoke: wheel
 	@wheel="$$(ls "$(CURDIR)"/dist/hexapod_pin-*.whl)"; folder="$$(mktemp -d)"; trap 'rm -rf "$$folder"' EXIT; \
 	python="$(CURDIR)/$(BIN)/python"; cd "$$folder"; "$$python" -m venv fresh; mkdir empty; \
 	fresh/bin/python -m pip --disable-pip-version-check --quiet install --no-compile "$$wheel"; \
-	cd empty; export PATH="$$folder/fresh/bin"; unset PYTHONPATH; \
+	( cd empty; export PATH="$$folder/fresh/bin"; unset PYTHONPATH; \
 	for tool in cc c++ gcc g++ clang make cmake ninja; do \
 	  if command -v "$$tool"; then echo "hexapod_pin: $$tool is on the PATH of the smoke test" >&2; exit 1; fi; done; \
 	python -c "import hexapod_pin; print(hexapod_pin.__file__)"; \
-	hexapod-pin walk kharagpur --duration 1 --no-html
+	hexapod-pin walk kharagpur --duration 1 --no-html )
 
 clean:
 	rm -rf $(VENV) $(STUB) build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
