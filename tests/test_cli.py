@@ -231,6 +231,15 @@ def test_run_that_ends_early_keeps_its_trace(
     assert hp.load_trace("part.nc") == partial
 
 
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Ctrl-C raises KeyboardInterrupt, also where the tests run in the background (SIGINT ignored)."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_during_the_simulation_keeps_what_was_done(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ):
@@ -248,6 +257,7 @@ def test_ctrl_c_during_the_simulation_keeps_what_was_done(
     assert 0.0 < hp.load_trace("walk.nc").time[-1] < 10.0
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_before_the_simulation(run: Run, monkeypatch: pytest.MonkeyPatch):
     def load_robot(*_: object, **__: object) -> hp.Robot:
         signal.raise_signal(signal.SIGINT)
