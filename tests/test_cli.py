@@ -233,7 +233,7 @@ def test_run_that_ends_early_keeps_its_trace(
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """Ctrl-C raises KeyboardInterrupt, also where the tests run in the background (SIGINT ignored)."""
+    """Ctrl-C raises KeyboardInterrupt, also where the tests run in the background."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
