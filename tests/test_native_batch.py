@@ -51,7 +51,8 @@ def test_threads_that_do_not_start_are_done_without() -> None:
         "resource.setrlimit(resource.RLIMIT_AS, (room, room))\n"
         "batch = native.Batch(5000)\n"
         "batch.add(run.rollout, 100)\n"
-        "assert batch.finish() == [True]\n"
+        "assert batch.next_done() == (0, True)\n"
+        "assert batch.next_done()[0] == -1\n"
     )
     subprocess.run([sys.executable, "-c", program], check=True, cwd=Path(__file__).parent)
 

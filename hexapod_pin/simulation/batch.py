@@ -50,8 +50,10 @@ def simulate_batch(
     for case in cases:  # the first ones run while the next are planned
         runs.append(NativeRun(case, how))
         batch.add(runs[-1].rollout, how.grid.samples)
-    good = batch.finish()
-    wall_time = time.perf_counter() - begin
-    for run, fine in zip(runs, good, strict=True):
-        run.good, run.wall_time = fine, wall_time / len(runs)
-    return [run.require_good() for run in runs]
+    traces: list[Trace | None] = [None] * len(runs)
+    for done in range(1, len(runs) + 1):  # traces are made while others run
+        index, good = batch.next_done()
+        runs[index].good = good
+        runs[index].wall_time = (time.perf_counter() - begin) / done
+        traces[index] = runs[index].trace()
+    return [run.require_good(trace) for run, trace in zip(runs, traces, strict=True)]

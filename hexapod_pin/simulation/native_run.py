@@ -165,13 +165,13 @@ class NativeRun:
     def _stand(self) -> Checkpoint:
         return Checkpoint.from_native(self.rollout.checkpoint(), self.how.grid.sample)
 
-    def require_good(self) -> Trace:
-        """Return the trace.
+    def require_good(self, trace: Trace | None = None) -> Trace:
+        """Return the trace, or the one already made.
 
         Raises:
             DivergenceError: the run left the finite world; names the joint and foot that led.
         """
-        trace = self.trace()
+        trace = self.trace() if trace is None else trace
         if self.good:
             return trace
         rate = np.abs(trace.v[-1, 6:])

@@ -82,8 +82,8 @@ void bind_runs(nb::module_& m) {
   nb::class_<Batch>(m, "Batch", "Independent rollouts over threads; they begin when they are added.")
       .def(nb::init<int>(), "threads"_a)
       .def("add", &Batch::add, "rollout"_a, "samples"_a, nb::keep_alive<1, 2>())
-      .def("finish", &Batch::finish, nb::call_guard<nb::gil_scoped_release>(),
-           "Advance all to their end: of each, whether it did not diverge.");
+      .def("next_done", &Batch::next_done, nb::call_guard<nb::gil_scoped_release>(),
+           "Work until another one is done: its number, and whether it did not diverge; -1: none left.");
 }
 
 }  // namespace hexapod

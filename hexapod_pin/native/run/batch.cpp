@@ -5,10 +5,10 @@
 
 namespace hexapod {
 
-Batch::Batch(int threads) {
+Batch::Batch(int threads) : window_(std::size_t(std::max(threads, 1)) + 1) {
   pool_.reserve(std::size_t(std::max(threads, 1)));
   try {
-    for (int k = 1; k < threads; ++k) pool_.emplace_back([this] { work(false); });
+    for (int k = 1; k < threads; ++k) pool_.emplace_back([this] { work(); });
   } catch (const std::system_error&) {  // no more threads to be had: those that started will do
   }
 }
@@ -30,26 +30,41 @@ void Batch::add(Rollout* rollout, long samples) {
   job->slice = std::clamp(samples / kSlices, kShortestSlice, kLongestSlice);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    job->number = long(jobs_.size());
+    if (samples <= 0) done_.push_back(job->number);
     jobs_.push_back(std::move(job));
   }
   changed_.notify_one();
 }
 
-std::vector<bool> Batch::finish() {
-  work(true);
-  std::vector<bool> good;
-  for (const auto& job : jobs_) {
-    if (job->failure) std::rethrow_exception(job->failure);
-    good.push_back(job->good);
+std::pair<long, bool> Batch::next_done() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (returned_ < jobs_.size()) {
+    if (!done_.empty()) {
+      const Job& job = *jobs_[std::size_t(done_.front())];
+      done_.pop_front();
+      ++returned_;
+      if (job.failure) std::rethrow_exception(job.failure);
+      return {job.number, job.good};
+    }
+    if (Job* job = next_job())
+      advance(*job, lock);
+    else
+      changed_.wait(lock);
   }
-  return good;
+  return {-1, true};
 }
 
 Batch::Job* Batch::next_job() {
+  while (first_unfinished_ < jobs_.size() && jobs_[first_unfinished_]->left <= 0) ++first_unfinished_;
   Job* longest = nullptr;
-  for (const auto& job : jobs_)
-    if (!job->running && job->left > 0 && (longest == nullptr || job->left > longest->left))
-      longest = job.get();
+  std::size_t seen = 0;
+  for (std::size_t k = first_unfinished_; k < jobs_.size() && seen < window_; ++k) {
+    Job& job = *jobs_[k];
+    if (job.left <= 0) continue;
+    ++seen;
+    if (!job.running && (longest == nullptr || job.left > longest->left)) longest = &job;
+  }
   return longest;
 }
 
@@ -69,20 +84,18 @@ void Batch::advance(Job& job, std::unique_lock<std::mutex>& lock) {
   job.good = good;
   job.failure = failure;
   job.left = good ? job.left - samples : 0;
+  if (job.left > 0) return;  // this thread takes what it has left, or another job
+  done_.push_back(job.number);
+  changed_.notify_all();
 }
 
-// The pool's threads wait for more; the caller of `finish` leaves when all is done.
-void Batch::work(bool leave_when_idle) {
+void Batch::work() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (!stopping_) {
-    if (Job* job = next_job()) {
+    if (Job* job = next_job())
       advance(*job, lock);
-      if (job->left <= 0) changed_.notify_all();  // else this thread takes what it has left
-      continue;
-    }
-    const auto done = [](const auto& job) { return !job->running && job->left <= 0; };
-    if (leave_when_idle && std::all_of(jobs_.begin(), jobs_.end(), done)) return;
-    changed_.wait(lock);
+    else
+      changed_.wait(lock);
   }
 }
 
