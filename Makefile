@@ -47,6 +47,7 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 
 format: $(VENV)/.dev
+	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
@@ -112,7 +113,7 @@ $(VENV)/.modules: $(VENV)/.build FORCE
 	@echo "$(MODULES)" | cmp --quiet - $@ || echo "$(MODULES)" > $@
 
 $(VENV)/.installed: $(VENV)/.build $(VENV)/.modules pyproject.toml $(NATIVE) | compiler
-	@echo "installing hexapod_pin; the first time the native core is compiled, about a minute"
+	@echo "installing hexapod_pin; the first time the native core is compiled, one to two minutes"
 	@PATH="$(CURDIR)/$(BIN):$$PATH" $(INSTALL) --no-build-isolation --check-build-dependencies -e .
 	@touch $@
 

@@ -102,7 +102,7 @@ def test_creep_ends_at_the_limit(name: str) -> None:
 
 
 def test_limits_are_the_largest_coefficients() -> None:
-    speeds = np.geomspace(1e-4, 10.0, 20001)
+    speeds = np.geomspace(1e-4, 1e5, 36001)  # some laws reach their limit slowly
     for law in FRICTION.values():
         largest = law.coefficient(speeds).max()
         assert largest <= law.limit * (1.0 + 1e-15)  # one rounding
