@@ -1,7 +1,8 @@
 """Gaits: which foot is placed when, how far, how high and where to.
 
 A gait is a periodic table. Leg i is placed on the ground at the times (k + phases[i]) cycle_time,
-stays for duty * cycle_time, and swings for the rest: a swing ends at its placement. Legs are in the order lf lm lr rf rm rr.
+stays for duty * cycle_time, and swings for the rest: a swing ends at its placement. Legs are in
+the order lf lm lr rf rm rr.
 [S2]'s leg numbers 1..6 are lf rf lm rm lr rr (odd = left: *assumed*, the paper does not say).
 """
 
