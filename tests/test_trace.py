@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import resource
 import subprocess
@@ -18,7 +19,7 @@ from synthetic import FEET, JOINTS, WEIGHT, synthetic_trace
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_file import load_trace
-from hexapod_pin.results.trace_layout import ENERGIES
+from hexapod_pin.results.trace_layout import ENERGIES, frozen_json
 
 
 @pytest.fixture
@@ -86,6 +87,19 @@ def test_a_missing_energy_is_refused_by_name() -> None:
     energy = {name: trace.energy[name] for name in ENERGIES if name != "normal_loss"}
     with pytest.raises(ParameterError, match="normal_loss"):
         replace(trace, energy=energy)
+
+
+def test_meta_is_kept_as_json_gives_it_back() -> None:
+    """The quick copy equals the way through JSON text, type by type."""
+    meta = {
+        "text": "a\u00b5", "n": 3, "x": 0.1, "yes": True, "none": None, "t": (1, (2.5, "b")),
+        "array": np.arange(4.0).reshape(2, 2), "scalar": np.float64(0.3), "whole": np.int64(7),
+        "deep": {"k": [1, {"m": (0.5,)}], 3: "three"},
+    }  # fmt: skip
+    plain = json.loads(json.dumps(meta, default=lambda value: value.tolist()))
+    kept = frozen_json("meta", meta)
+    assert dict(kept) == plain
+    assert json.dumps(dict(kept)) == json.dumps(plain)
 
 
 def test_meta_that_json_cannot_hold_is_refused() -> None:

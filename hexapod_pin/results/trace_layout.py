@@ -54,10 +54,29 @@ def frozen(name: str, values: Any, shape: tuple[int, ...]) -> Array:
 def frozen_json(name: str, values: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return `values` as JSON would give them back, so that a file loses nothing."""
     try:
-        plain = json.loads(json.dumps(dict(values), default=_plain))
+        plain = {key: _json_copy(value) for key, value in _json_keys(values).items()}
     except TypeError as error:
         raise ParameterError(name, error.args[0], "made of what JSON can hold") from error
     return MappingProxyType(plain)
+
+
+def _json_copy(value: Any) -> Any:
+    """Return a value as JSON text would give it back; long texts are shared, not written out."""
+    if value is None or type(value) in (str, bool, int, float):
+        return value
+    if isinstance(value, dict):
+        return {key: _json_copy(item) for key, item in _json_keys(value).items()}
+    if isinstance(value, list | tuple):
+        return [_json_copy(item) for item in value]
+    return json.loads(json.dumps(value, default=_plain))
+
+
+def _json_keys(values: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return a mapping whose keys are texts, as JSON makes them."""
+    if all(type(key) is str for key in values):
+        return dict(values)
+    names = json.loads(json.dumps([[{key: None} for key in values]]))[0]
+    return {next(iter(name)): value for name, value in zip(names, values.values(), strict=True)}
 
 
 def _plain(value: Any) -> Any:
