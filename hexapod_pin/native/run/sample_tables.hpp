@@ -68,12 +68,12 @@ class SampleTables {
  private:
   static constexpr std::size_t kReservedNumbers = std::size_t(1) << 24;  // 128 MiB of doubles
 
-  // A large block asks for huge pages: taking a run's memory page by page costs up to a sixth of it,
-  // and two threads wait for each other there.
+  // A very large block asks for huge pages: taking its memory page by page costs up to a sixth of a
+  // run. For smaller ones clearing huge pages costs more than it saves.
   static std::shared_ptr<double[]> allocate(std::size_t numbers) {
-    constexpr std::size_t kHugePage = std::size_t(1) << 21;  // bytes
+    constexpr std::size_t kHugePage = std::size_t(1) << 21, kVeryLarge = 16 * kHugePage;  // bytes
     std::size_t bytes = numbers * sizeof(double);
-    if (bytes < kHugePage / 2) return std::shared_ptr<double[]>(new double[numbers]);
+    if (bytes < kVeryLarge) return std::shared_ptr<double[]>(new double[numbers]);
     bytes = (bytes + kHugePage - 1) / kHugePage * kHugePage;
     auto* memory = static_cast<double*>(std::aligned_alloc(kHugePage, bytes));
     if (memory == nullptr) throw std::bad_alloc();
