@@ -43,26 +43,19 @@ def terrains() -> dict[str, object]:
         "ledge": hp.Ledge(height=0.02, edge=0.1),
         "groove": hp.Groove(angle_left=0.3, angle_right=0.3, depth=0.01, bottom=0.2),
         "height-field": hp.HeightField.from_array(bumps, spacing=0.05),
-        "patched": PATCHED(ground=flat, patches=(slip,)),
-        "shaking": SHAKING(ground=flat, amplitude=0.002, frequency=5.0),
+        "patched": hp.PatchedGround(ground=flat, patches=(slip,)),
+        "shaking": hp.ShakingGround(ground=flat, amplitude=0.002, frequency=5.0),
     }
 
 
-PATCHED = getattr(hp, "PatchedGround", None) or hp.Patched
-SHAKING = getattr(hp, "ShakingGround", None) or hp.Shaken
-SAMPLED = getattr(hp, "SampledTrajectory", None) or hp.Held
-HOLD = getattr(hp, "HoldPosture", None) or hp.Hold
 PRESETS = ("accurate", "s1", "s1-printed", "s2")
 
 
 def settings(method: str) -> dict[str, float | str]:
     """Return how to run a method."""
-    name = (
-        "x3" if method == "extrapolated-euler" and not hasattr(hp, "SampledTrajectory") else method
-    )
     if method in ADAPTIVE:
-        return {"method": name, "accuracy": ADAPTIVE[method], "sample": 2e-3}
-    return {"method": name, "step": FIXED[method], "sample": 2e-3}
+        return {"method": method, "accuracy": ADAPTIVE[method], "sample": 2e-3}
+    return {"method": method, "step": FIXED[method], "sample": 2e-3}
 
 
 def walk(robot: str, terrain: object, preset: str, method: str, **gait: float) -> object:
@@ -93,7 +86,9 @@ def drop(robot: str, terrain: object, preset: str, method: str) -> object:
     v[:6] = [0.1, -0.05, 0.0, 0.3, 0.2, -0.4]
     duration = 0.1 if method in ("rk4", "dop853") else 0.2
     start = hp.State(q, v)
-    return hp.simulate(scene, HOLD(), duration=duration, initial=start, **settings(method))
+    return hp.simulate(
+        scene, hp.HoldPosture(), duration=duration, initial=start, **settings(method)
+    )
 
 
 def set_points(robot: str, method: str) -> object:
@@ -101,7 +96,7 @@ def set_points(robot: str, method: str) -> object:
     model = hp.load_robot(robot)
     times = np.arange(10) * 0.02
     swing = 0.05 * np.sin(np.outer(np.arange(10), 1.0 + np.arange(len(model.joint_names))))
-    control = SAMPLED(times, np.array(model.posture) + swing)
+    control = hp.SampledTrajectory(times, np.array(model.posture) + swing)
     return hp.simulate(hp.Scene(model), control, duration=0.2, **settings(method))
 
 
@@ -143,7 +138,9 @@ def drop_other(method: str, preset: str) -> object:
         q[3:7] = np.array([0.06, -0.04, 0.0, 1.0]) / np.linalg.norm([0.06, -0.04, 0.0, 1.0])
         start = hp.State(q, np.zeros(model.model.nv))
         duration = 0.05 if method in ("rk4", "dop853") else 0.2
-        return hp.simulate(scene, HOLD(), duration=duration, initial=start, **settings(method))
+        return hp.simulate(
+            scene, hp.HoldPosture(), duration=duration, initial=start, **settings(method)
+        )
 
 
 def cases() -> Iterator[tuple[str, Callable[[], object]]]:
@@ -206,7 +203,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--check", type=Path, help="compare with this table")
     parser.add_argument("--only", default="", help="runs whose name contains this")
     options = parser.parse_args(argv)
-    found, name_of_diverged = {}, []
+    found, diverged = {}, []
     for name, run in cases():
         if options.only not in name:
             continue
@@ -214,12 +211,10 @@ def main(argv: list[str] | None = None) -> int:
             found[name] = digest(run())
         except hp.errors.DivergenceError as error:  # what was good is compared too
             found[name] = digest(error.trace)
-            name_of_diverged.append(name)
+            diverged.append(name)
         print(f"{found[name]:<18} {name}", flush=True)
     lines = [f"{value:<18} {name}" for name, value in found.items()]
-    print(
-        f"{len(found)} runs, {len(name_of_diverged)} of them diverged (ndf on S2's stiff contact)"
-    )
+    print(f"{len(found)} runs, {len(diverged)} of them diverged (ndf on S2's stiff contact)")
     if options.write:
         head = f"# {platform.machine()}, Python {platform.python_version()}, NumPy {np.__version__}"
         options.write.write_text("\n".join([head, *lines]) + "\n")
