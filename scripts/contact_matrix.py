@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 import hexapod_pin as hp
+from hexapod_pin.benchmark.studies import contact_cost
 from hexapod_pin.errors import DivergenceError
 from hexapod_pin.ground.contact.restitution import DAMPING_RATIO
 
@@ -33,11 +34,7 @@ NORMAL: dict[str, Any] = {
     },
 }
 FRICTION: dict[str, Any] = {
-    "stick-slip": hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
-    "tanh": hp.TanhCoulomb(mu=0.7, slope=1e3),
-    "adams": hp.Contact.s2().friction,
-    "smooth-step": hp.SmoothStep(mu_static=0.7, mu_dynamic=0.6, speed=5e-3),
-    "brown-mcphee": hp.BrownMcPhee(mu_static=0.7, mu_dynamic=0.6, speed=5e-3),
+    name.lower().replace(" ", "-"): law for name, law in contact_cost.FRICTION.items()
 }
 GROUND: dict[str, Any] = {
     "flat": hp.Flat(),
