@@ -1,0 +1,97 @@
+"""Closed-loop control: what a controller is told at its ticks, and what it answers.
+
+Arrays may have leading axes: none for `Session.measure`, one of length B for a controller, whose
+same NumPy code then serves a single run (B = 1) and B runs in lock-step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+from numpy.typing import NDArray
+
+from hexapod_pin.arrays import Array
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from hexapod_pin.simulation.scene import Scene
+
+State = Any
+"""What a controller remembers: nothing, numbers, arrays, or mappings and sequences of them."""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What a robot could know at one time, n joints and F feet, after leading axes.
+
+    Attributes:
+        time: of the measurement [s].
+        q: joint angles, `Robot.joint_names` order [rad]. (..., n).
+        v: joint rates [rad/s]. (..., n).
+        torque: of the drives on the joints [N m]. (..., n).
+        rotation: trunk axes to world axes. (..., 3, 3).
+        angular_velocity: of the trunk, trunk axes [rad/s]. (..., 3).
+        acceleration: what an accelerometer at the trunk's origin reads, trunk axes: acceleration
+            less gravity, so (0, 0, 9.81) at rest [m/s^2]. (..., 3).
+        foot_force: of the ground on the feet, world axes [N]. (..., F, 3).
+        loaded: whether the ground pushes on a foot. (..., F).
+    """
+
+    time: float
+    q: Array
+    v: Array
+    torque: Array
+    rotation: Array
+    angular_velocity: Array
+    acceleration: Array
+    foot_force: Array
+    loaded: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Command:
+    """Set-points of the joint drives, `Robot.joint_names` order; (B, n) each from a controller.
+
+    Attributes:
+        q: joint angles [rad].
+        v: joint rates [rad/s]; None: 0 where the command is held, those of the way where it ramps.
+        torque: added to the drives' own [N m]; None: 0.
+        ramp: False: held until the next command. True: the angles go to `q` on a straight way that
+            ends at the next tick.
+    """
+
+    q: Array
+    v: Array | None = None
+    torque: Array | None = None
+    ramp: bool = False
+
+
+@runtime_checkable
+class FeedbackController(Protocol):
+    """A controller that takes part in a run. Pure: its state goes in and comes out.
+
+    Attributes:
+        period: time between ticks [s]; tick k is at k * period.
+
+    It may also have `delay`: time from a tick until its command acts [s], 0 without it.
+    """
+
+    @property
+    def period(self) -> float:
+        """Time between ticks [s]."""
+        ...
+
+    def start(self, scene: Scene, batch: int) -> State:
+        """Return the state before the first tick of `batch` runs in lock-step."""
+        ...
+
+    def update(self, time: float, measurement: Measurement, state: State) -> tuple[Command, State]:
+        """Return the command of the tick at `time` [s], and the state after it."""
+        ...
+
+    def to_dict(self) -> Mapping[str, Any]:
+        """Return the settings as TOML-able data with the key "kind"."""
+        ...
