@@ -6,7 +6,6 @@ same NumPy code then serves a single run (B = 1) and B runs in lock-step.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
@@ -76,7 +75,12 @@ class FeedbackController(Protocol):
     Attributes:
         period: time between ticks [s]; tick k is at k * period.
 
-    It may also have `delay`: time from a tick until its command acts [s], 0 without it.
+    It may also have:
+        delay: time from a tick until its command acts [s]; 0 without it.
+        sensors: `Sensors` that it reads through; ideal ones without.
+        gait: the `Gait` it walks, from which the trace knows its cycles.
+        posture: a method (scene) -> joint angles (n,) [rad] in which a run starts.
+        to_dict: a method that returns its settings as TOML-able data with the key "kind".
     """
 
     @property
@@ -90,8 +94,4 @@ class FeedbackController(Protocol):
 
     def update(self, time: float, measurement: Measurement, state: State) -> tuple[Command, State]:
         """Return the command of the tick at `time` [s], and the state after it."""
-        ...
-
-    def to_dict(self) -> Mapping[str, Any]:
-        """Return the settings as TOML-able data with the key "kind"."""
         ...

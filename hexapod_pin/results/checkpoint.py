@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import StateError
+from hexapod_pin.results.plain_state import from_plain, to_plain
+
+ARRAYS = ("q", "v", "contacts", "command", "impulse")
+
+
+def _none() -> Array:
+    return np.zeros((0, 0))
 
 
 @dataclass(frozen=True)
@@ -23,6 +30,11 @@ class Checkpoint:
         contacts: per contact: touch speed [m/s], stretch of the bristle, world axes [m] (3),
             touching, sliding (0 or 1). Shape (C, 6).
         controller: what an adaptive method's next step depends on; empty where there is none.
+        command: the command that acts: its time and arrival [s], angles from and to [rad], rates
+            until and after [rad/s], torque [N m], a row each; empty where set-points are planned.
+        impulse: of each contact since the last sample, world axes [N s]. Shape (C, 3).
+        loop: what the control loop remembers: ticks, measurements under way, the controller's
+            state; None where nothing is controlled.
     """
 
     time: float
@@ -30,6 +42,9 @@ class Checkpoint:
     v: Array
     contacts: Array
     controller: tuple[float, ...] = ()
+    command: Array = field(default_factory=_none)
+    impulse: Array = field(default_factory=_none)
+    loop: Any = None
 
     def __post_init__(self) -> None:
         """Keep read-only copies.
@@ -37,31 +52,38 @@ class Checkpoint:
         Raises:
             StateError: a number is not finite.
         """
-        for name in ("q", "v", "contacts"):
+        for name in ARRAYS:
             array = read_only(getattr(self, name))
             if not np.isfinite(array).all():
                 raise StateError(f"Checkpoint.{name} is not finite.")
             object.__setattr__(self, name, array)
 
     @classmethod
-    def from_native(cls, native: Any, sample: float) -> Checkpoint:
-        """Return the checkpoint of a native run with samples every `sample` [s]."""
+    def from_native(cls, native: Any, loop: Any = None) -> Checkpoint:
+        """Return the checkpoint of a native run."""
         return cls(
-            native.first * sample, native.q, native.v, native.contacts, tuple(native.controller)
+            native.time,
+            native.q,
+            native.v,
+            native.contacts,
+            tuple(native.controller),
+            native.command,
+            native.impulse,
+            loop,
         )
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON-able form; every digit is kept."""
-        return {
-            "time": self.time,
-            "q": self.q.tolist(),
-            "v": self.v.tolist(),
-            "contacts": self.contacts.tolist(),
-            "controller": list(self.controller),
-        }
+        plain: dict[str, Any] = {"time": self.time, "controller": list(self.controller)}
+        plain |= {name: getattr(self, name).tolist() for name in ("q", "v", "contacts")}
+        for name in ("command", "impulse"):
+            if getattr(self, name).size:
+                plain[name] = to_plain(getattr(self, name))
+        return plain if self.loop is None else plain | {"loop": to_plain(self.loop)}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Checkpoint:
         """Rebuild a checkpoint from its dictionary."""
         contacts = np.array(data["contacts"], dtype=float).reshape(-1, 6)
-        return cls(data["time"], data["q"], data["v"], contacts, tuple(data["controller"]))
+        more = {name: from_plain(data[name]) for name in ("command", "impulse", "loop") if name in data}
+        return cls(data["time"], data["q"], data["v"], contacts, tuple(data["controller"]), **more)

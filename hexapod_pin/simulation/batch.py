@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.native_run import NativeRun
+from hexapod_pin.simulation.native_run import open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings
 
 
@@ -48,7 +48,7 @@ def simulate_batch(
     batch, runs = _native.Batch(min(threads, max(len(cases), 1))), []
     begin = time.perf_counter()
     for case in cases:  # the first ones run while the next are planned
-        runs.append(NativeRun(case, how))
+        runs.append(open_loop_run(case, how))
         batch.add(runs[-1].rollout, how.grid.samples)
     traces: list[Trace | None] = [None] * len(runs)
     for done in range(1, len(runs) + 1):  # traces are made while others run

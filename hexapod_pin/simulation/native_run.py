@@ -1,4 +1,4 @@
-"""One run of the native core: set up, advanced in chunks, turned into a trace.
+"""One run of the native core: set up, advanced, read and commanded, turned into a trace.
 
 Python never sits inside a step: it hands a run over and takes the samples back.
 """
@@ -7,78 +7,98 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import ENERGIES
 from hexapod_pin.simulation.methods import MethodSettings, check_supported
 from hexapod_pin.simulation.plant import native_plant, standing_on
-from hexapod_pin.simulation.time_grid import integer_ratio
+from hexapod_pin.simulation.run_meta import run_meta
 
 if TYPE_CHECKING:
-    from hexapod_pin.control.joint_trajectory import JointTrajectory
+    from collections.abc import Mapping
+
     from hexapod_pin.robot.state import State
     from hexapod_pin.simulation.case import Case
     from hexapod_pin.simulation.run_settings import RunSettings
+    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.simulation.set_points import SetPoints
 
 PROGRESS_INTERVAL = 0.2
 """Simulated time between two looks at the keyboard and the progress bar [s]."""
+
+TIME_ROUNDING = 1e-9
+"""Share of a sampling interval by which a start may miss a sample and still be it."""
 
 
 class NativeRun:
     """A run under way: a native rollout and what its trace has to say about itself."""
 
-    def __init__(self, case: Case, how: RunSettings) -> None:
-        """Plan, check and set up; nothing is simulated yet."""
-        check_supported(how.choice, case.scene)
-        self.scene, self.controller, self.how = case.scene, case.controller, how
-        initial = case.initial
-        begin = initial.time if isinstance(initial, Checkpoint) else 0.0
-        horizon = begin + max(how.duration, how.grid.sample)
-        self.plan: JointTrajectory = case.controller.plan(case.scene.robot, horizon)
-        self.rollout = self._start(self._checkpoint(initial))
+    def __init__(
+        self,
+        scene: Scene,
+        how: RunSettings,
+        start: Checkpoint,
+        set_points: SetPoints,
+        *,
+        controller: Mapping[str, Any] | None = None,
+        record: bool = True,
+    ) -> None:
+        """Check and set up; nothing is simulated yet.
+
+        Args:
+            scene: what is simulated.
+            how: method and sampling.
+            start: where it starts.
+            set_points: what the drives follow until a command arrives.
+            controller: for the trace: what controls the run, as TOML-able data.
+            record: whether samples are kept.
+        """
+        check_supported(how.choice, scene)
+        self.scene, self.how, self.set_points = scene, how, set_points
+        self.controller = dict(controller or {"kind": "commands"})
+        self.rollout = self._start(start, record)
+        self.loop: Any = None
         self.good = True
         self.wall_time = 0.0
 
-    def _checkpoint(self, initial: State | Checkpoint | None) -> Checkpoint:
-        robot = self.scene.robot
-        if isinstance(initial, Checkpoint):
-            robot.check_state(initial.q, initial.v)
-            return initial
-        state = (
-            standing_on(self.scene, self.plan.q[0])
-            if initial is None
-            else robot.check_state(initial.q, initial.v)
-        )
-        return Checkpoint(0.0, state.q, state.v, np.zeros((0, 6)))
-
-    def _start(self, start: Checkpoint) -> Any:
+    def _start(self, start: Checkpoint, record: bool) -> Any:
         from hexapod_pin import native as _native
 
-        plan, how = self.plan, self.how
-        first = integer_ratio("start/sample", start.time, how.grid.sample)
+        points, how = self.set_points, self.how
+        limit = np.asarray(self.scene.robot.velocity, dtype=float)
         settings: dict[str, Any] = dict(
             plant=native_plant(self.scene),
-            time=[float(t) for t in plan.time],
-            position=np.ascontiguousarray(plan.q, dtype=float),
-            rate=np.ascontiguousarray(plan.v, dtype=float),
-            held=plan.held,
-            start=_native.checkpoint(first, start.q, start.v, start.contacts, start.controller),
+            time=[float(t) for t in points.time],
+            position=np.ascontiguousarray(points.q, dtype=float),
+            rate=np.ascontiguousarray(points.v, dtype=float),
+            kind=points.kind,
+            start=_native.checkpoint(
+                samples_before(start.time, how.grid.sample), start.time, start.q, start.v,
+                start.contacts, start.controller, start.command, start.impulse,
+            ),
             method=how.choice.method.name,
             step=how.grid.step,
             stride=how.grid.stride,
             sample=how.grid.sample,
             accuracy=how.choice.accuracy,
-        )
+            record=record,
+            rate_limit=np.where(limit > 0.0, limit, np.inf),
+        )  # fmt: skip
         try:
             return _native.start(**settings)
         except ValueError as error:  # what only the core knows: a method that cannot do a scene
             raise ParameterError("method", how.choice.method.name, str(error)) from None
+
+    @property
+    def time(self) -> float:
+        """Simulated time reached [s]."""
+        return float(self.rollout.time)
 
     def advance(self, progress: Callable[[float], None] | None = None) -> None:
         """Run to the end in chunks, so that Ctrl-C and a progress bar get their turn.
@@ -98,26 +118,35 @@ class NativeRun:
                 if progress is not None:
                     progress(done / samples)
         except KeyboardInterrupt:
-            self.wall_time = time.perf_counter() - begin
-            trace = self.trace()
-            raise SimulationInterrupted(
-                f"interrupted after {trace.time[-1]:g} s of simulated time", trace
-            ) from None
-        self.wall_time = time.perf_counter() - begin
+            self.wall_time += time.perf_counter() - begin
+            raise self.interrupted() from None
+        self.wall_time += time.perf_counter() - begin
+
+    def interrupted(self) -> SimulationInterrupted:
+        """Return the error of a run that Ctrl-C has ended, with its samples."""
+        trace = self.trace()
+        return SimulationInterrupted(
+            f"interrupted after {trace.time[-1]:g} s of simulated time", trace
+        )
+
+    def checkpoint(self) -> Checkpoint:
+        """Return where the run stands."""
+        return Checkpoint.from_native(self.rollout.checkpoint(), self.loop)
 
     def trace(self) -> Trace:
         """Return the samples so far."""
         record = self.rollout.record()
         for samples in record.values():  # own memory of each array: the trace takes them over
             samples.flags.writeable = False
-        robot = self.scene.robot
-        feet = len(robot.feet)
+        names = contact_names(self.scene)
         energy = {name: record[name][:, 0] for name in ENERGIES}
+        if getattr(self.scene, "loads", ()):
+            energy["push_work"] = record["push_work"][:, 0]
         return Trace(
             time=record["time"][:, 0],
             **{name: record[name] for name in ("q", "v", "torque", "q_ref", "v_ref", "com")},
             **{
-                name: record[name].reshape(-1, feet, 3)
+                name: record[name].reshape(-1, len(names), 3)
                 for name in ("foot_position", "foot_force", "foot_normal")
             },
             foot_gap=record["foot_gap"],
@@ -126,44 +155,19 @@ class NativeRun:
                 name: int(count) if float(count).is_integer() else float(count)
                 for name, count in self.rollout.counters().items()
             },
-            joint_names=robot.joint_names,
-            foot_names=tuple(foot.name for foot in robot.feet),
-            meta=self._meta(),
+            joint_names=self.scene.robot.joint_names,
+            foot_names=names,
+            meta=run_meta(self),
         )
 
-    def _meta(self) -> dict[str, Any]:
-        import tomli_w
+    def require_good_so_far(self) -> None:
+        """Do nothing where the run is good.
 
-        robot, plan = self.scene.robot, self.plan
-        return {
-            "scene": self.scene.to_toml(),
-            "controller": tomli_w.dumps(self.controller.to_dict()),
-            "method": self.how.choice.method.name,
-            "accuracy": self.how.choice.accuracy,
-            "step": self.how.grid.step,
-            "sample": self.how.grid.sample,
-            "checkpoint": self._stand().to_dict(),
-            "cycle_time": plan.cycle_time,
-            "steady_from": plan.steady_from,
-            "steady_until": plan.steady_until,
-            "travel_direction": [float(x) for x in plan.travel_direction],
-            "nominal_speed": float(plan.speed),
-            "robot_name": robot.name,
-            "urdf": robot.urdf,
-            "foot_radius": [float(foot.radius) for foot in robot.feet],
-            "total_mass": robot.total_mass,
-            "gravity": list(self.scene.gravity),
-            "effort_limit": robot.effort.tolist(),
-            "velocity_limit": robot.velocity.tolist(),
-            "assumed": list(self.scene.assumed),
-            "provenance": robot.provenance,
-            "model_digest": robot.digest,
-            "versions": _versions(),
-            "wall_time": self.wall_time,
-        }
-
-    def _stand(self) -> Checkpoint:
-        return Checkpoint.from_native(self.rollout.checkpoint(), self.how.grid.sample)
+        Raises:
+            DivergenceError: as `require_good`.
+        """
+        if not self.good:
+            raise divergence(self.trace(), self.how.choice)
 
     def require_good(self, trace: Trace | None = None) -> Trace:
         """Return the trace, or the one already made.
@@ -174,20 +178,55 @@ class NativeRun:
         trace = self.trace() if trace is None else trace
         if self.good:
             return trace
-        rate = np.abs(trace.v[-1, 6:])
-        force = np.linalg.norm(trace.foot_force[-1], axis=1)
-        culprits = []
-        if rate.size:
-            joint = int(rate.argmax())
-            culprits.append(f"fastest joint {trace.joint_names[joint]} at {rate[joint]:.3g} rad/s")
-        if force.size:
-            foot = int(force.argmax())
-            culprits.append(f"most loaded foot {trace.foot_names[foot]} with {force[foot]:.3g} N")
-        raise DivergenceError(
-            f"the run diverged after t = {trace.time[-1]:g} s ({'; '.join(culprits)}). "
-            + _advice(self.how.choice),
-            trace,
-        )
+        raise divergence(trace, self.how.choice)
+
+
+def open_loop_run(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
+    """Plan a case whose controller knows its whole trajectory, and set its run up."""
+    scene, initial = case.scene, case.initial
+    begin = initial.time if isinstance(initial, Checkpoint) else 0.0
+    check_supported(how.choice, scene)
+    plan = case.controller.plan(scene.robot, begin + max(how.duration, how.grid.sample))
+    start = starting_point(scene, plan.q[0], initial)
+    return NativeRun(scene, how, start, plan, controller=case.controller.to_dict(), record=record)
+
+
+def starting_point(scene: Scene, posture: Array, initial: State | Checkpoint | None) -> Checkpoint:
+    """Return where a run begins: as given, or standing in a posture (n,) [rad]."""
+    robot = scene.robot
+    if isinstance(initial, Checkpoint):
+        robot.check_state(initial.q, initial.v)
+        return initial
+    state = standing_on(scene, posture) if initial is None else robot.check_state(initial.q, initial.v)
+    return Checkpoint(0.0, state.q, state.v, np.zeros((0, 6)))
+
+
+def samples_before(start: float, sample: float) -> int:
+    """Return how many sampling intervals end by a time [s]."""
+    return int(np.floor(start / sample * (1.0 + TIME_ROUNDING) + TIME_ROUNDING))
+
+
+def contact_names(scene: Scene) -> tuple[str, ...]:
+    """Return the names of all contact points, feet first."""
+    return tuple(foot.name for foot in scene.robot.feet)
+
+
+def divergence(trace: Trace, choice: MethodSettings) -> DivergenceError:
+    """Return the error of a run that left the finite world, with its samples."""
+    rate = np.abs(trace.v[-1, 6:])
+    force = np.linalg.norm(trace.foot_force[-1], axis=1)
+    culprits = []
+    if rate.size:
+        joint = int(rate.argmax())
+        culprits.append(f"fastest joint {trace.joint_names[joint]} at {rate[joint]:.3g} rad/s")
+    if force.size:
+        foot = int(force.argmax())
+        culprits.append(f"most loaded foot {trace.foot_names[foot]} with {force[foot]:.3g} N")
+    return DivergenceError(
+        f"the run diverged after t = {trace.time[-1]:g} s ({'; '.join(culprits)}). "
+        + _advice(choice),
+        trace,
+    )
 
 
 def _advice(choice: MethodSettings) -> str:
@@ -200,10 +239,3 @@ def _advice(choice: MethodSettings) -> str:
         f"Try a smaller step than {choice.step:g} s, method='robust', softer contact, or lower "
         "servo gains."
     )
-
-
-@cache
-def _versions() -> dict[str, str]:
-    from importlib.metadata import version
-
-    return {name: version(name) for name in ("hexapod-pin", "pin", "numpy")}

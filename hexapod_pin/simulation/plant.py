@@ -104,6 +104,8 @@ def native_plant(scene: Scene, *, dense: bool = False) -> Any:
         upper=np.array(robot.upper, dtype=float),
         stop_stiffness=scene.joint_stops.stiffness,
         stop_dissipation=scene.joint_stops.dissipation,
+        pushes=[],
+        lost=[],
         dense=dense,
     )
 

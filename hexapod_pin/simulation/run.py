@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.native_run import NativeRun
+from hexapod_pin.simulation.closed_loop import closed_loop_run
+from hexapod_pin.simulation.native_run import open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings
 
 if TYPE_CHECKING:
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 
 def simulate(
     scene: Scene,
-    controller: Controller,
+    controller: Controller | FeedbackController,
     *,
     duration: float,
     accuracy: float | None = None,
@@ -33,7 +35,8 @@ def simulate(
 
     Args:
         scene: robot, ground, contact, servos.
-        controller: gives the joint set-points, e.g. `KinematicControl(gait)` or `HoldPosture()`.
+        controller: gives the joint set-points: all of them before the run (`KinematicControl`,
+            `HoldPosture`), or at its ticks from what it measures (a `FeedbackController`).
         duration: simulated time [s]; 0 returns the initial sample.
         accuracy: error in positions to keep at the sampled times [m and rad]; default 1e-4.
         method: "extrapolated-euler" (adaptive, the default), "ndf" (1e-5 and tighter),
@@ -57,6 +60,9 @@ def simulate(
         SimulationInterrupted: Ctrl-C; `.trace` holds what was done.
     """
     how = RunSettings.of(duration, method, accuracy, step, sample)
-    run = NativeRun(Case(scene, controller, initial), how)
+    case = Case(scene, controller, initial)
+    if isinstance(controller, FeedbackController):
+        return closed_loop_run(case, how, progress).require_good()
+    run = open_loop_run(case, how)
     run.advance(progress)
     return run.require_good()

@@ -58,8 +58,8 @@ class NativeMotion:
             time=[float(t) for t in self.plan.time],
             position=np.ascontiguousarray(self.plan.q),
             rate=np.ascontiguousarray(self.plan.v),
-            held=self.plan.held,
-            start=native.checkpoint(0, self.state.q, self.state.v, np.zeros((0, 6)), ()),
+            kind=self.plan.kind,
+            start=native.checkpoint(0, 0.0, self.state.q, self.state.v, np.zeros((0, 6)), ()),
             method=method, step=step, stride=stride, sample=step * stride, accuracy=0.0,
         )  # fmt: skip
 

@@ -43,18 +43,30 @@ PlantSettings make_settings(const TreeModel& model, const Vec3& gravity,
                             const NormalLaw& normal, const FrictionLaw& friction, const Terrain& terrain,
                             const VectorXd& kp, const VectorXd& kd, const VectorXd& limit,
                             const VectorXd& damping, const VectorXd& lower, const VectorXd& upper,
-                            double stop_stiffness, double stop_dissipation, bool dense,
+                            double stop_stiffness, double stop_dissipation,
+                            const std::vector<std::tuple<std::size_t, Vec3, Vec3, Vec3, double, double>>& pushes,
+                            const std::vector<std::pair<int, double>>& lost, bool dense,
                             bool fused, bool baseline) {
   const DynamicsPath path = !fused     ? DynamicsPath::pinocchio
                             : baseline ? DynamicsPath::fused_baseline
                                        : DynamicsPath::fused;
   PlantSettings s{Dynamics(model, gravity, path), {}, {normal, friction}, terrain,
-                  {kp, kd, limit, damping}, {lower, upper, stop_stiffness, stop_dissipation}, dense};
+                  {kp, kd, limit, damping}, {lower, upper, stop_stiffness, stop_dissipation}, {}, dense};
   const Tree& tree = s.dynamics.tree();
   for (const auto& [joint, offset, radius] : feet) {
     if (joint < 1 || joint >= std::size_t(tree.joints))
       throw std::invalid_argument("a foot names a joint that does not exist");
     s.mounts.push_back({joint, offset, radius});
+  }
+  for (const auto& [joint, offset, force, torque, begin, end] : pushes) {
+    if (joint < 1 || joint >= std::size_t(tree.joints))
+      throw std::invalid_argument("a push names a joint that does not exist");
+    s.loads.pushes.push_back({joint, offset, force, torque, begin, end});
+  }
+  for (const auto& [joint, time] : lost) {
+    if (joint < 0 || joint >= tree.nv - 6)
+      throw std::invalid_argument("a lost drive names a joint that does not exist");
+    s.loads.lost.push_back({joint, time});
   }
   for (const VectorXd* x : {&kp, &kd, &limit, &damping, &lower, &upper})
     if (x->size() != tree.nv - 6) throw std::invalid_argument("one servo entry per joint needed");
@@ -126,7 +138,8 @@ void bind_plant(nb::module_& m) {
       .def_prop_ro("dynamics", [](const PlantSettings& s) { return s.dynamics.path(); },
                    "who computes: fused avx2, fused or pinocchio");
   m.def("plant_settings", &make_settings, "model"_a, "gravity"_a, "feet"_a, "normal"_a, "friction"_a,
-        "terrain"_a, "kp"_a, "kd"_a, "limit"_a, "damping"_a, "lower"_a, "upper"_a, "stop_stiffness"_a, "stop_dissipation"_a, "dense"_a = false,
+        "terrain"_a, "kp"_a, "kd"_a, "limit"_a, "damping"_a, "lower"_a, "upper"_a, "stop_stiffness"_a,
+        "stop_dissipation"_a, "pushes"_a, "lost"_a, "dense"_a = false,
         "fused"_a = true, "baseline"_a = false);
   m.def("evaluate", &evaluate, "plant"_a, "q"_a, "v"_a, "torque"_a,
         nb::sig("def evaluate(plant: PlantSettings, q: numpy.ndarray[dtype=float64], "

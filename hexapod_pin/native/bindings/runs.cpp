@@ -1,10 +1,12 @@
-// Runs: start, advance, record, checkpoint. The interpreter is never held while one advances.
+// Runs: start, command, advance, read, record, checkpoint. The interpreter is never held while one
+// advances.
 #include <nanobind/nanobind.h>
 #include <nanobind/eigen/dense.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
@@ -19,27 +21,49 @@ namespace hexapod {
 
 namespace {
 
-Checkpoint make_checkpoint(long first, const VectorXd& q, const VectorXd& v,
-                           const RowMatrix& contacts, const std::vector<double>& controller) {
-  return {first, q, v, contacts, controller};
+Checkpoint make_checkpoint(long first, double time, const VectorXd& q, const VectorXd& v,
+                           const RowMatrix& contacts, const std::vector<double>& controller,
+                           const RowMatrix& command, const RowMatrix& impulse) {
+  return {first, time, q, v, contacts, controller, command, impulse};
 }
 
-std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>& time,
-                               const RowMatrix& position, const RowMatrix& rate, bool held,
-                               const Checkpoint& from, const std::string& method, double step,
-                               long stride, double sample, double accuracy) {
+Interpolation interpolation(const std::string& kind) {
+  if (kind == "cubic") return Interpolation::cubic;
+  if (kind == "held") return Interpolation::held;
+  if (kind == "linear") return Interpolation::linear;
+  throw std::invalid_argument("set-points are cubic, held or linear, not " + kind);
+}
+
+void check_start(const PlantSettings& s, const Checkpoint& from) {
   const Tree& tree = s.dynamics.tree();
   if (from.q.size() != tree.nq || from.v.size() != tree.nv)
     throw std::invalid_argument("q or v has the wrong size for this robot");
   const Eigen::Index contacts = Eigen::Index(s.mounts.size()) * s.terrain.max_contacts();
   if (from.contacts.rows() != 0 && (from.contacts.rows() != contacts || from.contacts.cols() != 6))
     throw std::invalid_argument("contact memories must be (contacts, 6)");
-  const auto rows = Eigen::Index(time.size()), columns = Eigen::Index(tree.nv - 6);
+  if (from.impulse.rows() != 0 && (from.impulse.rows() != contacts || from.impulse.cols() != 3))
+    throw std::invalid_argument("impulses must be (contacts, 3)");
+  if (from.command.rows() != 0 && (from.command.rows() != 6 || from.command.cols() < tree.nv - 6))
+    throw std::invalid_argument("a command in force must be (6, joints)");
+}
+
+std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>& time,
+                               const RowMatrix& position, const RowMatrix& rate,
+                               const std::string& kind, const Checkpoint& from,
+                               const std::string& method, double step, long stride, double sample,
+                               double accuracy, bool record, const VectorXd& rate_limit,
+                               const std::vector<std::pair<Vec3, double>>& trunk) {
+  check_start(s, from);
+  const auto rows = Eigen::Index(time.size()), columns = Eigen::Index(s.dynamics.tree().nv - 6);
   if (rows < 1 || position.rows() != rows || rate.rows() != rows || position.cols() != columns ||
       rate.cols() != columns)
     throw std::invalid_argument("set-points must be (knots, joints), one row per time");
-  return start_run(method, {s, Reference(time, position, rate, held), from, step, stride, sample,
-                            accuracy});
+  if (rate_limit.size() != 0 && rate_limit.size() != columns)
+    throw std::invalid_argument("one rate limit per joint needed");
+  RunSetup setup{s, Reference(time, position, rate, interpolation(kind)), from, step, stride, sample,
+                 accuracy, record, rate_limit, {}};
+  for (const auto& [offset, radius] : trunk) setup.trunk.push_back({offset, radius});
+  return start_run(method, setup);
 }
 
 // The rows so far, without a copy: the arrays share one block, which the run does not write again.
@@ -57,28 +81,112 @@ nb::dict record(Rollout& rollout) {
   return out;
 }
 
+// Several runs at one time, row by row.
+using Runs = std::vector<Rollout*>;
+
+std::vector<bool> advance_together(const Runs& runs, double until) {
+  std::vector<bool> good;
+  for (Rollout* run : runs) good.push_back(run->advance_to(until));
+  return good;
+}
+
+void command_together(const Runs& runs, const RowMatrix& position, const RowMatrix& rate,
+                      const RowMatrix& torque, double arrival) {
+  const auto rows = Eigen::Index(runs.size());
+  if (position.rows() != rows || (rate.size() > 0 && rate.rows() != rows) ||
+      (torque.size() > 0 && torque.rows() != rows))
+    throw std::invalid_argument("a command has one row per run");
+  DriveCommand command;
+  command.arrival = arrival;
+  for (Eigen::Index b = 0; b < rows; ++b) {
+    command.position = position.row(b).transpose();
+    if (rate.size() > 0) command.rate = rate.row(b).transpose();
+    if (torque.size() > 0) command.torque = torque.row(b).transpose();
+    runs[std::size_t(b)]->command(command);
+  }
+}
+
+void put(const VectorXd& from, RowMatrix& to, Eigen::Index row) { to.row(row) = from.transpose(); }
+
+nb::dict read_together(const Runs& runs) {
+  const auto rows = Eigen::Index(runs.size());
+  RowMatrix q, v, torque, rotation(rows, 9), spin(rows, 3), acceleration(rows, 3), force, loaded;
+  Reading reading;
+  for (Eigen::Index b = 0; b < rows; ++b) {
+    runs[std::size_t(b)]->read(reading);
+    const auto n = reading.q.size(), mounts = reading.foot_force.rows();
+    if (b == 0)
+      q.resize(rows, n), v.resize(rows, n), torque.resize(rows, n), force.resize(rows, 3 * mounts),
+          loaded.resize(rows, mounts);
+    put(reading.q, q, b), put(reading.v, v, b), put(reading.torque, torque, b);
+    for (int i = 0; i < 9; ++i) rotation(b, i) = reading.rotation(i / 3, i % 3);
+    spin.row(b) = reading.angular_velocity.transpose();
+    acceleration.row(b) = reading.acceleration.transpose();
+    for (Eigen::Index f = 0; f < mounts; ++f) {
+      force.block(b, 3 * f, 1, 3) = reading.foot_force.row(f);
+      loaded(b, f) = double(reading.loaded[std::size_t(f)]);
+    }
+  }
+  nb::dict out;
+  out["q"] = q, out["v"] = v, out["torque"] = torque, out["rotation"] = rotation;
+  out["angular_velocity"] = spin, out["acceleration"] = acceleration;
+  out["foot_force"] = force, out["loaded"] = loaded;
+  return out;
+}
+
+using Touch = std::tuple<double, std::size_t, Vec3>;
+
+std::vector<Touch> trunk_touches(const Rollout& run) {
+  std::vector<Touch> out;
+  for (const TrunkTouch& touch : run.trunk().touches())
+    out.emplace_back(touch.time, touch.point, touch.place);
+  return out;
+}
+
+void bind_several(nb::module_& m) {
+  m.def("advance_together", &advance_together, "runs"_a, "until"_a,
+        nb::call_guard<nb::gil_scoped_release>(), "All to one time [s]; False: that run has diverged.");
+  m.def("command_together", &command_together, "runs"_a, "position"_a, "rate"_a, "torque"_a,
+        "arrival"_a, "A row of set-points for each run, from its time on.");
+  m.def("read_together", &read_together, "runs"_a,
+        nb::sig("def read_together(runs: list[Rollout]) -> dict[str, numpy.ndarray[dtype=float64]]"),
+        "What sensors could read, a row for each run.");
+}
+
 }  // namespace
 
 void bind_runs(nb::module_& m) {
   nb::class_<Checkpoint>(m, "Checkpoint")
       .def_ro("first", &Checkpoint::first)
+      .def_ro("time", &Checkpoint::time)
       .def_ro("q", &Checkpoint::q)
       .def_ro("v", &Checkpoint::v)
       .def_ro("contacts", &Checkpoint::contacts)
-      .def_ro("controller", &Checkpoint::controller);
+      .def_ro("controller", &Checkpoint::controller)
+      .def_ro("command", &Checkpoint::command)
+      .def_ro("impulse", &Checkpoint::impulse);
   nb::class_<Rollout>(m, "Rollout")
       .def("advance", &Rollout::advance, "samples"_a, nb::call_guard<nb::gil_scoped_release>(),
            "False where the run has diverged; the samples before stand.")
+      .def("advance_to", &Rollout::advance_to, "time"_a, nb::call_guard<nb::gil_scoped_release>(),
+           "The same to a time [s], after which commands may follow.")
+      .def_prop_ro("time", &Rollout::time)
+      .def("set_points", &Rollout::set_points, "Joint angles the drives are told now [rad].")
       .def("reserve", [](Rollout& rollout, std::size_t samples) { rollout.samples().reserve(samples); },
            "samples"_a, "Memory for so many more samples; without it, it grows.")
       .def("record", &record,
            nb::sig("def record(self) -> dict[str, numpy.ndarray[dtype=float64]]"),
            "Tables of the samples by name, one row per sample.")
+      .def("trunk_touches", &trunk_touches,
+           "Where points of the trunk have touched the ground: time [s], point, place [m].")
       .def("counters", &Rollout::counters)
       .def("checkpoint", &Rollout::checkpoint);
-  m.def("checkpoint", &make_checkpoint, "first"_a, "q"_a, "v"_a, "contacts"_a, "controller"_a);
-  m.def("start", &start, "plant"_a, "time"_a, "position"_a, "rate"_a, "held"_a, "start"_a, "method"_a,
-        "step"_a, "stride"_a, "sample"_a, "accuracy"_a);
+  m.def("checkpoint", &make_checkpoint, "first"_a, "time"_a, "q"_a, "v"_a, "contacts"_a,
+        "controller"_a, "command"_a = RowMatrix(), "impulse"_a = RowMatrix());
+  m.def("start", &start, "plant"_a, "time"_a, "position"_a, "rate"_a, "kind"_a, "start"_a, "method"_a,
+        "step"_a, "stride"_a, "sample"_a, "accuracy"_a, "record"_a = true,
+        "rate_limit"_a = VectorXd(), "trunk"_a = std::vector<std::pair<Vec3, double>>());
+  bind_several(m);
   nb::class_<Batch>(m, "Batch", "Independent rollouts over threads; they begin when they are added.")
       .def(nb::init<int>(), "threads"_a)
       .def("add", &Batch::add, "rollout"_a, "samples"_a, nb::keep_alive<1, 2>())

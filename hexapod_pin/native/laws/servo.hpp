@@ -26,6 +26,8 @@ struct ServoLaw {
   // Relative excess over the limit [-] that a solve's round-off may leave.
   static constexpr double kLimitSlack = 1e-12;
 
+  void disable(int joint) { kp[joint] = kd[joint] = limit[joint] = 0.0; }
+
   // PD torque before the limit, N m, for errors of angle [rad] and rate [rad/s].
   double demand(int joint, double error, double rate_error) const {
     return kp[joint] * error + kd[joint] * rate_error;

@@ -102,6 +102,7 @@ class LinearStep {
   // Works and impulses of the step, from the forces at its end. Needs find_end.
   void accumulate(const PlantT& plant, double h, const VectorXd& joints,
                   EnergyLedger& ledger) const {
+    ledger.push += h * plant.push_power(v_end_);
     for (int j = 0; j < plant.joints(); ++j) {
       const double rate = v_end_[6 + j];
       const double torque =

@@ -14,7 +14,8 @@ namespace {
 template <class PlantT>
 ChartRates rates_in_chart(PlantT plant, const VectorXd& q0, const VectorXd& y,
                           const VectorXd& q_ref, double s, const VectorXd& b) {
-  Reference reference({0.0}, q_ref.transpose(), RowMatrix::Zero(1, q_ref.size()), true);
+  Reference reference({0.0}, q_ref.transpose(), RowMatrix::Zero(1, q_ref.size()),
+                      Interpolation::held);
   ChartFlow<PlantT> flow(plant, reference);
   ChartRates out;
   const int free = flow.size() - flow.nw;

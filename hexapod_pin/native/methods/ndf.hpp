@@ -15,6 +15,7 @@
 #include "methods/chart_flow.hpp"
 #include "methods/ndf_newton.hpp"
 #include "methods/touch_down_locator.hpp"
+#include "run/accepted_step.hpp"
 #include "run/rollout.hpp"
 
 namespace hexapod {
@@ -23,8 +24,8 @@ template <class PlantT>
 class NdfDriver {
  public:
   NdfDriver(PlantT& plant, Reference& reference, double accuracy,
-            const std::vector<double>& /*memory*/)
-      : flow_(plant, reference), tolerance_(kToleranceShare * accuracy),
+            const std::vector<double>& /*memory*/, AcceptedStep& observer)
+      : flow_(plant, reference), observer_(observer), tolerance_(kToleranceShare * accuracy),
         norm_{tolerance_, kLeastVelocityWeight, plant.law.friction.steepness()},
         newton_(flow_, norm_), touch_(plant.feet.size(), kTouchTolerances * tolerance_) {}
 
@@ -143,6 +144,7 @@ class NdfDriver {
     error_most_ = std::max(error_most_, local);
     error_sum_ += local;
     history_.accept(newton_.correction());
+    observer_.accepted(t, h_, flow_.position(), flow_.velocity());
     touch_.begin(flow_.plant);
     time_ = t;
     step_limit_ *= kLimitGrowth;
@@ -222,6 +224,7 @@ class NdfDriver {
   }
 
   ChartFlow<PlantT> flow_;
+  AcceptedStep& observer_;
   double tolerance_;  // of one step, m and rad
   ErrorNorm norm_;
   Newton newton_;

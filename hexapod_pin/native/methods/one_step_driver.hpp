@@ -12,6 +12,7 @@
 #include "methods/error_control.hpp"
 #include "methods/chart_flow.hpp"
 #include "methods/touch_down_locator.hpp"
+#include "run/accepted_step.hpp"
 #include "run/rollout.hpp"
 
 namespace hexapod {
@@ -23,8 +24,8 @@ class OneStepDriver {
  public:
   // `memory` of an earlier driver's controller, or empty
   OneStepDriver(PlantT& plant, Reference& reference, double accuracy,
-                const std::vector<double>& memory)
-      : flow_(plant, reference), method_(plant),
+                const std::vector<double>& memory, AcceptedStep& observer)
+      : flow_(plant, reference), method_(plant), observer_(observer),
         norm_{Method::tolerance_share(accuracy) * accuracy, Method::kLeastVelocityWeight,
               Method::kWeightFollowsFriction ? plant.law.friction.steepness() : 0.0},
         touch_(plant.feet.size(), norm_.tolerance, Method::kLocatesLiftOff), step_(kFirstStep) {
@@ -46,6 +47,7 @@ class OneStepDriver {
       if (done <= 0.0 || !(flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed)) return false;
       t = done == rest ? stop : t + done;
       flow_.accept(y1_, q, v, ledger);
+      observer_.accepted(t, done, q, v);
       ++steps_;
       largest_turn_ = std::max(largest_turn_, done * v.tail(v.size() - 3).cwiseAbs().maxCoeff());
     }
@@ -107,6 +109,7 @@ class OneStepDriver {
 
   ChartFlow<PlantT> flow_;
   Method method_;
+  AcceptedStep& observer_;
   ErrorNorm norm_;
   TouchDownLocator touch_;
   double step_;

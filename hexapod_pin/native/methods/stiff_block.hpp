@@ -95,6 +95,7 @@ class StiffBlock {
   void accumulate_power(const PlantT& plant, const VectorXd& v, const VectorXd& demand, const Z& dz,
                         EnergyLedger& ledger) const {
     const ServoLaw& servo = plant.servo;
+    ledger.push += plant.push_power(v + right_);
     for (int j = 0; j < plant.joints(); ++j) {
       const double turn = shift_[6 + j], change = right_[6 + j], rate = v[6 + j] + change;
       ledger.servo += servo.clip(j, servo.demand_after(j, demand[j], turn, change)) * rate;

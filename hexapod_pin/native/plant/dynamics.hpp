@@ -34,6 +34,7 @@ class Dynamics {
   double total_mass() const { return total_mass_; }
   const Eigen::MatrixXd& mass_upper() const { return mass_upper_; }  // only that triangle is filled
   const VectorXd& bias() const { return bias_; }  // C v + g, as Pinocchio's nonLinearEffects
+  void subtract_from_bias(const VectorXd& force) { bias_ -= force; }
   // of the same sizes, with the same zeros in the mass matrix
   void swap_results(Eigen::MatrixXd& mass_upper, VectorXd& bias) {
     mass_upper_.swap(mass_upper);

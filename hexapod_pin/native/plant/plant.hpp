@@ -14,6 +14,7 @@
 #include "plant/contact_state.hpp"
 #include "plant/dynamics.hpp"
 #include "plant/energy_ledger.hpp"
+#include "plant/loads.hpp"
 #include "plant/mount.hpp"
 
 namespace hexapod {
@@ -38,7 +39,8 @@ class Plant {
       feet[i].ql = feet[i].jl;
     }
     v_.setZero(tree.nv);
-    saved_ = {Eigen::MatrixXd::Zero(tree.nv, tree.nv), VectorXd::Zero(tree.nv), v_, feet, stop};
+    push_force_ = v_;
+    saved_ = {Eigen::MatrixXd::Zero(tree.nv, tree.nv), v_, v_, v_, feet, stop};
   }
 
   // Everything below refers to the state of the last call. Dynamics do not depend on the base
@@ -48,6 +50,10 @@ class Plant {
     q_local_.tail(tree.nq - 3) = q.tail(tree.nq - 3);
     v_ = v;
     dynamics.compute(q_local_, v);
+    if (pushes_.any()) {
+      pushes_.find(loads, dynamics, push_force_);
+      dynamics.subtract_from_bias(push_force_);
+    }
     ground_velocity = Vec3(0.0, 0.0, terrain.surface_speed(t));
     for (std::size_t f = 0; f < mounts.size(); ++f) place_foot(f, t, q, v, implicit_dt);
     for (int j = 0; j < joints(); ++j) stop[j] = stops(j, q[7 + j], v[6 + j]);
@@ -84,8 +90,20 @@ class Plant {
     }
   }
 
+  // Pushes that act from time t on; drives that have failed by then lose their torque. Nothing changes
+  // before `loads.next_change(t)`.
+  void begin_loads(double t) {
+    pushes_.select(loads, t);
+    push_force_.setZero(tree.nv);
+    for (const LostDrive& drive : loads.lost)
+      if (Loads::reached(drive.time, t)) servo.disable(drive.joint);
+  }
+  // Power of the pushes at the evaluated state where it moves at v, W.
+  template <class Velocity>
+  double push_power(const Velocity& v) const { return pushes_.any() ? push_force_.dot(v) : 0.0; }
+
   const Eigen::MatrixXd& mass_upper() const { return dynamics.mass_upper(); }
-  const VectorXd& bias() const { return dynamics.bias(); }
+  const VectorXd& bias() const { return dynamics.bias(); }  // C v + g, less the pushes
   int joints() const { return tree.nv - 6; }
   double rate(int joint) const { return v_[6 + joint]; }
   Vec3 center_of_mass() const { return dynamics.center_of_mass(); }  // relative to the base origin
@@ -149,6 +167,7 @@ class Plant {
   void accumulate(EnergyLedger& ledger, const VectorXd& v, const VectorXd& torque,
                   double dt) const {
     ledger.servo += dt * torque.dot(v.tail(joints()));
+    ledger.push += dt * push_power(v);
     ledger.joint_damping += dt * v.tail(joints()).cwiseAbs2().dot(servo.damping);
     for (int j = 0; j < joints(); ++j) ledger.stops -= dt * stop[j].torque * v[6 + j];
     for (std::size_t i = 0; i < feet.size(); ++i)
@@ -175,6 +194,7 @@ class Plant {
   Terrain terrain;
   ServoLaw servo;
   JointStops stops;
+  Loads loads;
   System system;
   bool differentiates_separated = false;  // feet out of contact have velocities and Jacobians too
   std::size_t per_foot;    // contacts a foot can have at once
@@ -226,18 +246,21 @@ class Plant {
 
   struct SavedEvaluation {
     Eigen::MatrixXd mass;
-    VectorXd bias, v;
+    VectorXd bias, push_force, v;
     std::vector<Contact> feet;
     std::vector<StopTorque> stop;
   };
 
   void swap_saved() {
     dynamics.swap_results(saved_.mass, saved_.bias);
+    push_force_.swap(saved_.push_force);
     v_.swap(saved_.v);
     feet.swap(saved_.feet);
     stop.swap(saved_.stop);
   }
 
+  PushForce pushes_;
+  VectorXd push_force_;
   VectorXd q_local_, v_;
   SavedEvaluation saved_;
   std::vector<std::vector<std::size_t>> columns_;

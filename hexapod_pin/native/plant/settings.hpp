@@ -16,12 +16,15 @@ struct PlantSettings {
   Terrain terrain;
   ServoLaw servo;
   JointStops stops;
+  Loads loads;
   bool dense = false;
 
   bool arrow() const { return !dense && dynamics.tree().has_three_joint_legs(); }
   template <class System>
   Plant<System> make() const {
-    return {dynamics, mounts, law, terrain, servo, stops};
+    Plant<System> plant(dynamics, mounts, law, terrain, servo, stops);
+    plant.loads = loads;
+    return plant;
   }
 
   // use(plant) with the plant of the linear system that fits the tree.

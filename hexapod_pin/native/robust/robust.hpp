@@ -100,6 +100,7 @@ class RobustStep {
       ++solved_again_;
     }
     drives_.accumulate(velocity_used_.tail(plant.joints()), ledger);
+    ledger.push += h * plant.push_power(velocity_used_);
     for (const auto& c : solver.problem.contacts) accept_contact(plant, h, c, ledger);
   }
 

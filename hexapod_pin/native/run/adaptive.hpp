@@ -1,7 +1,7 @@
 // A run whose steps follow the error: it stops at every sample and at every jump of the set-points.
 #pragma once
 
-#include <algorithm>
+#include <limits>
 
 #include "run/sampled_rollout.hpp"
 
@@ -14,31 +14,20 @@ class AdaptiveRollout final : public SampledRollout<PlantT> {
  public:
   AdaptiveRollout(PlantT plant, const RunSetup& setup)
       : Base(std::move(plant), setup, true),  // touch-downs are found before they happen
-        driver_(plant_, reference_, setup.accuracy, setup.start.controller),
-        interval_(setup.sample), sample_index_(setup.start.first) {
-    plant_.evaluate(time(), q_, v_, 0.0);
-    plant_.update_memories();
-    this->sample(time(), 0.0);
+        driver_(plant_, reference_, setup.accuracy, setup.start.controller, *this) {
+    evaluate();
+    this->record_start(setup.start);
   }
 
+  // Steps may pass over samples, and over the last of these too: no command follows.
   bool advance(long samples) override {
-    for (long k = 0; k < samples; ++k) {
-      double t = time();
-      ++sample_index_;
-      while (t < time()) {
-        const double jump = reference_.next_jump(t), stop = std::min(time(), jump);
-        reference_.begin_step(t);
-        if (!driver_.advance(t, stop, jump, q_, v_, ledger_)) return false;
-        t = stop;
-      }
-      this->sample(time(), interval_);
-    }
-    return true;
+    const double end = double(sample_index_ + samples) * interval_;
+    return run_to(end, std::numeric_limits<double>::infinity());
   }
 
-  Checkpoint checkpoint() const override {
-    return this->checkpoint_at(sample_index_, driver_.memory());
-  }
+  bool advance_to(double until) override { return run_to(until, until); }
+
+  Checkpoint checkpoint() const override { return this->checkpoint_now(driver_.memory()); }
 
   std::map<std::string, double> counters() const override {
     std::map<std::string, double> all = driver_.counters();
@@ -47,17 +36,37 @@ class AdaptiveRollout final : public SampledRollout<PlantT> {
   }
 
  private:
+  using Base::interval_;
   using Base::ledger_;
   using Base::plant_;
   using Base::q_;
   using Base::reference_;
+  using Base::sample_index_;
+  using Base::time_;
   using Base::v_;
 
-  double time() const { return double(sample_index_) * interval_; }
+  bool run_to(double until, double no_step_beyond) {
+    while (time_ < until && !same_time(time_, until)) {
+      const double begin = time_, stop = this->next_stop(until);
+      const double horizon = std::max(stop, this->horizon(no_step_beyond));
+      reference_.begin_step(begin);
+      if (!driver_.advance(begin, stop, horizon, q_, v_, ledger_)) return false;
+      if (stop == this->next_sample()) this->arrive_at_sample(stop);
+      else time_ = stop;
+      if (this->loads_change(begin)) {
+        plant_.begin_loads(time_);
+        evaluate();
+      }
+    }
+    return true;
+  }
+
+  void evaluate() {
+    plant_.evaluate(time_, q_, v_, 0.0);
+    plant_.update_memories();
+  }
 
   Driver driver_;
-  double interval_;
-  long sample_index_;
 };
 
 template <template <class> class Driver>

@@ -47,12 +47,14 @@ class Recorder {
     tables_[kJointDampingLoss].append(ledger.joint_damping + ledger.stops - (stops - first_stops_));
     tables_[kNormalLoss].append(ledger.normal - (normal - first_normal_));
     tables_[kFrictionLoss].append(ledger.friction - (bristle - first_bristle_));
+    tables_[kPushWork].append(ledger.push);
   }
 
  private:
   enum Quantity {
     kTime, kQ, kV, kTorque, kQRef, kVRef, kFootPosition, kFootForce, kFootNormal, kFootGap, kCom,
-    kKinetic, kPotential, kElastic, kServoWork, kJointDampingLoss, kNormalLoss, kFrictionLoss
+    kKinetic, kPotential, kElastic, kServoWork, kJointDampingLoss, kNormalLoss, kFrictionLoss,
+    kPushWork
   };
 
   // in the order of Quantity
@@ -62,7 +64,7 @@ class Recorder {
             {"foot_position", 3 * feet}, {"foot_force", 3 * feet}, {"foot_normal", 3 * feet},
             {"foot_gap", feet}, {"com", 3}, {"kinetic", 1}, {"potential", 1}, {"elastic", 1},
             {"servo_work", 1}, {"joint_damping_loss", 1}, {"normal_loss", 1},
-            {"friction_loss", 1}};
+            {"friction_loss", 1}, {"push_work", 1}};
   }
 
   // Share of the weight [-] below which the mean force of a foot that is in the air at both ends of an

@@ -1,6 +1,8 @@
-// A run as the bindings and batches see it: sampled on the fixed grid (first + k) * stride * step.
+// A run as the bindings and batches see it: sampled on the fixed grid k * sample, with commands and
+// measurements at any time between.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -9,17 +11,21 @@
 #include "plant/reference.hpp"
 #include "plant/settings.hpp"
 #include "run/recorder.hpp"
+#include "run/trunk_watch.hpp"
 
 namespace hexapod {
 
 constexpr double kDivergedSpeed = 1e4;  // rad/s and m/s: beyond it a run has diverged
 
-// A run at one sample: all that its continuation depends on.
+// A run at one time: all that its continuation depends on.
 struct Checkpoint {
-  long first = 0;      // its time is first * sample interval
+  long first = 0;      // samples up to here: the next is at (first + 1) * sample interval
+  double time = 0.0;   // s, not before first * sample interval
   VectorXd q, v;
   RowMatrix contacts;  // a row per contact: touch speed, stretch (3), touching, sliding; none: all new
   std::vector<double> controller;  // what an adaptive method's next step depends on; none: new
+  RowMatrix command;               // the command that acts, as `Reference::pending`; none: planned
+  RowMatrix impulse;               // of each contact since the last sample, N s; none: zero
 };
 
 struct RunSetup {
@@ -30,13 +36,39 @@ struct RunSetup {
   long stride = 1;        // steps between samples
   double sample = 0.0;    // time between samples, s
   double accuracy = 0.0;  // of an adaptive method, m and rad
+  bool record = true;     // whether samples are kept
+  VectorXd rate_limit;    // of the set-points that commands move, rad/s; none: no limit
+  std::vector<TrunkPoint> trunk;  // watched for touching the ground
+};
+
+// A command to the drives: see `Reference::command`.
+struct DriveCommand {
+  VectorXd position, rate, torque;  // rad, rad/s (none: that of the way, then 0), N m (none: 0)
+  double arrival = -std::numeric_limits<double>::infinity();  // s, not before `now`; at most the limit's
+};
+
+// What sensors could read at one state.
+struct Reading {
+  double time = 0.0;
+  VectorXd q, v, torque;  // joints
+  Mat3 rotation;          // trunk to world axes
+  Vec3 angular_velocity, acceleration;  // trunk axes; acceleration less gravity
+  RowMatrix foot_force;                 // world axes, a row per mount
+  std::vector<char> loaded;
 };
 
 class Rollout {
  public:
   virtual ~Rollout() = default;
   virtual bool advance(long samples) = 0;  // false: diverged; the samples before stand
+  // To a time between samples too, after which commands may follow. False: diverged.
+  virtual bool advance_to(double time) = 0;
+  virtual double time() const = 0;
+  virtual void command(const DriveCommand& command) = 0;  // at the time reached
+  virtual VectorXd set_points() = 0;                      // angles at the time reached, rad
+  virtual void read(Reading& reading) = 0;                // at the time reached
   virtual SampleTables& samples() = 0;
+  virtual const TrunkWatch& trunk() const = 0;
   virtual std::map<std::string, double> counters() const = 0;
   virtual Checkpoint checkpoint() const = 0;
 };

@@ -1,46 +1,157 @@
-// What runs of fixed and of adaptive step share: plant, set-points, state, samples, checkpoints.
+// What runs of fixed and of adaptive step share: plant, set-points, state, commands, readings, samples,
+// checkpoints, and the clock that says where steps end.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
+#include "run/accepted_step.hpp"
 #include "run/rollout.hpp"
 
 namespace hexapod {
 
+// Whether two times mean the same instant, of which one is a sum or product of rounded numbers.
+inline bool same_time(double a, double b) {
+  return std::abs(a - b) <= 1e-12 * std::max({1.0, std::abs(a), std::abs(b)});
+}
+
 template <class PlantT>
-class SampledRollout : public Rollout {
+class SampledRollout : public Rollout, protected AcceptedStep {
  public:
   SampleTables& samples() override { return recorder_.tables(); }
+  const TrunkWatch& trunk() const override { return trunk_; }
+  double time() const override { return time_; }
+
+  void command(const DriveCommand& c) override {
+    reference_.begin_step(time_);
+    reference_.at(time_, q_ref_, v_ref_);
+    double arrival = std::max(c.arrival, time_);
+    for (Eigen::Index j = 0; j < rate_limit_.size(); ++j)
+      arrival = std::max(arrival, time_ + std::abs(c.position[j] - q_ref_[j]) / rate_limit_[j]);
+    const VectorXd zero = VectorXd::Zero(q_ref_.size());
+    VectorXd rate = c.rate.size() > 0 ? c.rate : zero;
+    const VectorXd after = rate;
+    const bool own_rate = c.rate.size() == 0 && std::isfinite(c.arrival) && arrival > time_;
+    if (own_rate) rate = (c.position - q_ref_) / (arrival - time_);
+    reference_.command(time_, arrival, c.position, rate, after, c.torque.size() > 0 ? c.torque : zero);
+    reference_.begin_step(time_);
+  }
+
+  VectorXd set_points() override {
+    reference_.begin_step(time_);
+    reference_.at(time_, q_ref_, v_ref_);
+    return q_ref_;
+  }
+
+  void read(Reading& out) override {
+    find_torque(time_);
+    out.time = time_;
+    out.q = q_.tail(plant_.joints());
+    out.v = v_.tail(plant_.joints());
+    out.torque = torque_;
+    out.rotation = plant_.dynamics.base_rotation();
+    out.angular_velocity = v_.template segment<3>(3);
+    plant_.acceleration(v_, torque_, acceleration_);
+    out.acceleration = acceleration_.template head<3>() +
+                       v_.template segment<3>(3).cross(v_.template head<3>()) -
+                       out.rotation.transpose() * plant_.dynamics.gravity();
+    const std::size_t mounts = plant_.mounts.size();
+    out.foot_force.setZero(Eigen::Index(mounts), 3);
+    out.loaded.assign(mounts, false);
+    for (std::size_t i = 0; i < plant_.feet.size(); ++i) {
+      if (!plant_.feet[i].active) continue;
+      const Vec3& force = plant_.feet[i].contact.force;
+      out.foot_force.row(Eigen::Index(plant_.foot_of(i))) += force.transpose();
+      out.loaded[plant_.foot_of(i)] |= plant_.feet[i].ground.normal.dot(force) > 0.0;
+    }
+  }
 
  protected:
   SampledRollout(PlantT plant, const RunSetup& setup, bool differentiates_separated)
       : plant_(std::move(plant)), reference_(setup.reference), q_(setup.start.q),
-        v_(setup.start.v), ledger_(plant_.feet.size()), recorder_(plant_),
+        v_(setup.start.v), ledger_(plant_.feet.size()), time_(setup.start.time),
+        interval_(setup.sample), sample_index_(setup.start.first), recorder_(plant_),
+        trunk_(setup.trunk), record_(setup.record), rate_limit_(setup.rate_limit),
         torque_(plant_.joints()), q_ref_(plant_.joints()), v_ref_(plant_.joints()) {
     plant_.differentiates_separated = differentiates_separated;
     restore_memories(setup.start.contacts);
+    reference_.restore(setup.start.command);
+    plant_.begin_loads(time_);
   }
 
-  // Records the state at time t, the plant evaluated there, at the end of a sampling interval [s].
-  void sample(double t, double interval) {
-    reference_.begin_step(t);
-    reference_.at(t, q_ref_, v_ref_);
-    plant_.servo_torque(q_, v_, q_ref_, v_ref_, torque_);
-    recorder_.sample(plant_, t, q_, v_, torque_, q_ref_, v_ref_, ledger_, interval);
-    for (Vec3& impulse : ledger_.impulse) impulse.setZero();
+  // After the first evaluation: the sample of the start.
+  void record_start(const Checkpoint& start) {
+    trunk_.look(plant_.terrain, plant_.dynamics.base_rotation(), q_.template head<3>(), v_, time_);
+    record(0.0);
+    for (Eigen::Index i = 0; i < start.impulse.rows(); ++i)
+      ledger_.impulse[std::size_t(i)] = start.impulse.row(i).transpose();
   }
 
-  Checkpoint checkpoint_at(long samples, std::vector<double> controller) const {
-    return {samples, q_, v_, contact_memories(), std::move(controller)};
+  double next_sample() const { return double(sample_index_ + 1) * interval_; }
+
+  // Where the step that begins now must end at the latest: at a sample, at `until`, at a jump of the
+  // set-points, at a change of the loads. What is the same instant as a sample ends there.
+  double next_stop(double until) const {
+    const double jump = horizon(until), sample = next_sample();
+    return jump > sample || same_time(jump, sample) ? sample : jump;
+  }
+
+  // The same without the samples.
+  double horizon(double until) const {
+    return std::min({until, reference_.next_jump(time_), plant_.loads.next_change(time_)});
+  }
+
+  // At a sample, where the plant is evaluated.
+  void arrive_at_sample(double t) {
+    time_ = t;
+    ++sample_index_;
+    record(interval_);
+  }
+
+  bool loads_change(double before) const {
+    return Loads::reached(plant_.loads.next_change(before), time_);
+  }
+
+  void accepted(double t, double, const VectorXd& q, const VectorXd& v) override {
+    trunk_.look(plant_.terrain, plant_.dynamics.base_rotation(), q.template head<3>(), v, t);
+  }
+
+  Checkpoint checkpoint_now(std::vector<double> controller) const {
+    Checkpoint c;
+    c.first = sample_index_, c.time = time_, c.q = q_, c.v = v_;
+    c.contacts = contact_memories();
+    c.controller = std::move(controller);
+    c.command = reference_.pending();
+    c.impulse.resize(Eigen::Index(ledger_.impulse.size()), 3);
+    for (std::size_t i = 0; i < ledger_.impulse.size(); ++i)
+      c.impulse.row(Eigen::Index(i)) = ledger_.impulse[i].transpose();
+    return c;
   }
 
   PlantT plant_;
   Reference reference_;
   VectorXd q_, v_;
   EnergyLedger ledger_;
+  double time_, interval_;
+  long sample_index_;
 
  private:
+  void find_torque(double t) {
+    reference_.begin_step(t);
+    reference_.at(t, q_ref_, v_ref_);
+    plant_.servo_torque(q_, v_, q_ref_, v_ref_, torque_);
+  }
+
+  // Records the state, the plant evaluated there, at the end of a sampling interval [s].
+  void record(double interval) {
+    find_torque(time_);
+    if (record_)
+      recorder_.sample(plant_, time_, q_, v_, torque_, q_ref_, v_ref_, ledger_, interval);
+    for (Vec3& impulse : ledger_.impulse) impulse.setZero();
+  }
+
   RowMatrix contact_memories() const {
     RowMatrix rows(plant_.feet.size(), 6);
     for (std::size_t i = 0; i < plant_.feet.size(); ++i) {
@@ -58,7 +169,9 @@ class SampledRollout : public Rollout {
   }
 
   Recorder recorder_;
-  VectorXd torque_, q_ref_, v_ref_;
+  TrunkWatch trunk_;
+  bool record_;
+  VectorXd rate_limit_, torque_, q_ref_, v_ref_, acceleration_;
 };
 
 }  // namespace hexapod

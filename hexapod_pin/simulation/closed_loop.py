@@ -1,0 +1,104 @@
+"""Cases whose controllers take part in the run: one, or many in lock-step."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.simulation.control_loop import ControlLoop, resume
+from hexapod_pin.simulation.native_run import NativeRun, starting_point
+from hexapod_pin.simulation.session import live_run
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.feedback import FeedbackController
+    from hexapod_pin.simulation.case import Case
+    from hexapod_pin.simulation.run_settings import RunSettings
+
+
+def closed_loop_run(
+    case: Case, how: RunSettings, progress: Callable[[float], None] | None = None
+) -> NativeRun:
+    """Run a case under its feedback controller.
+
+    Raises:
+        SimulationInterrupted: Ctrl-C; the samples so far are in the error.
+    """
+    run = set_up(case, how)
+    loop = ControlLoop([run], case.controller)  # type: ignore[arg-type]
+    resume(loop, case.initial)
+    _run(loop, [run], run.time + how.duration, progress)
+    return run
+
+
+def lock_step_runs(
+    cases: Sequence[Case],
+    how: RunSettings,
+    numbers: Sequence[int],
+    *,
+    record: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> list[NativeRun]:
+    """Run cases of one robot, one controller and one start time side by side.
+
+    Args:
+        cases: what to run.
+        how: method, duration and sampling.
+        numbers: of the cases, for the noise of their sensors.
+        record: whether samples are kept.
+        progress: called with the finished fraction now and then.
+    """
+    runs = [set_up(case, how, record=record) for case in cases]
+    loop = ControlLoop(runs, cases[0].controller, numbers)  # type: ignore[arg-type]
+    _run(loop, runs, runs[0].time + how.duration, progress)
+    return runs
+
+
+def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
+    """Return the run of a case with a feedback controller, where it starts."""
+    scene, controller, initial = case.scene, case.controller, case.initial
+    begin = initial.time if isinstance(initial, Checkpoint) else 0.0
+    posture = getattr(controller, "posture", None)
+    start = starting_point(
+        scene, scene.robot.posture if posture is None else posture(scene), initial
+    )
+    return live_run(
+        scene,
+        how,
+        start,
+        controller=described(controller),  # type: ignore[arg-type]
+        record=record,
+        gait=getattr(controller, "gait", None),
+        end=begin + how.duration,
+    )
+
+
+def described(controller: FeedbackController) -> dict[str, Any]:
+    """Return the controller's settings, or at least what it is."""
+    to_dict = getattr(controller, "to_dict", None)
+    if to_dict is not None:
+        return dict(to_dict())
+    return {"kind": f"{type(controller).__module__}.{type(controller).__qualname__}"}
+
+
+def _run(
+    loop: ControlLoop,
+    runs: Sequence[NativeRun],
+    until: float,
+    progress: Callable[[float], None] | None,
+) -> None:
+    """Run a loop to its end; every run gets the wall time of all and the loop's memory."""
+    begin = time.perf_counter()
+    try:
+        loop.run_to(until, progress)
+    except KeyboardInterrupt:
+        _keep(loop, runs, begin)
+        raise runs[0].interrupted() from None
+    _keep(loop, runs, begin)
+
+
+def _keep(loop: ControlLoop, runs: Sequence[NativeRun], begin: float) -> None:
+    for run in runs:
+        run.wall_time = (time.perf_counter() - begin) / len(runs)
+        run.loop = loop.memory() if len(runs) == 1 else None

@@ -1,0 +1,49 @@
+"""What a trace says of how it came about."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hexapod_pin.simulation.native_run import NativeRun
+
+
+def run_meta(run: NativeRun) -> dict[str, Any]:
+    """Return the `Trace.meta` of a run where it stands."""
+    import tomli_w
+
+    scene, robot, points = run.scene, run.scene.robot, run.set_points
+    return {
+        "scene": scene.to_toml(),
+        "controller": tomli_w.dumps(run.controller),
+        "method": run.how.choice.method.name,
+        "accuracy": run.how.choice.accuracy,
+        "step": run.how.grid.step,
+        "sample": run.how.grid.sample,
+        "checkpoint": run.checkpoint().to_dict(),
+        "cycle_time": points.cycle_time,
+        "steady_from": points.steady_from,
+        "steady_until": points.steady_until,
+        "travel_direction": [float(x) for x in points.travel_direction],
+        "nominal_speed": float(points.speed),
+        "robot_name": robot.name,
+        "urdf": robot.urdf,
+        "foot_radius": [float(foot.radius) for foot in robot.feet],
+        "total_mass": robot.total_mass,
+        "gravity": list(scene.gravity),
+        "effort_limit": robot.effort.tolist(),
+        "velocity_limit": robot.velocity.tolist(),
+        "assumed": list(scene.assumed),
+        "provenance": robot.provenance,
+        "model_digest": robot.digest,
+        "versions": _versions(),
+        "wall_time": run.wall_time,
+    }
+
+
+@cache
+def _versions() -> dict[str, str]:
+    from importlib.metadata import version
+
+    return {name: version(name) for name in ("hexapod-pin", "pin", "numpy")}

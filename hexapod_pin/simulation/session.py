@@ -1,0 +1,144 @@
+"""A run that is led from outside: measure, command, advance."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hexapod_pin.control.feedback import Command, Measurement
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.simulation.control_loop import without_time
+from hexapod_pin.simulation.lock_step import LockStep
+from hexapod_pin.simulation.native_run import NativeRun, starting_point
+from hexapod_pin.simulation.run_settings import RunSettings
+from hexapod_pin.simulation.set_points import LiveSetPoints
+
+if TYPE_CHECKING:
+    from hexapod_pin.results.checkpoint import Checkpoint
+    from hexapod_pin.results.trace import Trace
+    from hexapod_pin.robot.state import State
+    from hexapod_pin.simulation.scene import Scene
+
+
+class Session:
+    """A scene under simulation; time passes when it is told to.
+
+    Until the first command the drives hold the joint angles of the start.
+
+    Example:
+        >>> session = Session(Scene(load_robot("kharagpur")), accuracy=1e-4)
+        >>> while session.time < 1.0:
+        ...     reading = session.measure()
+        ...     session.command(q=reading.q)
+        ...     session.advance(session.time + 0.005)
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        initial: State | Checkpoint | None = None,
+        method: str | None = None,
+        accuracy: float | None = None,
+        step: float | None = None,
+        sample: float | None = None,
+    ) -> None:
+        """Set a run up; arguments as of `simulate`.
+
+        Args:
+            scene: what is simulated.
+            initial: where it starts: None stands in the robot's posture; a `Checkpoint` goes on.
+            method: integration method.
+            accuracy: of an adaptive method [m and rad].
+            step: of a fixed-step method [s].
+            sample: time between the samples of the trace [s].
+
+        Raises:
+            ParameterError: a setting out of range, or a method that cannot do this scene.
+            StateError: `initial` does not fit the robot.
+        """
+        how = RunSettings.of(0.0, method, accuracy, step, sample)
+        start = starting_point(scene, scene.robot.posture, initial)
+        self._run = live_run(scene, how, start)
+        self._together = LockStep([self._run])
+
+    @property
+    def time(self) -> float:
+        """Simulated time reached [s]."""
+        return self._run.time
+
+    def measure(self) -> Measurement:
+        """Return what ideal sensors read now: arrays (n,), (3, 3), (3,), (F, 3), (F,)."""
+        return without_time(self._together.measure(), 0)
+
+    def command(
+        self,
+        q: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        torque: ArrayLike | None = None,
+        *,
+        ramp: float = 0.0,
+    ) -> None:
+        """Give the drives set-points, which act until the next command.
+
+        The angles move there no faster than the joints' velocity limits allow: all joints leave
+        together and arrive together.
+
+        Args:
+            q: joint angles [rad]; None: where they are told to be now. Shape (n,).
+            v: joint rates [rad/s]; None: 0, or those of the way where the command ramps. (n,).
+            torque: added to the drives' own [N m]; None: 0. Shape (n,).
+            ramp: time in which the angles go to `q` [s]; 0: at once, as the limits allow.
+
+        Raises:
+            ParameterError: wrong shape, not finite, or beyond a joint's range or velocity limit.
+        """
+        if not (np.isfinite(ramp) and ramp >= 0.0):
+            raise ParameterError("ramp", ramp, "finite and not negative [s]")
+        told = self._run.rollout.set_points() if q is None else np.asarray(q, dtype=float)
+        rows = (None if x is None else np.asarray(x, dtype=float)[None] for x in (told, v, torque))
+        q_rows, v_rows, torque_rows = rows
+        self._together.command(Command(q_rows, v_rows, torque_rows, ramp=ramp > 0.0), ramp)
+
+    def advance(self, until: float) -> None:
+        """Simulate to a time [s].
+
+        Raises:
+            ParameterError: the time is in the past or not finite.
+            DivergenceError: the run left the finite world; `.trace` holds what was good.
+            SimulationInterrupted: Ctrl-C; `.trace` holds what was done.
+        """
+        if not (np.isfinite(until) and until >= self.time):
+            raise ParameterError("until", until, f"finite and not before {self.time:g} s")
+        begin = time.perf_counter()
+        self._together.advance(float(until))
+        self._run.wall_time += time.perf_counter() - begin
+        self._run.require_good_so_far()
+
+    def trace(self) -> Trace:
+        """Return the samples so far."""
+        return self._run.trace()
+
+    def checkpoint(self) -> Checkpoint:
+        """Return where the run stands; `Session(initial=...)` goes on from there."""
+        return self._run.checkpoint()
+
+
+def live_run(scene: Scene, how: RunSettings, start: Checkpoint, **options: object) -> NativeRun:
+    """Return a run that waits for commands, holding the joint angles of its start.
+
+    Args:
+        scene: what is simulated.
+        how: method and sampling.
+        start: where it starts.
+        options: `controller` and `record` of `NativeRun`; `gait` and `end` of `LiveSetPoints.at`.
+    """
+    gait, end = options.pop("gait", None), options.pop("end", 0.0)
+    points = LiveSetPoints.at(start.time, start.q[7:], gait, end)  # type: ignore[arg-type]
+    run = NativeRun(scene, how, start, points, **options)  # type: ignore[arg-type]
+    if not start.command.size:
+        LockStep([run]).command(Command(start.q[None, 7:]), 0.0)
+    return run
