@@ -14,12 +14,15 @@ from hexapod_pin.native._core import PlantSettings as PlantSettings
 from hexapod_pin.native._core import Rollout as Rollout
 from hexapod_pin.native._core import Terrain as Terrain
 from hexapod_pin.native._core import TreeModel as TreeModel
+from hexapod_pin.native._core import advance_together as advance_together
 from hexapod_pin.native._core import checkpoint as checkpoint
+from hexapod_pin.native._core import command_together as command_together
 from hexapod_pin.native._core import evaluate as evaluate
 from hexapod_pin.native._core import height_field as height_field
 from hexapod_pin.native._core import plane as plane
 from hexapod_pin.native._core import plant_settings as plant_settings
 from hexapod_pin.native._core import profile as profile
+from hexapod_pin.native._core import read_together as read_together
 from hexapod_pin.native._core import repeat_compute as repeat_compute
 from hexapod_pin.native._core import repeat_dynamics as repeat_dynamics
 from hexapod_pin.native._core import start as start

@@ -85,5 +85,7 @@ class Checkpoint:
     def from_dict(cls, data: Mapping[str, Any]) -> Checkpoint:
         """Rebuild a checkpoint from its dictionary."""
         contacts = np.array(data["contacts"], dtype=float).reshape(-1, 6)
-        more = {name: from_plain(data[name]) for name in ("command", "impulse", "loop") if name in data}
+        more = {
+            name: from_plain(data[name]) for name in ("command", "impulse", "loop") if name in data
+        }
         return cls(data["time"], data["q"], data["v"], contacts, tuple(data["controller"]), **more)

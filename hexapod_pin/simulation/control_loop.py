@@ -44,16 +44,16 @@ class ControlLoop:
 
     def run_to(self, until: float, progress: Callable[[float], None] | None = None) -> None:
         """Run until a time [s]; what is due at it comes first when the run goes on."""
-        begin, shown = self.together.time, 0.0
-        while self.together.alive:
+        together, begin, shown = self.together, self.together.time, 0.0
+        while together.alive:
             measure_at = max(0.0, self.measured * self.period - self.sensor_delay)
             command_at = self.commanded * self.period + self.delay
             event = min(measure_at, command_at)
             if event >= until or _same(event, until):
-                self.together.advance(until)
+                together.advance(until)
                 return
-            if event > self.together.time and not _same(event, self.together.time):
-                self.together.advance(event)
+            if event > together.time and not _same(event, together.time):
+                together.advance(event)
             if measure_at <= command_at or _same(measure_at, command_at):
                 self._measure()
             else:

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.errors import ParameterError
-
-if TYPE_CHECKING:
-    from hexapod_pin.simulation.native_run import NativeRun
+from hexapod_pin.simulation.native_run import NativeRun, contact_names
 
 ROUNDING = 1e-9
 """How far a set-point may be beyond its range for rounding [rad, rad/s]."""
 
 NO_ROWS = np.zeros((0, 0))
+NO_LIMITS = (-np.inf, np.inf)
+UNITS = {"q": "rad", "v": "rad/s", "torque": "N m"}
 
 
 class LockStep:
@@ -31,56 +31,63 @@ class LockStep:
         """Take runs of one kind of robot; they stand at one time."""
         self.runs = list(runs)
         self.robot = self.runs[0].scene.robot
+        self.time = max(run.time for run in self.runs)
+        self._shape = (len(self.runs), len(self.robot.joint_names))
         self._feet = len(self.robot.feet)
-        self._last: dict[str, Array] = {}
+        self._limits = {
+            "q": (self.robot.lower - ROUNDING, self.robot.upper + ROUNDING),
+            "v": (-self.robot.velocity - ROUNDING, self.robot.velocity + ROUNDING),
+        }
+        self._points = len(contact_names(self.runs[0].scene))
+        self._width = 3 * self._shape[1] + 15 + 4 * self._points
+        self._last = np.zeros((len(self.runs), self._width))
+        self._select()
 
-    @property
-    def time(self) -> float:
-        """Time of the runs [s]."""
-        return max(run.time for run in self.runs)
+    def _select(self) -> None:
+        """Find the runs that go on."""
+        self._going = [k for k, run in enumerate(self.runs) if run.good]
+        self._rollouts = [self.runs[k].rollout for k in self._going]
 
     @property
     def alive(self) -> bool:
         """Whether any run has not diverged."""
-        return any(run.good for run in self.runs)
+        return bool(self._going)
 
     def advance(self, until: float) -> None:
         """Advance all that have not diverged to a time [s]."""
         from hexapod_pin import native as _native
 
-        going = [run for run in self.runs if run.good]
-        good = _native.advance_together([run.rollout for run in going], until)
-        for run, still in zip(going, good, strict=True):
-            run.good = still
+        good = _native.advance_together(self._rollouts, until)
+        self.time = until
+        if not all(good):
+            for k, still in zip(self._going, good, strict=True):
+                self.runs[k].good = still
+            self._select()
 
     def measure(self) -> Measurement:
         """Return what ideal sensors read now, with a leading axis of length B."""
         from hexapod_pin import native as _native
 
-        going = [k for k, run in enumerate(self.runs) if run.good]
-        read = _native.read_together([self.runs[k].rollout for k in going]) if going else self._last
-        if len(going) < len(self.runs) and going:
-            read = {name: self._filled(name, rows, going) for name, rows in read.items()}
-        self._last = read
-        batch, feet = len(self.runs), self._feet
+        rows = np.empty((len(self._rollouts), self._width))
+        _native.read_together(self._rollouts, rows)
+        if len(rows) < len(self.runs):
+            self._last[self._going] = rows
+            rows = self._last.copy()
+        else:
+            self._last = rows.copy()
+        n, batch, points = self._shape[1], len(self.runs), self._points
+        force = rows[:, 3 * n + 15 : 3 * n + 15 + 3 * points].reshape(batch, points, 3)
         return Measurement(
             time=self.time,
-            q=read["q"],
-            v=read["v"],
-            torque=read["torque"],
-            rotation=read["rotation"].reshape(batch, 3, 3),
-            angular_velocity=read["angular_velocity"],
-            acceleration=read["acceleration"],
-            foot_force=read["foot_force"].reshape(batch, -1, 3)[:, :feet],
-            loaded=read["loaded"][:, :feet] != 0.0,
+            q=rows[:, :n],
+            v=rows[:, n : 2 * n],
+            torque=rows[:, 2 * n : 3 * n],
+            rotation=rows[:, 3 * n : 3 * n + 9].reshape(batch, 3, 3),
+            angular_velocity=rows[:, 3 * n + 9 : 3 * n + 12],
+            acceleration=rows[:, 3 * n + 12 : 3 * n + 15],
+            foot_force=force[:, : self._feet],
+            loaded=rows[:, self._width - points : self._width - points + self._feet] != 0.0,
         )
-
-    def _filled(self, name: str, rows: Array, going: list[int]) -> Array:
-        """Return the rows of all runs: those that are not going keep their last."""
-        last = self._last.get(name)
-        whole = np.zeros((len(self.runs), rows.shape[1])) if last is None else np.array(last)
-        whole[going] = rows
-        return whole
 
     def command(self, command: Command, period: float) -> None:
         """Give the drives new set-points; one that ramps arrives `period` [s] later.
@@ -90,47 +97,35 @@ class LockStep:
         """
         from hexapod_pin import native as _native
 
-        n, batch = len(self.robot.joint_names), len(self.runs)
-        going = [k for k, run in enumerate(self.runs) if run.good]
-        rows: dict[str, Any] = {}
-        for name in ("q", "v", "torque"):
-            given = getattr(command, name)
-            rows[name] = NO_ROWS if given is None else _rows(name, given, (batch, n))[going]
-        self._check(rows)
         arrival = self.time + period if command.ramp else -np.inf
-        _native.command_together(
-            [self.runs[k].rollout for k in going], rows["q"], rows["v"], rows["torque"], arrival
+        q, v, torque = (self._rows(name, getattr(command, name)) for name in ("q", "v", "torque"))
+        _native.command_together(self._rollouts, q, v, torque, arrival)
+
+    def _rows(self, name: str, given: Any) -> Array:
+        """Return the checked set-points of the runs that go on; no rows for None."""
+        if given is None:
+            return NO_ROWS
+        rows = np.ascontiguousarray(given, dtype=float)
+        if rows.shape != self._shape:
+            allowed = f"of shape {self._shape}: runs, joints of the robot"
+            raise ParameterError(f"Command.{name}", rows.shape, allowed)
+        if len(self._going) < len(self.runs):
+            rows = rows[self._going]
+        lower, upper = self._limits.get(name, NO_LIMITS)
+        good = (rows >= lower) & (rows <= upper) & (np.abs(rows) < np.inf)
+        if not good.all():
+            raise self._refusal(name, rows, good)
+        return rows
+
+    def _refusal(self, name: str, rows: Array, good: Any) -> ParameterError:
+        """Return the error that names the first set-point that is not good."""
+        row, joint = (int(k) for k in np.argwhere(~good)[0])
+        lower, upper = (
+            np.broadcast_to(limit, self._shape[1:])[joint]
+            for limit in self._limits.get(name, NO_LIMITS)
         )
-
-    def _check(self, rows: dict[str, Array]) -> None:
-        """Refuse set-points that are not finite or beyond a limit."""
-        robot = self.robot
-        bounds = {
-            "q": (robot.lower, robot.upper, "rad"),
-            "v": (-robot.velocity, robot.velocity, "rad/s"),
-            "torque": (np.full(len(robot.lower), -np.inf), np.full(len(robot.lower), np.inf), "N m"),
-        }
-        for name, (lower, upper, unit) in bounds.items():
-            if not rows[name].size:
-                continue
-            good = (rows[name] >= lower - ROUNDING) & (rows[name] <= upper + ROUNDING)
-            good &= np.isfinite(rows[name])
-            if good.all():
-                continue
-            row, joint = (int(k) for k in np.argwhere(~good)[0])
-            allowed = f"finite, {lower[joint]:.4g} to {upper[joint]:.4g} {unit}"
-            raise ParameterError(
-                f"command at t = {self.time:g} s, {name}[{robot.joint_names[joint]}]",
-                float(rows[name][row, joint]),
-                allowed,
-            )
-
-
-def _rows(name: str, given: Any, shape: tuple[int, int]) -> Array:
-    """Return an array of that shape, refusing another."""
-    array = np.ascontiguousarray(given, dtype=float)
-    if array.shape != shape:
-        raise ParameterError(
-            f"Command.{name}", array.shape, f"of shape {shape}: runs, joints of the robot"
+        return ParameterError(
+            f"command at t = {self.time:g} s: {name} of {self.robot.joint_names[joint]}",
+            float(rows[row, joint]),
+            f"finite and from {lower:.4g} to {upper:.4g} {UNITS[name]}",
         )
-    return array

@@ -197,7 +197,9 @@ def starting_point(scene: Scene, posture: Array, initial: State | Checkpoint | N
     if isinstance(initial, Checkpoint):
         robot.check_state(initial.q, initial.v)
         return initial
-    state = standing_on(scene, posture) if initial is None else robot.check_state(initial.q, initial.v)
+    state = (
+        standing_on(scene, posture) if initial is None else robot.check_state(initial.q, initial.v)
+    )
     return Checkpoint(0.0, state.q, state.v, np.zeros((0, 6)))
 
 

@@ -10,6 +10,8 @@
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+
 #include "bindings/bindings.hpp"
 #include "run/batch.hpp"
 #include "run/rollout.hpp"
@@ -106,32 +108,25 @@ void command_together(const Runs& runs, const RowMatrix& position, const RowMatr
   }
 }
 
-void put(const VectorXd& from, RowMatrix& to, Eigen::Index row) { to.row(row) = from.transpose(); }
+using Rows = nb::ndarray<double, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
 
-nb::dict read_together(const Runs& runs) {
-  const auto rows = Eigen::Index(runs.size());
-  RowMatrix q, v, torque, rotation(rows, 9), spin(rows, 3), acceleration(rows, 3), force, loaded;
-  Reading reading;
-  for (Eigen::Index b = 0; b < rows; ++b) {
-    runs[std::size_t(b)]->read(reading);
-    const auto n = reading.q.size(), mounts = reading.foot_force.rows();
-    if (b == 0)
-      q.resize(rows, n), v.resize(rows, n), torque.resize(rows, n), force.resize(rows, 3 * mounts),
-          loaded.resize(rows, mounts);
-    put(reading.q, q, b), put(reading.v, v, b), put(reading.torque, torque, b);
-    for (int i = 0; i < 9; ++i) rotation(b, i) = reading.rotation(i / 3, i % 3);
-    spin.row(b) = reading.angular_velocity.transpose();
-    acceleration.row(b) = reading.acceleration.transpose();
-    for (Eigen::Index f = 0; f < mounts; ++f) {
-      force.block(b, 3 * f, 1, 3) = reading.foot_force.row(f);
-      loaded(b, f) = double(reading.loaded[std::size_t(f)]);
-    }
+// A row of `out` per run: angles, rates and torques of the joints, rotation of the trunk row by row,
+// angular velocity, acceleration, force on each contact point, whether it is loaded.
+void read_together(const Runs& runs, Rows out) {
+  if (out.shape(0) != runs.size()) throw std::invalid_argument("one row per run needed");
+  Reading r;
+  for (std::size_t b = 0; b < runs.size(); ++b) {
+    runs[b]->read(r);
+    const std::size_t width = 3 * std::size_t(r.q.size()) + 15 + 4 * r.loaded.size();
+    if (out.shape(1) != width) throw std::invalid_argument("a reading has another width");
+    double* to = out.data() + b * width;
+    for (const VectorXd* x : {&r.q, &r.v, &r.torque}) to = std::copy_n(x->data(), x->size(), to);
+    for (int i = 0; i < 9; ++i) *to++ = r.rotation(i / 3, i % 3);
+    to = std::copy_n(r.angular_velocity.data(), 3, to);
+    to = std::copy_n(r.acceleration.data(), 3, to);
+    to = std::copy_n(r.foot_force.data(), r.foot_force.size(), to);
+    for (const char loaded : r.loaded) *to++ = double(loaded);
   }
-  nb::dict out;
-  out["q"] = q, out["v"] = v, out["torque"] = torque, out["rotation"] = rotation;
-  out["angular_velocity"] = spin, out["acceleration"] = acceleration;
-  out["foot_force"] = force, out["loaded"] = loaded;
-  return out;
 }
 
 using Touch = std::tuple<double, std::size_t, Vec3>;
@@ -148,9 +143,9 @@ void bind_several(nb::module_& m) {
         nb::call_guard<nb::gil_scoped_release>(), "All to one time [s]; False: that run has diverged.");
   m.def("command_together", &command_together, "runs"_a, "position"_a, "rate"_a, "torque"_a,
         "arrival"_a, "A row of set-points for each run, from its time on.");
-  m.def("read_together", &read_together, "runs"_a,
-        nb::sig("def read_together(runs: list[Rollout]) -> dict[str, numpy.ndarray[dtype=float64]]"),
-        "What sensors could read, a row for each run.");
+  m.def("read_together", &read_together, "runs"_a, "out"_a,
+        "What sensors could read, into a row for each run: q, v, torque, rotation, angular velocity, "
+        "acceleration, forces, loaded.");
 }
 
 }  // namespace
