@@ -1,4 +1,4 @@
-"""The native summary of a run, fed by hand: against NumPy over the same states, and closed forms."""
+"""The native summary of a run, fed by hand: against NumPy on the same states, and closed forms."""
 
 from __future__ import annotations
 

@@ -15,13 +15,9 @@ namespace hexapod {
 
 namespace {
 
-void put_peaks(nb::dict& out, const std::string& name, const std::vector<Peak>& peaks) {
-  VectorXd value(Eigen::Index(peaks.size())), time(value);
-  for (std::size_t k = 0; k < peaks.size(); ++k) {
-    value[Eigen::Index(k)] = peaks[k].value, time[Eigen::Index(k)] = peaks[k].time;
-  }
-  out[nb::str(name.c_str())] = value;
-  out[nb::str((name + "_time").c_str())] = time;
+void put_peaks(nb::dict& out, const std::string& name, const Peaks& peaks) {
+  out[nb::str(name.c_str())] = VectorXd(peaks.value);
+  out[nb::str((name + "_time").c_str())] = VectorXd(peaks.time);
 }
 
 void put_joints(nb::dict& out, const SummaryTotals& totals) {
@@ -32,12 +28,12 @@ void put_joints(nb::dict& out, const SummaryTotals& totals) {
   out["positive_energy"] = VectorXd(sums.col(2));
   out["negative_energy"] = VectorXd(sums.col(3));
   out["at_limit"] = VectorXd(sums.col(4) / time);
-  out["angle_min"] = totals.lowest;
-  out["angle_max"] = totals.highest;
+  out["angle_min"] = VectorXd(totals.lowest);
+  out["angle_max"] = VectorXd(totals.highest);
   VectorXd p99(sums.rows());
   for (Eigen::Index j = 0; j < p99.size(); ++j) {
     const double found = totals.histogram[std::size_t(j)].quantile(0.99);
-    p99[j] = std::min(found, totals.torque_peak[std::size_t(j)].size);  // the top bin ends above it
+    p99[j] = std::min(found, totals.torque_peak.size[j]);  // the top bin ends above it
   }
   out["torque_p99"] = p99;
 }

@@ -18,7 +18,8 @@ class MagnitudeHistogram {
   void add(double magnitude, double weight) {
     const int bin = bin_of(magnitude);
     weight_[std::size_t(bin)] += weight;
-    first_ = std::min(first_, bin), last_ = std::max(last_, bin);
+    if (bin < first_) first_ = bin;
+    if (bin > last_) last_ = bin;
   }
 
   // Takes over what another one holds, and empties it.

@@ -47,9 +47,9 @@ struct WayPoint {
 class RunSummary {
  public:
   RunSummary(int joints, std::size_t feet)
-      : limit_(VectorXd::Constant(joints, kNever)), last_(joints, feet), next_(last_), edge_(last_),
-        window_(joints, feet), cycle_(window_), outside_torque_(std::size_t(joints)),
-        outside_force_(feet) {}
+      : limit_(ArrayXd::Constant(joints, kNever)), kept_(3, SummaryState(joints, feet)),
+        window_(joints, feet), cycle_(window_), outside_torque_(joints),
+        outside_force_(Eigen::Index(feet)) {}
 
   // Whole cycles of length `cycle` from `begin`, none of which ends after `end`; without a cycle (0)
   // all states from `begin` to `end`. Before the first record; s.
@@ -58,14 +58,14 @@ class RunSummary {
   }
 
   // Torques from which a joint counts as being at its limit, N m. Before the first record.
-  void set_limit(const VectorXd& limit) { limit_ = limit; }
+  void set_limit(const VectorXd& limit) { limit_ = limit.array(); }
 
   // An accepted state, the initial one included; times do not decrease.
   void record(double t, const VectorXd& q, const VectorXd& v, const VectorXd& torque,
               const std::vector<FootLoad>& feet, const Vec3& com) {
     read(t, q, v, torque, feet, com);
     if (states_++ == 0) return begin_here();
-    while (next_edge_ <= next_.time + rounding(next_.time)) pass_edge();
+    while (next_edge_ <= next().time + rounding(next().time)) pass_edge();
     advance_to(next_);
   }
 
@@ -84,15 +84,19 @@ class RunSummary {
     else if (period_ > 0.0) points.resize(cycles_ > 0 ? std::size_t(2 * cycles_ + 1) : 0);
     return points;
   }
-  std::vector<Peak> outside_torque() const {
-    return outside(outside_torque_, cycle_.torque_peak, last_.torque);
+  Peaks outside_torque() const {
+    return outside(outside_torque_, cycle_.torque_peak, last().torque);
   }
-  std::vector<Peak> outside_force() const {
-    return outside(outside_force_, cycle_.force_peak, last_.normal);
+  Peaks outside_force() const {
+    return outside(outside_force_, cycle_.force_peak, last().normal);
   }
 
  private:
   static constexpr double kNever = std::numeric_limits<double>::infinity();
+
+  SummaryState& last() { return kept_[last_]; }
+  const SummaryState& last() const { return kept_[last_]; }
+  SummaryState& next() { return kept_[next_]; }
 
   // Times closer than this are the same, s.
   static double rounding(double t) { return 1e-9 * std::max(1.0, std::abs(t)); }
@@ -100,55 +104,54 @@ class RunSummary {
   void read(double t, const VectorXd& q, const VectorXd& v, const VectorXd& torque,
             const std::vector<FootLoad>& feet, const Vec3& com) {
     const Eigen::Index joints = torque.size();
-    next_.time = t;
-    next_.angle = q.tail(joints), next_.rate = v.tail(joints), next_.torque = torque;
-    next_.base = q.head<3>(), next_.quaternion = q.segment<4>(3), next_.com = com;
-    const auto& p = next_.quaternion;  // last row of the rotation matrix times the base's velocity
-    next_.rise = 2.0 * (p[0] * p[2] - p[3] * p[1]) * v[0] +
-                 2.0 * (p[1] * p[2] + p[3] * p[0]) * v[1] +
-                 (1.0 - 2.0 * (p[0] * p[0] + p[1] * p[1])) * v[2];
+    SummaryState& s = next();
+    s.time = t;
+    s.angle = q.tail(joints), s.rate = v.tail(joints), s.torque = torque;
+    s.base = q.head<3>(), s.quaternion = q.segment<4>(3), s.com = com;
+    const auto& p = s.quaternion;  // last row of the rotation matrix times the base's velocity
+    s.rise = 2.0 * (p[0] * p[2] - p[3] * p[1]) * v[0] +
+             2.0 * (p[1] * p[2] + p[3] * p[0]) * v[1] +
+             (1.0 - 2.0 * (p[0] * p[0] + p[1] * p[1])) * v[2];
     for (std::size_t f = 0; f < feet.size(); ++f) {
       const auto i = Eigen::Index(f);
-      next_.normal[i] = feet[f].normal, next_.slip[i] = feet[f].slip;
-      next_.force.col(i) = feet[f].force;
+      s.normal[i] = feet[f].normal, s.slip[i] = feet[f].slip;
+      s.force.col(i) = feet[f].force;
     }
   }
 
   // The initial state: cycles that had begun before it are not whole.
   void begin_here() {
     std::swap(last_, next_);
-    first_yaw_ = last_.yaw();
-    const double late = last_.time - rounding(last_.time) - next_edge_;
+    first_yaw_ = last().yaw();
+    const double late = last().time - rounding(last().time) - next_edge_;
     if (late > 0.0) begin_ += period_ > 0.0 ? std::ceil(late / period_) * period_ : late;
     next_edge_ = begin_;
-    if (next_edge_ <= last_.time + rounding(last_.time)) cross_edge();
+    if (next_edge_ <= last().time + rounding(last().time)) cross_edge();
   }
 
   // The last state's share of time is known when the next one is.
   void settle(double half_step) {
     if (inside_) {
-      cycle_.add(last_, weight_ + half_step, limit_);
+      cycle_.add(last(), weight_ + half_step, limit_);
     } else {
-      for (std::size_t j = 0; j < outside_torque_.size(); ++j)
-        outside_torque_[j].see(last_.torque[Eigen::Index(j)], last_.time);
-      for (std::size_t f = 0; f < outside_force_.size(); ++f)
-        outside_force_[f].see(last_.normal[Eigen::Index(f)], last_.time);
+      outside_torque_.see(last().torque, last().time);
+      outside_force_.see(last().normal, last().time);
     }
     weight_ = 0.0;
   }
 
-  void advance_to(SummaryState& state) {
-    const double step = state.time - last_.time;
+  void advance_to(std::size_t& state) {
+    const double step = kept_[state].time - last().time;
     settle(0.5 * step);
-    if (inside_) cycle_.add_interval(step, state.rise - last_.rise);
+    if (inside_) cycle_.add_interval(step, kept_[state].rise - last().rise);
     weight_ = inside_ ? 0.5 * step : 0.0;
     std::swap(last_, state);
   }
 
   void pass_edge() {
-    const double edge = std::min(next_edge_, next_.time), step = next_.time - last_.time;
-    if (edge > last_.time) {
-      edge_.interpolate(last_, next_, (edge - last_.time) / step);
+    const double edge = std::min(next_edge_, next().time), step = next().time - last().time;
+    if (edge > last().time) {
+      kept_[edge_].interpolate(last(), next(), (edge - last().time) / step);
       advance_to(edge_);
     }
     settle(0.0);
@@ -171,23 +174,21 @@ class RunSummary {
     else next_edge_ = period_ > 0.0 ? begin_ + 0.5 * double(halves_) * period_ : end_;
   }
 
-  WayPoint way_point() const { return {last_.time, last_.com.x(), last_.com.y(), last_.yaw()}; }
+  WayPoint way_point() const { return {last().time, last().com.x(), last().com.y(), last().yaw()}; }
 
   // A cycle that is not whole yet is outside, and so is the last state where the window does not go on.
-  std::vector<Peak> outside(std::vector<Peak> peaks, const std::vector<Peak>& unfinished,
-                            const VectorXd& last) const {
-    for (std::size_t k = 0; k < peaks.size(); ++k) {
-      if (period_ > 0.0) peaks[k].see(unfinished[k]);
-      if (period_ > 0.0 || !inside_) peaks[k].see(last[Eigen::Index(k)], last_.time);
-    }
+  Peaks outside(Peaks peaks, const Peaks& unfinished, const ArrayXd& values) const {
+    if (period_ > 0.0) peaks.see(unfinished);
+    if (period_ > 0.0 || !inside_) peaks.see(values, last().time);
     return peaks;
   }
 
-  VectorXd limit_;
+  ArrayXd limit_;
   double begin_ = 0.0, end_ = kNever, period_ = 0.0, next_edge_ = 0.0;  // s
-  SummaryState last_, next_, edge_;
+  std::vector<SummaryState> kept_;  // these three take turns
+  std::size_t last_ = 0, next_ = 1, edge_ = 2;
   SummaryTotals window_, cycle_;  // whole cycles; the one that goes on
-  std::vector<Peak> outside_torque_, outside_force_;
+  Peaks outside_torque_, outside_force_;
   std::vector<WayPoint> way_;
   double weight_ = 0.0;  // time that the last state stands for so far, s
   double first_yaw_ = 0.0;
