@@ -12,6 +12,7 @@ from hexapod_pin.native._core import NormalKind as NormalKind
 from hexapod_pin.native._core import NormalLaw as NormalLaw
 from hexapod_pin.native._core import PlantSettings as PlantSettings
 from hexapod_pin.native._core import Rollout as Rollout
+from hexapod_pin.native._core import RunSummary as RunSummary
 from hexapod_pin.native._core import Terrain as Terrain
 from hexapod_pin.native._core import TreeModel as TreeModel
 from hexapod_pin.native._core import advance_together as advance_together

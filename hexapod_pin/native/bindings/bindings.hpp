@@ -5,9 +5,15 @@
 
 namespace hexapod {
 
+class RunSummary;
+
 void bind_laws(nanobind::module_& m);
 void bind_terrain(nanobind::module_& m);
 void bind_plant(nanobind::module_& m);
 void bind_runs(nanobind::module_& m);
+void bind_summary(nanobind::module_& m);
+
+// A summary as a dictionary of arrays and numbers.
+nanobind::dict summary_data(RunSummary& summary);
 
 }  // namespace hexapod

@@ -8,4 +8,5 @@ NB_MODULE(_core, m) {
   hexapod::bind_terrain(m);
   hexapod::bind_plant(m);
   hexapod::bind_runs(m);
+  hexapod::bind_summary(m);
 }
