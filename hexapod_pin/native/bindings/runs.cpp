@@ -11,6 +11,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "bindings/bindings.hpp"
 #include "run/batch.hpp"
@@ -54,16 +55,18 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
                                const std::string& kind, const Checkpoint& from,
                                const std::string& method, double step, long stride, double sample,
                                double accuracy, bool record, const VectorXd& rate_limit,
-                               const std::vector<std::pair<Vec3, double>>& trunk) {
+                               const std::vector<std::pair<Vec3, double>>& trunk,
+                               const Vec3& window, const VectorXd& torque_limit) {
   check_start(s, from);
   const auto rows = Eigen::Index(time.size()), columns = Eigen::Index(s.dynamics.tree().nv - 6);
   if (rows < 1 || position.rows() != rows || rate.rows() != rows || position.cols() != columns ||
       rate.cols() != columns)
     throw std::invalid_argument("set-points must be (knots, joints), one row per time");
-  if (rate_limit.size() != 0 && rate_limit.size() != columns)
-    throw std::invalid_argument("one rate limit per joint needed");
+  for (const VectorXd* limit : {&rate_limit, &torque_limit})
+    if (limit->size() != 0 && limit->size() != columns)
+      throw std::invalid_argument("one limit per joint needed");
   RunSetup setup{s, Reference(time, position, rate, interpolation(kind)), from, step, stride, sample,
-                 accuracy, record, rate_limit, {}};
+                 accuracy, record, rate_limit, {window[0], window[1], window[2]}, torque_limit, {}};
   for (const auto& [offset, radius] : trunk) setup.trunk.push_back({offset, radius});
   return start_run(method, setup);
 }
@@ -174,13 +177,17 @@ void bind_runs(nb::module_& m) {
            "Tables of the samples by name, one row per sample.")
       .def("trunk_touches", &trunk_touches,
            "Where points of the trunk have touched the ground: time [s], point, place [m].")
+      .def("summary", [](Rollout& run) { return summary_data(run.summary()); },
+           nb::sig("def summary(self) -> dict[str, typing.Any]"), "As `RunSummary.data`, so far.")
       .def("counters", &Rollout::counters)
       .def("checkpoint", &Rollout::checkpoint);
   m.def("checkpoint", &make_checkpoint, "first"_a, "time"_a, "q"_a, "v"_a, "contacts"_a,
         "controller"_a, "command"_a = RowMatrix(), "impulse"_a = RowMatrix());
   m.def("start", &start, "plant"_a, "time"_a, "position"_a, "rate"_a, "kind"_a, "start"_a, "method"_a,
         "step"_a, "stride"_a, "sample"_a, "accuracy"_a, "record"_a = true,
-        "rate_limit"_a = VectorXd(), "trunk"_a = std::vector<std::pair<Vec3, double>>());
+        "rate_limit"_a = VectorXd(), "trunk"_a = std::vector<std::pair<Vec3, double>>(),
+        "window"_a = Vec3(0.0, std::numeric_limits<double>::infinity(), 0.0),
+        "torque_limit"_a = VectorXd());
   bind_several(m);
   nb::class_<Batch>(m, "Batch", "Independent rollouts over threads; they begin when they are added.")
       .def(nb::init<int>(), "threads"_a)

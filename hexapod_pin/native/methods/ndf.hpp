@@ -144,7 +144,7 @@ class NdfDriver {
     error_most_ = std::max(error_most_, local);
     error_sum_ += local;
     history_.accept(newton_.correction());
-    observer_.accepted(t, h_, flow_.position(), flow_.velocity());
+    observer_.accepted(t, flow_.position(), flow_.velocity());
     touch_.begin(flow_.plant);
     time_ = t;
     step_limit_ *= kLimitGrowth;

@@ -47,7 +47,7 @@ class OneStepDriver {
       if (done <= 0.0 || !(flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed)) return false;
       t = done == rest ? stop : t + done;
       flow_.accept(y1_, q, v, ledger);
-      observer_.accepted(t, done, q, v);
+      observer_.accepted(t, q, v);
       ++steps_;
       largest_turn_ = std::max(largest_turn_, done * v.tail(v.size() - 3).cwiseAbs().maxCoeff());
     }

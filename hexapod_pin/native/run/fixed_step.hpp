@@ -32,7 +32,7 @@ class FixedStepRollout final : public SampledRollout<PlantT> {
       time_ = end;
       if (this->loads_change(begin)) plant_.begin_loads(time_);
       evaluate(h_);
-      this->accepted(time_, end - begin, q_, v_);
+      this->accepted(time_, q_, v_);
       if (whole && ++step_index_ % stride_ == 0) this->arrive_at_sample(time_);
     }
     return true;

@@ -11,6 +11,7 @@
 #include "plant/reference.hpp"
 #include "plant/settings.hpp"
 #include "run/recorder.hpp"
+#include "run/summary.hpp"
 #include "run/trunk_watch.hpp"
 
 namespace hexapod {
@@ -28,6 +29,11 @@ struct Checkpoint {
   RowMatrix impulse;               // of each contact since the last sample, N s; none: zero
 };
 
+// Whole gait cycles that a summary is of: `RunSummary::set_window`.
+struct SummaryWindow {
+  double begin = 0.0, end = std::numeric_limits<double>::infinity(), cycle = 0.0;  // s
+};
+
 struct RunSetup {
   PlantSettings plant;
   Reference reference;
@@ -38,6 +44,8 @@ struct RunSetup {
   double accuracy = 0.0;  // of an adaptive method, m and rad
   bool record = true;     // whether samples are kept
   VectorXd rate_limit;    // of the set-points that commands move, rad/s; none: no limit
+  SummaryWindow window;
+  VectorXd torque_limit;          // N m, from which a summary counts a joint at its limit; none: never
   std::vector<TrunkPoint> trunk;  // watched for touching the ground
 };
 
@@ -69,6 +77,7 @@ class Rollout {
   virtual void read(Reading& reading) = 0;                // at the time reached
   virtual SampleTables& samples() = 0;
   virtual const TrunkWatch& trunk() const = 0;
+  virtual RunSummary& summary() = 0;
   virtual std::map<std::string, double> counters() const = 0;
   virtual Checkpoint checkpoint() const = 0;
 };

@@ -9,6 +9,7 @@
 
 #include "run/accepted_step.hpp"
 #include "run/rollout.hpp"
+#include "run/summary.hpp"
 
 namespace hexapod {
 
@@ -22,6 +23,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
  public:
   SampleTables& samples() override { return recorder_.tables(); }
   const TrunkWatch& trunk() const override { return trunk_; }
+  RunSummary& summary() override { return summary_; }
   double time() const override { return time_; }
 
   void command(const DriveCommand& c) override {
@@ -46,7 +48,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
   }
 
   void read(Reading& out) override {
-    find_torque(time_);
+    find_torque(time_, q_, v_);
     out.time = time_;
     out.q = q_.tail(plant_.joints());
     out.v = v_.tail(plant_.joints());
@@ -73,17 +75,20 @@ class SampledRollout : public Rollout, protected AcceptedStep {
       : plant_(std::move(plant)), reference_(setup.reference), q_(setup.start.q),
         v_(setup.start.v), ledger_(plant_.feet.size()), time_(setup.start.time),
         interval_(setup.sample), sample_index_(setup.start.first), recorder_(plant_),
-        trunk_(setup.trunk), record_(setup.record), rate_limit_(setup.rate_limit),
+        trunk_(setup.trunk), summary_(plant_.joints(), plant_.mounts.size()),
+        foot_loads_(plant_.mounts.size()), record_(setup.record), rate_limit_(setup.rate_limit),
         torque_(plant_.joints()), q_ref_(plant_.joints()), v_ref_(plant_.joints()) {
     plant_.differentiates_separated = differentiates_separated;
     restore_memories(setup.start.contacts);
     reference_.restore(setup.start.command);
     plant_.begin_loads(time_);
+    summary_.set_window(setup.window.begin, setup.window.end, setup.window.cycle);
+    if (setup.torque_limit.size() > 0) summary_.set_limit(setup.torque_limit);
   }
 
   // After the first evaluation: the sample of the start.
   void record_start(const Checkpoint& start) {
-    trunk_.look(plant_.terrain, plant_.dynamics.base_rotation(), q_.template head<3>(), v_, time_);
+    see(time_, q_, v_);
     record(0.0);
     for (Eigen::Index i = 0; i < start.impulse.rows(); ++i)
       ledger_.impulse[std::size_t(i)] = start.impulse.row(i).transpose();
@@ -114,9 +119,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
     return Loads::reached(plant_.loads.next_change(before), time_);
   }
 
-  void accepted(double t, double, const VectorXd& q, const VectorXd& v) override {
-    trunk_.look(plant_.terrain, plant_.dynamics.base_rotation(), q.template head<3>(), v, t);
-  }
+  void accepted(double t, const VectorXd& q, const VectorXd& v) override { see(t, q, v); }
 
   Checkpoint checkpoint_now(std::vector<double> controller) const {
     Checkpoint c;
@@ -138,15 +141,23 @@ class SampledRollout : public Rollout, protected AcceptedStep {
   long sample_index_;
 
  private:
-  void find_torque(double t) {
+  void find_torque(double t, const VectorXd& q, const VectorXd& v) {
     reference_.begin_step(t);
     reference_.at(t, q_ref_, v_ref_);
-    plant_.servo_torque(q_, v_, q_ref_, v_ref_, torque_);
+    plant_.servo_torque(q, v, q_ref_, v_ref_, torque_);
+  }
+
+  // A state that the method has accepted, the plant evaluated there.
+  void see(double t, const VectorXd& q, const VectorXd& v) {
+    trunk_.look(plant_.terrain, plant_.dynamics.base_rotation(), q.template head<3>(), v, t);
+    find_torque(t, q, v);
+    read_feet(plant_, foot_loads_);
+    summary_.record(t, q, v, torque_, foot_loads_, q.template head<3>() + plant_.center_of_mass());
   }
 
   // Records the state, the plant evaluated there, at the end of a sampling interval [s].
   void record(double interval) {
-    find_torque(time_);
+    find_torque(time_, q_, v_);
     if (record_)
       recorder_.sample(plant_, time_, q_, v_, torque_, q_ref_, v_ref_, ledger_, interval);
     for (Vec3& impulse : ledger_.impulse) impulse.setZero();
@@ -170,6 +181,8 @@ class SampledRollout : public Rollout, protected AcceptedStep {
 
   Recorder recorder_;
   TrunkWatch trunk_;
+  RunSummary summary_;
+  std::vector<FootLoad> foot_loads_;
   bool record_;
   VectorXd rate_limit_, torque_, q_ref_, v_ref_, acceleration_;
 };
