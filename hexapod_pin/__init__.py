@@ -18,10 +18,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hexapod_pin import errors as errors
     from hexapod_pin import view as view
+    from hexapod_pin.control.feedback import Command as Command
+    from hexapod_pin.control.feedback import Measurement as Measurement
     from hexapod_pin.control.gait import Gait as Gait
     from hexapod_pin.control.hold_posture import HoldPosture as HoldPosture
     from hexapod_pin.control.kinematic import KinematicControl as KinematicControl
     from hexapod_pin.control.sampled_trajectory import SampledTrajectory as SampledTrajectory
+    from hexapod_pin.control.sensors import Sensor as Sensor
+    from hexapod_pin.control.sensors import Sensors as Sensors
     from hexapod_pin.drive.joint_stops import JointStops as JointStops
     from hexapod_pin.drive.servo import Servo as Servo
     from hexapod_pin.ground.contact import AdamsCoulomb as AdamsCoulomb
@@ -67,6 +71,7 @@ _MODULES = {
     "BrownMcPhee": "ground.contact",
     "Case": "simulation.case",
     "Checkpoint": "results.checkpoint",
+    "Command": "control.feedback",
     "Contact": "ground.contact",
     "Flat": "ground.terrain",
     "Gait": "control.gait",
@@ -79,11 +84,14 @@ _MODULES = {
     "KelvinVoigt": "ground.contact",
     "KinematicControl": "control.kinematic",
     "Ledge": "ground.terrain",
+    "Measurement": "control.feedback",
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
     "Restitution": "ground.contact",
     "Robot": "robot.robot",
     "Scene": "simulation.scene",
+    "Sensor": "control.sensors",
+    "Sensors": "control.sensors",
     "Servo": "drive.servo",
     "ShakingGround": "ground.terrain",
     "Slope": "ground.terrain",

@@ -1,20 +1,29 @@
-"""Controllers: gaits, foot paths, joint trajectories planned before a run."""
+"""Controllers: gaits, foot paths, joint trajectories; feedback controllers and their sensors."""
 
 from hexapod_pin.control.feasible_gait import feasible_gait
+from hexapod_pin.control.feedback import Command, FeedbackController, Measurement
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
+from hexapod_pin.control.sensor_reader import SensorReader
+from hexapod_pin.control.sensors import Sensor, Sensors
 
 __all__ = [
+    "Command",
     "Controller",
+    "FeedbackController",
     "FootPath",
     "Gait",
     "HoldPosture",
     "JointTrajectory",
     "KinematicControl",
+    "Measurement",
     "SampledTrajectory",
+    "Sensor",
+    "SensorReader",
+    "Sensors",
     "feasible_gait",
 ]

@@ -1,0 +1,263 @@
+"""Sensors: what noise, offset, rounding and threshold make of a measurement."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+import tomli_w
+from scipy.spatial.transform import Rotation
+from scipy.stats import kstest
+
+import hexapod_pin as hp
+from hexapod_pin.control import attitude
+from hexapod_pin.control.sensor_noise import BLOCK_TICKS
+from hexapod_pin.control.sensors import QUANTITIES
+from hexapod_pin.robot.description.urdf_inertia import rotation as urdf_rotation
+from hexapod_pin.spec import read_toml
+
+VECTORS = tuple(name for name in QUANTITIES if name != "rotation")
+TICKS = 2 * BLOCK_TICKS + 3  # over two borders of blocks
+NOISY = hp.Sensors(
+    **{name: hp.Sensor(noise=0.01 * (k + 1), bias=0.1) for k, name in enumerate(QUANTITIES)},
+    seed=7,
+)
+
+
+def still(batch: int, value: float = 0.0) -> hp.Measurement:
+    """A level robot with six legs, all of whose vectors have the components `value`."""
+    joints, trunk = np.full((batch, 18), value), np.full((batch, 3), value)
+    return hp.Measurement(
+        time=0.3,
+        q=joints,
+        v=joints,
+        torque=joints,
+        rotation=np.tile(np.eye(3), (batch, 1, 1)),
+        angular_velocity=trunk,
+        acceleration=trunk,
+        foot_force=np.full((batch, 6, 3), value),
+        loaded=np.ones((batch, 6), dtype=bool),
+    )
+
+
+def tilted(batch: int) -> hp.Measurement:
+    turns = Rotation.random(batch, random_state=3).as_matrix()
+    return replace(still(batch, 0.7), rotation=turns)
+
+
+def errors(sensors: hp.Sensors, name: str, ticks: int, cases: range) -> np.ndarray:
+    """Errors (ticks, B, components) of a vector quantity."""
+    reader, truth = sensors.start(cases), still(len(cases))
+    readings = [getattr(reader.read(tick, truth), name) for tick in range(ticks)]
+    return np.stack(readings).reshape(ticks, len(cases), -1)
+
+
+def test_ideal_sensors_return_the_measurement_itself():
+    """Also late ones: waiting is not their business."""
+    measurement = tilted(2)
+    assert hp.Sensors(delay=0.01, seed=3).start([4, 5]).read(0, measurement) is measurement
+
+
+@pytest.mark.parametrize("name", VECTORS)
+def test_noise_is_normal_with_the_stated_deviation(name: str):
+    """Mean and deviation within 5 standard errors; the distribution by Kolmogorov's test."""
+    found = errors(hp.Sensors(**{name: hp.Sensor(noise=0.02)}), name, 500, range(8)).ravel() / 0.02
+    assert abs(found.mean()) < 5 / np.sqrt(found.size)
+    assert abs(found.std() - 1) < 5 / np.sqrt(2 * found.size)
+    assert kstest(found, "norm").pvalue > 1e-4
+
+
+def test_errors_of_cases_ticks_components_and_quantities_are_independent():
+    """No correlation above 6 standard errors (92 000 pairs: chance 2e-4), hardly two equal."""
+    rows = []
+    for name in ("q", "v", "torque"):
+        noise = errors(hp.Sensors(**{name: hp.Sensor(noise=1.0)}), name, 2000, range(3))
+        rows += [noise[:, case, joint] for case in range(3) for joint in range(18)]
+    for lag in (0, 1, 2, BLOCK_TICKS):
+        ahead, behind = np.array(rows)[:, lag:], np.array(rows)[:, : 2000 - lag]
+        correlation = ahead @ behind.T / ahead.shape[1]
+        if lag == 0:
+            np.fill_diagonal(correlation, 0.0)
+        assert np.abs(correlation).max() < 6 / np.sqrt(ahead.shape[1])
+    assert len(np.unique(rows)) > 0.99 * np.size(rows)  # of 24 bits: a few agree by chance
+
+
+def test_offset_is_drawn_once_per_run_and_component():
+    found = errors(hp.Sensors(q=hp.Sensor(bias=0.3)), "q", TICKS, range(200))
+    assert np.ptp(found, axis=0).max() == 0.0
+    assert abs(found[0].mean()) < 5 * 0.3 / np.sqrt(3600)
+    assert abs(found[0].std() - 0.3) < 5 * 0.3 / np.sqrt(7200)
+    both = errors(hp.Sensors(q=hp.Sensor(bias=0.3, noise=0.01)), "q", 100, range(20))
+    assert np.abs(both - found[:1, :20]).max() < 0.07  # the noise alone: at most 6.8 of its sigma
+
+
+def test_orientation_stays_a_rotation_and_turns_in_trunk_axes():
+    """truth^T reading = exp(w~); each component of w has the stated deviation, none a mean."""
+    measurement, noise = tilted(64), 0.02
+    reader = hp.Sensors(rotation=hp.Sensor(noise=noise)).start(range(64))
+    vectors = []
+    for tick in range(200):
+        read = reader.read(tick, measurement).rotation
+        assert np.abs(np.swapaxes(read, 1, 2) @ read - np.eye(3)).max() < 1e-15
+        relative = np.swapaxes(measurement.rotation, 1, 2) @ read
+        vectors.append(Rotation.from_matrix(relative).as_rotvec())
+    found = np.array(vectors).reshape(-1, 3) / noise
+    assert np.abs(found.mean(axis=0)).max() < 5 / np.sqrt(len(found))
+    assert np.abs(found.std(axis=0) - 1).max() < 5 / np.sqrt(2 * len(found))
+
+
+def test_frame_of_the_orientation_error():
+    """An offset of the roll of a trunk that is yawed by 90 degrees turns it about the world's y."""
+    quarter = np.array([[[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
+    yawed = replace(still(1), rotation=quarter)
+    sensors = hp.Sensors(rotation=hp.Sensor(bias=0.1))
+    body = Rotation.from_matrix(sensors.start([0]).read(0, still(1)).rotation).as_rotvec()[0]
+    reading = sensors.start([0]).read(0, yawed).rotation[0]
+    world = Rotation.from_matrix(reading @ quarter[0].T).as_rotvec()
+    np.testing.assert_allclose(world, [-body[1], body[0], body[2]], atol=1e-15)
+
+
+@pytest.mark.parametrize(("truth", "reading"), [(0.26, 0.3), (-0.26, -0.3), (0.24, 0.2), (0.0, 0)])
+def test_rounding_is_to_the_nearest_step(truth: float, reading: float):
+    sensors = hp.Sensors(**{name: hp.Sensor(quantisation=0.1) for name in VECTORS})
+    read = sensors.start([0]).read(0, still(1, truth))
+    for name in VECTORS:
+        np.testing.assert_allclose(getattr(read, name), reading, atol=1e-16)
+
+
+def test_noise_is_rounded_too():
+    """As in a digital sensor; the deviation grows by the step's own, step^2 / 12."""
+    sensors = hp.Sensors(q=hp.Sensor(noise=0.05, quantisation=0.1))
+    found = errors(sensors, "q", 400, range(8))
+    assert set(np.unique(np.rint(found / 0.1) * 0.1 - found)) == {0.0}
+    assert found.std() == pytest.approx(np.sqrt(0.05**2 + 0.1**2 / 12), rel=0.02)
+
+
+def test_orientation_is_rounded_in_roll_pitch_and_yaw():
+    turn = Rotation.from_euler("ZYX", [[2.93, -0.26, 0.14], [-3.04, 1.24, -1.58]]).as_matrix()
+    sensors = hp.Sensors(rotation=hp.Sensor(quantisation=0.1))
+    read = sensors.start([0, 1]).read(0, replace(still(2), rotation=turn)).rotation
+    expected = [urdf_rotation((0.1, -0.3, 2.9)), urdf_rotation((-1.6, 1.2, -3.0))]
+    np.testing.assert_allclose(read, expected, atol=1e-15)
+
+
+@pytest.mark.parametrize("pitch", [np.pi / 2, -np.pi / 2, np.pi / 2 - 1e-9, 0.3])
+def test_roll_pitch_yaw_give_their_rotation_back(pitch: float):
+    """Also where roll and yaw turn about one axis."""
+    turn = Rotation.from_euler("ZYX", [0.7, pitch, -1.1]).as_matrix()
+    back = attitude.rotation_from_angles(attitude.roll_pitch_yaw(turn))
+    np.testing.assert_allclose(back, turn, atol=1e-15)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-160, 1e-9, 0.3, np.pi, 5.0])
+def test_rotation_vectors_agree_with_scipy(size: float):
+    vector = size * np.array([0.6, -0.64, 0.48])
+    np.testing.assert_allclose(
+        attitude.rotation_from_vector(vector), Rotation.from_rotvec(vector).as_matrix(), atol=1e-15
+    )
+
+
+def bits(measurement: hp.Measurement, row: int) -> bytes:
+    names = [field.name for field in fields(measurement) if field.name != "time"]
+    return b"".join(getattr(measurement, name)[row].tobytes() for name in names)
+
+
+@pytest.mark.parametrize("step", [0.0, 1e-3])
+def test_same_bits_for_any_company_and_for_a_cut(step: float):
+    """Case 5 alone, among 7 in another order, among 64, and from a new reader at every tick."""
+    rough = {name: hp.Sensor(noise=0.03, bias=0.1, quantisation=step) for name in QUANTITIES}
+    sensors, truth = hp.Sensors(**rough, loaded_threshold=1.0, seed=2), tilted(64)
+
+    def of(cases: list[int]) -> hp.Measurement:
+        names = [field.name for field in fields(truth) if field.name != "time"]
+        return replace(truth, **{name: getattr(truth, name)[cases] for name in names})
+
+    groups = [[5], [9, 5, 63, 0, 1, 2, 3], list(range(64))]
+    readers = [(cases, sensors.start(cases), of(cases)) for cases in groups]
+    for tick in [*range(3), *range(BLOCK_TICKS - 2, BLOCK_TICKS + 2), TICKS, 10**12]:
+        found = {bits(reader.read(tick, m), cases.index(5)) for cases, reader, m in readers}
+        found.add(bits(sensors.start([5]).read(tick, of([5])), 0))
+        assert len(found) == 1
+
+
+def test_a_sensor_does_not_disturb_another():
+    alone = hp.Sensors(torque=NOISY.torque, seed=7).start([3]).read(5, still(1)).torque
+    assert np.array_equal(alone, NOISY.start([3]).read(5, still(1)).torque)
+
+
+def test_seed_and_case_change_everything():
+    found = [
+        NOISY.model_copy(update={"seed": seed}).start([case]).read(0, still(1)).q
+        for seed, case in ((7, 0), (8, 0), (7, 1), (2**63 - 1, 2**64 - 1))
+    ]
+    assert len(np.unique(found)) == 4 * 18
+
+
+def test_the_truth_is_left_alone():
+    truth = tilted(2)
+    before = [bits(truth, row) for row in (0, 1)]
+    read = NOISY.start([0, 1]).read(0, truth)
+    read.q[:] = read.rotation[:] = 0.0
+    assert [bits(truth, row) for row in (0, 1)] == before
+    assert read.time == truth.time
+    assert not np.array_equal(NOISY.start([0, 1]).read(0, truth).q, read.q)
+
+
+def test_loaded_follows_the_force_as_read():
+    """Without a threshold it stays the simulator's word, whatever the noise."""
+    force = np.zeros((1, 6, 3))
+    force[0, :3] = [[3.0, 0.0, 4.0], [0.0, 0.0, -5.2], [0.0, 0.0, 4.9]]  # sizes 5, 5.2, 4.9
+    truth = replace(still(1), foot_force=force)
+    read = hp.Sensors(loaded_threshold=4.95).start([0]).read(0, truth)
+    assert read.loaded.tolist() == [[True, True, False, False, False, False]]
+    assert read.foot_force is force
+    coarse = hp.Sensors(loaded_threshold=4.95, foot_force=hp.Sensor(quantisation=1.0))
+    assert coarse.start([0]).read(0, truth).loaded.tolist()[0][:3] == [True, True, True]
+    assert NOISY.start([0]).read(0, truth).loaded is truth.loaded
+
+
+BAD = [
+    ({"delay": -0.1}, "Sensors.delay"),
+    ({"delay": float("nan")}, "Sensors.delay"),
+    ({"loaded_threshold": float("inf")}, "Sensors.loaded_threshold"),
+    ({"seed": -1}, "Sensors.seed"),
+    ({"seed": 1.5}, "Sensors.seed"),
+    ({"seed": 2**63}, "Sensors.seed"),
+    ({"q": {"noise": -1e-3}}, "Sensors.q.noise"),
+    ({"acceleration": {"quantisation": float("nan")}}, "Sensors.acceleration.quantisation"),
+    ({"rotation": {"drift": 1.0}}, "Sensors.rotation.drift"),
+    ({"v": 0.1}, "Sensors.v"),
+    ({"height": {}}, "Sensors.height"),
+]
+
+
+@pytest.mark.parametrize(("given", "name"), BAD, ids=str)
+def test_bad_settings_are_refused_by_name(given: dict, name: str):
+    with pytest.raises(hp.errors.ParameterError) as caught:
+        hp.Sensors(**given)
+    assert caught.value.name == name
+
+
+@pytest.mark.parametrize("field", ["noise", "bias", "quantisation"])
+@pytest.mark.parametrize("value", [-1e-9, float("nan"), float("inf")])
+def test_bad_numbers_of_a_sensor_are_refused(field: str, value: float):
+    with pytest.raises(hp.errors.ParameterError, match=f"Sensor.{field}"):
+        hp.Sensor(**{field: value})
+
+
+def test_bad_cases_ticks_and_rows_are_refused():
+    for cases in ([], [-1], [2**64]):
+        with pytest.raises(hp.errors.ParameterError, match="case_numbers"):
+            NOISY.start(cases)
+    with pytest.raises(hp.errors.ParameterError, match="tick = -1"):
+        NOISY.start([0]).read(-1, still(1))
+    with pytest.raises(hp.errors.StateError, match=r"\(2,\).*1 cases"):
+        NOISY.start([0]).read(0, still(2))
+
+
+def test_settings_survive_toml():
+    sensors = hp.Sensors(
+        q=hp.Sensor(quantisation=np.pi / 2048), rotation=hp.Sensor(noise=0.1), delay=0.003, seed=11
+    )
+    assert hp.Sensors(**read_toml(tomli_w.dumps(sensors.model_dump()))) == sensors
