@@ -55,6 +55,9 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.state import State as State
     from hexapod_pin.simulation.batch import simulate_batch as simulate_batch
     from hexapod_pin.simulation.case import Case as Case
+    from hexapod_pin.simulation.loads import LostLeg as LostLeg
+    from hexapod_pin.simulation.loads import Payload as Payload
+    from hexapod_pin.simulation.loads import Push as Push
     from hexapod_pin.simulation.run import simulate as simulate
     from hexapod_pin.simulation.scene import Scene as Scene
 
@@ -79,8 +82,11 @@ _MODULES = {
     "KelvinVoigt": "ground.contact",
     "KinematicControl": "control.kinematic",
     "Ledge": "ground.terrain",
+    "LostLeg": "simulation.loads",
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
+    "Payload": "simulation.loads",
+    "Push": "simulation.loads",
     "Restitution": "ground.contact",
     "Robot": "robot.robot",
     "Scene": "simulation.scene",

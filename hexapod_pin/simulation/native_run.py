@@ -151,7 +151,7 @@ class NativeRun:
             "robot_name": robot.name,
             "urdf": robot.urdf,
             "foot_radius": [float(foot.radius) for foot in robot.feet],
-            "total_mass": robot.total_mass,
+            "total_mass": self.scene.total_mass,
             "gravity": list(self.scene.gravity),
             "effort_limit": robot.effort.tolist(),
             "velocity_limit": robot.velocity.tolist(),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +13,12 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Plane
 from hexapod_pin.robot.once_per_robot import once_per_robot
 from hexapod_pin.robot.scratch_data import scratch_data
+from hexapod_pin.simulation.loaded_model import (
+    KEPT_MODELS,
+    Payloads,
+    models_by_payload,
+    payloads,
+)
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -74,8 +82,15 @@ def native_model(model: pin.Model) -> TreeModel:
 
 
 @once_per_robot
-def _robot_model(robot: Robot) -> TreeModel:
-    return native_model(robot.model)
+def _trees_by_payload(robot: Robot) -> Callable[[Payloads], TreeModel]:
+    """Return the function that gives the core's model of a robot for payloads, each built once."""
+    model_with = models_by_payload(robot)
+
+    @lru_cache(maxsize=KEPT_MODELS)
+    def tree_with(carried: Payloads) -> TreeModel:
+        return native_model(model_with(carried))
+
+    return tree_with
 
 
 def native_plant(scene: Scene, *, dense: bool = False) -> Any:
@@ -90,7 +105,7 @@ def native_plant(scene: Scene, *, dense: bool = False) -> Any:
     ]
     limit = robot.effort if servo.limited else np.full(n, np.inf)
     return _native.plant_settings(
-        model=_robot_model(robot),
+        model=_trees_by_payload(robot)(payloads(scene)),
         gravity=np.asarray(scene.gravity, dtype=float),
         feet=feet,
         normal=scene.contact.normal.native(),
