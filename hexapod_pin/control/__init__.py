@@ -6,9 +6,11 @@ from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
 from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.leg_clearance import Clearance, leg_clearance
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 
 __all__ = [
+    "Clearance",
     "Controller",
     "FootPath",
     "Gait",
@@ -17,4 +19,5 @@ __all__ = [
     "KinematicControl",
     "SampledTrajectory",
     "feasible_gait",
+    "leg_clearance",
 ]
