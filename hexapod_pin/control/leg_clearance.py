@@ -81,20 +81,19 @@ def leg_clearance(robot: Robot, gait: Gait) -> Clearance:
 @lru_cache(maxsize=CHECKED_GAITS)
 def clearance(six: SixLegs, bodies: LegBodies, gait: Gait) -> Clearance:
     """Return the clearance of a gait, as `leg_clearance`."""
-    path = FootPath(gait, six.neutral_feet, stop_at=CHECKED_CYCLES * gait.cycle_time)
-    time = checked_times(path, SAMPLES_PER_CYCLE)
-    distance, _ = bodies.distances(_postures(six, path, time))
-    row = _first_smallest(distance)
     if not bodies.pairs:
         return Clearance(("", ""), 0.0, np.inf, bodies.excluded, bodies.assumed)
-    step = gait.cycle_time / SAMPLES_PER_CYCLE
-    around = np.linspace(time[row] - step, time[row] + step, 2 * REFINEMENT + 1)
-    around = np.clip(around, 0.0, time[-1])
-    distance, nearest = bodies.distances(_postures(six, path, around))
+    path = FootPath(gait, six.neutral_feet, stop_at=CHECKED_CYCLES * gait.cycle_time)
+    time = checked_times(path, SAMPLES_PER_CYCLE)
+    q = _postures(six, path, time)
+    row = _first_smallest(bodies.distances(q)[0])
+    steps = np.linspace(-1.0, 1.0, 2 * REFINEMENT + 1) / SAMPLES_PER_CYCLE
+    around = np.clip(time[row] + steps * gait.cycle_time, 0.0, time[-1])
+    near = six.leg_rows(q[max(row - 1, 0), 7:])
+    distance, nearest = bodies.distances(_postures(six, path, around, near))
     row = _first_smallest(distance)
-    pair = bodies.pairs[nearest[row]]
-    found = float(around[row]), float(distance[row])
-    return Clearance(pair, *found, bodies.excluded, bodies.assumed)
+    pair, at = bodies.pairs[nearest[row]], float(around[row])
+    return Clearance(pair, at, float(distance[row]), bodies.excluded, bodies.assumed)
 
 
 def collision(six: SixLegs, bodies: LegBodies, gait: Gait) -> Violation | None:
@@ -116,14 +115,20 @@ def collision(six: SixLegs, bodies: LegBodies, gait: Gait) -> Violation | None:
     )
 
 
-def _postures(six: SixLegs, path: FootPath, time: Array) -> Array:
+def _postures(six: SixLegs, path: FootPath, time: Array, near: Array | None = None) -> Array:
     """Return configurations of the robot at planned times, its base at the origin. (K, 7 + n).
+
+    Args:
+        six: the legs.
+        path: what their feet follow.
+        time: [s]. Shape (K,).
+        near: reference for the first angles, the standing posture if None [rad]. Shape (6, 3).
 
     Raises:
         ReachError: the feet cannot follow.
     """
     p_BF, _ = six.foot_motion(path, time)
-    angles = six.joint_rows(six.kinematics.inverse(p_BF), six.posture)
+    angles = six.joint_rows(six.kinematics.inverse(p_BF, near), six.posture)
     base = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (len(time), 1))
     return np.hstack([base, angles])
 
