@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hexapod_pin import errors as errors
     from hexapod_pin import view as view
     from hexapod_pin.control.feedback import Command as Command
+    from hexapod_pin.control.feedback import FeedbackController as FeedbackController
     from hexapod_pin.control.feedback import Measurement as Measurement
     from hexapod_pin.control.gait import Gait as Gait
     from hexapod_pin.control.hold_posture import HoldPosture as HoldPosture
@@ -59,8 +60,12 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.state import State as State
     from hexapod_pin.simulation.batch import simulate_batch as simulate_batch
     from hexapod_pin.simulation.case import Case as Case
+    from hexapod_pin.simulation.loads import LostLeg as LostLeg
+    from hexapod_pin.simulation.loads import Payload as Payload
+    from hexapod_pin.simulation.loads import Push as Push
     from hexapod_pin.simulation.run import simulate as simulate
     from hexapod_pin.simulation.scene import Scene as Scene
+    from hexapod_pin.simulation.session import Session as Session
 
     __version__: str
 
@@ -73,6 +78,7 @@ _MODULES = {
     "Checkpoint": "results.checkpoint",
     "Command": "control.feedback",
     "Contact": "ground.contact",
+    "FeedbackController": "control.feedback",
     "Flat": "ground.terrain",
     "Gait": "control.gait",
     "Groove": "ground.terrain",
@@ -85,14 +91,18 @@ _MODULES = {
     "KinematicControl": "control.kinematic",
     "Ledge": "ground.terrain",
     "Measurement": "control.feedback",
+    "LostLeg": "simulation.loads",
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
+    "Payload": "simulation.loads",
+    "Push": "simulation.loads",
     "Restitution": "ground.contact",
     "Robot": "robot.robot",
     "Scene": "simulation.scene",
     "Sensor": "control.sensors",
     "Sensors": "control.sensors",
     "Servo": "drive.servo",
+    "Session": "simulation.session",
     "ShakingGround": "ground.terrain",
     "Slope": "ground.terrain",
     "SmoothStep": "ground.contact",

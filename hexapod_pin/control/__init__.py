@@ -7,12 +7,14 @@ from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
 from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.leg_clearance import Clearance, leg_clearance
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.control.sensor_reader import SensorReader
 from hexapod_pin.control.sensors import Sensor, Sensors
 
 __all__ = [
     "Command",
+    "Clearance",
     "Controller",
     "FeedbackController",
     "FootPath",
@@ -26,4 +28,5 @@ __all__ = [
     "SensorReader",
     "Sensors",
     "feasible_gait",
+    "leg_clearance",
 ]

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.results.event import Event
 from hexapod_pin.results.netcdf import Column, write_netcdf
 from hexapod_pin.results.trace_layout import (
     BASE_Q,
@@ -57,7 +58,7 @@ class Trace:
         com: (T, 3) [m], centre of mass, world axes.
         energy: (T,) arrays [J] by name: the state functions "kinetic", "potential", "elastic"; and
             accumulated since t = 0 "servo_work", "joint_damping_loss", "normal_loss",
-            "friction_loss" (losses >= 0).
+            "friction_loss" (losses >= 0), and "push_work" where something pushes the robot.
         counters: steps, evaluations, ...
         joint_names: n names.
         foot_names: F names.
@@ -173,10 +174,11 @@ class Trace:
 
     @property
     def energy_residual(self) -> Array:
-        """(T,) [J]: stored energy gained, less servo work, plus losses; 0 for an exact method."""
+        """(T,) [J]: stored energy gained, less work done on the robot, plus losses; ideally 0."""
         stored = sum((self.energy[name] for name in STATE_ENERGIES), np.zeros(len(self.time)))
         lost = sum((self.energy[name] for name in LOSSES), np.zeros(len(self.time)))
-        residual: Array = stored - stored[0] - self.energy["servo_work"] + lost
+        work = self.energy["servo_work"] + self.energy.get("push_work", 0.0)
+        residual: Array = stored - stored[0] - work + lost
         return residual
 
     @property
@@ -194,6 +196,11 @@ class Trace:
         if "checkpoint" not in self.meta:
             raise ParameterError("Trace.meta", sorted(self.meta), "given with a checkpoint")
         return Checkpoint.from_dict(self.meta["checkpoint"])
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What happened, in the order of time: where the trunk came to touch the ground."""
+        return tuple(Event.from_dict(item) for item in self.meta.get("events", ()))
 
     @property
     def digest(self) -> str:

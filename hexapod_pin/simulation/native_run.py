@@ -14,8 +14,10 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
 from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import ENERGIES
+from hexapod_pin.simulation.loaded_model import native_loads
 from hexapod_pin.simulation.methods import MethodSettings, check_supported
 from hexapod_pin.simulation.plant import native_plant, standing_on
 from hexapod_pin.simulation.run_meta import run_meta
@@ -62,6 +64,7 @@ class NativeRun:
         check_supported(how.choice, scene)
         self.scene, self.how, self.set_points = scene, how, set_points
         self.controller = dict(controller or {"kind": "commands"})
+        self.trunk_points = native_loads(scene).trunk_points
         self.rollout = self._start(start, record)
         self.loop: Any = None
         self.good = True
@@ -89,6 +92,9 @@ class NativeRun:
             accuracy=how.choice.accuracy,
             record=record,
             rate_limit=np.where(limit > 0.0, limit, np.inf),
+            trunk=[(place, radius) for _, place, radius, _ in self.trunk_points],
+            window=np.array(summary_window(points)),
+            torque_limit=LIMITED_TORQUE_SHARE * self.scene.robot.effort,
         )  # fmt: skip
         try:
             return _native.start(**settings)
@@ -140,7 +146,7 @@ class NativeRun:
             samples.flags.writeable = False
         names = contact_names(self.scene)
         energy = {name: record[name][:, 0] for name in ENERGIES}
-        if getattr(self.scene, "loads", ()):
+        if self.scene.loads:
             energy["push_work"] = record["push_work"][:, 0]
         return Trace(
             time=record["time"][:, 0],
@@ -197,10 +203,18 @@ def starting_point(scene: Scene, posture: Array, initial: State | Checkpoint | N
     if isinstance(initial, Checkpoint):
         robot.check_state(initial.q, initial.v)
         return initial
-    state = (
-        standing_on(scene, posture) if initial is None else robot.check_state(initial.q, initial.v)
-    )
+    if initial is None:
+        state = standing_on(scene, posture)
+    else:
+        state = robot.check_state(initial.q, initial.v)
     return Checkpoint(0.0, state.q, state.v, np.zeros((0, 6)))
+
+
+def summary_window(points: SetPoints) -> tuple[float, float, float]:
+    """Return begin, end and cycle of a summary [s]: whole cycles, else the second half of a run."""
+    if points.cycle_time is not None:
+        return points.steady_from, points.steady_until, points.cycle_time
+    return 0.5 * (points.steady_from + points.steady_until), np.inf, 0.0
 
 
 def samples_before(start: float, sample: float) -> int:
@@ -209,8 +223,9 @@ def samples_before(start: float, sample: float) -> int:
 
 
 def contact_names(scene: Scene) -> tuple[str, ...]:
-    """Return the names of all contact points, feet first."""
-    return tuple(foot.name for foot in scene.robot.feet)
+    """Return the names of all contact points: the feet, and those of the trunk where it has some."""
+    body = native_loads(scene).body_points
+    return (*(foot.name for foot in scene.robot.feet), *(name for _, _, _, name in body))
 
 
 def divergence(trace: Trace, choice: MethodSettings) -> DivergenceError:

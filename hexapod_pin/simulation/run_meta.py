@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.results.event import Event
+
 if TYPE_CHECKING:
     from hexapod_pin.simulation.native_run import NativeRun
 
@@ -22,6 +24,7 @@ def run_meta(run: NativeRun) -> dict[str, Any]:
         "step": run.how.grid.step,
         "sample": run.how.grid.sample,
         "checkpoint": run.checkpoint().to_dict(),
+        "events": [event.to_dict() for event in trunk_events(run)],
         "cycle_time": points.cycle_time,
         "steady_from": points.steady_from,
         "steady_until": points.steady_until,
@@ -30,7 +33,7 @@ def run_meta(run: NativeRun) -> dict[str, Any]:
         "robot_name": robot.name,
         "urdf": robot.urdf,
         "foot_radius": [float(foot.radius) for foot in robot.feet],
-        "total_mass": robot.total_mass,
+        "total_mass": scene.total_mass,
         "gravity": list(scene.gravity),
         "effort_limit": robot.effort.tolist(),
         "velocity_limit": robot.velocity.tolist(),
@@ -40,6 +43,14 @@ def run_meta(run: NativeRun) -> dict[str, Any]:
         "versions": _versions(),
         "wall_time": run.wall_time,
     }
+
+
+def trunk_events(run: NativeRun) -> list[Event]:
+    """Return where the trunk has touched the ground so far."""
+    return [
+        Event(time, "trunk-contact", run.trunk_points[point][3], tuple(place.tolist()))
+        for time, point, place in run.rollout.trunk_touches()
+    ]
 
 
 @cache
