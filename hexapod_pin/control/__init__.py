@@ -11,6 +11,7 @@ from hexapod_pin.control.leg_clearance import Clearance, leg_clearance
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.control.sensor_reader import SensorReader
 from hexapod_pin.control.sensors import Sensor, Sensors
+from hexapod_pin.control.six_legs import SixLegs, six_legs
 
 __all__ = [
     "Command",
@@ -27,6 +28,8 @@ __all__ = [
     "Sensor",
     "SensorReader",
     "Sensors",
+    "SixLegs",
     "feasible_gait",
     "leg_clearance",
+    "six_legs",
 ]

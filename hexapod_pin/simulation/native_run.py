@@ -223,7 +223,7 @@ def samples_before(start: float, sample: float) -> int:
 
 
 def contact_names(scene: Scene) -> tuple[str, ...]:
-    """Return the names of all contact points: the feet, and those of the trunk where it has some."""
+    """Return the names of all contact points: the feet, then those of the trunk, if it has any."""
     body = native_loads(scene).body_points
     return (*(foot.name for foot in scene.robot.feet), *(name for _, _, _, name in body))
 
