@@ -75,7 +75,9 @@ def test_commands_exist(page: Path) -> None:
     assert set(re.findall(r"`hexapod-pin ([a-z]+)", text)) <= known
 
 
-def test_the_code_of_the_terrain_page_runs() -> None:
-    text = (ROOT / "docs" / "terrain.md").read_text(encoding="utf-8")
+@pytest.mark.parametrize("page", ["terrain.md", "loads.md"])
+def test_the_code_of_a_page_runs(page: str) -> None:
+    """The blocks of a page belong together: names of one are known in the next."""
+    text, names = (ROOT / "docs" / page).read_text(encoding="utf-8"), {}
     for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(compile(block, "terrain.md", "exec"), {})
+        exec(compile(block, page, "exec"), names)
