@@ -26,6 +26,9 @@ REFINEMENT = 16
 MIN_CLEARANCE = 3e-3
 """Links that come nearer than this are told of [m] (*assumed*)."""
 
+TOUCHING = 1e-6
+"""An overlap up to this is rounding [m]: the links just touch."""
+
 EQUAL_DISTANCES = 1e-9
 """Distances that differ by less are taken as equal: the first one in time is named [m]."""
 
@@ -56,14 +59,21 @@ class Clearance:
         """What a user should hear: links that come very near, and pairs that were not checked."""
         found = []
         if self.distance < MIN_CLEARANCE:
-            found.append(
-                f"links {' and '.join(self.links)} come within {1e3 * self.distance:.2g} mm of "
-                f"each other at {self.time:.3g} s"
-            )
+            where = f"at {self.time:.3g} s of the walk"
+            found.append(f"links {' and '.join(self.links)} {self.nearness} {where}")
         if self.excluded:
             pairs = ", ".join(" and ".join(pair) for pair in self.excluded)
             found.append(f"not checked, because they overlap where the robot stands: {pairs}")
         return tuple(found)
+
+    @property
+    def nearness(self) -> str:
+        """How near, in words: "overlap by 0.01 m", "come within 1 mm of each other"."""
+        if abs(self.distance) <= TOUCHING:
+            return "touch each other"
+        if self.distance < 0.0:
+            return f"overlap by {-self.distance:.4g} m"
+        return f"come within {1e3 * self.distance:.2g} mm of each other"
 
 
 def leg_clearance(robot: Robot, gait: Gait) -> Clearance:
@@ -105,13 +115,12 @@ def collision(six: SixLegs, bodies: LegBodies, gait: Gait) -> Violation | None:
         gait: the gait.
     """
     found = clearance(six, bodies, gait)
-    if found.distance >= 0.0:
+    if found.distance >= -TOUCHING:
         return None
     shapes = f" (shapes: {found.assumed})" if found.assumed else ""
     return Violation(
         PATH,
-        f"links {' and '.join(found.links)} overlap by {-found.distance:.4g} m at "
-        f"{found.time:.4g} s{shapes}",
+        f"links {' and '.join(found.links)} {found.nearness} at {found.time:.4g} s{shapes}",
     )
 
 

@@ -213,10 +213,13 @@ def _by_name(kind: str, name: str, items: Mapping[str, Item]) -> Item:
 
 
 def _unused(file: UrdfFile, feet: Sequence[Foot]) -> list[str]:
-    """Return a note on collision shapes that no foot sphere stands for."""
+    """Return a note on collision shapes that do not touch the ground as feet."""
     used = {foot.name for foot in feet}
     shaped = [x.name for x in file.links if x.element.find("collision") is not None]
     unused = [name for name in shaped if name not in used]
     if not unused:
         return []
-    return [f"collision shapes of {len(unused)} links are not used: only feet touch the ground"]
+    return [
+        f"collision shapes of {len(unused)} links do not touch the ground: only feet do, and the "
+        "trunk in a scene with body contact"
+    ]

@@ -2,6 +2,7 @@
 
 from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.loaded_model import loaded_model
 from hexapod_pin.simulation.loads import LostLeg, Payload, Push
 from hexapod_pin.simulation.methods import METHODS, Method
 from hexapod_pin.simulation.run import simulate
@@ -15,6 +16,7 @@ __all__ = [
     "Payload",
     "Push",
     "Scene",
+    "loaded_model",
     "simulate",
     "simulate_batch",
 ]
