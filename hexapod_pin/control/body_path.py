@@ -41,16 +41,26 @@ class BodyPath:
 
     def pose(self, time: Array) -> Array:
         """Return x, y [m] and yaw [rad] in the world, from 0 at t = 0. Shape (K,) -> (K, 3)."""
-        return self.pose_and_pace(time)[0]
+        return self.pose_and_twist(time)[0]
 
-    def pose_and_pace(self, time: Array) -> tuple[Array, Array]:
-        """Return `pose` and S'(t), the share of full speed. Shapes (K, 3) and (K,)."""
+    def pose_and_twist(self, time: Array) -> tuple[Array, Array]:
+        """Return `pose`, and the forward and lateral speed [m/s] and yaw rate [rad/s], (K, 3)."""
         elapsed, pace = self._elapsed(time)
         yaw = self.gait.turn_rate * elapsed
         half = np.sinc(yaw / (2 * np.pi))  # sin(yaw / 2) / (yaw / 2)
         along = self.gait.speed * elapsed * half
         course = self.gait.heading + yaw / 2
-        return np.stack([along * np.cos(course), along * np.sin(course), yaw], axis=-1), pace
+        pose = np.stack([along * np.cos(course), along * np.sin(course), yaw], axis=-1)
+        pace, heading = pace[..., None], self.gait.heading
+        full_speed = np.array([np.cos(heading), np.sin(heading)])
+        velocity = pace * self.gait.speed * full_speed
+        return pose, np.concatenate([velocity, pace * self.gait.turn_rate], axis=-1)
+
+    @property
+    def kinks(self) -> Array:
+        """Times at which a third derivative of the pose jumps [s]."""
+        times = np.array([self.ramp, self.halt - self.ramp, self.halt])
+        return times[np.isfinite(times)]
 
     def _elapsed(self, time: Array) -> tuple[Array, Array]:
         """Return S(t), the time walked at full speed so far [s], and S'(t)."""

@@ -13,6 +13,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.foot_path import TRANSIENT_CYCLES, FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.six_legs import SixLegs, neutral_feet
+from hexapod_pin.errors import ReachError
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 
 __all__ = ["Violation", "neutral_feet", "violation"]
@@ -56,8 +57,11 @@ def violation(six: SixLegs, gait: Gait) -> Violation | None:
     """Return why the robot cannot walk this gait, or None if it can."""
     if np.ptp(six.soles) > MAX_FOOT_HEIGHT_SPREAD:
         return _uneven(six)
-    path = FootPath(gait, six.neutral_feet, stop_at=CHECKED_CYCLES * gait.cycle_time)
-    p_BF, v_BF = six.foot_motion(path, checked_times(path))
+    path = FootPath.of(six, gait, stop_at=CHECKED_CYCLES * gait.cycle_time)
+    try:
+        p_BF, v_BF = six.foot_motion(path, checked_times(path))
+    except ReachError as error:
+        return Violation(PATH, str(error))
     q, refused = six.kinematics.solve(p_BF)
     solved = six.legs if refused is None else six.legs[: refused[0]]
     determinant = six.kinematics.normalised_determinant(q).min(axis=1)

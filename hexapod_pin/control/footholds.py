@@ -38,15 +38,23 @@ class Footholds:
             The neutral foot under the body at mid-stance; under the standing body if the swing
             to that place would have begun before t = 0. Shape (K, 6, 3).
         """
-        duty, period = self.gait.duty, self.gait.cycle_time
-        placed = placement + np.array(self.gait.phases)
-        walked = placed - (1.0 - duty) >= -COINCIDENT
-        middle = np.where(walked, (placed + duty / 2.0) * period, 0.0)
+        middle = self.middle(placement)
         pose = self.body.pose(middle.ravel()).reshape(*middle.shape, 3)
         feet = np.broadcast_to(self.neutral_feet, (*middle.shape, 3))
         p_WF = turned(feet, pose[..., 2])
         p_WF[..., :2] += pose[..., :2]
         return p_WF
+
+    def middle(self, placement: Array) -> Array:
+        """Return the middle of the stances after the k-th placements, 0 of the first [s].
+
+        Args:
+            placement: as of `at`. Shape (K, 6).
+        """
+        duty, period = self.gait.duty, self.gait.cycle_time
+        placed = placement + np.array(self.gait.phases)
+        walked = placed - (1.0 - duty) >= -COINCIDENT
+        return np.where(walked, (placed + duty / 2.0) * period, 0.0)
 
     def with_travel(self, placement: Array) -> tuple[Array, Array]:
         """Return the footholds after the k-th placements and the travel to the next [m].

@@ -45,7 +45,7 @@ class KinematicControl:
         """
         end = check_duration(duration)
         six = six_legs(robot)
-        path = FootPath(self.gait, six.neutral_feet, stop_at=self.stop_at)
+        path = FootPath.of(six, self.gait, stop_at=self.stop_at)
         refuse_impossible(robot, self.gait)
         time, q, v = walk_knots(six, path, end)
         heading = self.gait.heading
