@@ -82,6 +82,14 @@ class BodyMotion(Spec):
         )
 
 
+    def start_pose(self) -> Array:
+        """Return the pose at t = 0: x, y, z [m], quaternion x, y, z, w. Shape (7,)."""
+        from scipy.spatial.transform import Rotation
+
+        start = self.offset(np.zeros(()))
+        return np.concatenate([start.position, Rotation.from_matrix(start.rotation).as_quat()])
+
+
 @dataclass(frozen=True, eq=False)
 class TrunkOffset:
     """Pose and motion of the trunk relative to the level body, at times of shape (...).

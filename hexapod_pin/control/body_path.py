@@ -7,6 +7,7 @@ and falls back to 0 where the body stops.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -20,6 +21,28 @@ RAMP_CYCLES = 1.25
 and long enough that starting and stopping the built-in gaits reaches as far as steady walking,
 within 2 % of the stroke (one cycle would let the last leg to lift off trail further).
 """
+
+
+class PlanarMotion(Protocol):
+    """The planned motion of a base in the plane, from rest at t = 0."""
+
+    @property
+    def gait(self) -> Gait:
+        """The gait."""
+        ...
+
+    @property
+    def kinks(self) -> Array:
+        """Times at which a third derivative of the pose jumps [s]."""
+        ...
+
+    def pose(self, time: Array) -> Array:
+        """Return x, y [m] and yaw [rad] in the world, from 0 at t = 0. Shape (K,) -> (K, 3)."""
+        ...
+
+    def pose_and_twist(self, time: Array) -> tuple[Array, Array]:
+        """Return `pose`, and the forward and lateral speed [m/s] and yaw rate [rad/s], (K, 3)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -65,15 +88,15 @@ class BodyPath:
     def _elapsed(self, time: Array) -> tuple[Array, Array]:
         """Return S(t), the time walked at full speed so far [s], and S'(t)."""
         ramp = self.ramp
-        start, pace = _smooth_step(time / ramp)
+        start, pace = smooth_step(time / ramp)
         elapsed = ramp * start
         if np.isfinite(self.halt):
-            lost, slowdown = _smooth_step((time - (self.halt - ramp)) / ramp)
+            lost, slowdown = smooth_step((time - (self.halt - ramp)) / ramp)
             elapsed, pace = elapsed - ramp * lost, pace - slowdown
         return elapsed, pace
 
 
-def _smooth_step(s: Array) -> tuple[Array, Array]:
+def smooth_step(s: Array) -> tuple[Array, Array]:
     """Return the integral over [0, s] of the smooth step 10 s^3 - 15 s^4 + 6 s^5, and the step."""
     inside = np.clip(s, 0.0, 1.0)
     integral = inside**4 * (2.5 - 3.0 * inside + inside**2) + np.maximum(s - 1.0, 0.0)

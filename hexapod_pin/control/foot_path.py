@@ -25,7 +25,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array, read_only
-from hexapod_pin.control.body_path import RAMP_CYCLES, BodyPath
+from hexapod_pin.control.body_path import RAMP_CYCLES, BodyPath, PlanarMotion
+from hexapod_pin.control.commanded_body import CommandedBody, ForeseenFootholds
 from hexapod_pin.control.footholds import COINCIDENT, Footholds, turned
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.rolling import roll_table
@@ -34,6 +35,7 @@ from hexapod_pin.errors import ParameterError
 if TYPE_CHECKING:
     from hexapod_pin.control.body_motion import BodyMotion
     from hexapod_pin.control.six_legs import SixLegs
+    from hexapod_pin.control.velocity_command import VelocityCommand
 
 TRANSIENT_CYCLES = 2
 """Whole cycles after which the paths are periodic: RAMP_CYCLES + 1 - duty / 2, rounded up."""
@@ -51,6 +53,8 @@ class FootPath:
         neutral_feet: standing foot centres in the base frame, legs in gait order [m]. (6, 3).
         stop_at: time at which the robot stands still again on its neutral feet [s]; None walks on.
         legs: whose spherical feet roll; None: the feet are points.
+        command: velocity to follow instead of the gait's own; None: the gait's stroke, heading and
+            turn rate.
         motion: of the trunk relative to the level body; None: the trunk stays level.
         horizon: time until which the roll of the feet is solved at once [s]; 0: until the latest
             time asked for.
@@ -66,9 +70,11 @@ class FootPath:
     stop_at: float | None = None
     legs: SixLegs | None = field(default=None, kw_only=True)
     motion: BodyMotion | None = field(default=None, kw_only=True)
+    command: VelocityCommand | None = field(default=None, kw_only=True)
     horizon: float = field(default=0.0, kw_only=True)
-    body: BodyPath = field(init=False, repr=False, compare=False)
+    body: PlanarMotion = field(init=False, repr=False, compare=False)
     footholds: Footholds = field(init=False, repr=False, compare=False)
+    _halt: float = field(init=False, repr=False, compare=False)
 
     @staticmethod
     def of(six: SixLegs, gait: Gait, **settings: Any) -> FootPath:
@@ -81,12 +87,19 @@ class FootPath:
         if feet.shape != (6, 3) or not np.isfinite(feet).all():
             raise ParameterError("FootPath.neutral_feet", feet.shape, "finite, of shape (6, 3)")
         object.__setattr__(self, "neutral_feet", feet)
-        body = BodyPath(self.gait)
+        halt = np.inf
         if self.stop_at is not None:
             self._check_stop(self.stop_at)
-            body = BodyPath(self.gait, halt=self.stop_at - self._settling)
-        object.__setattr__(self, "body", body)
-        object.__setattr__(self, "footholds", Footholds(self.gait, feet, body))
+            halt = self.stop_at - self._settling
+        object.__setattr__(self, "_halt", halt)
+        if self.command is None:
+            path = BodyPath(self.gait, halt=halt)
+            object.__setattr__(self, "body", path)
+            object.__setattr__(self, "footholds", Footholds(self.gait, feet, path))
+        else:
+            body = CommandedBody(self.gait, self.command)
+            object.__setattr__(self, "body", body)
+            object.__setattr__(self, "footholds", ForeseenFootholds(self.gait, feet, body))
 
     def _check_stop(self, stop_at: float) -> None:
         """Refuse a stop too early for starting and stopping."""
@@ -112,7 +125,7 @@ class FootPath:
     @property
     def steady_until(self) -> float:
         """Time at which the first leg prepares for the stop; infinite without one [s]."""
-        return self.body.halt - self.body.ramp - self._settling
+        return self._halt - RAMP_CYCLES * self.gait.cycle_time - self._settling
 
     @property
     def _settling(self) -> float:
@@ -153,7 +166,23 @@ class FootPath:
     @property
     def periodic(self) -> bool:
         """Whether the paths repeat every cycle from `steady_from` to `steady_until`."""
-        return self.motion is None or self.motion.constant
+        return self.command is None and (self.motion is None or self.motion.constant)
+
+    @property
+    def speed(self) -> float:
+        """Nominal speed, of the last step of a velocity command [m/s]."""
+        if self.command is None:
+            return self.gait.speed
+        return float(np.linalg.norm(self.command.twists[-1, :2]))
+
+    @property
+    def direction(self) -> Array:
+        """Direction of travel at the start; of a velocity command's first motion. Shape (2,)."""
+        heading = self.gait.heading
+        if self.command is not None:
+            moving = [v for v in self.command.twists[:, :2] if v.any()]
+            heading = float(np.arctan2(moving[0][1], moving[0][0])) if moving else 0.0
+        return np.array([np.cos(heading), np.sin(heading)])
 
     def solved_until(self, horizon: float) -> FootPath:
         """Return the path with the roll of its feet solved once, until some time [s]."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.body_path import BodyPath
+from hexapod_pin.control.body_path import PlanarMotion
 from hexapod_pin.control.footholds import COINCIDENT, Footholds
 
 SHORTEST_PIECE_CYCLES = 1e-7
@@ -42,7 +42,7 @@ class Stances:
     anchor: NDArray[np.intp]
 
 
-def stances(footholds: Footholds, body: BodyPath, until: float, longest: float) -> Stances:
+def stances(footholds: Footholds, body: PlanarMotion, until: float, longest: float) -> Stances:
     """Return the stances of a walk from its start to those under way at some time, and the next.
 
     Args:
@@ -71,7 +71,7 @@ _Leg = tuple[Array, NDArray[np.bool_], Array, NDArray[np.intp]]
 
 
 def _leg_pieces(
-    begin: Array, end: Array, middle: Array, place: Array, body: BodyPath, longest: float
+    begin: Array, end: Array, middle: Array, place: Array, body: PlanarMotion, longest: float
 ) -> _Leg:
     """Return one leg's marks, which intervals are stances, their footholds and anchors.
 

@@ -54,24 +54,22 @@ def walk_knots(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array, 
 def _repeated(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array, Array]:
     """Return the knots of a walk whose cycles repeat: from the table, and those of its stop."""
     table = knot_table(six, path.gait, path.motion)
-    margin = EVENT_SEPARATION_CYCLES * path.gait.cycle_time
-    spans, begin = table.spans_before(min(end - margin, path.steady_until))
-    stops = path.stop_at is not None and end - margin > path.steady_until
-    row, time = table.rows(spans if stops else spans + 1)
-    count = len(row)
-    if not stops:
+    period = path.gait.cycle_time
+    spans = table.spans_before(end - EVENT_SEPARATION_CYCLES * period)[0] + 1
+    if path.stop_at is None:
+        row, time = table.rows(spans)
         return time, table.knots.q[row], table.knots.v[row]
-    cycles = max(0, int(path.steady_until / path.gait.cycle_time) - TRANSIENT_CYCLES - 1)
-    shift = cycles * path.gait.cycle_time
-    assert path.stop_at is not None
+    steady, begin = table.spans_before(path.steady_until)
+    row, time = table.rows(min(spans, steady))
+    if spans <= steady:
+        return time, table.knots.q[row], table.knots.v[row]
+    shift = max(0, int(path.steady_until / period) - TRANSIENT_CYCLES - 1) * period
     rest = _stop_knots(
         six, path.gait, path.motion, path.stop_at - shift, begin - shift, int(row[-1])
     )
-    q, v = (np.empty((count - 1 + len(rest.time), len(six.posture))) for _ in range(2))
-    for whole, values, last in ((q, table.knots.q, rest.q), (v, table.knots.v, rest.v)):
-        np.take(values, row[:-1], axis=0, out=whole[: count - 1], mode="clip")
-        whole[count - 1 :] = last
-    return np.append(time[:-1], rest.time + shift), q, v
+    both = [(table.knots.q, rest.q), (table.knots.v, rest.v)]
+    q, v = (np.concatenate([first[row], last[1:]]) for first, last in both)
+    return np.append(time, rest.time[1:] + shift), q, v
 
 
 @lru_cache(maxsize=KEPT_STOPS)
