@@ -16,6 +16,7 @@ from hexapod_pin.control.six_legs import SixLegs, six_legs
 from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
 
 if TYPE_CHECKING:
+    from hexapod_pin.control.body_motion import BodyMotion
     from hexapod_pin.robot.robot import Robot
 
 SAMPLES_PER_CYCLE = 60
@@ -89,11 +90,13 @@ def leg_clearance(robot: Robot, gait: Gait) -> Clearance:
 
 
 @lru_cache(maxsize=CHECKED_GAITS)
-def clearance(six: SixLegs, bodies: LegBodies, gait: Gait) -> Clearance:
-    """Return the clearance of a gait, as `leg_clearance`."""
+def clearance(
+    six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None = None
+) -> Clearance:
+    """Return the clearance of a gait, as `leg_clearance`; `motion` is the trunk's, constant."""
     if not bodies.pairs:
         return Clearance(("", ""), 0.0, np.inf, bodies.excluded, bodies.assumed)
-    path = FootPath(gait, six.neutral_feet, stop_at=CHECKED_CYCLES * gait.cycle_time)
+    path = FootPath.of(six, gait, stop_at=CHECKED_CYCLES * gait.cycle_time, motion=motion)
     time = checked_times(path, SAMPLES_PER_CYCLE)
     q = _postures(six, path, time)
     row = _first_smallest(bodies.distances(q)[0])
@@ -106,15 +109,18 @@ def clearance(six: SixLegs, bodies: LegBodies, gait: Gait) -> Clearance:
     return Clearance(pair, at, float(distance[row]), bodies.excluded, bodies.assumed)
 
 
-def collision(six: SixLegs, bodies: LegBodies, gait: Gait) -> Violation | None:
+def collision(
+    six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None = None
+) -> Violation | None:
     """Return why legs are in each other's way, or None if they are not.
 
     Args:
         six: the legs, whose feet can follow the gait.
         bodies: their shapes.
         gait: the gait.
+        motion: constant offsets of the trunk; None: none.
     """
-    found = clearance(six, bodies, gait)
+    found = clearance(six, bodies, gait, motion)
     if found.distance >= -TOUCHING:
         return None
     shapes = f" (shapes: {found.assumed})" if found.assumed else ""
