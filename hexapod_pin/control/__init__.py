@@ -7,6 +7,7 @@ from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
 from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.registry import register_controller
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.control.sensor_reader import SensorReader
 from hexapod_pin.control.sensors import Sensor, Sensors
@@ -26,4 +27,5 @@ __all__ = [
     "SensorReader",
     "Sensors",
     "feasible_gait",
+    "register_controller",
 ]

@@ -1,9 +1,9 @@
 """Simulation: scenes, methods, runs and batches over the native core."""
 
 from hexapod_pin.simulation.batch import simulate_batch
-from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.methods import METHODS, Method
 from hexapod_pin.simulation.run import simulate
 from hexapod_pin.simulation.scene import Scene
 
-__all__ = ["Case", "METHODS", "Method", "Scene", "simulate", "simulate_batch"]
+__all__ = ["Case", "METHODS", "Method", "Scene", "load_case", "simulate", "simulate_batch"]
