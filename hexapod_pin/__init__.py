@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from hexapod_pin.control.gait import Gait as Gait
     from hexapod_pin.control.hold_posture import HoldPosture as HoldPosture
     from hexapod_pin.control.kinematic import KinematicControl as KinematicControl
+    from hexapod_pin.control.registry import register_controller as register_controller
     from hexapod_pin.control.sampled_trajectory import SampledTrajectory as SampledTrajectory
     from hexapod_pin.control.sensors import Sensor as Sensor
     from hexapod_pin.control.sensors import Sensors as Sensors
@@ -63,6 +64,7 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.loads import LostLeg as LostLeg
     from hexapod_pin.simulation.loads import Payload as Payload
     from hexapod_pin.simulation.loads import Push as Push
+    from hexapod_pin.simulation.case import load_case as load_case
     from hexapod_pin.simulation.run import simulate as simulate
     from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session
@@ -112,8 +114,10 @@ _MODULES = {
     "TanhCoulomb": "ground.contact",
     "TorqueBudget": "results.robot_budget",
     "Trace": "results.trace",
+    "load_case": "simulation.case",
     "load_robot": "robot.robot",
     "load_trace": "results.trace_file",
+    "register_controller": "control.registry",
     "simulate": "simulation.run",
     "simulate_batch": "simulation.batch",
     "torque_budget": "results.torque_budget",

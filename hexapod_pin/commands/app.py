@@ -1,4 +1,4 @@
-"""The commands: `hexapod-pin walk | view | budget | check | contact | bench | verify`.
+"""The commands: `hexapod-pin walk | run | view | budget | check | contact | bench | verify`.
 
 Only what a command needs is imported, when it runs, so that `--help` is quick.
 """
@@ -16,6 +16,7 @@ from hexapod_pin.commands.bench import bench
 from hexapod_pin.commands.budget import budget
 from hexapod_pin.commands.check import check
 from hexapod_pin.commands.contact import contact
+from hexapod_pin.commands.run import run
 from hexapod_pin.commands.status import FAILED, INTERRUPTED, fail
 from hexapod_pin.commands.verify import verify
 from hexapod_pin.commands.view import view
@@ -63,7 +64,7 @@ def _root(
     pass
 
 
-for _command in (walk, view, budget, check, contact, bench, verify):
+for _command in (walk, run, view, budget, check, contact, bench, verify):
     app.command()(_command)
 
 

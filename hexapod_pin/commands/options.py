@@ -22,6 +22,7 @@ Feet = Annotated[
     OptionalText,
     typer.Option(help="Names of the foot links, separated by commas, where not found by name."),
 ]
+NoHtml = Annotated[bool, typer.Option("--no-html", help="Write no playback.")]
 FootRadius = Annotated[
     OptionalFloat,
     typer.Option(help="Radius of all foot spheres [m]; default: the URDF's own."),

@@ -11,17 +11,17 @@ import typer
 from hexapod_pin.commands.options import (
     Feet,
     FootRadius,
+    NoHtml,
     OptionalFloat,
+    OptionalPath,
     OptionalText,
     RobotName,
     foot_names,
     given,
 )
-from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
     from hexapod_pin.control.gait import Gait
-    from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.robot import Robot
 
 
@@ -84,24 +84,28 @@ def walk(
     ] = None,
     out: Annotated[Path, typer.Option(help="Trace file to write.")] = Path("walk.nc"),
     html: Annotated[Path, typer.Option(help="Playback file to write.")] = Path("walk.html"),
-    no_html: Annotated[bool, typer.Option("--no-html", help="Write no playback.")] = False,
+    no_html: NoHtml = False,
+    save_case: Annotated[
+        OptionalPath, typer.Option(help="Write the case too, for `hexapod-pin run`.")
+    ] = None,
     feet: Feet = None,
     foot_radius: FootRadius = None,
 ) -> None:
     """Walk a robot; print its torque table; leave a trace and a playback."""
-    from hexapod_pin.commands.output_files import distinct, run_saving, writable
-    from hexapod_pin.commands.progress import progress_bar
+    from hexapod_pin.commands.case_report import run_and_report
+    from hexapod_pin.commands.output_files import distinct, writable
     from hexapod_pin.control.feasible_gait import feasible_gait
     from hexapod_pin.control.kinematic import KinematicControl
     from hexapod_pin.drive.servo import Servo
     from hexapod_pin.ground.contact import Contact
     from hexapod_pin.robot.robot import load_robot
-    from hexapod_pin.simulation.run import simulate
+    from hexapod_pin.simulation.case import Case
     from hexapod_pin.simulation.scene import Scene
 
     trace_path = writable("--out", out)
     html_path = None if no_html else writable("--html", html)
     distinct(trace_path, html_path)
+    case_path = None if save_case is None else writable("--save-case", save_case)
     loaded = load_robot(robot, feet=foot_names(feet), foot_radius=foot_radius)
     chosen, why = feasible_gait(
         loaded, gait, stroke, cycle_time=cycle, heading=math.radians(heading),
@@ -110,24 +114,13 @@ def walk(
     servo = Servo.from_effort(loaded, kp=kp, kd=kd)
     scene = Scene(loaded, contact=Contact.preset(contact).with_mu(mu), servo=servo)
     _print_plan(loaded, chosen, why)
-    with progress_bar(f"walking {duration:g} s") as progress:
-        trace = run_saving(
-            lambda: simulate(
-                scene, KinematicControl(chosen), duration=duration,
-                accuracy=accuracy, method=method, step=step, sample=sample,
-                progress=progress,
-            ),
-            trace_path,
-        )  # fmt: skip
-    typer.echo(run_summary(trace))
-    if html_path is not None:
-        from hexapod_pin.view.html import write_html
-
-        write_html(trace, html_path)
-    _print_budget(trace)
-    for path in (trace_path, html_path):
-        if path is not None:
-            typer.echo(f"wrote {path}")
+    case = Case(
+        scene, KinematicControl(chosen), duration=duration,
+        accuracy=accuracy, method=method, step=step, sample=sample,
+    )  # fmt: skip
+    if case_path is not None:
+        typer.echo(f"wrote {case.save(case_path)}")
+    run_and_report(case, f"walking {duration:g} s", trace_path, html_path)
 
 
 def _print_plan(robot: Robot, gait: Gait, stroke_source: str) -> None:
@@ -142,27 +135,3 @@ def _print_plan(robot: Robot, gait: Gait, stroke_source: str) -> None:
     )
     for note in (*robot.notes, *leg_clearance(robot, gait).notes):
         typer.echo(f"note: {note}")
-
-
-def _print_budget(trace: Trace) -> None:
-    """Print the torque table, or why a walk this short has none."""
-    from hexapod_pin.results.torque_budget import torque_budget
-
-    try:
-        typer.echo("\n" + torque_budget(trace).table() + "\n")
-    except ParameterError as error:
-        typer.echo(f"no torque table: {error}", err=True)
-
-
-def run_summary(trace: Trace) -> str:
-    """Return one line: how the run was integrated, what it cost, what it says of its own error."""
-    meta, counters = trace.meta, trace.counters
-    how = f"accuracy {meta['accuracy']:g}" if meta["accuracy"] else f"step {meta['step']:g} s"
-    error = f"error estimate {trace.error_estimate:.1e} m or rad, " if meta["accuracy"] else ""
-    worked = float(abs(trace.energy["servo_work"]).max())
-    residual = float(abs(trace.energy_residual).max())
-    return (
-        f"method {meta['method']}, {how}: {counters['steps']} steps, "
-        f"{counters['evaluations']} evaluations, {meta['wall_time']:.2g} s; {error}"
-        f"energy residual {residual:.1e} J of {worked:.3g} J of servo work"
-    )

@@ -8,6 +8,7 @@ from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.leg_clearance import Clearance, leg_clearance
+from hexapod_pin.control.registry import register_controller
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.control.sensor_reader import SensorReader
 from hexapod_pin.control.sensors import Sensor, Sensors
@@ -32,4 +33,5 @@ __all__ = [
     "feasible_gait",
     "leg_clearance",
     "six_legs",
+    "register_controller",
 ]

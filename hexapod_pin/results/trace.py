@@ -9,6 +9,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -34,6 +35,7 @@ from hexapod_pin.results.trace_layout import (
     frozen,
     frozen_json,
 )
+from hexapod_pin.spec import read_toml
 
 if TYPE_CHECKING:
     import xarray
@@ -201,6 +203,36 @@ class Trace:
     def events(self) -> tuple[Event, ...]:
         """What happened, in the order of time: where the trunk came to touch the ground."""
         return tuple(Event.from_dict(item) for item in self.meta.get("events", ()))
+
+    @property
+    def case_toml(self) -> str:
+        """The case that was run, as TOML text: what `hexapod-pin run` and `load_case` take.
+
+        Raises:
+            ParameterError: the trace was made by a session, or by a release that kept no case.
+        """
+        import tomli_w
+
+        if "run" not in self.meta:
+            hint = "A session is led from outside; older files hold no case."
+            raise ParameterError("Trace.meta", sorted(self.meta), "that of a case's run", hint)
+        parts = read_toml(self.meta["run"])
+        for name in ("controller", "scene"):
+            parts[name] = read_toml(self.meta[name])
+        order = ("schema", "run", "controller", "scene", "initial")
+        return tomli_w.dumps({name: parts[name] for name in order if name in parts})
+
+    @property
+    def case(self) -> Any:
+        """The `Case` that was run, built anew: running it again repeats the samples to the bit.
+
+        Raises:
+            ParameterError: as `case_toml`; or the controller cannot be read back, or the robot's
+                file has changed.
+            UrdfError: the robot's file is no longer usable.
+        """
+        # Late, by name: traces are read without a simulator; only what runs them again needs one.
+        return import_module("hexapod_pin.simulation.case").Case.from_toml(self.case_toml)
 
     @property
     def digest(self) -> str:

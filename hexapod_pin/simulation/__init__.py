@@ -1,12 +1,13 @@
-"""Simulation: scenes, methods, runs and batches over the native core."""
+"""Simulation: scenes, cases, methods, runs, sessions and batches over the native core."""
 
 from hexapod_pin.simulation.batch import simulate_batch
-from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.loaded_model import loaded_model
 from hexapod_pin.simulation.loads import LostLeg, Payload, Push
 from hexapod_pin.simulation.methods import METHODS, Method
 from hexapod_pin.simulation.run import simulate
 from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.simulation.session import Session
 
 __all__ = [
     "Case",
@@ -16,6 +17,8 @@ __all__ = [
     "Payload",
     "Push",
     "Scene",
+    "Session",
+    "load_case",
     "loaded_model",
     "simulate",
     "simulate_batch",

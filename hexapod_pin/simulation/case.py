@@ -1,21 +1,168 @@
-"""A case: what is run, and from where."""
+"""A case: what is run, from where, for how long and how; data that can be written and repeated."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.simulation.case_data import case_digest, case_to_dict, read_case
+from hexapod_pin.simulation.run_settings import RunSettings
+
 if TYPE_CHECKING:
+    from hexapod_pin.control.feedback import FeedbackController
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.results.checkpoint import Checkpoint
     from hexapod_pin.robot.state import State
     from hexapod_pin.simulation.scene import Scene
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Case:
-    """One run of a batch: a scene, its controller, and where it starts (None: standing)."""
+    """One run as data. Two cases are equal when they mean the same run.
+
+    Attributes:
+        scene: robot, ground, contact, servos, loads.
+        controller: as of `simulate`.
+        initial: state at the start, or a checkpoint to go on from; None: standing.
+        duration: simulated time [s]; None where `simulate_batch` gives one for all.
+        accuracy: as of `simulate` [m and rad].
+        method: as of `simulate`.
+        step: as of `simulate` [s].
+        sample: as of `simulate` [s].
+
+    Raises:
+        ParameterError: a setting is out of range, or they do not fit together.
+
+    Example:
+        >>> case = Case(Scene(load_robot("athena")), HoldPosture(), duration=2.0)
+        >>> case.save("case.toml")
+        >>> load_case("case.toml") == case
+        True
+    """
 
     scene: Scene
-    controller: Controller
+    controller: Controller | FeedbackController
     initial: State | Checkpoint | None = None
+    duration: float | None = field(default=None, kw_only=True)
+    accuracy: float | None = field(default=None, kw_only=True)
+    method: str | None = field(default=None, kw_only=True)
+    step: float | None = field(default=None, kw_only=True)
+    sample: float | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        """Check the settings against each other."""
+        for name in ("duration", "accuracy", "step", "sample"):
+            value = getattr(self, name)
+            if value is not None and (
+                isinstance(value, bool) or not isinstance(value, int | float)
+            ):
+                raise ParameterError(f"Case.{name}", value, "a number")
+        if self.method is not None and not isinstance(self.method, str):
+            raise ParameterError("Case.method", self.method, "a name")
+        self._settings(0.0 if self.duration is None else self.duration)
+
+    def _settings(self, duration: float) -> RunSettings:
+        return RunSettings.of(duration, self.method, self.accuracy, self.step, self.sample)
+
+    @property
+    def settings(self) -> RunSettings:
+        """How it is run: the method with its number, and the times of its samples.
+
+        Raises:
+            ParameterError: the case has no duration.
+        """
+        if self.duration is None:
+            raise ParameterError("Case.duration", None, "given [s]")
+        return self._settings(self.duration)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over what the case means, whatever its spelling.
+
+        The robot counts with its file's content, not with its place; defaults count as what they
+        stand for.
+
+        Raises:
+            ParameterError: the controller cannot be written.
+        """
+        return self._digest
+
+    @cached_property
+    def _digest(self) -> str:
+        return case_digest(self)
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether both mean the same run."""
+        return isinstance(other, Case) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        """Return a hash of what the case means."""
+        return hash(self._key())
+
+    def _key(self) -> object:
+        """Return the digest; of a case that cannot be written, what it is made of."""
+        try:
+            return self._digest
+        except ParameterError:
+            rest = (self.duration, self.accuracy, self.method, self.step, self.sample)
+            return (id(self.scene), id(self.controller), id(self.initial), *rest)
+
+    def to_toml(self) -> str:
+        """Return the case as TOML text; numbers keep every bit.
+
+        Raises:
+            ParameterError: the controller cannot be written: no `to_dict`, or not registered.
+        """
+        import tomli_w
+
+        return tomli_w.dumps(case_to_dict(self))
+
+    @classmethod
+    def from_toml(cls, text: str, folder: str | Path | None = None) -> Case:
+        """Rebuild a case from its text; the robot is loaded again.
+
+        Args:
+            text: what `to_toml` gave, or what was written like it.
+            folder: where a relative path of a robot's file starts, if not here.
+
+        Raises:
+            ParameterError: bad TOML, an unknown or missing key, a value out of range, each with
+                its path; or a robot file that has changed since.
+            UrdfError, UnknownNameError: the robot, or something in it, is not there.
+        """
+        return read_case(cls, text, folder)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the case to a TOML file, wholly or not at all, and return its path.
+
+        A robot's file in the same folder or below is named relative to it, so that both can move
+        together; any other by its absolute path.
+
+        Raises:
+            ParameterError: the controller cannot be written.
+            TraceFileError: the file cannot be written.
+        """
+        import tomli_w
+
+        text = tomli_w.dumps(case_to_dict(self, Path(path).expanduser().absolute().parent))
+        return write_atomically(path, text.encode())
+
+
+def load_case(path: str | Path) -> Case:
+    """Read a case that `Case.save` wrote, or a text written like it.
+
+    Raises:
+        ParameterError: no such file, or as `Case.from_toml`.
+        UrdfError, UnknownNameError: the robot, or something in it, is not there.
+    """
+    place = Path(path).expanduser()
+    try:
+        text = place.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ParameterError("case file", str(path), f"a readable text file ({reason})") from error
+    return Case.from_toml(text, place.absolute().parent)

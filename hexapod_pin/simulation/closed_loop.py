@@ -63,7 +63,7 @@ def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
     start = starting_point(
         scene, scene.robot.posture if posture is None else posture(scene), initial
     )
-    return live_run(
+    run = live_run(
         scene,
         how,
         start,
@@ -72,6 +72,8 @@ def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
         gait=getattr(controller, "gait", None),
         end=begin + how.duration,
     )
+    run.case = case
+    return run
 
 
 def described(controller: FeedbackController) -> dict[str, Any]:

@@ -67,6 +67,7 @@ class NativeRun:
         self.trunk_points = native_loads(scene).trunk_points
         self.rollout = self._start(start, record)
         self.loop: Any = None
+        self.case: Case | None = None  # what is run, where it is a case
         self.good = True
         self.wall_time = 0.0
 
@@ -194,7 +195,9 @@ def open_loop_run(case: Case, how: RunSettings, *, record: bool = True) -> Nativ
     check_supported(how.choice, scene)
     plan = case.controller.plan(scene.robot, begin + max(how.duration, how.grid.sample))
     start = starting_point(scene, plan.q[0], initial)
-    return NativeRun(scene, how, start, plan, controller=case.controller.to_dict(), record=record)
+    run = NativeRun(scene, how, start, plan, controller=case.controller.to_dict(), record=record)
+    run.case = case
+    return run
 
 
 def starting_point(scene: Scene, posture: Array, initial: State | Checkpoint | None) -> Checkpoint:

@@ -9,7 +9,6 @@ from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.closed_loop import closed_loop_run
 from hexapod_pin.simulation.native_run import open_loop_run
-from hexapod_pin.simulation.run_settings import RunSettings
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
@@ -59,10 +58,17 @@ def simulate(
         DivergenceError: the run left the finite world; `.trace` holds what was good.
         SimulationInterrupted: Ctrl-C; `.trace` holds what was done.
     """
-    how = RunSettings.of(duration, method, accuracy, step, sample)
-    case = Case(scene, controller, initial)
-    if isinstance(controller, FeedbackController):
-        return closed_loop_run(case, how, progress).require_good()
-    run = open_loop_run(case, how)
+    case = Case(
+        scene, controller, initial,
+        duration=duration, accuracy=accuracy, method=method, step=step, sample=sample,
+    )  # fmt: skip
+    return run_case(case, progress)
+
+
+def run_case(case: Case, progress: Callable[[float], None] | None = None) -> Trace:
+    """Run a case; returns and raises as `simulate`."""
+    if isinstance(case.controller, FeedbackController):
+        return closed_loop_run(case, case.settings, progress).require_good()
+    run = open_loop_run(case, case.settings)
     run.advance(progress)
     return run.require_good()

@@ -6,6 +6,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.results.event import Event
+from hexapod_pin.simulation.case_data import run_to_toml
 
 if TYPE_CHECKING:
     from hexapod_pin.simulation.native_run import NativeRun
@@ -16,7 +17,9 @@ def run_meta(run: NativeRun) -> dict[str, Any]:
     import tomli_w
 
     scene, robot, points = run.scene, run.scene.robot, run.set_points
+    case = {} if run.case is None else {"run": run_to_toml(run.case)}
     return {
+        **case,
         "scene": scene.to_toml(),
         "controller": tomli_w.dumps(run.controller),
         "method": run.how.choice.method.name,

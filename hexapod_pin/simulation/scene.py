@@ -21,6 +21,7 @@ from hexapod_pin.simulation.loads import (
     load_to_dict,
     read_loads,
 )
+from hexapod_pin.simulation.robot_data import read_robot, robot_to_dict
 from hexapod_pin.spec import read_toml
 
 if TYPE_CHECKING:
@@ -134,15 +135,10 @@ class Scene:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the TOML-able form."""
-        robot = {
-            "source": self.robot.source,
-            "feet": [foot.name for foot in self.robot.feet],
-            "digest": self.robot.digest,
-        }
         data = {
             "schema": SCHEMA,
             "gravity": list(self.gravity),
-            "robot": robot,
+            "robot": robot_to_dict(self.robot),
             "terrain": self.terrain.model_dump(),
             "contact": self.contact.model_dump(),
             "servo": self.servos.model_dump(),
@@ -174,16 +170,9 @@ class Scene:
             UnknownNameError: a load on a link or leg that the robot does not have.
             UrdfError: the robot's file is no longer usable.
         """
-        from hexapod_pin.robot.robot import load_robot
-
         data = read_toml(text, required=("robot", "terrain", "contact", "servo", "gravity"))
-        robot = load_robot(data["robot"]["source"], feet=data["robot"].get("feet"))
-        if data["robot"].get("digest", robot.digest) != robot.digest:
-            raise ParameterError(
-                "robot.digest", data["robot"]["digest"], "that of the file", "The URDF has changed."
-            )
         return cls(
-            robot,
+            read_robot(data["robot"]),
             terrain=read_terrain(data["terrain"]),
             contact=Contact(**data["contact"]),
             servo=Servo(**data["servo"]),

@@ -43,6 +43,12 @@ OURS, SAMPLED, DENSE = (
 SHORTEST_STROKE, LONGEST_STROKE = 0.08, 0.14
 """In a batch [m]: cases differ, as in a sweep."""
 
+SLICE = 256
+"""Samples by which a run of a batch advances at a time."""
+
+PATIENCE = 3600.0
+"""Longest wait for the next run of a batch [s]."""
+
 ERROR_HEAD = (
     "error, first 1 s [m]",
     "error, whole run [m]",
@@ -189,8 +195,9 @@ def advance(
     begin = time.perf_counter()
     batch = native.Batch(threads)
     for run in runs:
-        batch.add(run, round(duration / STEP))
-    good = [batch.next_done()[1] for _ in runs]
+        run.reserve(round(duration / STEP))
+        batch.add(run, round(duration / STEP), SLICE)
+    good = [batch.next_done(PATIENCE)[1] for _ in runs]
     taken = time.perf_counter() - begin
     if not all(good):
         raise DivergenceError("a walk of the batch diverged", None)

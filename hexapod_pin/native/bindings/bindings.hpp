@@ -11,6 +11,7 @@ void bind_laws(nanobind::module_& m);
 void bind_terrain(nanobind::module_& m);
 void bind_plant(nanobind::module_& m);
 void bind_runs(nanobind::module_& m);
+void bind_batch(nanobind::module_& m);
 void bind_summary(nanobind::module_& m);
 
 // A summary as a dictionary of arrays and numbers.

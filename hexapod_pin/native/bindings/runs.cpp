@@ -14,7 +14,6 @@
 #include <limits>
 
 #include "bindings/bindings.hpp"
-#include "run/batch.hpp"
 #include "run/rollout.hpp"
 
 namespace nb = nanobind;
@@ -189,11 +188,7 @@ void bind_runs(nb::module_& m) {
         "window"_a = Vec3(0.0, std::numeric_limits<double>::infinity(), 0.0),
         "torque_limit"_a = VectorXd());
   bind_several(m);
-  nb::class_<Batch>(m, "Batch", "Independent rollouts over threads; they begin when they are added.")
-      .def(nb::init<int>(), "threads"_a)
-      .def("add", &Batch::add, "rollout"_a, "samples"_a, nb::keep_alive<1, 2>())
-      .def("next_done", &Batch::next_done, nb::call_guard<nb::gil_scoped_release>(),
-           "Work until another one is done: its number, and whether it did not diverge; -1: none left.");
+  bind_batch(m);
 }
 
 }  // namespace hexapod

@@ -1,7 +1,10 @@
 #include "run/batch.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <exception>
 #include <system_error>
+#include <utility>
 
 namespace hexapod {
 
@@ -22,47 +25,41 @@ Batch::~Batch() {
   for (std::thread& thread : pool_) thread.join();
 }
 
-void Batch::add(Rollout* rollout, long samples) {
-  rollout->samples().reserve(std::size_t(std::max(samples, 0L)));
+long Batch::add(Rollout* rollout, long samples, long slice) {
   auto job = std::make_unique<Job>();
   job->rollout = rollout;
   job->left = samples;
-  job->slice = std::clamp(samples / kSlices, kShortestSlice, kLongestSlice);
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    job->number = long(jobs_.size());
-    if (samples <= 0) done_.push_back(job->number);
-    jobs_.push_back(std::move(job));
-  }
+  job->slice = std::max(slice, 1L);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const long number = job->number = added_++;
+  (samples > 0 ? jobs_ : done_).push_back(std::move(job));
   changed_.notify_one();
+  return number;
 }
 
-std::pair<long, bool> Batch::next_done() {
+Batch::Done Batch::next_done(double patience) {
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                      std::chrono::duration<double>(patience));
   std::unique_lock<std::mutex> lock(mutex_);
-  while (returned_ < jobs_.size()) {
-    if (!done_.empty()) {
-      const Job& job = *jobs_[std::size_t(done_.front())];
-      done_.pop_front();
-      ++returned_;
-      if (job.failure) std::rethrow_exception(job.failure);
-      return {job.number, job.good};
-    }
+  while (done_.empty()) {
+    if (jobs_.empty()) return {kNone, true, {}};
+    if (Clock::now() >= end) return {kNotYet, true, {}};
     if (Job* job = next_job())
       advance(*job, lock);
     else
-      changed_.wait(lock);
+      changed_.wait_until(lock, end);
   }
-  return {-1, true};
+  const std::unique_ptr<Job> job = std::move(done_.front());
+  done_.pop_front();
+  return {job->number, job->good, job->failure};
 }
 
 Batch::Job* Batch::next_job() {
-  while (first_unfinished_ < jobs_.size() && jobs_[first_unfinished_]->left <= 0) ++first_unfinished_;
   Job* longest = nullptr;
-  std::size_t seen = 0;
-  for (std::size_t k = first_unfinished_; k < jobs_.size() && seen < window_; ++k) {
+  const std::size_t seen = std::min(window_, jobs_.size());
+  for (std::size_t k = 0; k < seen; ++k) {
     Job& job = *jobs_[k];
-    if (job.left <= 0) continue;
-    ++seen;
     if (!job.running && (longest == nullptr || job.left > longest->left)) longest = &job;
   }
   return longest;
@@ -73,11 +70,11 @@ void Batch::advance(Job& job, std::unique_lock<std::mutex>& lock) {
   job.running = true;
   lock.unlock();
   bool good = false;
-  std::exception_ptr failure;
+  std::string failure;
   try {
     good = job.rollout->advance(samples);
-  } catch (...) {
-    failure = std::current_exception();
+  } catch (const std::exception& error) {
+    failure = error.what();
   }
   lock.lock();
   job.running = false;
@@ -85,7 +82,10 @@ void Batch::advance(Job& job, std::unique_lock<std::mutex>& lock) {
   job.failure = failure;
   job.left = good ? job.left - samples : 0;
   if (job.left > 0) return;  // this thread takes what it has left, or another job
-  done_.push_back(job.number);
+  const auto found = std::find_if(jobs_.begin(), jobs_.end(),
+                                  [&](const std::unique_ptr<Job>& j) { return j.get() == &job; });
+  done_.push_back(std::move(*found));
+  jobs_.erase(found);
   changed_.notify_all();
 }
 

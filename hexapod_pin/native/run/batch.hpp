@@ -4,11 +4,10 @@
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
-#include <exception>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "run/rollout.hpp"
@@ -17,9 +16,17 @@ namespace hexapod {
 
 // Rollouts begin when they are added. Of the first unfinished ones, one more than there are threads,
 // the one with the most samples to go advances by a slice: results come early, and all threads end
-// together whatever the number and length of the rollouts.
+// together whatever the number and length of the rollouts. A rollout that is done is not touched again.
 class Batch {
  public:
+  static constexpr long kNone = -1, kNotYet = -2;  // instead of a number
+
+  struct Done {
+    long number;
+    bool good = true;     // has not diverged
+    std::string failure;  // of an exception: what it said
+  };
+
   // So many threads at a time, the caller of `next_done` being one of them; fewer where the system
   // refuses to start one.
   explicit Batch(int threads);
@@ -27,11 +34,13 @@ class Batch {
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
 
-  void add(Rollout* rollout, long samples);  // the rollout must outlive the batch
+  // Returns its number: 0, 1, 2, ... The rollout must live until `next_done` has returned it, or
+  // until the batch ends. `slice`: samples to advance by at a time.
+  long add(Rollout* rollout, long samples, long slice);
 
-  // Works until a rollout is done that was not returned yet: its number, and whether it has not
-  // diverged; -1 after the last. Rethrows an exception of that rollout.
-  std::pair<long, bool> next_done();
+  // Works until a rollout is done that was not returned yet. kNone after the last; kNotYet when
+  // `patience` [s] is over and a slice at its end.
+  Done next_done(double patience);
 
  private:
   struct Job {
@@ -39,18 +48,18 @@ class Batch {
     Rollout* rollout;
     long left, slice;  // samples
     bool running = false, good = true;
-    std::exception_ptr failure;
+    std::string failure;
   };
-  static constexpr long kSlices = 16, kShortestSlice = 32, kLongestSlice = 256;  // -; samples
 
   void work();  // of the pool's threads
   // With the mutex locked:
   Job* next_job();  // nullptr: nothing that a thread could take
   void advance(Job& job, std::unique_lock<std::mutex>& lock);
 
-  std::vector<std::unique_ptr<Job>> jobs_;
-  std::deque<long> done_;  // numbers of jobs not returned yet
-  std::size_t first_unfinished_ = 0, returned_ = 0, window_;
+  std::deque<std::unique_ptr<Job>> jobs_;  // not done yet, in order of their numbers
+  std::deque<std::unique_ptr<Job>> done_;  // not returned yet
+  long added_ = 0;
+  std::size_t window_;
   std::mutex mutex_;
   std::condition_variable changed_;
   bool stopping_ = false;

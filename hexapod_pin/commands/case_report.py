@@ -1,0 +1,57 @@
+"""Run a case, print what came of it, and leave its files: what `walk` and `run` share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from hexapod_pin.errors import ParameterError
+
+if TYPE_CHECKING:
+    from hexapod_pin.results.trace import Trace
+    from hexapod_pin.simulation.case import Case
+
+
+def run_and_report(case: Case, title: str, trace_path: Path, html_path: Path | None) -> None:
+    """Run a case with a progress bar; print its torque table; write its trace and its playback."""
+    from hexapod_pin.commands.output_files import run_saving
+    from hexapod_pin.commands.progress import progress_bar
+    from hexapod_pin.simulation.run import run_case
+
+    with progress_bar(title) as progress:
+        trace = run_saving(lambda: run_case(case, progress), trace_path)
+    typer.echo(run_summary(trace))
+    if html_path is not None:
+        from hexapod_pin.view.html import write_html
+
+        write_html(trace, html_path)
+    _print_budget(trace)
+    for path in (trace_path, html_path):
+        if path is not None:
+            typer.echo(f"wrote {path}")
+
+
+def _print_budget(trace: Trace) -> None:
+    """Print the torque table, or why a walk this short has none."""
+    from hexapod_pin.results.torque_budget import torque_budget
+
+    try:
+        typer.echo("\n" + torque_budget(trace).table() + "\n")
+    except ParameterError as error:
+        typer.echo(f"no torque table: {error}", err=True)
+
+
+def run_summary(trace: Trace) -> str:
+    """Return one line: how the run was integrated, what it cost, what it says of its own error."""
+    meta, counters = trace.meta, trace.counters
+    how = f"accuracy {meta['accuracy']:g}" if meta["accuracy"] else f"step {meta['step']:g} s"
+    error = f"error estimate {trace.error_estimate:.1e} m or rad, " if meta["accuracy"] else ""
+    worked = float(abs(trace.energy["servo_work"]).max())
+    residual = float(abs(trace.energy_residual).max())
+    return (
+        f"method {meta['method']}, {how}: {counters['steps']} steps, "
+        f"{counters['evaluations']} evaluations, {meta['wall_time']:.2g} s; {error}"
+        f"energy residual {residual:.1e} J of {worked:.3g} J of servo work"
+    )

@@ -1,0 +1,34 @@
+"""`hexapod-pin run`: run a case that was written before, to the same bits."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hexapod_pin.commands.options import NoHtml
+
+
+def run(
+    case: Annotated[Path, typer.Argument(help="A file that `walk --save-case` left (case.toml).")],
+    out: Annotated[Path, typer.Option(help="Trace file to write.")] = Path("run.nc"),
+    html: Annotated[Path, typer.Option(help="Playback file to write.")] = Path("run.html"),
+    no_html: NoHtml = False,
+) -> None:
+    """Run a case from its file; print its torque table; leave a trace and a playback."""
+    from hexapod_pin.commands.case_report import run_and_report
+    from hexapod_pin.commands.output_files import distinct, writable
+    from hexapod_pin.simulation.case import load_case
+
+    trace_path = writable("--out", out)
+    html_path = None if no_html else writable("--html", html)
+    distinct(trace_path, html_path)
+    found = load_case(case)
+    settings = found.settings
+    robot = found.scene.robot
+    typer.echo(
+        f"{robot.name}: {robot.total_mass:.5g} kg. {robot.provenance}\n"
+        f"case {case}: {settings.duration:g} s, digest {found.digest}"
+    )
+    run_and_report(found, f"running {settings.duration:g} s", trace_path, html_path)

@@ -1,0 +1,119 @@
+"""Controllers by the "kind" of their settings, so that a case can be written and read back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.sampled_trajectory import SampledTrajectory
+from hexapod_pin.errors import HexapodError, ParameterError
+
+Reader = Callable[[Mapping[str, Any]], Any]
+"""Takes what `to_dict` gave, the key "kind" included, and returns the controller."""
+
+
+def table(
+    data: Any, where: str, *, required: tuple[str, ...] = (), optional: tuple[str, ...] = ()
+) -> dict[str, Any]:
+    """Return a table that has all required keys and no unknown ones.
+
+    Raises:
+        ParameterError: it has not; names the key with its path.
+    """
+    if not isinstance(data, Mapping):
+        raise ParameterError(where, data, "a table")
+    for key in required:
+        if key not in data:
+            raise ParameterError(f"{where}.{key}", None, "given: it has no default")
+    known = (*required, *optional)
+    for key in data:
+        if key not in known:
+            raise ParameterError(f"{where}.{key}", data[key], f"one of {', '.join(known)}")
+    return dict(data)
+
+
+def _kinematic(data: Mapping[str, Any]) -> KinematicControl:
+    given = table(data, "controller", required=("kind", "gait"), optional=("stop_at",))
+    gait = given["gait"]
+    if not isinstance(gait, Mapping):
+        raise ParameterError("controller.gait", gait, "a table")
+    return KinematicControl(Gait(**gait), stop_at=given.get("stop_at"))
+
+
+def _hold(data: Mapping[str, Any]) -> HoldPosture:
+    return HoldPosture(table(data, "controller", required=("kind",), optional=("q",)).get("q"))
+
+
+def _held(data: Mapping[str, Any]) -> SampledTrajectory:
+    given = table(data, "controller", required=("kind", "time", "q"))
+    return SampledTrajectory(given["time"], given["q"])
+
+
+_READERS: dict[str, Reader] = {"kinematic": _kinematic, "hold": _hold, "held": _held}
+
+
+def register_controller(kind: str, reader: Reader) -> None:
+    """Make controllers of a class of your own readable, so that cases with them can be saved.
+
+    Args:
+        kind: what `to_dict()["kind"]` of the class is.
+        reader: makes a controller from what `to_dict` gave.
+
+    Raises:
+        ParameterError: another reader is registered for that kind.
+
+    Example:
+        >>> register_controller("bounce", lambda data: Bounce(data["height"]))
+    """
+    if not isinstance(kind, str) or not kind:
+        raise ParameterError("kind", kind, "a name")
+    known = _READERS.setdefault(kind, reader)
+    if known is not reader:
+        raise ParameterError("kind", kind, "another name: this one has a reader")
+
+
+def read_controller(data: Any) -> Any:
+    """Return the controller that `to_dict` turned into plain data.
+
+    Raises:
+        ParameterError: `kind` is missing or unknown, or a value is out of range.
+    """
+    if not isinstance(data, Mapping) or "kind" not in data:
+        raise ParameterError("controller.kind", None, f"one of {', '.join(_READERS)}")
+    kind = data["kind"]
+    if kind not in _READERS:
+        raise ParameterError(
+            "controller.kind", kind, f"one of {', '.join(_READERS)}",
+            "Import what defines it; register_controller makes a class of your own known.",
+        )  # fmt: skip
+    try:
+        return _READERS[kind](data)
+    except HexapodError:
+        raise
+    except (TypeError, ValueError, KeyError) as error:
+        raise ParameterError("controller", dict(data), f"readable as {kind!r} ({error})") from error
+
+
+def controller_to_dict(controller: Any) -> dict[str, Any]:
+    """Return a controller's settings, refused where nothing could read them back.
+
+    Raises:
+        ParameterError: the class has no `to_dict`, or no reader for its "kind".
+    """
+    name = type(controller).__name__
+    write = getattr(controller, "to_dict", None)
+    if write is None:
+        raise ParameterError(
+            "Case.controller", name, "a controller with to_dict()",
+            'Give it one that returns its settings with the key "kind", and register_controller.',
+        )  # fmt: skip
+    data = dict(write())
+    if data.get("kind") not in _READERS:
+        raise ParameterError(
+            "Case.controller", name, "a controller that can be read back",
+            f"Call register_controller({data.get('kind')!r}, reader).",
+        )  # fmt: skip
+    return data

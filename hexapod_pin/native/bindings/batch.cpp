@@ -1,0 +1,66 @@
+// Batches: rollouts over threads, each kept alive until it is done and no longer.
+#include "run/batch.hpp"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+
+#include "bindings/bindings.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace hexapod {
+
+namespace {
+
+class OwningBatch {
+ public:
+  explicit OwningBatch(int threads) : batch_(std::make_unique<Batch>(threads)) {}
+  ~OwningBatch() {  // waits for slices under way; they need no interpreter
+    nb::gil_scoped_release released;
+    batch_.reset();
+  }
+
+  long add(nb::object rollout, long samples, long slice) {
+    const long number = batch_->add(nb::cast<Rollout*>(rollout), samples, slice);
+    held_.emplace(number, std::move(rollout));
+    return number;
+  }
+
+  std::tuple<long, bool, std::string> next_done(double patience) {
+    Batch::Done done;
+    {
+      nb::gil_scoped_release released;
+      done = batch_->next_done(patience);
+    }
+    held_.erase(done.number);
+    return {done.number, done.good, done.failure};
+  }
+
+ private:
+  std::map<long, nb::object> held_;  // by number; outlives the threads
+  std::unique_ptr<Batch> batch_;
+};
+
+}  // namespace
+
+void bind_batch(nb::module_& m) {
+  nb::class_<OwningBatch>(m, "Batch",
+                          "Independent rollouts over threads; they begin when they are added.")
+      .def(nb::init<int>(), "threads"_a)
+      .def("add", &OwningBatch::add, "rollout"_a, "samples"_a, "slice"_a,
+           nb::sig("def add(self, rollout: Rollout, samples: int, slice: int) -> int"),
+           "Its number; it advances by `slice` samples at a time.")
+      .def("next_done", &OwningBatch::next_done, "patience"_a,
+           "Work until another one is done: its number, whether it did not diverge, what it failed "
+           "of. Number -1: none left; -2: not within `patience` [s], so that signals can be seen.");
+}
+
+}  // namespace hexapod

@@ -1,0 +1,187 @@
+"""Cases as plain data: written, read back strictly, and digested by meaning."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hexapod_pin.arrays import read_only
+from hexapod_pin.control.registry import controller_to_dict, read_controller, table
+from hexapod_pin.errors import HexapodError, ParameterError
+from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.robot.robot import PACKAGED
+from hexapod_pin.robot.state import State
+from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.spec import read_toml
+
+if TYPE_CHECKING:
+    from hexapod_pin.simulation.case import Case
+
+SCHEMA = 1
+SETTINGS = ("duration", "accuracy", "method", "step", "sample")
+ROBOT = ("source", "feet", "foot_radius", "posture", "digest")
+EXACT_INTEGERS = 2**53
+"""Up to here a double holds every whole number."""
+
+
+def case_to_dict(case: Case, folder: Path | None = None) -> dict[str, Any]:
+    """Return the TOML-able form; paths below `folder` are relative to it.
+
+    Raises:
+        ParameterError: the controller cannot be written.
+    """
+    run = _run_to_dict(case)
+    data = {
+        **{name: run[name] for name in ("schema", "run")},
+        "controller": controller_to_dict(case.controller),
+        "scene": case.scene.to_dict(),
+    }
+    source = Path(data["scene"]["robot"]["source"])
+    if folder is not None and source.is_absolute() and folder in source.parents:
+        robot = {**data["scene"]["robot"], "source": source.relative_to(folder).as_posix()}
+        data["scene"] = {**data["scene"], "robot": robot}
+    return data | ({"initial": run["initial"]} if "initial" in run else {})
+
+
+def run_to_toml(case: Case) -> str:
+    """Return what a trace keeps besides scene and controller, as TOML text."""
+    import tomli_w
+
+    return tomli_w.dumps(_run_to_dict(case))
+
+
+def _run_to_dict(case: Case) -> dict[str, Any]:
+    """Return all but scene and controller."""
+    given = {name: getattr(case, name) for name in SETTINGS if getattr(case, name) is not None}
+    data: dict[str, Any] = {"schema": SCHEMA, "run": given}
+    if case.initial is not None:
+        data["initial"] = _initial_to_dict(case.initial)
+    return data
+
+
+def _initial_to_dict(initial: State | Checkpoint) -> dict[str, Any]:
+    if isinstance(initial, Checkpoint):
+        return {"kind": "checkpoint", **_without_none(initial.to_dict())}
+    q, v = (np.asarray(x, dtype=float).tolist() for x in (initial.q, initial.v))
+    return {"kind": "state", "q": q, "v": v}
+
+
+def _without_none(value: Any) -> Any:
+    """Return plain data as TOML can hold it: None, which it has no word for, as a table."""
+    if value is None:
+        return {"__none__": True}
+    if isinstance(value, Mapping):
+        return {key: _without_none(item) for key, item in value.items()}
+    return [_without_none(item) for item in value] if isinstance(value, list) else value
+
+
+def _with_none(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        if value.get("__none__") is True:
+            return None
+        return {key: _with_none(item) for key, item in value.items()}
+    return [_with_none(item) for item in value] if isinstance(value, list) else value
+
+
+def read_case(case: type[Case], text: str, folder: str | Path | None = None) -> Case:
+    """Build a case from its TOML text; see `Case.from_toml`."""
+    return case_from_dict(case, read_toml(text), folder)
+
+
+def case_from_dict(
+    case: type[Case], data: Mapping[str, Any], folder: str | Path | None = None
+) -> Case:
+    """Build a case from the data of its TOML text."""
+    given = table(
+        data, "case", required=("schema", "run", "controller", "scene"), optional=("initial",)
+    )
+    if given["schema"] != SCHEMA:
+        raise ParameterError("case.schema", given["schema"], f"{SCHEMA}, which this release reads")
+    run = table(given["run"], "run", optional=SETTINGS)
+    with within("controller"):
+        controller = read_controller(given["controller"])
+    with within("scene"):
+        scene = _read_scene(given["scene"], folder)
+    with within("initial"):
+        initial = _read_initial(given["initial"]) if "initial" in given else None
+    with within("run"):
+        return case(scene, controller, initial, **run)
+
+
+@contextmanager
+def within(section: str) -> Iterator[None]:
+    """Put the name of a section in front of what a ParameterError names."""
+    try:
+        yield
+    except ParameterError as error:
+        if error.name.startswith((f"{section}.", f"{section}:")):
+            raise
+        name = f"{section}: {error.name}"
+        raise ParameterError(name, error.value, error.allowed, error.hint) from error
+    except HexapodError:
+        raise
+    except (TypeError, ValueError, KeyError) as error:
+        raise ParameterError(section, None, f"readable ({error})") from error
+
+
+def _read_scene(data: Any, folder: str | Path | None) -> Scene:
+    import tomli_w
+
+    known = tuple(field.name for field in fields(Scene))
+    given = table(data, "scene", required=("robot",), optional=("schema", *known))
+    robot = table(given["robot"], "scene.robot", required=("source",), optional=ROBOT)
+    source = robot["source"]
+    if not isinstance(source, str):
+        raise ParameterError("scene.robot.source", source, "a name or a path")
+    if folder is not None and source not in PACKAGED and (Path(folder) / source).is_file():
+        robot["source"] = str(Path(folder) / source)
+    return Scene.from_toml(tomli_w.dumps({**given, "robot": robot}))
+
+
+def _read_initial(data: Any) -> State | Checkpoint:
+    kind = data.get("kind") if isinstance(data, Mapping) else None
+    if kind == "checkpoint":
+        return Checkpoint.from_dict(_with_none({k: x for k, x in data.items() if k != "kind"}))
+    if kind != "state":
+        raise ParameterError("initial.kind", kind, "state or checkpoint")
+    given = table(data, "initial", required=("kind", "q", "v"))
+    return State(read_only(given["q"]), read_only(given["v"]))
+
+
+def case_digest(case: Case) -> str:
+    """Return the SHA-256 over what a case means.
+
+    Raises:
+        ParameterError: the controller cannot be written.
+    """
+    data = case_to_dict(case)
+    data["scene"]["robot"].pop("source")
+    how = case._settings(0.0 if case.duration is None else case.duration)
+    data["run"] = {
+        "duration": case.duration,
+        "method": how.choice.method.name,
+        "accuracy": how.choice.accuracy,
+        "step": how.grid.step,
+        "sample": how.grid.sample,
+    }
+    return hashlib.sha256(json.dumps(_canonical(data), sort_keys=True).encode()).hexdigest()
+
+
+def _canonical(value: Any) -> Any:
+    """Return data in which equal numbers are spelt alike, to the bit."""
+    if isinstance(value, Mapping):
+        return {str(key): _canonical(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_canonical(item) for item in value]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return value
+    if isinstance(value, int) and abs(value) > EXACT_INTEGERS:
+        return str(value)
+    return float(value).hex()
