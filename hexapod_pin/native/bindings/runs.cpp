@@ -5,6 +5,7 @@
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
@@ -75,6 +76,10 @@ void bind_runs(nb::module_& m) {
            nb::sig("def record(self) -> dict[str, numpy.ndarray[dtype=float64]]"),
            "Tables of the samples by name, one row per sample.")
       .def("counters", &Rollout::counters)
+      .def("drive_counters", [](const Rollout& rollout) {
+        const DriveCounters& c = rollout.drive_counters();
+        return std::make_tuple(c.limit_count, c.limit_time, c.stop_count);
+      }, "Per joint: times at the torque limit, time at it [s], times run into a stop.")
       .def("checkpoint", &Rollout::checkpoint);
   m.def("checkpoint", &make_checkpoint, "first"_a, "q"_a, "v"_a, "contacts"_a, "controller"_a);
   m.def("start", &start, "plant"_a, "time"_a, "position"_a, "rate"_a, "held"_a, "start"_a, "method"_a,

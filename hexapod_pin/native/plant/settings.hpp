@@ -14,14 +14,13 @@ struct PlantSettings {
   std::vector<FootMount> mounts;
   ContactLaw law;
   Terrain terrain;
-  ServoLaw servo;
-  JointStops stops;
+  DriveLaw drive;
   bool dense = false;
 
   bool arrow() const { return !dense && dynamics.tree().has_three_joint_legs(); }
   template <class System>
   Plant<System> make() const {
-    return {dynamics, mounts, law, terrain, servo, stops};
+    return {dynamics, mounts, law, terrain, drive};
   }
 
   // use(plant) with the plant of the linear system that fits the tree.

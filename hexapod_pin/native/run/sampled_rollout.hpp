@@ -12,6 +12,7 @@ template <class PlantT>
 class SampledRollout : public Rollout {
  public:
   SampleTables& samples() override { return recorder_.tables(); }
+  const DriveCounters& drive_counters() const override { return plant_.drive_counters; }
 
  protected:
   SampledRollout(PlantT plant, const RunSetup& setup, bool differentiates_separated)
