@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from hexapod_pin.control.sensors import Sensor as Sensor
     from hexapod_pin.control.sensors import Sensors as Sensors
     from hexapod_pin.drive.joint_stops import JointStops as JointStops
+    from hexapod_pin.drive.motor import Motor as Motor
     from hexapod_pin.drive.servo import Servo as Servo
     from hexapod_pin.ground.contact import AdamsCoulomb as AdamsCoulomb
     from hexapod_pin.ground.contact import AdamsImpact as AdamsImpact
@@ -89,6 +90,7 @@ _MODULES = {
     "HoldPosture": "control.hold_posture",
     "HuntCrossley": "ground.contact",
     "JointStops": "drive.joint_stops",
+    "Motor": "drive.motor",
     "KelvinVoigt": "ground.contact",
     "KinematicControl": "control.kinematic",
     "Ledge": "ground.terrain",

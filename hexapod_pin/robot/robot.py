@@ -52,6 +52,7 @@ class Robot:
         velocity: (n_joints,) largest rates [rad/s].
         damping: (n_joints,) viscous damping from the URDF [N m s/rad] (Pinocchio's own
             algorithms ignore it).
+        friction: (n_joints,) level of dry friction from the URDF [N m] (likewise).
         total_mass: mass of the whole robot [kg].
         posture: (n_joints,) default standing angles [rad].
         provenance: one line: where the numbers come from.
@@ -72,6 +73,7 @@ class Robot:
     effort: Array = field(repr=False)
     velocity: Array = field(repr=False)
     damping: Array = field(repr=False)
+    friction: Array = field(repr=False)
     total_mass: float
     posture: Array = field(repr=False)
     provenance: str
@@ -171,6 +173,7 @@ def load_robot(
         effort=read_only([joint.limit("effort") for joint in joints]),
         velocity=read_only([joint.limit("velocity") for joint in joints]),
         damping=read_only([joint.dynamics("damping") for joint in joints]),
+        friction=read_only([joint.dynamics("friction") for joint in joints]),
         total_mass=math.fsum(link.mass or 0.0 for link in file.links),
         posture=angles, provenance=given.line, assumed=given.assumed,
         notes=(*notes, *limbs.notes, *foot_notes, *posture_notes, *_unused(file, placed)),
