@@ -62,10 +62,10 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.state import State as State
     from hexapod_pin.simulation.batch import simulate_batch as simulate_batch
     from hexapod_pin.simulation.case import Case as Case
+    from hexapod_pin.simulation.case import load_case as load_case
     from hexapod_pin.simulation.loads import LostLeg as LostLeg
     from hexapod_pin.simulation.loads import Payload as Payload
     from hexapod_pin.simulation.loads import Push as Push
-    from hexapod_pin.simulation.case import load_case as load_case
     from hexapod_pin.simulation.run import simulate as simulate
     from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session

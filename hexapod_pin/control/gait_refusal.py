@@ -81,7 +81,7 @@ def _find_refusal(
     found = violation(six, gait, motion)
     if found is not None:
         error = refusal(found, legs_reach, gait)
-        if error.limit is None or legs_pass(changed(gait, **{error.quantity: error.limit})):
+        if error.limit is None or legs_pass(gait.with_changes(**{error.quantity: error.limit})):
             return str(error), error.quantity, error.limit
     elif (found := collision(six, bodies, gait, motion)) is None:
         return None

@@ -83,11 +83,6 @@ class JointTrajectory:
                 "JointTrajectory.time", "this series", "strictly increasing from 0"
             )
 
-    @property
-    def kind(self) -> str:
-        """Between the knots: "cubic" or "held"."""
-        return "held" if self.held else "cubic"
-
 
 class Controller(Protocol):
     """Anything that can plan a run. Plans are made, and refused, before the run starts."""
