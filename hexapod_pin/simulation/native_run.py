@@ -51,7 +51,7 @@ class NativeRun:
             robot.check_state(initial.q, initial.v)
             return initial
         state = (
-            standing_on(self.scene, self.plan.q[0])
+            standing_on(self.scene, self.plan.q[0], self.plan.start_pose)
             if initial is None
             else robot.check_state(initial.q, initial.v)
         )
