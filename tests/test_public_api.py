@@ -20,6 +20,7 @@ Patch PatchedGround ShakingGround Servo JointStops Scene Gait KinematicControl H
 SampledTrajectory simulate simulate_batch Case Checkpoint Trace load_trace torque_budget
 TorqueBudget Measurement Command Sensor Sensors Payload Push LostLeg Session FeedbackController view
 errors __version__
+BodyMotion VelocityCommand Sine Waypoints
 """.split()
 
 

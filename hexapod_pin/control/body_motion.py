@@ -83,10 +83,16 @@ class BodyMotion(Spec):
 
     def start_pose(self) -> Array:
         """Return the pose at t = 0: x, y, z [m], quaternion x, y, z, w. Shape (7,)."""
-        from scipy.spatial.transform import Rotation
-
-        start = self.offset(np.zeros(()))
-        return np.concatenate([start.position, Rotation.from_matrix(start.rotation).as_quat()])
+        at_start = np.zeros(())
+        half = [0.5 * float(value_and_rate(getattr(self, name), at_start)[0]) for name in TILT]
+        (cr, cp, cy), (sr, sp, sy) = np.cos(half), np.sin(half)
+        quaternion = [
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+            cr * cp * cy + sr * sp * sy,
+        ]
+        return np.concatenate([self.offset(at_start).position, quaternion])
 
 
 @dataclass(frozen=True, eq=False)

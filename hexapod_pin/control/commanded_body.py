@@ -112,7 +112,7 @@ class CommandedBody:
             now: when that is asked [s]. Shape (M,).
             then: the times, later [s]. Shape (M,).
         """
-        known = self.known(now)
+        known = self.known(now + COINCIDENT * self.gait.cycle_time)
         pose = self.pose(then)
         changed = np.flatnonzero(self.known(then) > known)
         if len(changed):

@@ -47,13 +47,17 @@ def refuse_impossible(robot: Robot, gait: Gait, motion: BodyMotion | None = None
         raise GaitError(*found)
 
 
-def refuse_impossible_command(robot: Robot, gait: Gait, command: VelocityCommand) -> None:
-    """Check each speed and turn rate of a command as a walk of its own.
+def refuse_impossible_command(
+    robot: Robot, gait: Gait, command: VelocityCommand, until: float
+) -> None:
+    """Check each speed and turn rate of a command, up to a time [s], as a walk of its own.
 
     Raises:
         GaitError: naming the time of the command, and the largest speed that works.
     """
     for time, asked in command.gaits(gait):
+        if time > until:
+            return
         try:
             refuse_impossible(robot, asked)
         except GaitError as error:

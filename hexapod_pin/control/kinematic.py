@@ -16,9 +16,10 @@ from hexapod_pin.control.six_legs import six_legs, walking_legs
 from hexapod_pin.control.velocity_command import VelocityCommand
 from hexapod_pin.control.walk_knots import walk_knots
 from hexapod_pin.control.walk_refusal import refuse_impossible_knots, walk_refusal
-from hexapod_pin.errors import ParameterError, ReachError
+from hexapod_pin.errors import GaitError, ParameterError, ReachError
 
 if TYPE_CHECKING:
+    from hexapod_pin.arrays import Array
     from hexapod_pin.robot.robot import Robot
 
 __all__ = ["KinematicControl", "refuse_impossible", "walking_legs"]
@@ -85,16 +86,11 @@ class KinematicControl:
             ParameterError: the duration, or a stop too early for starting and stopping.
         """
         end, six, path = check_duration(duration), six_legs(robot), self.path(robot)
-        if self.velocity is not None:
-            refuse_impossible_command(robot, self.gait, self.velocity)
         if path.periodic:
             refuse_impossible(robot, self.gait, self.body)
-        try:
             time, q, v = walk_knots(six, path, end)
-        except ReachError as error:
-            raise walk_refusal(six, path, end, error) from error
-        if not path.periodic:
-            refuse_impossible_knots(six, path, time, q, v)
+        else:
+            time, q, v = self._unrepeated_knots(robot, path, end)
         until = _whole_cycles(min(end, path.steady_until), self.gait.cycle_time)
         return JointTrajectory(
             time=time,
@@ -107,6 +103,26 @@ class KinematicControl:
             speed=path.speed,
             start_pose=None if self.body is None else self.body.start_pose(),
         )
+
+    def _unrepeated_knots(
+        self, robot: Robot, path: FootPath, end: float
+    ) -> tuple[Array, Array, Array]:
+        """Return the knots of a walk whose cycles do not repeat, each of them checked.
+
+        Raises:
+            GaitError: naming what fails, and when.
+        """
+        six = six_legs(robot)
+        try:
+            knots = walk_knots(six, path, end)
+            refuse_impossible_knots(six, path, *knots)
+        except (ReachError, GaitError) as error:
+            if self.velocity is not None:
+                refuse_impossible_command(robot, self.gait, self.velocity, end)
+            if isinstance(error, ReachError):
+                raise walk_refusal(six, path, end, error) from None
+            raise
+        return knots
 
     def to_dict(self) -> dict[str, Any]:
         """Return the settings as TOML-able data."""

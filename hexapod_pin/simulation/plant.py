@@ -31,18 +31,28 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene
 
 
-def standing_on(scene: Scene, posture: Array) -> State:
+def standing_on(scene: Scene, posture: Array, start_pose: Array | None = None) -> State:
     """Return the state at rest in a posture (n,) [rad], just touching the ground.
 
     On a plane the robot is laid along it; on any other ground it stands level.
+
+    Args:
+        scene: the robot and its ground.
+        posture: joint angles, `Robot.joint_names` order [rad]. Shape (n,).
+        start_pose: of the trunk, relative to the plane or to the level: x, y [m], z (not used: the
+            feet decide), quaternion x, y, z, w; None: no offset. Shape (7,).
     """
     import pinocchio as pin
 
     robot, surface = scene.robot, scene.terrain.surface()
     q = robot.stand(posture).q.copy()
+    if start_pose is not None:
+        q[:2], q[3:7] = start_pose[:2], start_pose[3:7]
     if isinstance(surface, Plane):
         tilt = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(surface.normal))
-        q[:3], q[3:7] = tilt.toRotationMatrix() @ q[:3], tilt.coeffs()
+        own = pin.Quaternion(*q[[6, 3, 4, 5]])
+        turned = tilt if start_pose is None else tilt * own
+        q[:3], q[3:7] = tilt.toRotationMatrix() @ q[:3], turned.coeffs()
     if robot.feet:
         data = scratch_data(robot)
         pin.forwardKinematics(robot.model, data, q)
