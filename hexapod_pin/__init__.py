@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hexapod_pin import errors as errors
     from hexapod_pin import view as view
     from hexapod_pin.control.feedback import Command as Command
+    from hexapod_pin.control.feedback import FeedbackController as FeedbackController
     from hexapod_pin.control.feedback import Measurement as Measurement
     from hexapod_pin.control.gait import Gait as Gait
     from hexapod_pin.control.hold_posture import HoldPosture as HoldPosture
@@ -50,6 +51,8 @@ if TYPE_CHECKING:
     from hexapod_pin.ground.terrain import Stairs as Stairs
     from hexapod_pin.results.checkpoint import Checkpoint as Checkpoint
     from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
+    from hexapod_pin.results.summary import Summary as Summary
+    from hexapod_pin.results.summary import load_summary as load_summary
     from hexapod_pin.results.torque_budget import torque_budget as torque_budget
     from hexapod_pin.results.trace import Trace as Trace
     from hexapod_pin.results.trace_file import load_trace as load_trace
@@ -58,11 +61,16 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import load_robot as load_robot
     from hexapod_pin.robot.robot import urdf_path as urdf_path
     from hexapod_pin.robot.state import State as State
+    from hexapod_pin.simulation.batch import iterate_batch as iterate_batch
     from hexapod_pin.simulation.batch import simulate_batch as simulate_batch
     from hexapod_pin.simulation.case import Case as Case
     from hexapod_pin.simulation.case import load_case as load_case
+    from hexapod_pin.simulation.loads import LostLeg as LostLeg
+    from hexapod_pin.simulation.loads import Payload as Payload
+    from hexapod_pin.simulation.loads import Push as Push
     from hexapod_pin.simulation.run import simulate as simulate
     from hexapod_pin.simulation.scene import Scene as Scene
+    from hexapod_pin.simulation.session import Session as Session
 
     __version__: str
 
@@ -75,6 +83,7 @@ _MODULES = {
     "Checkpoint": "results.checkpoint",
     "Command": "control.feedback",
     "Contact": "ground.contact",
+    "FeedbackController": "control.feedback",
     "Flat": "ground.terrain",
     "Gait": "control.gait",
     "Groove": "ground.terrain",
@@ -87,25 +96,32 @@ _MODULES = {
     "KinematicControl": "control.kinematic",
     "Ledge": "ground.terrain",
     "Measurement": "control.feedback",
+    "LostLeg": "simulation.loads",
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
+    "Payload": "simulation.loads",
+    "Push": "simulation.loads",
     "Restitution": "ground.contact",
     "Robot": "robot.robot",
     "Scene": "simulation.scene",
     "Sensor": "control.sensors",
     "Sensors": "control.sensors",
     "Servo": "drive.servo",
+    "Session": "simulation.session",
     "ShakingGround": "ground.terrain",
     "Slope": "ground.terrain",
     "SmoothStep": "ground.contact",
     "Stairs": "ground.terrain",
     "State": "robot.state",
     "StickSlip": "ground.contact",
+    "Summary": "results.summary",
     "TanhCoulomb": "ground.contact",
     "TorqueBudget": "results.robot_budget",
     "Trace": "results.trace",
+    "iterate_batch": "simulation.batch",
     "load_case": "simulation.case",
     "load_robot": "robot.robot",
+    "load_summary": "results.summary",
     "load_trace": "results.trace_file",
     "register_controller": "control.registry",
     "simulate": "simulation.run",

@@ -75,7 +75,8 @@ def test_commands_exist(page: Path) -> None:
     assert set(re.findall(r"`hexapod-pin ([a-z]+)", text)) <= known
 
 
-def test_the_code_of_the_terrain_page_runs() -> None:
-    text = (ROOT / "docs" / "terrain.md").read_text(encoding="utf-8")
+@pytest.mark.parametrize("page", ["terrain.md", "closed_loop.md"])
+def test_the_code_of_a_page_runs(page: str) -> None:
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
     for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(compile(block, "terrain.md", "exec"), {})
+        exec(compile(block, page, "exec"), {})

@@ -18,7 +18,8 @@ load_robot urdf_path Robot State Blueprint Contact HuntCrossley AdamsImpact Kelv
 TanhCoulomb AdamsCoulomb SmoothStep BrownMcPhee StickSlip Flat Slope Stairs Ledge Groove HeightField
 Patch PatchedGround ShakingGround Servo JointStops Scene Gait KinematicControl HoldPosture
 SampledTrajectory simulate simulate_batch Case Checkpoint Trace load_trace torque_budget
-TorqueBudget Measurement Command Sensor Sensors view errors __version__
+TorqueBudget Measurement Command Sensor Sensors Payload Push LostLeg Session FeedbackController view
+errors __version__
 """.split()
 
 

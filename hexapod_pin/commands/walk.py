@@ -124,12 +124,14 @@ def walk(
 
 
 def _print_plan(robot: Robot, gait: Gait, stroke_source: str) -> None:
-    """Print what will walk and how, with what the loader dropped or changed."""
+    """Print what will walk and how, what the loader changed, and legs that nearly meet."""
+    from hexapod_pin.control.leg_clearance import leg_clearance
+
     typer.echo(
         f"{robot.name}: {robot.total_mass:.5g} kg, {len(robot.legs)} legs. {robot.provenance}\n"
         f"gait {gait.name}: stroke {gait.stroke:.4g} m ({stroke_source}), "
         f"cycle {gait.cycle_time:g} s, duty {gait.duty:.4g}, lift {gait.lift:g} m: "
         f"{gait.speed:.4g} m/s"
     )
-    for note in robot.notes:
+    for note in (*robot.notes, *leg_clearance(robot, gait).notes):
         typer.echo(f"note: {note}")

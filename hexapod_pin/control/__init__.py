@@ -7,13 +7,16 @@ from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
 from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.leg_clearance import Clearance, leg_clearance
 from hexapod_pin.control.registry import register_controller
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.control.sensor_reader import SensorReader
 from hexapod_pin.control.sensors import Sensor, Sensors
+from hexapod_pin.control.six_legs import SixLegs, six_legs
 
 __all__ = [
     "Command",
+    "Clearance",
     "Controller",
     "FeedbackController",
     "FootPath",
@@ -26,6 +29,9 @@ __all__ = [
     "Sensor",
     "SensorReader",
     "Sensors",
+    "SixLegs",
     "feasible_gait",
     "register_controller",
+    "leg_clearance",
+    "six_legs",
 ]

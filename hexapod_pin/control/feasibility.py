@@ -69,12 +69,12 @@ def violation(six: SixLegs, gait: Gait) -> Violation | None:
     return _too_fast(six, six.kinematics.estimated_rates(p_BF, v_BF, q))
 
 
-def checked_times(path: FootPath) -> Array:
+def checked_times(path: FootPath, samples_per_cycle: int = SAMPLES_PER_CYCLE) -> Array:
     """Return the times at which a walk of CHECKED_CYCLES is checked [s].
 
     Of its steady part the first cycle is enough.
     """
-    cycles = np.linspace(0.0, CHECKED_CYCLES, CHECKED_CYCLES * SAMPLES_PER_CYCLE + 1)
+    cycles = np.linspace(0.0, CHECKED_CYCLES, CHECKED_CYCLES * samples_per_cycle + 1)
     time = cycles * path.gait.cycle_time
     return time[(cycles <= TRANSIENT_CYCLES + 1) | (time >= path.steady_until)]
 

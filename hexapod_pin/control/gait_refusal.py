@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 from hexapod_pin.control.feasibility import POSTURE, RATE, Violation, violation
 from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.leg_clearance import collision
 from hexapod_pin.control.six_legs import SixLegs, six_legs
 from hexapod_pin.errors import GaitError
+from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
@@ -33,18 +35,31 @@ def refuse_impossible(robot: Robot, gait: Gait) -> None:
     Raises:
         GaitError: naming leg, joint, value and limit, and the largest request that works.
     """
-    found = _find_refusal(six_legs(robot), gait)
+    found = _find_refusal(six_legs(robot), leg_bodies(robot), gait)
     if found is not None:
         raise GaitError(*found)
 
 
 @lru_cache(maxsize=CHECKED_GAITS)
-def _find_refusal(six: SixLegs, gait: Gait) -> tuple[str, str, float | None] | None:
+def _find_refusal(
+    six: SixLegs, bodies: LegBodies, gait: Gait
+) -> tuple[str, str, float | None] | None:
     """Return message, quantity and limit of the error that refuses a gait, None if it works."""
+
+    def legs_reach(other: Gait) -> bool:
+        return violation(six, other) is None
+
+    def legs_pass(other: Gait) -> bool:
+        return legs_reach(other) and collision(six, bodies, other) is None
+
     found = violation(six, gait)
-    if found is None:
+    if found is not None:
+        error = refusal(found, legs_reach, gait)
+        if error.limit is None or legs_pass(changed(gait, **{error.quantity: error.limit})):
+            return str(error), error.quantity, error.limit
+    elif (found := collision(six, bodies, gait)) is None:
         return None
-    error = refusal(found, lambda other: violation(six, other) is None, gait)
+    error = refusal(found, legs_pass, gait)
     return str(error), error.quantity, error.limit
 
 

@@ -15,6 +15,9 @@ from hexapod_pin.control.sensors import Sensor
 BLOCK_TICKS = 128
 """Ticks drawn at once, a multiple of 4: a Philox counter yields 4 words."""
 
+GROUP_ROWS = 16
+"""Rows drawn at once: their intermediate results fit a core's cache."""
+
 NOISE, OFFSET = 0, 1
 """Purposes of a stream."""
 
@@ -44,27 +47,29 @@ class SensorErrors:
         """Return the errors of a block, (ticks, B, components); of one tick if all are alike."""
         offset = np.zeros((1, len(self.case_numbers), components))
         if self.sensor.bias > 0.0:
-            offset += self.sensor.bias * self._normals(OFFSET, 0, 1, components)
+            self._add_normals(offset, self.sensor.bias, OFFSET, 0)
         if self.sensor.noise == 0.0:
             return offset
-        errors = self._normals(NOISE, block, BLOCK_TICKS, components)
-        errors *= self.sensor.noise
-        if self.sensor.bias > 0.0:
-            errors += offset
+        errors = np.repeat(offset, BLOCK_TICKS, axis=0)
+        self._add_normals(errors, self.sensor.noise, NOISE, block * BLOCK_TICKS)
         return errors
 
-    def _normals(self, purpose: int, block: int, ticks: int, components: int) -> Array:
-        """Return standard normal numbers (ticks, B, components), two from each random word."""
-        words = (components + 1) // 2
-        raw = np.empty((ticks, len(self.case_numbers), words), np.uint64)
+    def _add_normals(self, errors: Array, deviation: float, purpose: int, start: int) -> None:
+        """Add normal numbers to errors (ticks, B, components) that begin at tick `start`."""
+        ticks, batch, components = errors.shape
+        words = (components + 1) // 2  # per tick
         stream = np.random.Philox(key=0)
         state = stream.state
-        for row, case in enumerate(self.case_numbers):
-            state["state"]["key"][:] = self.seed, case
-            state["state"]["counter"][:] = block * ticks * words // 4, self.quantity, purpose, 0
-            stream.state = state
-            raw[:, row] = stream.random_raw(ticks * words).reshape(ticks, words)
-        return box_muller(raw)[..., :components]
+        for first in range(0, batch, GROUP_ROWS):
+            group = slice(first, first + GROUP_ROWS)
+            cases = self.case_numbers[group]
+            raw = np.empty((ticks, len(cases), words), np.uint64)
+            for row, case in enumerate(cases):
+                state["state"]["key"][:] = self.seed, case
+                state["state"]["counter"][:] = start * words // 4, self.quantity, purpose, 0
+                stream.state = state
+                raw[:, row] = stream.random_raw(ticks * words).reshape(ticks, words)
+            errors[:, group] += deviation * box_muller(raw)[..., :components]
 
 
 def box_muller(words: NDArray[np.uint64]) -> Array:

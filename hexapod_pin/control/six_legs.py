@@ -71,6 +71,25 @@ class SixLegs:
         rows[:, self.joint_index.ravel()] = np.swapaxes(values, 0, 1).reshape(len(rows), -1)
         return rows
 
+    def joint_angles(self, feet: ArrayLike, near: ArrayLike | None = None) -> Array:
+        """Return the joint angles that put the feet at given places: inverse kinematics.
+
+        Args:
+            feet: centres of the feet, base frame, legs in gait order [m]. Shape (B, 6, 3).
+            near: angles to be nearest to, by whole turns, and those of the joints that belong to
+                no leg; the standing posture if None [rad]. Shape (B, n).
+
+        Returns:
+            `Robot.joint_names` order [rad]. Shape (B, n).
+
+        Raises:
+            ReachError: of the first leg that cannot reach a place inside its joint limits.
+        """
+        p_BF = np.ascontiguousarray(np.swapaxes(np.asarray(feet, dtype=float), 0, 1))
+        rows = np.tile(self.posture, (p_BF.shape[1], 1)) if near is None else np.array(near)
+        start = np.swapaxes(rows[:, self.joint_index], 0, 1)
+        return self.joint_rows(self.kinematics.inverse_each(p_BF, start), rows)
+
     def leg_rows(self, row: Array) -> Array:
         """Return a row (n,) of joint values leg by leg. Shape (6, 3)."""
         legs: Array = row[self.joint_index]

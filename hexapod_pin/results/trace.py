@@ -19,8 +19,12 @@ import numpy.typing as npt
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.results.event import Event
 from hexapod_pin.results.netcdf import Column, write_netcdf
+from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.summary_layout import SUMMARY_META
 from hexapod_pin.results.trace_layout import (
     BASE_Q,
     BASE_V,
@@ -34,7 +38,6 @@ from hexapod_pin.results.trace_layout import (
     frozen,
     frozen_json,
 )
-from hexapod_pin.spec import read_toml
 
 if TYPE_CHECKING:
     import xarray
@@ -59,7 +62,7 @@ class Trace:
         com: (T, 3) [m], centre of mass, world axes.
         energy: (T,) arrays [J] by name: the state functions "kinetic", "potential", "elastic"; and
             accumulated since t = 0 "servo_work", "joint_damping_loss", "normal_loss",
-            "friction_loss" (losses >= 0).
+            "friction_loss" (losses >= 0), and "push_work" where something pushes the robot.
         counters: steps, evaluations, ...
         joint_names: n names.
         foot_names: F names.
@@ -175,10 +178,11 @@ class Trace:
 
     @property
     def energy_residual(self) -> Array:
-        """(T,) [J]: stored energy gained, less servo work, plus losses; 0 for an exact method."""
+        """(T,) [J]: stored energy gained, less work done on the robot, plus losses; ideally 0."""
         stored = sum((self.energy[name] for name in STATE_ENERGIES), np.zeros(len(self.time)))
         lost = sum((self.energy[name] for name in LOSSES), np.zeros(len(self.time)))
-        residual: Array = stored - stored[0] - self.energy["servo_work"] + lost
+        work = self.energy["servo_work"] + self.energy.get("push_work", 0.0)
+        residual: Array = stored - stored[0] - work + lost
         return residual
 
     @property
@@ -204,16 +208,7 @@ class Trace:
         Raises:
             ParameterError: the trace was made by a session, or by a release that kept no case.
         """
-        import tomli_w
-
-        if "run" not in self.meta:
-            hint = "A session is led from outside; older files hold no case."
-            raise ParameterError("Trace.meta", sorted(self.meta), "that of a case's run", hint)
-        parts = read_toml(self.meta["run"])
-        for name in ("controller", "scene"):
-            parts[name] = read_toml(self.meta[name])
-        order = ("schema", "run", "controller", "scene", "initial")
-        return tomli_w.dumps({name: parts[name] for name in order if name in parts})
+        return case_toml(self.meta)
 
     @property
     def case(self) -> Any:
@@ -226,6 +221,25 @@ class Trace:
         """
         # Late, by name: traces are read without a simulator; only what runs them again needs one.
         return import_module("hexapod_pin.simulation.case").Case.from_toml(self.case_toml)
+
+    @property
+    def summary(self) -> Summary:
+        """What the run came to, gathered at its accepted steps: peaks between samples included.
+
+        Raises:
+            ParameterError: the trace was not made by a simulation that gathered one.
+        """
+        if "summary" not in self.meta:
+            raise ParameterError("Trace.meta", sorted(self.meta), "given with a summary")
+        kept = {key: self.meta[key] for key in SUMMARY_META if key in self.meta}
+        return Summary.from_data(
+            self.meta["summary"], self.joint_names, self.foot_names, self.counters, kept
+        )
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What happened, in the order of time: where the trunk came to touch the ground."""
+        return tuple(Event.from_dict(item) for item in self.meta.get("events", ()))
 
     @property
     def digest(self) -> str:

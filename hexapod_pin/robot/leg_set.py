@@ -114,6 +114,30 @@ class LegSet:
         q, failed = self.closed_form.solve(p_BF, start)
         return self._one_by_one(q, p_BF, start, np.flatnonzero(failed))
 
+    def inverse_each(self, p_BF: Array, near: Array) -> Array:
+        """Return joint angles of targets that have nothing to do with each other.
+
+        Args:
+            p_BF: foot targets in the base frame [m]. Shape (L, N, 3).
+            near: angles to be nearest to, by whole turns [rad]. Shape (L, N, 3).
+
+        Returns:
+            Joint angles on the branch of the standing posture [rad]. Shape (L, N, 3).
+
+        Raises:
+            ReachError: of the first leg that cannot reach a target inside its joint limits.
+        """
+        if self.closed_form is not None:
+            q, failed = self.closed_form.solve_each(p_BF, near)
+            if not failed.any():
+                return q
+        return np.stack(
+            [
+                np.stack([leg.inverse(p, near=q) for p, q in zip(targets, starts, strict=True)])
+                for leg, targets, starts in zip(self.legs, p_BF, near, strict=True)
+            ]
+        )
+
     def _one_by_one(
         self, q: Array, p_BF: Array, near: Array, indices: Iterable[int]
     ) -> tuple[Array, tuple[int, ReachError] | None]:
@@ -174,9 +198,23 @@ class StackedClosedForm:
             p_BF: foot targets in the base frame [m]. Shape (L, N, 3).
             near: reference for the first angles [rad]. Shape (L, 3).
         """
+        q, radius, outside = self._angles(p_BF)
+        return self._checked(continuous(q, near), radius, outside)
+
+    def solve_each(self, p_BF: Array, near: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Return the same of unrelated targets, near angles (L, N, 3) by whole turns [rad]."""
+        q, radius, outside = self._angles(p_BF)
+        turns = np.rint((near - q) / (2.0 * np.pi))
+        return self._checked(q + 2.0 * np.pi * turns if turns.any() else q, radius, outside)
+
+    def _angles(self, p_BF: Array) -> tuple[Array, Array, Array]:
+        """Return angles, distance from the yaw axes [m] and distance outside the reach [m]."""
         p_HF, radius = self.geometry.to_hip(p_BF)
         q, outside = self.geometry.solve(p_HF, radius, self.fold, self.knee)
-        q = continuous(q, near)
+        return q, radius, outside
+
+    def _checked(self, q: Array, radius: Array, outside: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Return the angles, and which legs have one that is not to be used."""
         missed = (radius < POSITION_TOLERANCE) | (outside > self.tolerance)
         beyond = (q < self.lower) | (q > self.upper)
         return q, np.logical_or(missed.any(axis=1), beyond.any(axis=(1, 2)))

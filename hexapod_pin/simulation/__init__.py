@@ -2,8 +2,20 @@
 
 from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case, load_case
+from hexapod_pin.simulation.loads import LostLeg, Payload, Push
 from hexapod_pin.simulation.methods import METHODS, Method
 from hexapod_pin.simulation.run import simulate
 from hexapod_pin.simulation.scene import Scene
 
-__all__ = ["Case", "METHODS", "Method", "Scene", "load_case", "simulate", "simulate_batch"]
+__all__ = [
+    "Case",
+    "LostLeg",
+    "METHODS",
+    "Method",
+    "Payload",
+    "Push",
+    "Scene",
+    "load_case",
+    "simulate",
+    "simulate_batch",
+]

@@ -35,8 +35,8 @@ def closed_loop_run(
 def lock_step_runs(
     cases: Sequence[Case],
     how: RunSettings,
-    numbers: Sequence[int],
     *,
+    numbers: Sequence[int] | None = None,
     record: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> list[NativeRun]:
@@ -45,7 +45,7 @@ def lock_step_runs(
     Args:
         cases: what to run.
         how: method, duration and sampling.
-        numbers: of the cases, for the noise of their sensors.
+        numbers: of the cases, as in `ControlLoop`.
         record: whether samples are kept.
         progress: called with the finished fraction now and then.
     """

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.control.feedback import FeedbackController, Measurement
+from hexapod_pin.control.sensors import Sensors
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.simulation.lock_step import LockStep
@@ -26,18 +27,28 @@ class ControlLoop:
     """B runs in lock-step under one controller."""
 
     def __init__(
-        self, runs: Sequence[NativeRun], controller: FeedbackController, cases: Sequence[int] = (0,)
+        self,
+        runs: Sequence[NativeRun],
+        controller: FeedbackController,
+        numbers: Sequence[int] | None = None,
     ) -> None:
-        """Start the controller; `cases` are the runs' numbers, for the noise of their sensors.
+        """Start the controller.
+
+        Args:
+            runs: of one kind of robot, at one time.
+            controller: of all of them.
+            numbers: of the runs, on which the errors of their sensors depend; None: 0 for each,
+                as in a run of its own.
 
         Raises:
             ParameterError: a period or delay out of range.
         """
-        self.together, self.controller, self.cases = LockStep(runs), controller, tuple(cases)
+        self.together, self.controller = LockStep(runs), controller
         self.period = _time("period", controller.period, smallest=np.nextafter(0.0, 1.0))
         self.delay = _time("delay", getattr(controller, "delay", 0.0), smallest=0.0)
-        self.sensors = getattr(controller, "sensors", None)
-        self.sensor_delay = getattr(self.sensors, "delay", 0.0)
+        sensors: Sensors = getattr(controller, "sensors", None) or Sensors()
+        self.reader = sensors.start([0] * len(runs) if numbers is None else numbers)
+        self.sensor_delay = sensors.delay
         self.measured = self.commanded = 0  # ticks
         self.waiting: list[Measurement] = []
         self.state = controller.start(runs[0].scene, len(runs))
@@ -68,9 +79,7 @@ class ControlLoop:
         self.measured += 1
 
     def _command(self) -> None:
-        measurement = self.waiting.pop(0)
-        if self.sensors is not None:
-            measurement = self.sensors.read(self.commanded, self.cases, measurement)
+        measurement = self.reader.read(self.commanded, self.waiting.pop(0))
         time = self.commanded * self.period
         command, self.state = self.controller.update(time, measurement, self.state)
         self.together.command(command, self.period)

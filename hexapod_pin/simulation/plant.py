@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +13,13 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Plane
 from hexapod_pin.robot.once_per_robot import once_per_robot
 from hexapod_pin.robot.scratch_data import scratch_data
+from hexapod_pin.simulation.loaded_model import (
+    KEPT_MODELS,
+    Payloads,
+    models_by_payload,
+    native_loads,
+    payloads,
+)
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -74,8 +83,15 @@ def native_model(model: pin.Model) -> TreeModel:
 
 
 @once_per_robot
-def _robot_model(robot: Robot) -> TreeModel:
-    return native_model(robot.model)
+def _trees_by_payload(robot: Robot) -> Callable[[Payloads], TreeModel]:
+    """Return the function that gives the core's model of a robot for payloads, each built once."""
+    model_with = models_by_payload(robot)
+
+    @lru_cache(maxsize=KEPT_MODELS)
+    def tree_with(carried: Payloads) -> TreeModel:
+        return native_model(model_with(carried))
+
+    return tree_with
 
 
 def native_plant(scene: Scene, *, dense: bool = False) -> Any:
@@ -88,9 +104,11 @@ def native_plant(scene: Scene, *, dense: bool = False) -> Any:
         (_native_joint(robot, foot.joint), np.asarray(foot.offset, dtype=float), float(foot.radius))
         for foot in robot.feet
     ]
+    loads = native_loads(scene)
+    feet += [point[:3] for point in loads.body_points]
     limit = robot.effort if servo.limited else np.full(n, np.inf)
     return _native.plant_settings(
-        model=_robot_model(robot),
+        model=_trees_by_payload(robot)(payloads(scene)),
         gravity=np.asarray(scene.gravity, dtype=float),
         feet=feet,
         normal=scene.contact.normal.native(),
@@ -104,8 +122,8 @@ def native_plant(scene: Scene, *, dense: bool = False) -> Any:
         upper=np.array(robot.upper, dtype=float),
         stop_stiffness=scene.joint_stops.stiffness,
         stop_dissipation=scene.joint_stops.dissipation,
-        pushes=[],
-        lost=[],
+        pushes=loads.pushes,
+        lost=[(joint, time) for joints, time in loads.lost for joint in joints],
         dense=dense,
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,14 @@ from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.terrain import AnyTerrain, Flat, read_terrain
+from hexapod_pin.robot.trunk import trunk_points
+from hexapod_pin.simulation.loads import (
+    Load,
+    Payload,
+    checked_loads,
+    load_to_dict,
+    read_loads,
+)
 from hexapod_pin.simulation.robot_data import read_robot, robot_to_dict
 from hexapod_pin.spec import read_toml
 
@@ -33,6 +42,9 @@ class Scene:
         gravity: acceleration [m/s^2], world axes; tilt it to stand on a slope.
         stops: what holds the joints in their range; default `JointStops.from_effort(robot)`,
             *assumed* numbers.
+        loads: payloads, pushes and lost legs.
+        body_contact: whether the ground pushes the trunk's corners (`trunk_points`) as it pushes
+            the feet; without it the trunk passes through, which is noticed and told.
     """
 
     robot: Robot
@@ -41,12 +53,16 @@ class Scene:
     servo: Servo | None = None
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     stops: JointStops | None = None
+    loads: Sequence[Load] = ()
+    body_contact: bool = False
 
     def __post_init__(self) -> None:
-        """Fill in the default servo and stops, and check gravity.
+        """Fill in the default servo and stops; check gravity, loads and body contact.
 
         Raises:
-            ParameterError: if gravity is not three finite numbers.
+            ParameterError: gravity is not three finite numbers, `loads` holds something else, or
+                body contact is wanted of a trunk whose shape is not known.
+            UnknownNameError: a load on a link or leg that the robot does not have.
         """
         if self.servo is None:
             object.__setattr__(self, "servo", Servo.from_effort(self.robot))
@@ -56,6 +72,14 @@ class Scene:
         if len(gravity) != 3 or not all(math.isfinite(g) for g in gravity):
             raise ParameterError("Scene.gravity", self.gravity, "three finite numbers [m/s^2]")
         object.__setattr__(self, "gravity", gravity)
+        object.__setattr__(self, "loads", checked_loads(self.robot, self.loads))
+        if not isinstance(self.body_contact, bool):
+            raise ParameterError("Scene.body_contact", self.body_contact, "true or false")
+        if self.body_contact and not len(trunk_points(self.robot)):
+            raise ParameterError(
+                "Scene.body_contact", True, f"False: the trunk of {self.robot.name} has no shape",
+                "Give its base link collision shapes.",
+            )  # fmt: skip
 
     @property
     def servos(self) -> Servo:
@@ -66,6 +90,24 @@ class Scene:
     def joint_stops(self) -> JointStops:
         """What holds the joints in their range (never None)."""
         return self.stops or JointStops.from_effort(self.robot)
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of the robot with its payloads [kg]."""
+        carried = [load.mass for load in self.loads if isinstance(load, Payload)]
+        return math.fsum([self.robot.total_mass, *carried])
+
+    def require_unloaded(self, where: str) -> None:
+        """Refuse loads and body contact where they cannot be done.
+
+        Raises:
+            ParameterError: the scene has some; `where` says what cannot do them.
+        """
+        if self.loads:
+            kinds = ", ".join(sorted({load.kind for load in self.loads}))
+            raise ParameterError("Scene.loads", kinds, f"empty {where}")
+        if self.body_contact:
+            raise ParameterError("Scene.body_contact", True, f"False {where}")
 
     @property
     def assumed(self) -> tuple[str, ...]:
@@ -82,11 +124,18 @@ class Scene:
                 f"joint stops: {self.joint_stops.stiffness:g} N m/rad, "
                 f"{self.joint_stops.dissipation:g} s/rad"
             )
+        found += [
+            f"payload of {load.mass:g} kg on {load.link}: a point mass"
+            for load in self.loads
+            if isinstance(load, Payload) and load.inertia is None
+        ]
+        if self.body_contact and (assumed := trunk_points(self.robot).assumed):
+            found.append(f"body contact: {assumed}")
         return tuple(found)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the TOML-able form."""
-        return {
+        data = {
             "schema": SCHEMA,
             "gravity": list(self.gravity),
             "robot": robot_to_dict(self.robot),
@@ -95,6 +144,11 @@ class Scene:
             "servo": self.servos.model_dump(),
             "stops": self.joint_stops.model_dump(),
         }
+        if self.loads:
+            data["loads"] = [load_to_dict(load) for load in self.loads]
+        if self.body_contact:
+            data["body_contact"] = True
+        return data
 
     def to_toml(self) -> str:
         """Return the scene as TOML text."""
@@ -113,6 +167,7 @@ class Scene:
         Raises:
             ParameterError: bad TOML, a missing part, a value out of range, or a robot file that
                 has changed since the text was written.
+            UnknownNameError: a load on a link or leg that the robot does not have.
             UrdfError: the robot's file is no longer usable.
         """
         data = read_toml(text, required=("robot", "terrain", "contact", "servo", "gravity"))
@@ -123,4 +178,6 @@ class Scene:
             servo=Servo(**data["servo"]),
             gravity=tuple(data["gravity"]),
             stops=JointStops(**data["stops"]) if "stops" in data else None,
+            loads=read_loads(data.get("loads", ())),
+            body_contact=data.get("body_contact", False),
         )

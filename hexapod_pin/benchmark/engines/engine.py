@@ -53,10 +53,11 @@ class Problem:
         """Translate a task.
 
         Raises:
-            ParameterError: the ground is not `Flat`, a foot is a point or starts in the ground, or
-                a joint is not revolute: engines cannot be compared on that.
+            ParameterError: the ground is not `Flat`, a foot is a point or starts in the ground, a
+                joint is not revolute, or there are loads: engines cannot be compared on that.
         """
         scene, servo = task.scene, task.scene.servos
+        scene.require_unloaded("in other engines")
         if not isinstance(scene.terrain, Flat):
             raise ParameterError("terrain", scene.terrain.kind, "flat in other engines")
         depth = scene.terrain.height - lowest_foot(scene.robot, task.initial.q)

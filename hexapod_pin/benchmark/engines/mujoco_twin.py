@@ -54,8 +54,9 @@ class MujocoTwin:
         """Build and compile the model.
 
         Raises:
-            ParameterError: the ground is not `Flat`, or a foot is a point.
+            ParameterError: the ground is not `Flat`, a foot is a point, or there are loads.
         """
+        self.scene.require_unloaded("in MuJoCo")
         scene, robot, servo = self.scene, self.scene.robot, self.scene.servos
         if not isinstance(scene.terrain, Flat):
             raise ParameterError("terrain", scene.terrain.kind, "flat in MuJoCo")

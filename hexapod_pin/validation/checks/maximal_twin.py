@@ -68,8 +68,9 @@ def maximal_twin(scene: Scene, *, baumgarte: Baumgarte | None = None) -> Twin:
 
     Raises:
         UrdfError: not a tree of turning joints with mass everywhere.
-        ParameterError: laws that maximal coordinates cannot do on this ground.
+        ParameterError: laws that maximal coordinates cannot do on this ground, or loads.
     """
+    scene.require_unloaded("in maximal coordinates")
     robot, servo, stops = scene.robot, scene.servos, scene.joint_stops
     names, radii = zip(*((foot.name, foot.radius) for foot in robot.feet), strict=True)
     bodies = read_bodies(robot.urdf, names, radii)

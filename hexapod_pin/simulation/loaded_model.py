@@ -1,0 +1,113 @@
+"""The robot with its payloads on, and the loads of a scene as the native core takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.robot.loading.pin_model import placement
+from hexapod_pin.robot.once_per_robot import once_per_robot
+from hexapod_pin.robot.trunk import trunk_points
+from hexapod_pin.simulation.loads import LostLeg, Payload, Push
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+    from hexapod_pin.robot.robot import Robot
+    from hexapod_pin.simulation.scene import Scene
+
+KEPT_MODELS = 32
+"""How many sets of payloads are remembered of a robot."""
+
+TRUNK_JOINT = 1
+"""Index of the free-flyer, in Pinocchio's model and in the core's."""
+
+Payloads = tuple[Payload, ...]
+NativePush = tuple[int, Array, Array, Array, float, float]
+NativePoint = tuple[int, Array, float, str]
+
+
+class NativeLoads(NamedTuple):
+    """Loads in plain numbers; joints by their index in the model, the free-flyer is 1.
+
+    Attributes:
+        pushes: joint, point in the joint's frame (3,) [m], force (3,) [N] and torque (3,) [N m] in
+            world axes, start and end [s].
+        lost: indices of a leg's joints in `Robot.joint_names`, and when they are lost [s].
+        body_points: joint, centre in its frame (3,) [m], radius [m] and name of the points that
+            the ground pushes; empty without body contact.
+        trunk_points: the same of the points whose contact is noticed.
+    """
+
+    pushes: list[NativePush]
+    lost: list[tuple[list[int], float]]
+    body_points: list[NativePoint]
+    trunk_points: list[NativePoint]
+
+
+def loaded_model(scene: Scene) -> pin.Model:
+    """Return the robot's model with the payloads' inertias added to the bodies that carry them.
+
+    The robot's own model where the scene has no payload. Must not be changed.
+    """
+    return models_by_payload(scene.robot)(payloads(scene))
+
+
+def payloads(scene: Scene) -> Payloads:
+    """Return the payloads of a scene, in their order."""
+    return tuple(load for load in scene.loads if isinstance(load, Payload))
+
+
+@once_per_robot
+def models_by_payload(robot: Robot) -> Callable[[Payloads], pin.Model]:
+    """Return the function that gives a robot's model for payloads, each built once."""
+    bare = robot.model
+
+    @lru_cache(maxsize=KEPT_MODELS)
+    def model_with(carried: Payloads) -> pin.Model:
+        return _with_payloads(bare, carried) if carried else bare
+
+    return model_with
+
+
+def _with_payloads(bare: pin.Model, carried: Payloads) -> pin.Model:
+    """Return a copy of a model with payloads on."""
+    import pinocchio as pin
+
+    model = pin.Model(bare)
+    for load in carried:
+        name, place = placement(model, load.link)
+        body = pin.Inertia(load.mass, np.array(load.position), load.inertia_matrix)
+        model.inertias[model.getJointId(name)] += place.act(body)
+    return model
+
+
+def native_loads(scene: Scene) -> NativeLoads:
+    """Return what acts on the robot of a scene besides servos, gravity and its feet's contacts.
+
+    Payloads are not among them: they are part of `loaded_model`.
+    """
+    robot = scene.robot
+    trunk = trunk_points(robot)
+    points: list[NativePoint] = [
+        (TRUNK_JOINT, np.array(place), float(radius), name)
+        for place, radius, name in zip(trunk.points, trunk.radius, trunk.names, strict=True)
+    ]
+    lost = [load for load in scene.loads if isinstance(load, LostLeg)]
+    return NativeLoads(
+        pushes=[_push(robot, load) for load in scene.loads if isinstance(load, Push)],
+        lost=[([robot.joint_index(j) for j in robot.leg(x.leg).joints], x.time) for x in lost],
+        body_points=points if scene.body_contact else [],
+        trunk_points=points,
+    )
+
+
+def _push(robot: Robot, load: Push) -> NativePush:
+    name, place = placement(robot.model, load.link)
+    point = np.array(place.act(np.array(load.position)))
+    force, torque = np.array(load.force), np.array(load.torque)
+    return int(robot.model.getJointId(name)), point, force, torque, load.start, load.end

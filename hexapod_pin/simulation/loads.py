@@ -1,0 +1,230 @@
+"""What a scene puts on a robot or takes from it: payloads, pushes, lost legs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, NonNegativeFloat, PositiveFloat, field_validator, model_validator
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.robot.description.urdf_inertia import INERTIA_RELATIVE_TOLERANCE
+from hexapod_pin.robot.loading.pin_model import placement
+from hexapod_pin.spec import Spec
+
+if TYPE_CHECKING:
+    from hexapod_pin.robot.robot import Robot
+
+Triple = tuple[float, float, float]
+Moments = tuple[float, float, float, float, float, float]
+Name = Annotated[str, Field(min_length=1)]
+GivenInertia = Sequence[float] | Sequence[Sequence[float]] | Array
+
+
+class Payload(Spec):
+    """A rigid body fixed to a link from the start to the end of a run.
+
+    Attributes:
+        link: name of a link, also one that is fixed to another.
+        mass: mass [kg].
+        position: its centre of mass in the link's frame [m].
+        inertia: (ixx, iyy, izz, ixy, ixz, iyz) about its centre of mass, along the link's axes
+            [kg m^2]; given as these six numbers or as a 3x3 matrix; None is a point mass.
+    """
+
+    kind: Literal["payload"] = "payload"
+    link: Name
+    mass: PositiveFloat
+    position: Triple = (0.0, 0.0, 0.0)
+    inertia: Moments | None = None
+
+    def __init__(
+        self,
+        link: str,
+        mass: float,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        inertia: GivenInertia | None = None,
+        **others: Any,
+    ) -> None:
+        """Check the numbers.
+
+        Raises:
+            ParameterError: naming the field, the value and what is allowed.
+        """
+        values = {"mass": mass, "position": position, "inertia": inertia}
+        super().__init__(link=link, **values, **others)
+
+    @field_validator("position", "inertia", mode="before")
+    @classmethod
+    def _plain(cls, value: Any) -> Any:
+        return value.tolist() if isinstance(value, np.ndarray) else value
+
+    @field_validator("inertia", mode="before")
+    @classmethod
+    def _six_numbers(cls, value: Any) -> Any:
+        if value is None or np.shape(value) == (6,):
+            return value
+        if np.shape(value) != (3, 3) or not np.array_equal(value, np.transpose(value)):
+            raise ParameterError(
+                "Payload.inertia", value, "six numbers or a symmetric 3x3 matrix [kg m^2]"
+            )
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = np.asarray(value).tolist()
+        return xx, yy, zz, xy, xz, yz
+
+    @model_validator(mode="after")
+    def _is_a_rigid_body(self) -> Payload:
+        small, middle, large = np.linalg.eigvalsh(self.inertia_matrix)
+        slack = INERTIA_RELATIVE_TOLERANCE * abs(large)
+        if small < -slack or small + middle < large - slack:
+            raise ParameterError(
+                "Payload.inertia",
+                self.inertia,
+                "that of a rigid body: principal moments not negative, and the two smaller ones "
+                f"add up to the largest at least ({small:.6g}, {middle:.6g}, {large:.6g} kg m^2)",
+            )
+        return self
+
+    @property
+    def inertia_matrix(self) -> Array:
+        """(3, 3) inertia about the centre of mass, along the link's axes [kg m^2]."""
+        xx, yy, zz, xy, xz, yz = self.inertia or (0.0,) * 6
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+class Push(Spec):
+    """A force and a torque, constant in world axes, on a point fixed to a link.
+
+    Attributes:
+        link: name of a link, also one that is fixed to another.
+        position: the point in the link's frame [m].
+        force: force on the robot, world axes [N].
+        torque: torque on the robot, world axes [N m].
+        start: when it begins [s].
+        duration: how long it lasts [s].
+    """
+
+    kind: Literal["push"] = "push"
+    link: Name
+    position: Triple = (0.0, 0.0, 0.0)
+    force: Triple = (0.0, 0.0, 0.0)
+    torque: Triple = (0.0, 0.0, 0.0)
+    start: NonNegativeFloat
+    duration: PositiveFloat
+
+    def __init__(
+        self,
+        link: str,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        *,
+        force: Sequence[float] | None = None,
+        torque: Sequence[float] | None = None,
+        start: float,
+        duration: float,
+        **others: Any,
+    ) -> None:
+        """Check the numbers.
+
+        Raises:
+            ParameterError: naming the field, the value and what is allowed.
+        """
+        if force is None and torque is None:
+            raise ParameterError("Push.force", None, "given [N], or Push.torque [N m]")
+        wrench = {"force": force, "torque": torque}
+        given = {name: value for name, value in wrench.items() if value is not None}
+        times = {"start": start, "duration": duration}
+        super().__init__(link=link, position=position, **given, **times, **others)
+
+    @field_validator("position", "force", "torque", mode="before")
+    @classmethod
+    def _plain(cls, value: Any) -> Any:
+        return value.tolist() if isinstance(value, np.ndarray) else value
+
+    @property
+    def end(self) -> float:
+        """When it ends [s]."""
+        return self.start + self.duration
+
+
+class LostLeg(Spec):
+    """A leg whose drives give no torque from a time on.
+
+    Attributes:
+        leg: name of the leg: lf, lm, lr, rf, rm or rr.
+        time: when it is lost [s].
+    """
+
+    kind: Literal["lost-leg"] = "lost-leg"
+    leg: Name
+    time: NonNegativeFloat
+
+    def __init__(self, leg: str, time: float, **others: Any) -> None:
+        """Check the numbers.
+
+        Raises:
+            ParameterError: naming the field, the value and what is allowed.
+        """
+        super().__init__(leg=leg, time=time, **others)
+
+
+Load = Payload | Push | LostLeg
+
+KINDS: dict[str, type[Load]] = {
+    str(cls.model_fields["kind"].default): cls for cls in (Payload, Push, LostLeg)
+}
+
+
+def read_loads(items: Any) -> list[Load]:
+    """Return the loads that `load_to_dict` turned into plain data.
+
+    Raises:
+        ParameterError: not a list of tables, `kind` missing or unknown, a field missing, or a
+            value out of range.
+    """
+    if not isinstance(items, Sequence) or not all(isinstance(x, Mapping) for x in items):
+        raise ParameterError("loads", items, "a list of tables")
+    return [_read_load(index, item) for index, item in enumerate(items)]
+
+
+def _read_load(index: int, data: Mapping[str, Any]) -> Load:
+    kind = data.get("kind")
+    if kind not in KINDS:
+        raise ParameterError(f"loads[{index}].kind", kind, f"one of {', '.join(KINDS)}")
+    load = KINDS[kind]
+    for name, field in load.model_fields.items():
+        if field.is_required() and name not in data:
+            raise ParameterError(f"loads[{index}].{name}", None, "given: it has no default")
+    return load(**data)
+
+
+def load_to_dict(load: Load) -> dict[str, Any]:
+    """Return a load as TOML-able data."""
+    return load.model_dump(exclude_none=True)
+
+
+def checked_loads(robot: Robot, loads: Sequence[Load]) -> tuple[Load, ...]:
+    """Return the loads of a scene, checked against its robot.
+
+    Raises:
+        ParameterError: not a sequence of loads, or a leg that is lost twice.
+        UnknownNameError: a link or leg that the robot does not have; names the load.
+    """
+    if not isinstance(loads, Sequence) or not all(isinstance(x, Load) for x in loads):
+        raise ParameterError("Scene.loads", loads, "a list of Payload, Push and LostLeg")
+    lost: set[str] = set()
+    for index, load in enumerate(loads):
+        part = "leg" if isinstance(load, LostLeg) else "link"
+        try:
+            if isinstance(load, LostLeg):
+                robot.leg(load.leg)
+            else:
+                placement(robot.model, load.link)
+        except UnknownNameError as error:
+            where = f"{part} (Scene.loads[{index}].{part})"
+            raise UnknownNameError(where, error.name, error.known) from None
+        if isinstance(load, LostLeg):
+            if load.leg in lost:
+                raise ParameterError(f"Scene.loads[{index}].leg", load.leg, "lost only once")
+            lost.add(load.leg)
+    return tuple(loads)

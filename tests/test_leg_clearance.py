@@ -1,0 +1,199 @@
+"""Legs against each other and the trunk: distances in closed form, refusals and warnings."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from typer.testing import CliRunner
+
+import hexapod_pin as hp
+from hexapod_pin.commands.app import app
+from hexapod_pin.control import FootPath, leg_clearance
+from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.errors import GaitError
+from hexapod_pin.robot.description.paper_robots import KHARAGPUR
+from hexapod_pin.robot.description.segments import Segment, Trunk
+from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
+
+HIP_X = 0.1
+TIBIA_RADIUS = 0.015
+LIMITS = (-1.2, 1.2)
+
+
+def narrow(tmp_path: Path, hip_x: float = HIP_X, coxa_width: float = 0.03) -> hp.Robot:
+    """Hips close together, thin femurs, tibias of radius 15 mm that lean outwards."""
+    blueprint = hp.Blueprint.from_dimensions(
+        "narrow", trunk=Trunk.solid(2.0, (0.26, 0.1, 0.05)),
+        coxa=Segment.box(0.1, (0.05, coxa_width, 0.03), LIMITS, 10.0, 20.0),
+        femur=Segment.box(0.1, (0.1, 0.02, 0.02), LIMITS, 10.0, 20.0),
+        tibia=Segment.rod(0.1, 0.15, TIBIA_RADIUS, (0.2, 2.6), 10.0, 20.0),
+        hip_x=hip_x, hip_y=0.05, foot_radius=0.01, posture=(0.0, -0.3, 1.6),
+    )  # fmt: skip
+    path = tmp_path / "narrow.urdf"
+    path.write_text(blueprint.urdf())
+    return hp.load_robot(path)
+
+
+def tripod(stroke: float) -> hp.Gait:
+    return hp.Gait.tripod(stroke=stroke, cycle_time=2.0)
+
+
+def posture(robot: hp.Robot, **angles: float) -> np.ndarray:
+    """A configuration with the base at the origin, as `LegBodies.distances` takes it. (1, nq)."""
+    q = robot.posture_from({f"{name}_joint": angle for name, angle in angles.items()})
+    return np.concatenate([pin.neutral(robot.model)[:7], q])[None]
+
+
+def nearest(bodies: LegBodies, q: np.ndarray) -> tuple[set[str], float]:
+    distance, pair = bodies.distances(q)
+    return set(bodies.pairs[pair[0]]), float(distance[0])
+
+
+@pytest.mark.parametrize("yaw", [-0.75, -0.9, -1.1])
+def test_two_femurs_in_closed_form(yaw: float) -> None:
+    """A front leg turned back: its knee comes near the middle femur, or into it.
+
+    Capsules of radius 22.5 mm; the middle femur lies along y at x = 0, the front knee is
+    0.2 - (coxa + femur) sin(yaw) in front of it.
+    """
+    robot = hp.load_robot("kharagpur")
+    reach = KHARAGPUR.coxa.length + KHARAGPUR.femur.length
+    wanted = 0.2 - reach * math.sin(-yaw) - 2 * 0.0225
+    links, distance = nearest(leg_bodies(robot), posture(robot, lf_coxa=-yaw))
+    assert links == {"lf_femur", "lm_femur"}
+    assert distance == pytest.approx(wanted, abs=1e-9)
+
+
+def test_a_tibia_under_the_trunk_in_closed_form() -> None:
+    """Folded below the trunk: the cap around the foot's centre is nearest to the flat underside."""
+    robot = hp.load_robot("kharagpur")
+    femur, tibia = 1.8, 1.9
+    depth = KHARAGPUR.femur.length * math.sin(femur) + KHARAGPUR.tibia.length * math.sin(
+        femur + tibia
+    )
+    links, distance = nearest(leg_bodies(robot), posture(robot, lm_femur=femur, lm_tibia=tibia))
+    assert links == {"lm_tibia", "base_link"}
+    assert distance == pytest.approx(depth - 0.089 / 2 - 0.015, abs=1e-6)  # an iterated search
+
+
+def test_first_links_are_not_checked_against_the_trunk() -> None:
+    pairs = {frozenset(pair) for pair in leg_bodies(hp.load_robot("athena")).pairs}
+    assert frozenset(("lm_femur", "base_link")) in pairs
+    assert frozenset(("lm_coxa", "base_link")) not in pairs
+    assert frozenset(("lm_coxa", "lm_tibia")) not in pairs
+    assert frozenset(("lf_coxa", "lm_coxa")) in pairs
+
+
+def test_a_collision_shape_of_the_urdf_is_taken_as_it_is(tmp_path: Path) -> None:
+    """A ball of 30 mm at the middle knee, 120 mm towards the front leg (x of the femur is y)."""
+    ball = (
+        '<link name="lm_femur"><collision><origin xyz="0.11934 -0.12 0" rpy="0 0 0"/><geometry>'
+        '<sphere radius="0.03"/></geometry></collision>'
+    )
+    path = tmp_path / "ball.urdf"
+    path.write_text(KHARAGPUR.urdf().replace('<link name="lm_femur">', ball))
+    robot = hp.load_robot(path)
+    links, distance = nearest(leg_bodies(robot), posture(robot))
+    assert links == {"lm_femur", "lf_femur"}
+    assert distance == pytest.approx(0.2 - 0.12 - 0.03 - 0.0225, abs=1e-9)
+
+
+def test_without_shapes_a_radius_is_assumed_and_said(tmp_path: Path) -> None:
+    """A tenth of the length: two parallel femurs 0.2 m apart, no trunk to check against."""
+    text = KHARAGPUR.urdf()
+    while "<visual>" in text:
+        text = text[: text.index("<visual>")] + text[text.index("</visual>") + len("</visual>") :]
+    path = tmp_path / "bare.urdf"
+    path.write_text(text)
+    robot = hp.load_robot(path)
+    bodies = leg_bodies(robot)
+    links, distance = nearest(bodies, posture(robot))
+    assert links <= {f"{leg}_femur" for leg in ("lf", "lm", "lr", "rf", "rm", "rr")}
+    assert distance == pytest.approx(0.2 - 2 * 0.1 * KHARAGPUR.femur.length, abs=1e-9)
+    assert "capsules of radius 0.1 times length (lf_coxa, lf_femur" in bodies.assumed
+    assert "not checked: no primitive shape (base_link)" in bodies.assumed
+
+
+@pytest.mark.parametrize("stroke", [0.05, 0.069, 0.085])
+def test_a_tripod_in_closed_form(tmp_path: Path, stroke: float) -> None:
+    """Where the tripods change, two feet stand hip_x - stroke apart, their tibias apart above.
+
+    The legs are then mirror images, so nothing else comes nearer; a foot in the air is on its way
+    to that place or from it.
+    """
+    found = leg_clearance(narrow(tmp_path), tripod(stroke))
+    assert {name.split("_")[1] for name in found.links} == {"tibia"}
+    assert found.distance == pytest.approx(HIP_X - stroke - 2 * TIBIA_RADIUS, abs=1e-6)
+    assert math.remainder(found.time, 1.0) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_overlapping_legs_are_refused_with_links_distance_time_and_limit(tmp_path: Path) -> None:
+    """The largest stroke that works leaves the tibias just touching."""
+    robot = narrow(tmp_path)
+    with pytest.raises(GaitError, match=r"_tibia and \w\w_tibia overlap by 0.015 m at \d+ s") as e:
+        hp.KinematicControl(tripod(0.085)).plan(robot, 1.0)
+    assert e.value.quantity == "stroke"
+    limit = HIP_X - 2 * TIBIA_RADIUS
+    assert e.value.limit == pytest.approx(limit, abs=1e-4 * 0.085)  # width of the bisection
+    hp.KinematicControl(tripod(e.value.limit)).plan(robot, 1.0)
+    assert "shapes: capsules as wide as drawn" in str(e.value)
+
+
+def test_a_limit_of_reach_is_also_clear(tmp_path: Path) -> None:
+    """Refused for its reach: the stroke that is offered instead does not collide either."""
+    robot = narrow(tmp_path)
+    with pytest.raises(GaitError) as caught:
+        hp.KinematicControl(tripod(0.5)).plan(robot, 1.0)
+    assert caught.value.limit == pytest.approx(HIP_X - 2 * TIBIA_RADIUS, abs=1e-4 * 0.5)
+
+
+def test_what_overlaps_standing_is_left_out_and_said(tmp_path: Path) -> None:
+    """Hips of 70 mm width 60 mm apart."""
+    robot = narrow(tmp_path, hip_x=0.06, coxa_width=0.07)
+    hp.KinematicControl(tripod(0.02)).plan(robot, 1.0)
+    found = leg_clearance(robot, tripod(0.02))
+    assert ("lf_coxa", "lm_coxa") in found.excluded
+    assert any("lf_coxa and lm_coxa" in note for note in found.notes)
+
+
+def test_a_small_clearance_is_told(tmp_path: Path) -> None:
+    """1 mm between two tibias: the walk goes on, with a line that says so."""
+    robot = narrow(tmp_path)
+    (note,) = leg_clearance(robot, tripod(0.069)).notes
+    assert "come within 1 mm" in note
+    assert leg_clearance(robot, tripod(0.05)).notes == ()
+    done = CliRunner().invoke(
+        app,
+        ["walk", robot.source, "--gait", "tripod", "--stroke", "0.069", "--cycle", "2",
+         "--duration", "0.1", "--no-html", "--out", str(tmp_path / "walk.nc")],
+    )  # fmt: skip
+    assert done.exit_code == 0, done.output
+    assert f"note: {note}" in done.output
+
+
+@pytest.mark.parametrize("name", ["kharagpur", "athena"])
+@pytest.mark.parametrize("gait", ["tripod", "ripple", "tetrapod", "wave"])
+def test_built_in_robots_keep_their_legs_apart(name: str, gait: str) -> None:
+    """More than 2 cm."""
+    robot = hp.load_robot(name)
+    chosen = hp.Gait.by_name(gait, stroke=0.1, cycle_time=2.4)
+    found = leg_clearance(robot, chosen)
+    assert found.distance > 0.02
+    assert leg_clearance(robot, chosen) is found  # remembered
+
+
+def test_the_nearest_moment_is_found_between_samples() -> None:
+    """Against distances on a grid 20 times as fine; what is left is the finer one's own error."""
+    robot = hp.load_robot("kharagpur")
+    six, bodies = six_legs(robot), leg_bodies(robot)
+    gait = hp.Gait.tripod(stroke=0.12, cycle_time=2.3, turn_rate=0.1, heading=0.3)
+    path = FootPath(gait, six.neutral_feet, stop_at=7 * gait.cycle_time)
+    p_BF, _ = six.foot_motion(path, np.linspace(0.0, 7 * gait.cycle_time, 8401))
+    angles = six.joint_rows(six.kinematics.inverse(p_BF), six.posture)
+    base = pin.neutral(robot.model)[:7]
+    fine, _ = bodies.distances(np.hstack([np.tile(base, (len(angles), 1)), angles]))
+    assert leg_clearance(robot, gait).distance == pytest.approx(fine.min(), abs=2e-5)

@@ -1,0 +1,225 @@
+"""Loads as data: payloads as part of the model, pushes and lost legs in the core's terms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin import native
+from hexapod_pin.benchmark.engines.mujoco_twin import MujocoTwin
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.robot.trunk import trunk_points
+from hexapod_pin.simulation.loaded_model import loaded_model, native_loads
+from hexapod_pin.simulation.plant import native_plant
+from hexapod_pin.validation.checks.maximal_twin import maximal_twin
+
+MOMENTS = (3e-4, 4e-4, 5e-4, 2e-5, -3e-5, 4e-5)
+BOX = hp.Payload("base_link", mass=0.8, position=(0.05, -0.02, 0.06), inertia=MOMENTS)
+TOOL = hp.Payload("lf_foot", 0.05, (0.01, 0.005, -0.01))  # a link fixed to the tibia
+
+
+def built_with(robot: hp.Robot, tmp_path: Path, *payloads: hp.Payload) -> hp.Robot:
+    """The robot whose URDF has each payload as a link of its own on a fixed joint."""
+    extra = ""
+    for k, load in enumerate(payloads):
+        xx, yy, zz, xy, xz, yz = load.inertia or (0.0,) * 6
+        place = " ".join(map(repr, load.position))
+        extra += (
+            f'<link name="load{k}"><inertial><mass value="{load.mass!r}"/><inertia ixx="{xx}" '
+            f'iyy="{yy}" izz="{zz}" ixy="{xy}" ixz="{xz}" iyz="{yz}"/></inertial></link>'
+            f'<joint name="load{k}_fix" type="fixed"><parent link="{load.link}"/>'
+            f'<child link="load{k}"/><origin xyz="{place}" rpy="0 0 0"/></joint>'
+        )
+    path = tmp_path / "loaded.urdf"
+    path.write_text(robot.urdf.replace("</robot>", extra + "</robot>"))
+    return hp.load_robot(path)
+
+
+@pytest.fixture(scope="module")
+def robot() -> hp.Robot:
+    return hp.load_robot("kharagpur")
+
+
+@pytest.fixture
+def built(robot: hp.Robot, tmp_path: Path) -> hp.Robot:
+    return built_with(robot, tmp_path, BOX, TOOL)
+
+
+def states(robot: hp.Robot, count: int = 5) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Random states off the ground."""
+    rng = np.random.default_rng(3)
+    found = []
+    for _ in range(count):
+        q = np.concatenate([rng.normal(size=3) + [0, 0, 5], rng.normal(size=4), robot.posture])
+        q[3:7] /= np.linalg.norm(q[3:7])
+        q[7:] += 0.3 * rng.normal(size=18)
+        found.append((q, rng.normal(size=24)))
+    return found
+
+
+def test_a_payload_equals_the_robot_built_with_it(robot: hp.Robot, built: hp.Robot) -> None:
+    """M, bias and potential energy, by Pinocchio and in the core; 1e-12 is rounding."""
+    scene = hp.Scene(robot, loads=[BOX, TOOL])
+    theirs = hp.Scene(built, servo=scene.servo, stops=scene.stops)
+    model = loaded_model(scene)
+    for q, v in states(robot):
+        data, other = model.createData(), built.model.createData()
+        np.testing.assert_allclose(
+            pin.crba(model, data, q), pin.crba(built.model, other, q), rtol=0, atol=1e-12
+        )
+        np.testing.assert_allclose(
+            pin.nonLinearEffects(model, data, q, v),
+            pin.nonLinearEffects(built.model, other, q, v),
+            rtol=1e-12, atol=1e-12,
+        )  # fmt: skip
+        energies = [pin.computePotentialEnergy(m, m.createData(), q) for m in (model, built.model)]
+        assert energies[0] == pytest.approx(energies[1], rel=1e-12)
+        ours, wanted = (
+            native.evaluate(native_plant(s), q, v, np.zeros(18)) for s in (scene, theirs)
+        )
+        np.testing.assert_allclose(ours["mass"], wanted["mass"], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(ours["com"], wanted["com"], rtol=0, atol=1e-12)
+
+
+def test_a_run_with_a_payload_equals_that_of_the_robot_built_with_it(
+    robot: hp.Robot, built: hp.Robot
+) -> None:
+    """Standing under load; what the trace says of mass, centre of mass and energy included."""
+    scene = hp.Scene(robot, loads=[BOX, TOOL])
+    theirs = hp.Scene(built, servo=scene.servo, stops=scene.stops)
+    ours, wanted = (
+        hp.simulate(s, hp.HoldPosture(), duration=0.05, method="implicit-euler", step=1e-3)
+        for s in (scene, theirs)
+    )
+    for name in ("q", "v", "com"):
+        np.testing.assert_allclose(getattr(ours, name), getattr(wanted, name), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(ours.foot_force, wanted.foot_force, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(
+        ours.energy["potential"], wanted.energy["potential"], rtol=0, atol=1e-12
+    )
+    assert ours.meta["total_mass"] == pytest.approx(robot.total_mass + 0.85, rel=1e-15)
+    bare = hp.simulate(
+        hp.Scene(robot), hp.HoldPosture(), duration=0.05, method="implicit-euler", step=1e-3
+    )
+    np.testing.assert_array_equal(ours.q[0], bare.q[0])  # it starts as without
+    assert np.abs(ours.q[-1] - bare.q[-1]).max() > 1e-5
+
+
+def test_the_robots_own_model_is_left_alone(robot: hp.Robot) -> None:
+    before = [body.mass for body in robot.model.inertias]
+    scene = hp.Scene(robot, loads=[BOX])
+    assert loaded_model(scene) is loaded_model(hp.Scene(robot, loads=[BOX]))  # built once
+    assert loaded_model(hp.Scene(robot)) is robot.model
+    assert [body.mass for body in robot.model.inertias] == before
+    assert scene.total_mass == pytest.approx(robot.total_mass + 0.8, rel=1e-15)
+
+
+def test_a_point_payload_raises_the_potential_energy(robot: hp.Robot) -> None:
+    """Gains m g h of a point above the base, turned upside down: sign, frame and unit."""
+    scene = hp.Scene(robot, loads=[hp.Payload("base_link", 2.0, (0.0, 0.0, 0.1))])
+    model = loaded_model(scene)
+    q = pin.neutral(model)
+    q[3:7] = (1.0, 0.0, 0.0, 0.0)  # half a turn about x
+    gain = [pin.computePotentialEnergy(m, m.createData(), q) for m in (model, robot.model)]
+    assert gain[0] - gain[1] == pytest.approx(2.0 * 9.81 * -0.1, rel=1e-12)
+
+
+def test_loads_in_the_cores_terms(robot: hp.Robot) -> None:
+    """A push on a link fixed to the tibia acts on the tibia's joint, 98.79 mm down its x axis."""
+    push = hp.Push("rr_foot", (0.0, 0.01, 0.0), force=(1.0, 2.0, 3.0), start=0.1, duration=0.25)
+    twist = hp.Push("base_link", torque=(0.0, 0.0, 0.5), start=0.0, duration=1.0)
+    scene = hp.Scene(robot, loads=[push, BOX, twist, hp.LostLeg("rm", 2.0)])
+    found = native_loads(scene)
+    joint, point, force, torque, start, end = found.pushes[0]
+    assert joint == robot.model.getJointId("rr_tibia_joint")
+    np.testing.assert_allclose(point, [0.09879, 0.01, 0.0], atol=1e-15)
+    assert (force.tolist(), torque.tolist()) == ([1.0, 2.0, 3.0], [0.0, 0.0, 0.0])
+    assert (start, end) == (0.1, 0.35)
+    assert found.pushes[1][0] == 1
+    assert found.pushes[1][3].tolist() == [0.0, 0.0, 0.5]
+    names = [robot.joint_names[k] for k in found.lost[0][0]]
+    assert (names, found.lost[0][1]) == (list(robot.leg("rm").joints), 2.0)
+    assert not found.body_points
+    trunk = trunk_points(robot)
+    assert [name for *_, name in found.trunk_points] == list(trunk.names)
+    np.testing.assert_array_equal([place for _, place, _, _ in found.trunk_points], trunk.points)
+    touching = native_loads(hp.Scene(robot, body_contact=True))
+    assert [name for *_, name in touching.body_points] == list(trunk.names)
+
+
+def test_toml(robot: hp.Robot) -> None:
+    """Loads survive the text; a scene without them is written as it always was."""
+    loads = [BOX, TOOL, hp.Push("lf_tibia", force=(0, 0, 1), start=0, duration=1)]
+    scene = hp.Scene(robot, loads=[*loads, hp.LostLeg("lf", 0.5)], body_contact=True)
+    again = hp.Scene.from_toml(scene.to_toml())
+    assert (again.loads, again.body_contact) == (scene.loads, True)
+    assert again.to_toml() == scene.to_toml()
+    assert not {"loads", "body_contact"} & set(hp.Scene(robot).to_dict())
+    assert "body contact: the trunk is as large as it is drawn" in scene.assumed
+    assert "payload of 0.05 kg on lf_foot: a point mass" in scene.assumed
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ('loads = [{kind = "anchor"}]', "loads[0].kind"),
+        ('loads = [{kind = "payload", link = "base_link"}]', "loads[0].mass"),
+        ("loads = 3", "loads"),
+        ('body_contact = "yes"', "Scene.body_contact"),
+    ],
+)
+def test_bad_toml_is_refused_by_name(robot: hp.Robot, text: str, name: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        hp.Scene.from_toml(text + "\n" + hp.Scene(robot).to_toml())
+    assert caught.value.name == name
+
+
+@pytest.mark.parametrize(
+    ("build", "name"),
+    [
+        (lambda: hp.Payload("a", 0.0), "Payload.mass"),
+        (lambda: hp.Payload("a", 1.0, (0.0, np.nan, 0.0)), "Payload.position.1"),
+        (lambda: hp.Payload("a", 1.0, inertia=np.diag([1.0, 1.0, 2.1])), "Payload.inertia"),
+        (lambda: hp.Payload("a", 1.0, inertia=(-1.0, 1.0, 1.0, 0.0, 0.0, 0.0)), "Payload.inertia"),
+        (
+            lambda: hp.Payload("a", 1.0, inertia=[[1, 2, 0], [0, 1, 0], [0, 0, 1]]),
+            "Payload.inertia",
+        ),
+        (lambda: hp.Push("a", start=0.0, duration=1.0), "Push.force"),
+        (lambda: hp.Push("a", force=(0, 0, 1), start=0.0, duration=0.0), "Push.duration"),
+        (lambda: hp.Push("a", force=(0, 0, 1), start=-1.0, duration=1.0), "Push.start"),
+        (lambda: hp.LostLeg("lf", -0.1), "LostLeg.time"),
+    ],
+)
+def test_impossible_numbers_are_refused_by_name(build: Callable[[], object], name: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        build()
+    assert caught.value.name == name
+
+
+def test_unknown_links_and_legs_are_refused(robot: hp.Robot) -> None:
+    with pytest.raises(UnknownNameError, match=r"Scene.loads\[1\].link"):
+        hp.Scene(robot, loads=[BOX, hp.Payload("luggage", 1.0)])
+    with pytest.raises(UnknownNameError, match=r"Scene.loads\[0\].leg"):
+        hp.Scene(robot, loads=[hp.LostLeg("seventh", 1.0)])
+    with pytest.raises(ParameterError, match="only once"):
+        hp.Scene(robot, loads=[hp.LostLeg("lf", 1.0), hp.LostLeg("lf", 2.0)])
+    with pytest.raises(ParameterError, match="Scene.loads"):
+        hp.Scene(robot, loads=BOX)  # type: ignore[arg-type]
+
+
+def test_a_matrix_and_six_numbers_are_the_same_inertia() -> None:
+    assert hp.Payload("base_link", 0.8, inertia=BOX.inertia_matrix).inertia == MOMENTS
+
+
+def test_who_cannot_do_loads_says_so(robot: hp.Robot) -> None:
+    for scene in (hp.Scene(robot, loads=[BOX]), hp.Scene(robot, body_contact=True)):
+        with pytest.raises(ParameterError, match="maximal coordinates"):
+            maximal_twin(scene)
+        with pytest.raises(ParameterError, match="MuJoCo"):
+            MujocoTwin(scene, None)  # type: ignore[arg-type]

@@ -1,0 +1,178 @@
+"""Sessions: a run led from outside, against free fall, statics and the same run in one piece."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+
+METHODS = {
+    "extrapolated-euler": {"accuracy": 1e-5},
+    "ndf": {"accuracy": 1e-6},
+    "dop853": {"accuracy": 1e-6},
+    "robust": {"step": 1e-3},
+    "implicit-euler": {"step": 1e-3},
+    "rk4": {"step": 2e-5},
+}
+
+
+@pytest.fixture(scope="module")
+def scene() -> hp.Scene:
+    return hp.Scene(hp.load_robot("kharagpur"))
+
+
+def in_the_air(scene: hp.Scene) -> hp.State:
+    """Return a state 0.5 m above standing, turning about z at 2 rad/s and rising at 1 m/s."""
+    stand = scene.robot.stand()
+    q, v = stand.q.copy(), stand.v.copy()
+    q[2] += 0.5
+    v[2], v[5] = 1.0, 2.0
+    return scene.robot.check_state(q, v)
+
+
+def test_sensors_in_free_fall(scene):
+    session = hp.Session(scene, initial=in_the_air(scene), accuracy=1e-6)
+    session.advance(0.1)
+    m = session.measure()
+    # the trunk turns about its own z: the accelerometer is off the centre of mass by less than 1 mm
+    assert np.abs(m.acceleration).max() < 0.05
+    assert m.angular_velocity == pytest.approx([0.0, 0.0, 2.0], abs=1e-2)
+    angle = np.arctan2(m.rotation[1, 0], m.rotation[0, 0])
+    assert angle == pytest.approx(0.2, abs=1e-3)  # trunk to world: positive about z
+    assert not m.loaded.any() and not m.foot_force.any()
+    height = session.trace().com[-1, 2] - session.trace().com[0, 2]
+    assert height == pytest.approx(0.1 - 0.5 * 9.81 * 0.01, abs=1e-6)
+
+
+def test_sensors_of_a_standing_robot(scene):
+    session = hp.Session(scene, accuracy=1e-6)
+    session.advance(3.0)
+    m = session.measure()
+    assert m.acceleration == pytest.approx([0.0, 0.0, 9.81], abs=1e-2)
+    weight = scene.robot.total_mass * 9.81
+    assert m.foot_force.sum(axis=0) == pytest.approx([0.0, 0.0, weight], abs=1e-3 * weight)
+    assert m.loaded.all()
+    assert m.q == pytest.approx(session.trace().q[-1, 7:])
+    # the servos' law: kp times the sag
+    sag = scene.robot.posture - m.q
+    assert m.torque == pytest.approx(scene.servos.kp * sag, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_time_ends_where_it_is_told_to(scene, method):
+    session = hp.Session(scene, method=method, sample=2e-3, **METHODS[method])
+    ends = [0.0007, 0.002, 0.0051, 0.0110003]
+    for end in ends:
+        session.advance(end)
+        assert session.time == pytest.approx(end, abs=1e-15)
+    time = session.trace().time
+    assert time == pytest.approx(2e-3 * np.arange(len(time)), abs=1e-15)
+    assert len(time) == 6
+
+
+def test_pauses_between_samples_change_nothing_beyond_the_accuracy(scene):
+    """Dropped 5 mm: contact, friction and servos are at work."""
+    start = scene.robot.stand()
+    q = start.q.copy()
+    q[2] += 0.005
+    initial = scene.robot.check_state(q, start.v)
+    ends = np.cumsum(np.random.default_rng(3).uniform(1e-4, 7e-3, 60))
+    for method, how in METHODS.items():
+        paused = hp.Session(scene, initial=initial, method=method, sample=2e-3, **how)
+        for end in ends[:10] if method in ("rk4", "dop853") else ends:
+            paused.advance(float(end))
+        trace = paused.trace()
+        hold = hp.HoldPosture()
+        whole = hp.simulate(
+            scene, hold, duration=trace.time[-1], initial=initial, method=method, sample=2e-3, **how
+        )
+        # fixed steps are split where the run pauses: their own error, of order 1, is larger
+        tolerance = 20.0 * how["accuracy"] if "accuracy" in how else 2e-5
+        assert np.abs(trace.q - whole.q).max() < tolerance, method
+
+
+def test_a_command_moves_all_joints_together_no_faster_than_they_may(scene):
+    robot = scene.robot
+    target = robot.posture.copy()
+    femur, tibia = robot.joint_index("lf_femur_joint"), robot.joint_index("lf_tibia_joint")
+    target[femur] += 0.2
+    target[tibia] -= 0.1
+    session = hp.Session(scene, initial=in_the_air(scene), accuracy=1e-4, sample=1e-3)
+    session.command(q=target)
+    session.advance(0.2)
+    trace = session.trace()
+    arrival = 0.2 / robot.velocity[femur]  # the longest way at its limit
+    moving = trace.time < arrival
+    for joint, way in ((femur, 0.2), (tibia, -0.1)):
+        line = robot.posture[joint] + way * np.minimum(trace.time / arrival, 1.0)
+        assert trace.q_ref[:, joint] == pytest.approx(line, abs=1e-12)
+    assert moving.sum() > 10
+    assert not trace.v_ref.any()
+
+
+def test_a_ramp_arrives_when_it_says(scene):
+    robot = scene.robot
+    target = robot.posture + 0.05
+    session = hp.Session(scene, initial=in_the_air(scene), accuracy=1e-4, sample=1e-3)
+    session.advance(0.01)
+    session.command(q=target, ramp=0.1)
+    session.advance(0.06)
+    session.command(q=robot.posture, ramp=0.05)  # half way there
+    session.advance(0.2)
+    trace = session.trace()
+    expected = np.interp(trace.time, [0.0, 0.01, 0.06, 0.11], [0.0, 0.0, 0.025, 0.0])
+    assert np.abs(trace.q_ref - robot.posture - expected[:, None]).max() < 1e-12
+    rising = (trace.time > 0.0105) & (trace.time < 0.0595)
+    assert trace.v_ref[rising] == pytest.approx(0.5)
+    assert not trace.v_ref[trace.time > 0.1105].any()
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ({"q": np.full(18, 9.0)}, "q of .* = 9.0: must be finite and from"),
+        ({"q": np.full(18, np.nan)}, "= nan"),
+        ({"q": np.zeros(4)}, r"Command.q = \(1, 4\)"),
+        ({"v": np.full(18, 99.0)}, "v of .* rad/s"),
+        ({"torque": np.full(18, np.inf)}, "torque of .* N m"),
+        ({"ramp": -1.0}, "ramp"),
+    ],
+)
+def test_bad_commands_are_refused_and_change_nothing(scene, command, words):
+    session = hp.Session(scene, accuracy=1e-4)
+    with pytest.raises(hp.errors.ParameterError, match=words):
+        session.command(**command)
+    session.advance(0.002)
+    assert np.array_equal(session.trace().q_ref[-1], scene.robot.posture)
+
+
+def test_time_does_not_go_back(scene):
+    session = hp.Session(scene, accuracy=1e-4)
+    session.advance(0.01)
+    for until in (0.005, float("nan"), float("inf")):
+        with pytest.raises(hp.errors.ParameterError, match="until"):
+            session.advance(until)
+
+
+@pytest.mark.parametrize("method", ["extrapolated-euler", "dop853", "robust", "implicit-euler"])
+def test_a_session_goes_on_from_its_checkpoint_to_the_same_bits(scene, method):
+    def lead(session: hp.Session, ticks: range) -> hp.Session:
+        for k in ticks:
+            session.advance(k * 0.0037)
+            offset = 0.02 * np.sin(0.3 * k)
+            session.command(q=scene.robot.posture + offset, ramp=0.002 * (k % 3))
+        return session
+
+    how = {"method": method, "sample": 2e-3, **METHODS[method]}
+    last = 20 if method == "dop853" else 60
+    whole = lead(hp.Session(scene, **how), range(last))
+    first = lead(hp.Session(scene, **how), range(last // 2))
+    restored = hp.Checkpoint.from_dict(first.checkpoint().to_dict())
+    second = lead(hp.Session(scene, initial=restored, **how), range(last // 2, last))
+    a, b = whole.checkpoint(), second.checkpoint()
+    assert a.time == b.time
+    assert np.array_equal(a.q, b.q) and np.array_equal(a.v, b.v)
+    rows = second.trace()
+    same = np.isin(whole.trace().time, rows.time[1:])
+    assert np.array_equal(whole.trace().foot_force[same], rows.foot_force[1:])
