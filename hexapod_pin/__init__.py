@@ -56,6 +56,8 @@ if TYPE_CHECKING:
     from hexapod_pin.ground.terrain import Stairs as Stairs
     from hexapod_pin.results.checkpoint import Checkpoint as Checkpoint
     from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
+    from hexapod_pin.results.summary import Summary as Summary
+    from hexapod_pin.results.summary import load_summary as load_summary
     from hexapod_pin.results.torque_budget import torque_budget as torque_budget
     from hexapod_pin.results.trace import Trace as Trace
     from hexapod_pin.results.trace_file import load_trace as load_trace
@@ -64,6 +66,7 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import load_robot as load_robot
     from hexapod_pin.robot.robot import urdf_path as urdf_path
     from hexapod_pin.robot.state import State as State
+    from hexapod_pin.simulation.batch import iterate_batch as iterate_batch
     from hexapod_pin.simulation.batch import simulate_batch as simulate_batch
     from hexapod_pin.simulation.case import Case as Case
     from hexapod_pin.simulation.case import load_case as load_case
@@ -121,11 +124,14 @@ _MODULES = {
     "Stairs": "ground.terrain",
     "State": "robot.state",
     "StickSlip": "ground.contact",
+    "Summary": "results.summary",
     "TanhCoulomb": "ground.contact",
     "TorqueBudget": "results.robot_budget",
     "Trace": "results.trace",
+    "iterate_batch": "simulation.batch",
     "load_case": "simulation.case",
     "load_robot": "robot.robot",
+    "load_summary": "results.summary",
     "load_trace": "results.trace_file",
     "register_controller": "control.registry",
     "simulate": "simulation.run",

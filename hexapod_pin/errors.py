@@ -82,7 +82,11 @@ class GaitError(HexapodError, ValueError):
 
 
 class DivergenceError(HexapodError):
-    """A simulation left the finite world; `trace` holds all samples up to the last good one."""
+    """A simulation left the finite world.
+
+    Attributes:
+        trace: all samples up to the last good one; None of a run that keeps none.
+    """
 
     def __init__(self, message: str, trace: Any) -> None:
         """Keep the trace up to the failure."""
@@ -91,11 +95,16 @@ class DivergenceError(HexapodError):
 
 
 class SimulationInterrupted(HexapodError):
-    """Ctrl-C during a simulation; `trace` holds what was done."""
+    """Ctrl-C during a simulation.
 
-    def __init__(self, message: str, trace: Any) -> None:
-        """Keep the trace up to the interruption."""
-        self.trace = trace
+    Attributes:
+        trace: what a single run had done; None of a batch.
+        results: what a batch had done, in the order of its cases, None for the rest; else None.
+    """
+
+    def __init__(self, message: str, trace: Any, results: list[Any] | None = None) -> None:
+        """Keep what was done up to the interruption."""
+        self.trace, self.results = trace, results
         super().__init__(message)
 
 

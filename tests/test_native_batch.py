@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import hexapod_pin as hp
+from hexapod_pin import native
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.native_run import NativeRun
+from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings
 
 SETTINGS = RunSettings.of(0.1, "implicit-euler", None, 1e-3, None)
@@ -20,7 +21,8 @@ SETTINGS = RunSettings.of(0.1, "implicit-euler", None, 1e-3, None)
 def run_of(stroke: float) -> NativeRun:
     """A walk of 0.1 s that has not begun."""
     scene = hp.Scene(hp.load_robot("kharagpur"))
-    return NativeRun(Case(scene, hp.KinematicControl(hp.Gait.tetrapod(stroke=stroke))), SETTINGS)
+    case = Case(scene, hp.KinematicControl(hp.Gait.tetrapod(stroke=stroke)))
+    return open_loop_run(case, SETTINGS)
 
 
 def test_more_threads_than_cases_give_the_same_bits() -> None:
@@ -50,20 +52,32 @@ def test_threads_that_do_not_start_are_done_without() -> None:
         "room = pages * resource.getpagesize() + 200 * 2**20\n"
         "resource.setrlimit(resource.RLIMIT_AS, (room, room))\n"
         "batch = native.Batch(5000)\n"
-        "batch.add(run.rollout, 100)\n"
-        "assert batch.next_done() == (0, True)\n"
-        "assert batch.next_done()[0] == -1\n"
+        "batch.add(run.rollout, 100, 10)\n"
+        "assert batch.next_done(60.0) == (0, True, '')\n"
+        "assert batch.next_done(60.0)[0] == -1\n"
     )
     subprocess.run([sys.executable, "-c", program], check=True, cwd=Path(__file__).parent)
 
 
 def test_an_abandoned_batch_ends() -> None:
-    """A case that cannot be planned: the one before it is under way, and is left."""
+    """Who stops taking results leaves the rest; the case that cannot be planned came first."""
     scene = hp.Scene(hp.load_robot("kharagpur"))
     good = hp.KinematicControl(hp.Gait.tetrapod(stroke=0.1))
     impossible = hp.KinematicControl(hp.Gait.tetrapod(stroke=5.0))
-    with pytest.raises(hp.errors.HexapodError):
-        hp.simulate_batch([Case(scene, good), Case(scene, impossible)], duration=60.0, threads=2)
+    done = hp.iterate_batch([Case(scene, good), Case(scene, impossible)], duration=60.0, threads=2)
+    index, error = next(done)
+    assert index == 1 and isinstance(error, hp.errors.GaitError)
+    done.close()
+
+
+def test_a_batch_holds_a_run_until_it_is_done() -> None:
+    rollout, batch = run_of(0.1).rollout, native.Batch(1)
+    count = sys.getrefcount(rollout)
+    number = batch.add(rollout, 100, 10)
+    assert sys.getrefcount(rollout) == count + 1
+    assert batch.next_done(0.0)[0] == -2  # patience is over before anything is done
+    assert batch.next_done(60.0) == (number, True, "")
+    assert sys.getrefcount(rollout) == count
 
 
 def test_samples_handed_over_are_not_written_again() -> None:

@@ -2,8 +2,17 @@
 
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.robot_budget import TorqueBudget
+from hexapod_pin.results.summary import Summary, load_summary
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_file import load_trace
 
-__all__ = ["Checkpoint", "TorqueBudget", "Trace", "load_trace", "torque_budget"]
+__all__ = [
+    "Checkpoint",
+    "Summary",
+    "TorqueBudget",
+    "Trace",
+    "load_summary",
+    "load_trace",
+    "torque_budget",
+]

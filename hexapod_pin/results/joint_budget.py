@@ -12,6 +12,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.results.steady_window import Window
+from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 
 KINDS = ("coxa", "femur", "tibia")
@@ -31,9 +32,9 @@ class JointBudget:
     joint: str
     kind: str  # "coxa", "femur", "tibia", or "joint" where it cannot be told
     peak_torque: float  # largest |torque| [N m]
-    peak_time: float  # time of that sample [s]
+    peak_time: float  # its time [s]
     effort_limit: float  # [N m]
-    at_limit: float  # share of samples at the effort limit, 0 to 1
+    at_limit: float  # share of the time (of samples) at the effort limit, 0 to 1
     p99_torque: float  # 99th percentile of |torque| [N m]
     rms_torque: float  # square root of the time average of torque^2 [N m]
     peak_speed: float  # largest |rate| [rad/s]
@@ -75,6 +76,30 @@ def joint_rows(trace: Trace, window: Window) -> tuple[JointBudget, ...]:
     limits = trace.meta.get("effort_limit") or [math.inf] * len(kinds)
     return tuple(
         _joint_row(trace, window, k, kind, float(limits[k])) for k, kind in enumerate(kinds)
+    )
+
+
+def summary_rows(summary: Summary) -> tuple[JointBudget, ...]:
+    """Return one row per joint from what was gathered at accepted steps."""
+    kinds = joint_kinds(summary.joint_names, len(summary.foot_names))
+    limits = summary.meta.get("effort_limit") or [math.inf] * len(kinds)
+    return tuple(
+        JointBudget(
+            joint=summary.joint_names[k],
+            kind=kind,
+            peak_torque=float(abs(summary.torque_peak[k])),
+            peak_time=float(summary.torque_peak_time[k]),
+            effort_limit=float(limits[k]),
+            at_limit=float(summary.at_limit[k]),
+            p99_torque=float(summary.torque_p99[k]),
+            rms_torque=float(summary.torque_rms[k]),
+            peak_speed=float(abs(summary.speed_peak[k])),
+            rms_speed=float(summary.speed_rms[k]),
+            peak_power=float(abs(summary.power_peak[k])),
+            positive_energy=float(summary.positive_energy[k]),
+            negative_energy=float(summary.negative_energy[k]),
+        )
+        for k, kind in enumerate(kinds)
     )
 
 

@@ -15,10 +15,21 @@ from hexapod_pin.results.steady_window import Window
 
 BudgetRow = TypeVar("BudgetRow")
 
-PEAK_CAVEAT = (
-    "The raw peak follows a touch-down: it depends on contact stiffness, step and sampling. "
-    "Repeat with half the step before sizing by it; p99 and RMS are steadier."
-)
+ACCEPTED_STEPS, SAMPLES = "accepted steps", "samples"
+"""What peaks are taken from."""
+
+PEAK_CAVEAT = {
+    ACCEPTED_STEPS: (
+        "Peaks are those of accepted steps, not of the sampling. A raw peak follows a touch-down: "
+        "it depends on contact stiffness and on the accuracy or step. Repeat with a tenth of the "
+        "accuracy or half the step before sizing by it; p99 and RMS are steadier."
+    ),
+    SAMPLES: (
+        "Peaks are those of samples: what lies between two is missed. A raw peak follows a "
+        "touch-down: it depends on contact stiffness, step and sampling. Repeat with half the step "
+        "before sizing by it; p99 and RMS are steadier."
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -39,6 +50,7 @@ class TorqueBudget:
         largest_outside: a larger torque outside the window: joint, time [s], torque [N m].
         sources: what was simulated, one line each.
         assumed: statements of what is assumed rather than taken from a source.
+        peaks: what peaks are taken from: "accepted steps" or "samples".
     """
 
     robot: str
@@ -54,6 +66,7 @@ class TorqueBudget:
     largest_outside: tuple[str, float, float] | None
     sources: tuple[str, ...]
     assumed: tuple[str, ...]
+    peaks: str = SAMPLES
 
     @property
     def absolute_energy(self) -> float:
@@ -102,7 +115,7 @@ class TorqueBudget:
         derived = ("absolute_energy", "net_energy", "cost_of_transport")
         plain = asdict(self) | {name: getattr(self, name) for name in derived}
         plain["cost_of_transport_positive"] = self.cost_of_transport_positive
-        plain["caveat"] = PEAK_CAVEAT
+        plain["caveat"] = PEAK_CAVEAT[self.peaks]
         finite: dict[str, Any] = without_non_finite(plain)
         return finite
 
@@ -162,7 +175,7 @@ def _whole_lines(budget: TorqueBudget, per: str) -> list[str]:
 def _note_lines(budget: TorqueBudget) -> list[str]:
     """Return what to know before using the numbers."""
     lines = ["* reaches the effort limit."] if any(row.at_limit for row in budget.joints) else []
-    lines.append(PEAK_CAVEAT)
+    lines.append(PEAK_CAVEAT[budget.peaks])
     if budget.largest_outside is not None:
         joint, time, torque = budget.largest_outside
         outside = f"{joint} reaches {torque:.4g} N m at {time:.4g} s"

@@ -9,17 +9,18 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 
 
 @dataclass(frozen=True)
 class Window:
-    """The samples that a budget is taken over, both ends included."""
+    """The time that a budget is taken over, and its samples, both ends included."""
 
-    first: int
-    last: int
-    start: float  # time of the first sample [s]
-    end: float  # time of the last sample [s]
+    first: int | None  # None: of a summary, which keeps no samples
+    last: int | None
+    start: float  # [s]
+    end: float  # [s]
     cycles: int | None  # number of whole gait cycles; None where nothing repeats
 
     @property
@@ -29,7 +30,13 @@ class Window:
 
     @property
     def samples(self) -> slice:
-        """The window as a slice of the time axis."""
+        """The window as a slice of the time axis.
+
+        Raises:
+            ParameterError: the window is that of a summary.
+        """
+        if self.first is None or self.last is None:
+            raise ParameterError("Window.samples", None, "asked of a trace: no samples were kept")
         return slice(self.first, self.last + 1)
 
 
@@ -54,6 +61,31 @@ def steady_window(trace: Trace) -> Window:
     if cycles == 0 or last <= first:
         raise _too_short(float(trace.time[-1]), begin, until, cycle)
     return Window(first, last, float(trace.time[first]), float(trace.time[last]), cycles)
+
+
+def summary_window(summary: Summary, time: Array | None = None) -> Window:
+    """Return the window of a summary.
+
+    Args:
+        summary: what the window is of.
+        time: sample times of its trace [s], if there is one. Shape (T,).
+
+    Raises:
+        ParameterError: the run is too short for one whole cycle; says how long it must be.
+    """
+    if not (summary.time > 0.0 and len(summary.way) > 1):
+        raise run_too_short(summary)
+    first, last = (
+        None if time is None else _nearest(time, end) for end in (summary.begin, summary.end)
+    )
+    return Window(first, last, summary.begin, summary.end, summary.cycles)
+
+
+def run_too_short(summary: Summary) -> ParameterError:
+    """Return the error of a run without a whole cycle."""
+    meta = summary.meta
+    begin, until = (float(meta.get(key) or 0.0) for key in ("steady_from", "steady_until"))
+    return _too_short(until, begin, until, meta.get("cycle_time"))
 
 
 def _nearest(time: Array, wanted: float) -> int:

@@ -13,31 +13,68 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.joint_budget import joint_rows, kind_rows
-from hexapod_pin.results.robot_budget import TorqueBudget
-from hexapod_pin.results.steady_window import Window, steady_window
+from hexapod_pin.results.joint_budget import JointBudget, joint_rows, kind_rows, summary_rows
+from hexapod_pin.results.robot_budget import ACCEPTED_STEPS, SAMPLES, TorqueBudget
+from hexapod_pin.results.steady_window import Window, steady_window, summary_window
+from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.way import distance_per_cycle
 from hexapod_pin.spec import read_toml
 
 
-def torque_budget(trace: Trace) -> TorqueBudget:
+def torque_budget(run: Trace | Summary) -> TorqueBudget:
     """Return what every joint must deliver, over whole cycles after the start-up transient.
 
     Energies and distance are per cycle. Where nothing repeats (a posture held), the window is the
     second half of the run, energies are those of the window, and there is no cost of transport.
+    Peaks are those of accepted steps, where the run gathered a summary; of samples otherwise.
+
+    Args:
+        run: a trace, or the summary of a run.
 
     Raises:
-        ParameterError: the trace holds no whole cycle of steady walking; says how long to
+        ParameterError: the run holds no whole cycle of steady walking; says how long to
             simulate.
     """
-    window = steady_window(trace)
+    if isinstance(run, Summary):
+        return _of_summary(run, summary_window(run))
+    if "summary" in run.meta:
+        summary = run.summary
+        return _of_summary(summary, summary_window(summary, run.time))
+    return _of_samples(run, steady_window(run))
+
+
+def _of_summary(summary: Summary, window: Window) -> TorqueBudget:
+    joints = summary_rows(summary)
+    worst, size = int(np.argmax(np.abs(summary.outside_torque))), np.abs(summary.outside_torque)
+    outside = None
+    if size[worst] > max(row.peak_torque for row in joints):
+        time = float(summary.outside_torque_time[worst])
+        outside = (summary.joint_names[worst], time, float(size[worst]))
+    return _budget(summary.meta, window, joints, summary.distance, outside, ACCEPTED_STEPS)
+
+
+def _of_samples(trace: Trace, window: Window) -> TorqueBudget:
     joints = joint_rows(trace, window)
-    distance = _distance_per_cycle(trace, window)
-    gravity = np.asarray(trace.meta.get("gravity", (0.0, 0.0, -9.81)), dtype=float)
+    outside = _largest_outside(trace, max(row.peak_torque for row in joints))
+    distance = _sampled_distance(trace, window)
+    return _budget(trace.meta, window, joints, distance, outside, SAMPLES)
+
+
+def _budget(
+    meta: Mapping[str, Any],
+    window: Window,
+    joints: tuple[JointBudget, ...],
+    distance: float | None,
+    outside: tuple[str, float, float] | None,
+    peaks: str,
+) -> TorqueBudget:
+    """Put a budget together."""
+    gravity = np.asarray(meta.get("gravity", (0.0, 0.0, -9.81)), dtype=float)
     duration = (window.end - window.start) / window.parts
-    nominal = trace.meta.get("nominal_speed")
+    nominal = meta.get("nominal_speed")
     return TorqueBudget(
-        robot=str(trace.meta.get("robot_name", "robot")),
+        robot=str(meta.get("robot_name", "robot")),
         window=window,
         joints=joints,
         kinds=kind_rows(joints),
@@ -46,29 +83,23 @@ def torque_budget(trace: Trace) -> TorqueBudget:
         distance=distance,
         speed=None if distance is None else distance / duration,
         nominal_speed=None if nominal is None or window.cycles is None else float(nominal),
-        weight=float(trace.meta.get("total_mass", 0.0)) * float(np.linalg.norm(gravity)),
-        largest_outside=_largest_outside(trace, window, max(row.peak_torque for row in joints)),
-        sources=_sources(trace.meta),
-        assumed=tuple(trace.meta.get("assumed", ())),
+        weight=float(meta.get("total_mass", 0.0)) * float(np.linalg.norm(gravity)),
+        largest_outside=outside,
+        sources=_sources(meta),
+        assumed=tuple(meta.get("assumed", ())),
+        peaks=peaks,
     )
 
 
-def _distance_per_cycle(trace: Trace, window: Window) -> float | None:
-    """Return the centre of mass' mean way per cycle along the heading [m].
-
-    The heading is the direction of travel at the start, turned with the trunk's yaw; the way of
-    each cycle is projected on the heading at its middle, so that turning gaits count too.
-    """
+def _sampled_distance(trace: Trace, window: Window) -> float | None:
+    """Return the centre of mass' mean way per cycle along the heading [m]; None without cycles."""
     if window.cycles is None:
         return None
     edges = np.linspace(window.start, window.end, 2 * window.cycles + 1)
     index = np.array([int(np.argmin(np.abs(trace.time - t))) for t in edges])
-    ways = np.diff(trace.com[index[::2], :2], axis=0)
-    turn = _yaw(trace.q[index[1::2]]) - _yaw(trace.q[:1])
     along = np.asarray(trace.meta.get("travel_direction", (1.0, 0.0)), dtype=float)
-    cos, sin = np.cos(turn), np.sin(turn)
-    heading = np.stack([cos * along[0] - sin * along[1], sin * along[0] + cos * along[1]], axis=1)
-    return float(np.mean(np.sum(ways * heading, axis=1)))
+    turn = _yaw(trace.q[index]) - _yaw(trace.q[:1])
+    return distance_per_cycle(trace.com[index, :2], turn, along)
 
 
 def _yaw(q: Array) -> Array:
@@ -78,7 +109,7 @@ def _yaw(q: Array) -> Array:
     return yaw
 
 
-def _largest_outside(trace: Trace, window: Window, peak: float) -> tuple[str, float, float] | None:
+def _largest_outside(trace: Trace, peak: float) -> tuple[str, float, float] | None:
     """Return the largest torque outside the window if it exceeds the peak within."""
     size = np.abs(trace.torque)
     sample, joint = np.unravel_index(int(np.argmax(size)), size.shape)

@@ -19,9 +19,12 @@ import numpy.typing as npt
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.event import Event
 from hexapod_pin.results.netcdf import Column, write_netcdf
+from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.summary_layout import SUMMARY_META
 from hexapod_pin.results.trace_layout import (
     BASE_Q,
     BASE_V,
@@ -35,7 +38,6 @@ from hexapod_pin.results.trace_layout import (
     frozen,
     frozen_json,
 )
-from hexapod_pin.spec import read_toml
 
 if TYPE_CHECKING:
     import xarray
@@ -200,27 +202,13 @@ class Trace:
         return Checkpoint.from_dict(self.meta["checkpoint"])
 
     @property
-    def events(self) -> tuple[Event, ...]:
-        """What happened, in the order of time: where the trunk came to touch the ground."""
-        return tuple(Event.from_dict(item) for item in self.meta.get("events", ()))
-
-    @property
     def case_toml(self) -> str:
         """The case that was run, as TOML text: what `hexapod-pin run` and `load_case` take.
 
         Raises:
             ParameterError: the trace was made by a session, or by a release that kept no case.
         """
-        import tomli_w
-
-        if "run" not in self.meta:
-            hint = "A session is led from outside; older files hold no case."
-            raise ParameterError("Trace.meta", sorted(self.meta), "that of a case's run", hint)
-        parts = read_toml(self.meta["run"])
-        for name in ("controller", "scene"):
-            parts[name] = read_toml(self.meta[name])
-        order = ("schema", "run", "controller", "scene", "initial")
-        return tomli_w.dumps({name: parts[name] for name in order if name in parts})
+        return case_toml(self.meta)
 
     @property
     def case(self) -> Any:
@@ -233,6 +221,25 @@ class Trace:
         """
         # Late, by name: traces are read without a simulator; only what runs them again needs one.
         return import_module("hexapod_pin.simulation.case").Case.from_toml(self.case_toml)
+
+    @property
+    def summary(self) -> Summary:
+        """What the run came to, gathered at its accepted steps: peaks between samples included.
+
+        Raises:
+            ParameterError: the trace was not made by a simulation that gathered one.
+        """
+        if "summary" not in self.meta:
+            raise ParameterError("Trace.meta", sorted(self.meta), "given with a summary")
+        kept = {key: self.meta[key] for key in SUMMARY_META if key in self.meta}
+        return Summary.from_data(
+            self.meta["summary"], self.joint_names, self.foot_names, self.counters, kept
+        )
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What happened, in the order of time: where the trunk came to touch the ground."""
+        return tuple(Event.from_dict(item) for item in self.meta.get("events", ()))
 
     @property
     def digest(self) -> str:

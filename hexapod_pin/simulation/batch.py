@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-import time
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
 
-from hexapod_pin.control.feedback import FeedbackController
-from hexapod_pin.errors import HexapodError, ParameterError, SimulationInterrupted
+from hexapod_pin.errors import ParameterError, SimulationInterrupted
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.simulation.batch_plan import BatchPlan, Outcome, group_key
+from hexapod_pin.simulation.batch_runs import BatchRuns
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.closed_loop import lock_step_runs
-from hexapod_pin.simulation.native_run import PROGRESS_INTERVAL, NativeRun, open_loop_run
 
 BatchResult = Trace | Summary | Exception
 """What a case comes to."""
-
-PATIENCE = 0.1
-"""Time between two looks at the keyboard [s]."""
-
-LOCK_STEP = 64
-"""Most runs of one feedback controller side by side."""
-
-SLICES = 16
-"""Parts of a run that threads share, at least: so they end together."""
 
 
 def simulate_batch(
@@ -63,23 +48,24 @@ def simulate_batch(
         `DivergenceError`, what `simulate` refuses it with, or what its controller raised.
 
     Raises:
-        ParameterError: threads, keep or errors out of range.
+        ParameterError: threads, keep or errors out of range, or the settings do not fit a case's
+            own.
         SimulationInterrupted: Ctrl-C; `.results` holds what was done, None for the rest.
     """
     if errors not in ("keep", "raise"):
         raise ParameterError("errors", errors, '"keep" or "raise"')
     chosen = list(cases)
     results: list[BatchResult | None] = [None] * len(chosen)
-    settings: dict[str, Any] = dict(
-        duration=duration, accuracy=accuracy, method=method, step=step, sample=sample
-    )
+    done = iterate_batch(
+        chosen, duration=duration, accuracy=accuracy, method=method, step=step, sample=sample,
+        threads=threads, keep=keep,
+    )  # fmt: skip
     try:
-        done = iterate_batch(chosen, threads=threads, keep=keep, **settings)
         for count, (index, result) in enumerate(done, start=1):
             results[index] = result
             if progress is not None:
                 progress(count / len(chosen))
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SimulationInterrupted):
         kept = sum(result is not None for result in results)
         text = f"interrupted after {kept} of {len(chosen)} cases"
         raise SimulationInterrupted(text, None, results) from None
@@ -107,11 +93,16 @@ def iterate_batch(
     Whoever stops taking them abandons the rest.
 
     Raises:
-        ParameterError: threads or keep out of range.
+        ParameterError: threads or keep out of range, or the settings do not fit a case's own.
     """
     if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
         raise ParameterError("threads", threads, "a whole number of at least 1")
     if keep not in ("trace", "summary"):
         raise ParameterError("keep", keep, '"trace" or "summary"')
-    plan = BatchPlan(duration, accuracy, method, step, sample, keep == "trace")
-    return _outcomes(list(cases), plan, threads)
+    chosen = [
+        case.with_defaults(
+            duration=duration, accuracy=accuracy, method=method, step=step, sample=sample
+        )
+        for case in cases
+    ]
+    return BatchRuns(chosen, threads, keep == "trace").results()

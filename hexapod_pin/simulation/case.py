@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.atomic_file import write_atomically
@@ -78,6 +78,33 @@ class Case:
         if self.duration is None:
             raise ParameterError("Case.duration", None, "given [s]")
         return self._settings(self.duration)
+
+    def with_defaults(
+        self,
+        *,
+        duration: float | None = None,
+        accuracy: float | None = None,
+        method: str | None = None,
+        step: float | None = None,
+        sample: float | None = None,
+    ) -> Case:
+        """Return the case with settings for those that it leaves open.
+
+        Method, accuracy and step belong together: a case that gives one of them keeps its own.
+
+        Raises:
+            ParameterError: they do not fit together.
+        """
+        given: dict[str, Any] = {}
+        if self.duration is None:
+            given["duration"] = duration
+        if self.sample is None:
+            given["sample"] = sample
+        if self.method is None and self.accuracy is None and self.step is None:
+            given |= {"accuracy": accuracy, "method": method, "step": step}
+        if all(value is None for value in given.values()):
+            return self
+        return replace(self, **given)
 
     @property
     def digest(self) -> str:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -20,11 +20,13 @@ from hexapod_pin.results.trace_layout import ENERGIES
 from hexapod_pin.simulation.loaded_model import native_loads
 from hexapod_pin.simulation.methods import MethodSettings, check_supported
 from hexapod_pin.simulation.plant import native_plant, standing_on
-from hexapod_pin.simulation.run_meta import run_meta
+from hexapod_pin.simulation.run_meta import plain_counters, run_meta, run_summary
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from hexapod_pin.control.joint_trajectory import Controller
+    from hexapod_pin.results.summary import Summary
     from hexapod_pin.robot.state import State
     from hexapod_pin.simulation.case import Case
     from hexapod_pin.simulation.run_settings import RunSettings
@@ -65,6 +67,7 @@ class NativeRun:
         self.scene, self.how, self.set_points = scene, how, set_points
         self.controller = dict(controller or {"kind": "commands"})
         self.trunk_points = native_loads(scene).trunk_points
+        self.recorded = record
         self.rollout = self._start(start, record)
         self.loop: Any = None
         self.case: Case | None = None  # what is run, where it is a case
@@ -158,14 +161,15 @@ class NativeRun:
             },
             foot_gap=record["foot_gap"],
             energy=energy,
-            counters={
-                name: int(count) if float(count).is_integer() else float(count)
-                for name, count in self.rollout.counters().items()
-            },
+            counters=plain_counters(self),
             joint_names=self.scene.robot.joint_names,
             foot_names=names,
             meta=run_meta(self),
         )
+
+    def summary(self) -> Summary:
+        """Return what the run has come to so far."""
+        return run_summary(self)
 
     def require_good_so_far(self) -> None:
         """Do nothing where the run is good.
@@ -173,8 +177,13 @@ class NativeRun:
         Raises:
             DivergenceError: as `require_good`.
         """
-        if not self.good:
+        if self.good:
+            return
+        if self.recorded:
             raise divergence(self.trace(), self.how.choice)
+        rate = self.rollout.checkpoint().v[6:]
+        culprits = _fastest_joint(rate, self.scene.robot.joint_names)
+        raise DivergenceError(_diverged(self.time, culprits, self.how.choice), None)
 
     def require_good(self, trace: Trace | None = None) -> Trace:
         """Return the trace, or the one already made.
@@ -193,9 +202,10 @@ def open_loop_run(case: Case, how: RunSettings, *, record: bool = True) -> Nativ
     scene, initial = case.scene, case.initial
     begin = initial.time if isinstance(initial, Checkpoint) else 0.0
     check_supported(how.choice, scene)
-    plan = case.controller.plan(scene.robot, begin + max(how.duration, how.grid.sample))
+    controller = cast("Controller", case.controller)
+    plan = controller.plan(scene.robot, begin + max(how.duration, how.grid.sample))
     start = starting_point(scene, plan.q[0], initial, plan.start_pose)
-    run = NativeRun(scene, how, start, plan, controller=case.controller.to_dict(), record=record)
+    run = NativeRun(scene, how, start, plan, controller=controller.to_dict(), record=record)
     run.case = case
     return run
 
@@ -241,20 +251,23 @@ def contact_names(scene: Scene) -> tuple[str, ...]:
 
 def divergence(trace: Trace, choice: MethodSettings) -> DivergenceError:
     """Return the error of a run that left the finite world, with its samples."""
-    rate = np.abs(trace.v[-1, 6:])
     force = np.linalg.norm(trace.foot_force[-1], axis=1)
-    culprits = []
-    if rate.size:
-        joint = int(rate.argmax())
-        culprits.append(f"fastest joint {trace.joint_names[joint]} at {rate[joint]:.3g} rad/s")
+    culprits = _fastest_joint(trace.v[-1, 6:], trace.joint_names)
     if force.size:
         foot = int(force.argmax())
         culprits.append(f"most loaded foot {trace.foot_names[foot]} with {force[foot]:.3g} N")
-    return DivergenceError(
-        f"the run diverged after t = {trace.time[-1]:g} s ({'; '.join(culprits)}). "
-        + _advice(choice),
-        trace,
-    )
+    return DivergenceError(_diverged(trace.time[-1], culprits, choice), trace)
+
+
+def _diverged(time: float, culprits: list[str], choice: MethodSettings) -> str:
+    return f"the run diverged after t = {time:g} s ({'; '.join(culprits)}). {_advice(choice)}"
+
+
+def _fastest_joint(rate: Array, names: tuple[str, ...]) -> list[str]:
+    if not rate.size:
+        return []
+    joint = int(np.abs(rate).argmax())
+    return [f"fastest joint {names[joint]} at {abs(rate[joint]):.3g} rad/s"]
 
 
 def _advice(choice: MethodSettings) -> str:

@@ -6,14 +6,51 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.results.event import Event
+from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.summary_layout import from_native
 from hexapod_pin.simulation.case_data import run_to_toml
 
 if TYPE_CHECKING:
     from hexapod_pin.simulation.native_run import NativeRun
 
 
+def run_summary(run: NativeRun) -> Summary:
+    """Return what a run has come to so far."""
+    from hexapod_pin.simulation.native_run import contact_names
+
+    return Summary.from_data(
+        from_native(run.rollout.summary()),
+        run.scene.robot.joint_names,
+        contact_names(run.scene),
+        plain_counters(run),
+        _common_meta(run),
+    )
+
+
+def plain_counters(run: NativeRun) -> dict[str, int | float]:
+    """Return the counters of a run; whole numbers as such."""
+    return {
+        name: int(count) if float(count).is_integer() else float(count)
+        for name, count in run.rollout.counters().items()
+    }
+
+
 def run_meta(run: NativeRun) -> dict[str, Any]:
     """Return the `Trace.meta` of a run where it stands."""
+    robot = run.scene.robot
+    return {
+        **_common_meta(run),
+        "checkpoint": run.checkpoint().to_dict(),
+        "summary": run_summary(run).data,
+        "urdf": robot.urdf,
+        "foot_radius": [float(foot.radius) for foot in robot.feet],
+        "velocity_limit": robot.velocity.tolist(),
+        "versions": _versions(),
+    }
+
+
+def _common_meta(run: NativeRun) -> dict[str, Any]:
+    """Return what trace and summary tell: `SUMMARY_META`."""
     import tomli_w
 
     scene, robot, points = run.scene, run.scene.robot, run.set_points
@@ -26,7 +63,6 @@ def run_meta(run: NativeRun) -> dict[str, Any]:
         "accuracy": run.how.choice.accuracy,
         "step": run.how.grid.step,
         "sample": run.how.grid.sample,
-        "checkpoint": run.checkpoint().to_dict(),
         "events": [event.to_dict() for event in trunk_events(run)],
         "cycle_time": points.cycle_time,
         "steady_from": points.steady_from,
@@ -34,16 +70,12 @@ def run_meta(run: NativeRun) -> dict[str, Any]:
         "travel_direction": [float(x) for x in points.travel_direction],
         "nominal_speed": float(points.speed),
         "robot_name": robot.name,
-        "urdf": robot.urdf,
-        "foot_radius": [float(foot.radius) for foot in robot.feet],
         "total_mass": scene.total_mass,
         "gravity": list(scene.gravity),
         "effort_limit": robot.effort.tolist(),
-        "velocity_limit": robot.velocity.tolist(),
         "assumed": list(scene.assumed),
         "provenance": robot.provenance,
         "model_digest": robot.digest,
-        "versions": _versions(),
         "wall_time": run.wall_time,
     }
 

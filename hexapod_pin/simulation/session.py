@@ -18,6 +18,7 @@ from hexapod_pin.simulation.set_points import LiveSetPoints
 
 if TYPE_CHECKING:
     from hexapod_pin.results.checkpoint import Checkpoint
+    from hexapod_pin.results.summary import Summary
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.state import State
     from hexapod_pin.simulation.scene import Scene
@@ -121,6 +122,10 @@ class Session:
     def trace(self) -> Trace:
         """Return the samples so far."""
         return self._run.trace()
+
+    def summary(self) -> Summary:
+        """Return what the run has come to so far, gathered at its accepted steps."""
+        return self._run.summary()
 
     def checkpoint(self) -> Checkpoint:
         """Return where the run stands; `Session(initial=...)` goes on from there."""

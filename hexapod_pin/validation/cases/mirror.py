@@ -228,9 +228,10 @@ def in_a_batch(run: CaseRun, setting: SolverSetting) -> SampledMotion:
     other = base_run()
     cases = [Case(one.scene, one.controller, one.start) for one in (other, run, other, other)]
     traces = simulate_batch(
-        cases, duration=run.duration, sample=run.sample, threads=2, **setting.arguments
-    )
-    return SampledMotion.of(traces[1])
+        cases, duration=run.duration, sample=run.sample, threads=2, errors="raise",
+        **setting.arguments,
+    )  # fmt: skip
+    return SampledMotion.of(traces[1])  # type: ignore[arg-type]  # errors are raised
 
 
 # --- rows ---------------------------------------------------------------------------------------

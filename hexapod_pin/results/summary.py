@@ -1,0 +1,266 @@
+"""What a run comes to: peaks, percentiles, energies, way over whole gait cycles; no samples.
+
+Gathered by the native core at every accepted step, so that peaks do not depend on the sampling.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from hexapod_pin.arrays import Array, read_only
+from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.results.case_text import case_toml
+from hexapod_pin.results.plain_json import without_non_finite
+from hexapod_pin.results.summary_layout import LAYOUT, SCHEMA, SCHEMA_VERSION, shape_of
+from hexapod_pin.results.way import distance_per_cycle
+
+
+@dataclass(frozen=True, eq=False)
+class Summary:
+    """A run in numbers: n joints, F feet; SI units, radians. Two are equal when every bit is.
+
+    "Per cycle": over the whole cycles of the window, divided by their number; the whole window
+    where nothing repeats. Numbers of a run without a whole cycle are NaN.
+
+    Attributes:
+        joint_names: n names.
+        foot_names: F names of the feet (and of the trunk's contact points, where it has any).
+        cycles: whole gait cycles in the window; None where nothing repeats.
+        states: accepted states of the whole run.
+        time: length of the window [s].
+        torque_peak: torque of largest size, with its sign (n,) [N m].
+        torque_peak_time: its time (n,) [s].
+        torque_p99: size not exceeded for 99 % of the time, to 1 % (n,) [N m].
+        torque_rms: (n,) [N m].
+        at_limit: share of the time at the torque limit (n,) [-].
+        speed_peak: rate of largest size, with its sign (n,) [rad/s].
+        speed_peak_time: its time (n,) [s].
+        speed_rms: (n,) [rad/s].
+        power_peak: torque times rate, of largest size, with its sign (n,) [W].
+        power_peak_time: its time (n,) [s].
+        positive_energy: work given by the joint per cycle (n,) [J].
+        negative_energy: work taken up per cycle (n,) [J], <= 0.
+        angle_min: smallest joint angle (n,) [rad].
+        angle_max: largest joint angle (n,) [rad].
+        outside_torque: as `torque_peak`, before and after the window (n,) [N m].
+        outside_torque_time: its time (n,) [s].
+        force_peak: largest normal force (F,) [N].
+        force_peak_time: its time (F,) [s].
+        normal_impulse: of the normal force per cycle (F,) [N s].
+        impulse: of the force on the robot per cycle, world axes (F, 3) [N s].
+        slip_path: way of the contact point on the ground, while loaded, per cycle (F,) [m].
+        loaded_time: time on the ground per cycle (F,) [s].
+        outside_force: largest normal force before and after the window (F,) [N].
+        outside_force_time: its time (F,) [s].
+        height_min: least height of the trunk's origin [m].
+        height_max: its largest [m].
+        height_mean: its mean [m].
+        roll_mean: mean roll of the trunk, of Rz(yaw) Ry(pitch) Rx(roll) [rad].
+        roll_rms: square root of its mean square [rad].
+        roll_peak: roll of largest size [rad].
+        pitch_mean: the same of the pitch [rad].
+        pitch_rms: the same of the pitch [rad].
+        pitch_peak: the same of the pitch [rad].
+        vertical_acceleration_rms: of the trunk's origin [m/s^2].
+        way: time [s], x and y of the centre of mass [m], yaw of the trunk [rad], at the edges and
+            middles of the cycles, or at both ends of the window (W, 4).
+        first_yaw: yaw at the start of the run [rad].
+        counters: steps, evaluations, ...
+        meta: what was run; the scene, the controller and the run as TOML text among it.
+    """
+
+    joint_names: tuple[str, ...]
+    foot_names: tuple[str, ...]
+    cycles: int | None
+    states: int
+    time: float
+    torque_peak: Array
+    torque_peak_time: Array
+    torque_p99: Array
+    torque_rms: Array
+    at_limit: Array
+    speed_peak: Array
+    speed_peak_time: Array
+    speed_rms: Array
+    power_peak: Array
+    power_peak_time: Array
+    positive_energy: Array
+    negative_energy: Array
+    angle_min: Array
+    angle_max: Array
+    outside_torque: Array
+    outside_torque_time: Array
+    force_peak: Array
+    force_peak_time: Array
+    normal_impulse: Array
+    impulse: Array
+    slip_path: Array
+    loaded_time: Array
+    outside_force: Array
+    outside_force_time: Array
+    height_min: float
+    height_max: float
+    height_mean: float
+    roll_mean: float
+    roll_rms: float
+    roll_peak: float
+    pitch_mean: float
+    pitch_rms: float
+    pitch_peak: float
+    vertical_acceleration_rms: float
+    way: Array
+    first_yaw: float
+    counters: Mapping[str, int | float]
+    meta: Mapping[str, Any]
+
+    __hash__ = None  # type: ignore[assignment]  # equal by content
+
+    def __post_init__(self) -> None:
+        """Check shapes and make read-only."""
+        sizes = {"joint": len(self.joint_names), "foot": len(self.foot_names), "axis": 3}
+        for name, (axes, _, _) in LAYOUT.items():
+            if axes:
+                array = read_only(getattr(self, name))
+                if array.shape != shape_of(axes, sizes, array):
+                    raise ParameterError(f"Summary.{name}", array.shape, f"of shape {axes}")
+                object.__setattr__(self, name, array)
+        for name in ("counters", "meta"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    @classmethod
+    def from_data(
+        cls,
+        data: Mapping[str, Any],
+        joint_names: tuple[str, ...],
+        foot_names: tuple[str, ...],
+        counters: Mapping[str, int | float],
+        meta: Mapping[str, Any],
+    ) -> Summary:
+        """Return the summary of `Summary.data`; what is missing or None is NaN."""
+        sizes = {"joint": len(joint_names), "foot": len(foot_names), "axis": 3}
+        values: dict[str, Any] = {}
+        for name, (axes, _, _) in LAYOUT.items():
+            given = data.get(name)
+            if not axes:
+                values[name] = float("nan") if given is None else float(given)
+            elif name == "way":
+                values[name] = np.array(given, dtype=float).reshape(-1, 4)
+            elif given is None:
+                values[name] = np.full(tuple(sizes[axis] for axis in axes), np.nan)
+            else:
+                values[name] = np.array(given, dtype=float).reshape(
+                    tuple(sizes[axis] for axis in axes)
+                )
+        return cls(
+            joint_names, foot_names, data["cycles"], int(data["states"]), **values,
+            counters=counters, meta=meta,
+        )  # fmt: skip
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """All numbers as JSON-able data, NaN as None; every digit is kept."""
+        plain: dict[str, Any] = {"cycles": self.cycles, "states": self.states}
+        for name in LAYOUT:
+            value = getattr(self, name)
+            plain[name] = value.tolist() if isinstance(value, np.ndarray) else value
+        finite: dict[str, Any] = without_non_finite(plain)
+        return finite
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether all numbers, names and entries are the same."""
+        return isinstance(other, Summary) and self.to_json() == other.to_json()
+
+    @property
+    def begin(self) -> float:
+        """Start of the window [s]; NaN where there is none."""
+        return float(self.way[0, 0]) if len(self.way) else float("nan")
+
+    @property
+    def end(self) -> float:
+        """End of the window [s]; NaN where there is none."""
+        return float(self.way[-1, 0]) if len(self.way) else float("nan")
+
+    @property
+    def distance(self) -> float | None:
+        """Way of the centre of mass per cycle along the heading [m]; None without cycles."""
+        if not self.cycles:
+            return None
+        along = np.asarray(self.meta.get("travel_direction", (1.0, 0.0)), dtype=float)
+        return distance_per_cycle(self.way[:, 1:3], self.way[:, 3] - self.first_yaw, along)
+
+    @property
+    def speed(self) -> float | None:
+        """Distance per time [m/s]; None without cycles."""
+        distance = self.distance
+        return None if distance is None else distance * (self.cycles or 1) / self.time
+
+    @property
+    def turn_rate(self) -> float | None:
+        """Mean yaw rate over the window [rad/s], left > 0; None without cycles."""
+        if not self.cycles:
+            return None
+        return float(np.unwrap(self.way[:, 3])[[0, -1]] @ [-1.0, 1.0]) / self.time
+
+    @property
+    def torque_margin(self) -> Array:
+        """(n,) [N m]: effort limit less the largest torque of the whole run."""
+        limit = np.asarray(self.meta.get("effort_limit", np.inf), dtype=float)
+        return np.asarray(limit - np.fmax(np.abs(self.torque_peak), np.abs(self.outside_torque)))
+
+    @property
+    def case_toml(self) -> str:
+        """The case that was run, as TOML text; see `Trace.case_toml`."""
+        return case_toml(self.meta)
+
+    def to_json(self) -> str:
+        """Return everything as JSON text."""
+        return json.dumps(
+            {
+                "schema": SCHEMA,
+                "schema_version": SCHEMA_VERSION,
+                "joint_names": list(self.joint_names),
+                "foot_names": list(self.foot_names),
+                "data": self.data,
+                "counters": without_non_finite(dict(self.counters)),
+                "meta": without_non_finite(dict(self.meta)),
+            },
+            allow_nan=False,
+        )
+
+    def save(self, path: str | Path) -> Path:
+        """Write a JSON file, wholly or not at all, and return its path.
+
+        Raises:
+            TraceFileError: the file cannot be written.
+        """
+        return write_atomically(path, self.to_json().encode())
+
+
+def load_summary(path: str | Path) -> Summary:
+    """Read a summary that `Summary.save` wrote; equal to it.
+
+    Raises:
+        TraceFileError: the file is missing, damaged, of another kind or of a newer schema.
+    """
+    try:
+        found = json.loads(Path(path).expanduser().read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise TraceFileError(f"{path}: cannot be read as JSON ({error}).") from error
+    if not isinstance(found, dict) or found.get("schema") != SCHEMA:
+        raise TraceFileError(f"{path}: not a summary.")
+    if found.get("schema_version") != SCHEMA_VERSION:
+        raise TraceFileError(f"{path}: schema version {found.get('schema_version')}; this release "
+                             f"reads {SCHEMA_VERSION}.")  # fmt: skip
+    try:
+        names = tuple(found["joint_names"]), tuple(found["foot_names"])
+        return Summary.from_data(found["data"], *names, found["counters"], found["meta"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise TraceFileError(f"{path}: damaged ({error}).") from error

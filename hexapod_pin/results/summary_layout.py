@@ -1,0 +1,81 @@
+"""The numbers of a summary: axes, unit and meaning of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hexapod_pin.arrays import Array
+
+SCHEMA = "hexapod_pin.summary"
+SCHEMA_VERSION = 1
+
+JOINT, FOOT, SCALAR = ("joint",), ("foot",), ()
+
+LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "time": (SCALAR, "s", "length of the window"),
+    "torque_peak": (JOINT, "N m", "torque of largest size"),
+    "torque_peak_time": (JOINT, "s", "its time"),
+    "torque_p99": (JOINT, "N m", "torque not exceeded for 99 % of the time"),
+    "torque_rms": (JOINT, "N m", "RMS torque"),
+    "at_limit": (JOINT, "1", "share of the time at the torque limit"),
+    "speed_peak": (JOINT, "rad/s", "rate of largest size"),
+    "speed_peak_time": (JOINT, "s", "its time"),
+    "speed_rms": (JOINT, "rad/s", "RMS rate"),
+    "power_peak": (JOINT, "W", "power of largest size"),
+    "power_peak_time": (JOINT, "s", "its time"),
+    "positive_energy": (JOINT, "J", "work given per cycle"),
+    "negative_energy": (JOINT, "J", "work taken up per cycle"),
+    "angle_min": (JOINT, "rad", "smallest angle"),
+    "angle_max": (JOINT, "rad", "largest angle"),
+    "outside_torque": (JOINT, "N m", "torque of largest size outside the window"),
+    "outside_torque_time": (JOINT, "s", "its time"),
+    "force_peak": (FOOT, "N", "largest normal force"),
+    "force_peak_time": (FOOT, "s", "its time"),
+    "normal_impulse": (FOOT, "N s", "impulse of the normal force per cycle"),
+    "impulse": (("foot", "axis"), "N s", "impulse per cycle, world axes"),
+    "slip_path": (FOOT, "m", "way of the contact point on the ground per cycle"),
+    "loaded_time": (FOOT, "s", "time on the ground per cycle"),
+    "outside_force": (FOOT, "N", "largest normal force outside the window"),
+    "outside_force_time": (FOOT, "s", "its time"),
+    "height_min": (SCALAR, "m", "least height of the trunk"),
+    "height_max": (SCALAR, "m", "largest height of the trunk"),
+    "height_mean": (SCALAR, "m", "mean height of the trunk"),
+    "roll_mean": (SCALAR, "rad", "mean roll"),
+    "roll_rms": (SCALAR, "rad", "RMS roll"),
+    "roll_peak": (SCALAR, "rad", "roll of largest size"),
+    "pitch_mean": (SCALAR, "rad", "mean pitch"),
+    "pitch_rms": (SCALAR, "rad", "RMS pitch"),
+    "pitch_peak": (SCALAR, "rad", "pitch of largest size"),
+    "vertical_acceleration_rms": (SCALAR, "m/s^2", "RMS vertical acceleration of the trunk"),
+    "way": (("edge", "way"), "s, m, m, rad", "time, centre of mass, yaw at half cycles"),
+    "first_yaw": (SCALAR, "rad", "yaw at the start"),
+}
+"""Name: (axes, unit, meaning) of every number."""
+
+SUMMARY_META = (
+    "run", "scene", "controller", "method", "accuracy", "step", "sample", "events", "cycle_time",
+    "steady_from", "steady_until", "travel_direction", "nominal_speed", "robot_name", "total_mass",
+    "gravity", "effort_limit", "assumed", "provenance", "model_digest", "wall_time",
+)  # fmt: skip
+"""What a summary keeps of a trace's `meta`."""
+
+PER_CYCLE = (
+    "positive_energy", "negative_energy", "normal_impulse", "impulse", "slip_path", "loaded_time",
+)  # fmt: skip
+"""What the core sums over all cycles."""
+
+
+def shape_of(axes: tuple[str, ...], sizes: Mapping[str, int], array: Array) -> tuple[int, ...]:
+    """Return the shape that an array of these axes must have."""
+    return (len(array), 4) if axes == ("edge", "way") else tuple(sizes[axis] for axis in axes)
+
+
+def from_native(native: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the data of a summary from what the core gathered: energies and ways per cycle."""
+    cycles = int(native["cycles"]) if native["period"] > 0.0 else None
+    data: dict[str, Any] = {name: native.get(name) for name in LAYOUT}
+    for name in PER_CYCLE:
+        if data[name] is not None:
+            data[name] = data[name] / (cycles or 1)
+    return {"cycles": cycles, "states": int(native["states"]), **data}

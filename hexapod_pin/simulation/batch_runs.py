@@ -1,0 +1,133 @@
+"""The runs of a batch: a few planned ahead of the threads, each let go as soon as it is done."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import time
+from collections import deque
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from hexapod_pin.control.feedback import FeedbackController
+from hexapod_pin.errors import SimulationInterrupted
+from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.closed_loop import closed_loop_run, lock_step_runs
+from hexapod_pin.simulation.native_run import PROGRESS_INTERVAL, NativeRun, open_loop_run
+
+Result = tuple[int, Trace | Summary | Exception]
+"""Index of a case, and what it came to."""
+
+PATIENCE = 0.1
+"""Time between two looks at the keyboard [s]."""
+
+AHEAD = 2
+"""Runs that wait for each thread: enough while Python makes a result and plans a case."""
+
+SLICES = 16
+"""Parts of a run that threads share, at least: so they end together."""
+
+LOCK_STEP = 64
+"""Most runs of one feedback controller side by side."""
+
+
+class BatchRuns:
+    """Cases under way. Open-loop ones run in the pool, the others in lock-step in this thread."""
+
+    def __init__(self, cases: Sequence[Case], threads: int, record: bool) -> None:
+        """Take the cases; nothing is planned yet."""
+        self.cases, self.record = cases, record
+        live = [isinstance(case.controller, FeedbackController) for case in cases]
+        self.open = deque(k for k in range(len(cases)) if not live[k])
+        self.groups = deque(_groups(cases, [k for k in range(len(cases)) if live[k]]))
+        self.threads = max(1, min(threads, len(self.open)))
+
+    def results(self) -> Iterator[Result]:
+        """Yield results as cases finish."""
+        from hexapod_pin import native as _native
+
+        pool = _native.Batch(self.threads)
+        under_way: dict[int, tuple[int, NativeRun, float]] = {}
+        while self.open or self.groups or under_way:
+            while self.open and len(under_way) < (AHEAD + 1) * self.threads:
+                refused = self._plan_next(pool, under_way)
+                if refused is not None:
+                    yield refused
+            if self.groups:
+                yield from self._live(self.groups.popleft())
+                continue
+            number, good, failure = pool.next_done(PATIENCE)
+            if number in under_way:
+                index, run, begin = under_way.pop(number)
+                run.good, run.wall_time = good, time.perf_counter() - begin
+                yield index, RuntimeError(failure) if failure else self._result(run)
+
+    def _plan_next(self, pool: Any, under_way: dict[int, tuple[int, NativeRun, float]]) -> Any:
+        """Plan the next case and hand it to the pool; a case that is refused is a result."""
+        index = self.open.popleft()
+        case = self.cases[index]
+        begin = time.perf_counter()
+        try:
+            how = case.settings
+            run = open_loop_run(case, how, record=self.record)
+        except Exception as error:  # whatever it is, it is this case's result
+            return index, error
+        if self.record:
+            run.rollout.reserve(how.grid.samples)
+        chunk = round(PROGRESS_INTERVAL / how.grid.sample)
+        part = min(chunk, how.grid.samples // SLICES)
+        under_way[pool.add(run.rollout, how.grid.samples, max(1, part))] = (index, run, begin)
+        return None
+
+    def _live(self, group: list[int]) -> list[Result]:
+        """Run cases with one feedback controller side by side; where that fails, one by one."""
+        cases = [self.cases[k] for k in group]
+        try:
+            if len(cases) == 1 and isinstance(cases[0].initial, Checkpoint):
+                runs = [closed_loop_run(cases[0], cases[0].settings)]
+            else:
+                runs = lock_step_runs(cases, cases[0].settings, record=self.record)
+        except SimulationInterrupted:
+            raise
+        except Exception as error:
+            if len(group) == 1:
+                return [(group[0], error)]
+            return [result for k in group for result in self._live([k])]
+        return [(k, self._result(run)) for k, run in zip(group, runs, strict=True)]
+
+    def _result(self, run: NativeRun) -> Trace | Summary | Exception:
+        """Return what a run came to."""
+        try:
+            if self.record:
+                return run.require_good()
+            run.require_good_so_far()
+            return run.summary()
+        except Exception as error:
+            return error
+
+
+def _groups(cases: Sequence[Case], live: Sequence[int]) -> list[list[int]]:
+    """Return cases that can run in lock-step: one robot, controller, settings and start time."""
+    found: dict[object, list[int]] = {}
+    for k in live:
+        found.setdefault(_lock_step_key(cases[k], k), []).append(k)
+    return [
+        group[start : start + LOCK_STEP]
+        for group in found.values()
+        for start in range(0, len(group), LOCK_STEP)
+    ]
+
+
+def _lock_step_key(case: Case, number: int) -> object:
+    """Return what cases that run side by side share; a case that goes on is alone."""
+    if isinstance(case.initial, Checkpoint) or case.duration is None:
+        return number
+    controller: object = id(case.controller)
+    if hasattr(case.controller, "to_dict"):
+        with contextlib.suppress(TypeError, ValueError):
+            settings = json.dumps(case.controller.to_dict(), sort_keys=True)
+            controller = (type(case.controller), settings)
+    return (controller, id(case.scene.robot), case.settings)

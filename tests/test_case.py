@@ -1,0 +1,198 @@
+"""Cases as data: written and read back to the bit, digested by meaning, refused with a path."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.control.joint_trajectory import JointTrajectory
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.robot.robot import urdf_path
+
+ROBOT = hp.load_robot("kharagpur")
+GAIT = hp.Gait.tripod(stroke=0.05 + 1e-17, cycle_time=0.8, turn_rate=math.pi / 7)
+
+
+def walk(**settings: Any) -> hp.Case:
+    """A short walk whose numbers have no short decimals."""
+    scene = hp.Scene(
+        ROBOT,
+        servo=hp.Servo(kp=20.0 / 3.0, kd=0.1 + 0.2),
+        gravity=(1e-300, -0.0, -9.80665),
+        contact=hp.Contact.s2(),
+    )
+    return hp.Case(scene, hp.KinematicControl(GAIT, stop_at=8.0 / 3.0), **settings)
+
+
+@dataclass(frozen=True)
+class Crouch:
+    """A controller of one's own: the standing posture with bent femurs."""
+
+    angle: float
+
+    def plan(self, robot: hp.Robot, duration: float) -> JointTrajectory:
+        """Hold it."""
+        femurs = {name: self.angle for name in robot.joint_names if "femur" in name}
+        return hp.HoldPosture(femurs).plan(robot, duration)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the angle."""
+        return {"kind": "crouch", "angle": self.angle}
+
+
+CASES = {
+    "walk": walk(duration=0.3, accuracy=1e-5 / 3.0),
+    "hold": hp.Case(hp.Scene(ROBOT), hp.HoldPosture(), duration=0.3, method="robust", step=1e-3),
+    "hold some": hp.Case(hp.Scene(ROBOT), hp.HoldPosture({"lf_femur_joint": 0.1 / 3})),
+    "hold all": hp.Case(hp.Scene(ROBOT), hp.HoldPosture(ROBOT.posture + 1e-3)),
+    "held": hp.Case(
+        hp.Scene(ROBOT), hp.SampledTrajectory([0.0, 0.1 / 3], [ROBOT.posture, ROBOT.posture])
+    ),
+    "state": walk(initial=replace(ROBOT.stand(), v=np.full(24, 1e-3 / 7)), duration=0.1),
+    "radius": hp.Case(
+        hp.Scene(hp.load_robot("athena", foot_radius=0.03 / 7, posture=[0.0, 0.5, 1.0 / 3] * 6)),
+        hp.HoldPosture(),
+        duration=0.1,
+    ),
+    "ground": hp.Case(
+        hp.Scene(ROBOT, terrain=hp.Slope(angle=0.1 / 3)), hp.HoldPosture(), duration=1.0, sample=0.1
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_case_comes_back_as_it_was(name: str) -> None:
+    case = CASES[name]
+    back = hp.Case.from_toml(case.to_toml())
+    assert back == case and hash(back) == hash(case) and back.digest == case.digest
+    assert back.to_toml() == case.to_toml()
+    for setting in ("duration", "accuracy", "method", "step", "sample"):
+        assert getattr(back, setting) == getattr(case, setting)
+    assert back.scene.gravity == case.scene.gravity and back.scene.servos == case.scene.servos
+    assert [f.radius for f in back.scene.robot.feet] == [f.radius for f in case.scene.robot.feet]
+    assert np.array_equal(back.scene.robot.posture, case.scene.robot.posture)
+    if case.initial is not None:
+        assert np.array_equal(back.initial.q, case.initial.q)
+        assert np.array_equal(back.initial.v, case.initial.v)
+
+
+def test_a_trace_carries_its_case_which_repeats_it_to_the_bit(tmp_path: Path) -> None:
+    case = CASES["walk"]
+    settings = dict(duration=0.3, accuracy=1e-5 / 3.0)
+    trace = hp.simulate(case.scene, case.controller, **settings)
+    assert trace.case == case and trace.case_toml == case.to_toml()
+    stored = hp.load_trace(trace.save(tmp_path / "walk.nc"))
+    again = stored.case
+    repeated = hp.simulate(again.scene, again.controller, initial=again.initial, **settings)
+    for name in ("time", "q", "v", "torque", "foot_force", "com"):
+        assert np.array_equal(getattr(repeated, name), getattr(trace, name)), name
+
+
+def test_a_case_that_goes_on_from_a_checkpoint(tmp_path: Path) -> None:
+    case = CASES["walk"]
+    first = hp.simulate(case.scene, case.controller, duration=0.1)
+    then = replace(case, initial=first.checkpoint, duration=0.2)
+    back = hp.load_case(then.save(tmp_path / "case.toml"))
+    assert back == then
+    one, two = hp.simulate_batch([then, back], errors="raise")
+    assert np.array_equal(one.q, two.q) and one.time[0] == 0.1
+    assert one.case == then
+
+
+def test_a_digest_is_of_the_meaning() -> None:
+    plain = walk(duration=2)
+    same = [
+        walk(duration=2.0, accuracy=1e-4),
+        walk(duration=2.0, method="x3"),
+        walk(duration=2.0, sample=0.002),
+        replace(plain, scene=replace(plain.scene, robot=hp.load_robot(urdf_path("kharagpur")))),
+    ]
+    others = [
+        walk(duration=2.001, sample=1e-3),
+        walk(duration=2, accuracy=math.nextafter(1e-4, 1.0)),
+        walk(duration=2, method="robust"),
+        walk(duration=2, initial=ROBOT.stand()),
+        replace(plain, controller=hp.HoldPosture()),
+        replace(plain, scene=hp.Scene(ROBOT)),
+        replace(plain, scene=replace(plain.scene, robot=hp.load_robot("athena"))),
+    ]
+    for case in same:
+        assert case.digest == plain.digest
+    assert len({case.digest for case in (plain, *others)}) == 1 + len(others)
+
+
+def test_a_robot_file_moves_with_its_case(tmp_path: Path) -> None:
+    here, there = tmp_path / "here", tmp_path / "there"
+    (here / "robots").mkdir(parents=True)
+    shutil.copy(urdf_path("kharagpur"), here / "robots" / "mine.urdf")
+    scene = hp.Scene(hp.load_robot(here / "robots" / "mine.urdf"))
+    case = hp.Case(scene, hp.HoldPosture(), duration=0.1)
+    case.save(here / "case.toml")
+    assert 'source = "robots/mine.urdf"' in (here / "case.toml").read_text()
+    here.rename(there)
+    assert hp.load_case(there / "case.toml").digest == case.digest
+    text = (there / "robots" / "mine.urdf").read_text()
+    (there / "robots" / "mine.urdf").write_text(text.replace("<robot", "<!-- --><robot", 1))
+    with pytest.raises(ParameterError, match="changed"):
+        hp.load_case(there / "case.toml")
+
+
+REFUSED = [
+    ("schema = 1", "schema = 2", "case.schema"),
+    ("duration = 0.3", 'duration = "0.3"', "Case.duration"),
+    ("duration = 0.3", "duration = 0.3\nlength = 3", "run.length"),
+    ("duration = 0.3", "duration = -0.3", "run: duration"),
+    ('kind = "kinematic"', 'kind = "dance"', "controller.kind"),
+    ('kind = "kinematic"', 'kind = "kinematic"\nlegs = 6', "controller.legs"),
+    ("lift = 0.02", 'lift = "far"', "controller: Gait.lift"),
+    ("[scene.servo]", "[scene.servo]\nki = 1.0", "scene: Servo.ki"),
+    ("[scene.terrain]", "[scene.wind]\nspeed = 1\n[scene.terrain]", "scene.wind"),
+    ("[scene.robot]", "[scene.robot]\nwheels = 4", "scene.robot.wheels"),
+    ("[scene.robot]", "[scene.robots]", "scene.robot"),
+    ("[controller]", "[controllers]", "case.controller"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "name"), REFUSED)
+def test_what_is_wrong_is_named_with_its_path(old: str, new: str, name: str) -> None:
+    text = CASES["walk"].to_toml()
+    assert old in text
+    with pytest.raises(ParameterError) as caught:
+        hp.Case.from_toml(text.replace(old, new, 1))
+    assert name in caught.value.name
+
+
+def test_a_controller_of_ones_own_is_saved_once_it_is_registered(tmp_path: Path) -> None:
+    case = hp.Case(hp.Scene(ROBOT), Crouch(0.2 / 3), duration=0.1)
+    with pytest.raises(ParameterError, match="register_controller"):
+        case.save(tmp_path / "case.toml")
+    assert not list(tmp_path.iterdir())
+    assert case == case and case != hp.Case(hp.Scene(ROBOT), Crouch(0.2 / 3), duration=0.1)
+    trace = hp.simulate(case.scene, case.controller, duration=0.1)
+    with pytest.raises(ParameterError, match="crouch"):
+        _ = trace.case
+    hp.register_controller("crouch", read_crouch)
+    hp.register_controller("crouch", read_crouch)  # the same again: no harm
+    assert hp.load_case(case.save(tmp_path / "case.toml")).controller == Crouch(0.2 / 3)
+    assert trace.case.controller == Crouch(0.2 / 3)
+    with pytest.raises(ParameterError, match="another name"):
+        hp.register_controller("hold", read_crouch)
+    with pytest.raises(ParameterError, match="to_dict"):
+        hp.Case(hp.Scene(ROBOT), object()).to_toml()
+
+
+def read_crouch(data: Any) -> Crouch:
+    """Return the controller of its settings."""
+    return Crouch(data["angle"])
+
+
+def test_no_such_file(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match="No such file"):
+        hp.load_case(tmp_path / "none.toml")

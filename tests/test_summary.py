@@ -1,0 +1,145 @@
+"""Summaries of runs: against the samples of the same run, the budget, files, and short runs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.errors import ParameterError, TraceFileError
+
+CYCLE = 0.8
+SCENE = hp.Scene(hp.load_robot("kharagpur"))
+WALK = hp.KinematicControl(hp.Gait.tripod(stroke=0.05, cycle_time=CYCLE, turn_rate=0.1))
+
+
+@pytest.fixture(scope="module")
+def trace() -> hp.Trace:
+    """Fixed steps of 1 ms, all of them sampled: samples are the accepted states."""
+    settings = dict(method="implicit-euler", step=1e-3, sample=1e-3)
+    return hp.simulate(SCENE, WALK, duration=3.5, **settings)
+
+
+def test_a_summary_agrees_with_samples_at_every_accepted_step(trace: hp.Trace) -> None:
+    """Peaks to the bit; trapezoids to the two ends of the window, which samples hit."""
+    summary = trace.summary
+    assert summary.cycles == 2 and summary.states == len(trace.time)
+    inside = slice(*(int(round(t / 1e-3)) for t in (summary.begin, summary.end + 1e-3)))
+    time, torque = trace.time[inside], trace.torque[inside]
+    rate, power = trace.v[inside, 6:], torque * trace.v[inside, 6:]
+    columns = np.arange(18)
+    for name, values in (("torque", torque), ("speed", rate), ("power", power)):
+        at = np.abs(values).argmax(axis=0)
+        assert np.array_equal(getattr(summary, f"{name}_peak"), values[at, columns]), name
+        assert np.array_equal(getattr(summary, f"{name}_peak_time"), time[at]), name
+    assert summary.torque_rms == pytest.approx(rms(time, torque), rel=1e-9)
+    assert summary.speed_rms == pytest.approx(rms(time, rate), rel=1e-9)
+    for name, sign in (("positive_energy", 1.0), ("negative_energy", -1.0)):
+        work = sign * np.trapezoid(np.maximum(sign * power, 0.0), time, axis=0) / 2
+        assert getattr(summary, name) == pytest.approx(work, rel=1e-9, abs=1e-12)
+    low, high = np.percentile(np.abs(torque), [98.9, 99.1], axis=0)  # two of 1601 samples apart
+    assert (summary.torque_p99 >= 0.99 * low).all() and (summary.torque_p99 <= 1.01 * high).all()
+    assert np.array_equal(summary.angle_max, trace.q[inside, 7:].max(axis=0))
+    assert summary.height_max == trace.q[inside, 2].max()
+    assert summary.height_mean == pytest.approx(trace.q[inside, 2].mean(), rel=1e-4)
+
+
+def rms(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the square root of the time average of the squares."""
+    return np.sqrt(np.trapezoid(values**2, time, axis=0) / (time[-1] - time[0]))
+
+
+def test_feet_and_way(trace: hp.Trace) -> None:
+    """Forces carry the weight; each foot is down half of the cycle; the way is that of samples."""
+    summary = trace.summary
+    weight = 9.81 * SCENE.robot.total_mass
+    assert summary.impulse[:, 2].sum() == pytest.approx(weight * CYCLE, rel=2e-2)
+    assert summary.normal_impulse == pytest.approx(summary.impulse[:, 2], rel=1e-9)  # level ground
+    assert summary.loaded_time == pytest.approx(np.full(6, CYCLE / 2), rel=0.25)
+    assert (summary.force_peak > 1.5 * weight / 6).all()
+    slip = np.linalg.norm(np.diff(trace.foot_position[..., :2], axis=0), axis=-1)
+    assert (summary.slip_path < slip[trace.contact[1:]].sum()).all()
+    sampled = hp.torque_budget(replace(trace, meta=without_summary(trace)))
+    assert summary.distance == pytest.approx(sampled.distance, rel=1e-6)
+    assert summary.speed == pytest.approx(sampled.speed, rel=1e-6)
+    assert summary.turn_rate == pytest.approx(0.1, rel=0.1)
+
+
+def without_summary(trace: hp.Trace) -> dict[str, object]:
+    """Return the meta data of a trace as former releases wrote it."""
+    return {key: value for key, value in trace.meta.items() if key not in ("summary", "run")}
+
+
+def test_a_budget_takes_a_trace_a_summary_or_an_older_trace(trace: hp.Trace) -> None:
+    ours, theirs = hp.torque_budget(trace), hp.torque_budget(trace.summary)
+    older = hp.torque_budget(replace(trace, meta=without_summary(trace)))
+    assert ours.peaks == theirs.peaks == "accepted steps" and older.peaks == "samples"
+    assert ours.joints == theirs.joints and ours.table() == theirs.table()
+    assert "Peaks are those of accepted steps" in ours.table()
+    assert "Peaks are those of samples" in older.table()
+    for mine, other in zip(ours.joints, older.joints, strict=True):
+        assert mine.peak_torque == other.peak_torque  # every accepted step is sampled here
+        assert mine.rms_torque == pytest.approx(other.rms_torque, rel=1e-9)
+        assert mine.at_limit == pytest.approx(other.at_limit, abs=2e-3)
+    assert ours.largest_outside == older.largest_outside
+    assert ours.window.samples == older.window.samples
+    with pytest.raises(ParameterError, match="no samples"):
+        _ = theirs.window.samples
+
+
+def test_peaks_do_not_depend_on_the_sampling() -> None:
+    """Samples every 50 ms miss touch-downs; the summary sees the same steps as at 2 ms and more."""
+    coarse = hp.simulate(SCENE, WALK, duration=2.4, sample=0.05)
+    fine = hp.simulate(SCENE, WALK, duration=2.4, sample=2e-3)
+    missed = np.abs(coarse.torque).max() / np.abs(coarse.summary.torque_peak).max()
+    assert missed < 1.0 + 1e-12
+    assert np.abs(coarse.summary.torque_peak) == pytest.approx(
+        np.abs(fine.summary.torque_peak), rel=0.15
+    )  # peaks of touch-downs at an accuracy of 1e-4; samples at 50 ms are off by up to a half
+    assert coarse.summary.states < fine.summary.states
+
+
+def test_a_summary_is_kept_in_a_file(trace: hp.Trace, tmp_path: Path) -> None:
+    summary = trace.summary
+    path = summary.save(tmp_path / "summary.json")
+    assert hp.load_summary(path) == summary
+    assert hp.load_trace(trace.save(tmp_path / "trace.nc")).summary == summary
+    assert hp.Case.from_toml(summary.case_toml) == trace.case
+    with pytest.raises(TraceFileError, match="not a summary"):
+        hp.load_summary(write(tmp_path / "other.json", "{}"))
+    found = json.loads(path.read_text())
+    found["data"]["torque_peak"] = [1.0]
+    with pytest.raises(TraceFileError, match="damaged"):
+        hp.load_summary(write(tmp_path / "bad.json", json.dumps(found)))
+    with pytest.raises(TraceFileError, match="none"):
+        hp.load_summary(tmp_path / "none.json")
+
+
+def write(path: Path, text: str) -> Path:
+    """Write a file."""
+    path.write_text(text)
+    return path
+
+
+def test_a_run_without_a_whole_cycle_says_how_long_it_must_be(tmp_path: Path) -> None:
+    summary = hp.simulate(SCENE, WALK, duration=1.0).summary
+    assert summary.cycles == 0 and np.isnan(summary.torque_peak).all()
+    assert np.isfinite(summary.outside_torque).all() and summary.distance is None
+    with pytest.raises(ParameterError, match="at least 2.4 s"):
+        hp.torque_budget(summary)
+    assert hp.load_summary(summary.save(tmp_path / "short.json")) == summary
+
+
+def test_a_posture_has_no_cycles_but_a_window() -> None:
+    trace = hp.simulate(SCENE, hp.HoldPosture(), duration=1.0)
+    summary = trace.summary
+    assert summary.cycles is None and summary.speed is None
+    assert (summary.begin, summary.end) == (0.5, 1.0)
+    assert summary.height_min <= summary.height_mean <= summary.height_max
+    budget = hp.torque_budget(trace)
+    assert budget.window.cycles is None and budget.cost_of_transport is None
+    assert (summary.torque_margin <= SCENE.robot.effort).all()
