@@ -18,11 +18,14 @@ def run_and_report(case: Case, title: str, trace_path: Path, html_path: Path | N
     """Run a case with a progress bar; print its torque table; write its trace and its playback."""
     from hexapod_pin.commands.output_files import run_saving
     from hexapod_pin.commands.progress import progress_bar
+    from hexapod_pin.results.joint_limits import events_text
     from hexapod_pin.simulation.run import run_case
 
     with progress_bar(title) as progress:
         trace = run_saving(lambda: run_case(case, progress), trace_path)
     typer.echo(run_summary(trace))
+    for line in events_text(trace.events, trace.limits):
+        typer.echo(f"note: {line}")
     if html_path is not None:
         from hexapod_pin.view.html import write_html
 

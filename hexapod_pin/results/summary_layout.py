@@ -54,7 +54,8 @@ LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
 """Name: (axes, unit, meaning) of every number."""
 
 SUMMARY_META = (
-    "run", "scene", "controller", "method", "accuracy", "step", "sample", "events", "cycle_time",
+    "run", "scene", "controller", "method", "accuracy", "step", "sample", "events", "drive",
+    "cycle_time",
     "steady_from", "steady_until", "travel_direction", "nominal_speed", "robot_name", "total_mass",
     "gravity", "effort_limit", "assumed", "provenance", "model_digest", "wall_time",
 )  # fmt: skip

@@ -22,6 +22,7 @@ from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.event import Event
+from hexapod_pin.results.joint_limits import JointLimits, joint_limits
 from hexapod_pin.results.netcdf import Column, write_netcdf
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.summary_layout import SUMMARY_META
@@ -240,6 +241,11 @@ class Trace:
     def events(self) -> tuple[Event, ...]:
         """What happened, in the order of time: where the trunk came to touch the ground."""
         return tuple(Event.from_dict(item) for item in self.meta.get("events", ()))
+
+    @property
+    def limits(self) -> tuple[JointLimits, ...]:
+        """How often and how long each joint was at its torque limit, or ran into a stop."""
+        return joint_limits(self.joint_names, self.meta)
 
     @property
     def digest(self) -> str:

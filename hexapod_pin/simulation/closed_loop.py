@@ -51,6 +51,8 @@ def lock_step_runs(
     """
     runs = [set_up(case, how, record=record) for case in cases]
     loop = ControlLoop(runs, cases[0].controller, numbers)  # type: ignore[arg-type]
+    if len(cases) == 1:
+        resume(loop, cases[0].initial)
     _run(loop, runs, runs[0].time + how.duration, progress)
     return runs
 
@@ -103,4 +105,4 @@ def _run(
 def _keep(loop: ControlLoop, runs: Sequence[NativeRun], begin: float) -> None:
     for run in runs:
         run.wall_time = (time.perf_counter() - begin) / len(runs)
-        run.loop = loop.memory() if len(runs) == 1 else None
+        run.loop = loop.memory() if len(runs) == 1 else {"runs": len(runs)}

@@ -108,9 +108,20 @@ def without_time(measurement: Measurement, row: int) -> Measurement:
 
 
 def resume(loop: ControlLoop, start: object) -> None:
-    """Restore a loop from the checkpoint that its run starts from, if there is one."""
-    if isinstance(start, Checkpoint) and start.loop is not None:
-        loop.restore(start.loop)
+    """Restore a loop from the checkpoint that its run starts from, if there is one.
+
+    Raises:
+        ParameterError: the checkpoint is of a run in lock-step with others.
+    """
+    if not isinstance(start, Checkpoint) or start.loop is None:
+        return
+    if "state" not in start.loop:
+        raise ParameterError(
+            "initial", f"a checkpoint of {start.loop.get('runs')} runs in lock-step",
+            "that of a run of its own",
+            "Run the case alone: its bits are the same, and its controller's state is kept.",
+        )  # fmt: skip
+    loop.restore(start.loop)
 
 
 def _same(a: float, b: float) -> bool:

@@ -64,6 +64,7 @@ def _common_meta(run: NativeRun) -> dict[str, Any]:
         "step": run.how.grid.step,
         "sample": run.how.grid.sample,
         "events": [event.to_dict() for event in trunk_events(run)],
+        "drive": drive_limits(run),
         "cycle_time": points.cycle_time,
         "steady_from": points.steady_from,
         "steady_until": points.steady_until,
@@ -78,6 +79,13 @@ def _common_meta(run: NativeRun) -> dict[str, Any]:
         "model_digest": robot.digest,
         "wall_time": run.wall_time,
     }
+
+
+def drive_limits(run: NativeRun) -> dict[str, list[float]]:
+    """Return how often and how long each joint was at its limits so far; see `JointLimits`."""
+    names = ("limit_count", "limit_time", "stop_count")
+    columns = run.rollout.drive_counters()
+    return {name: list(column) for name, column in zip(names, columns, strict=True)}
 
 
 def trunk_events(run: NativeRun) -> list[Event]:
