@@ -76,11 +76,10 @@ class Yielding:
         return hp.Command(q, ramp=True), {"force": force, "ticks": state["ticks"] + 1}
 
 
-def run(controller, duration, initial=None, scene=None, **how) -> hp.Trace:
+def run(controller, duration, initial=None, sample=2e-3, **how) -> hp.Trace:
     return hp.simulate(
-        hp.Scene(robot()) if scene is None else scene, controller, duration=duration,
-        initial=initial, sample=2e-3, **how,
-    )  # fmt: skip
+        hp.Scene(robot()), controller, duration=duration, initial=initial, sample=sample, **how
+    )
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -93,9 +92,10 @@ def test_a_plan_sent_at_ticks_converges_to_the_plan(method):
         closed = run(Replay(period), duration, method=method, **METHODS[method])
         assert np.array_equal(closed.time, open_loop.time)
         errors.append(np.abs(closed.q[:, 7:] - open_loop.q[:, 7:]).max())
-    floor = 10.0 * METHODS[method].get("accuracy", 1e-6)
+    # methods of order 1 see the rate over a step in the place of that at its end: h a kd / kp
+    floor = {"robust": 3e-4, "implicit-euler": 3e-4}.get(method, 1e-5)
     assert errors[1] < 0.5 * errors[0] + floor and errors[2] < 0.5 * errors[1] + floor
-    assert errors[2] < 1.5e-4
+    assert errors[2] < 1e-4 + floor
 
 
 @dataclass
@@ -122,7 +122,8 @@ def test_delays_of_sensors_and_of_commands(method):
     """Told what was 3.3 ms ago; the command acts 7 ms after its tick, and jumps there."""
     spy = Spy(0.005, delay=0.007, sensors=hp.Sensors(delay=0.0033))
     duration = 0.04
-    trace = run(spy, duration, method=method, **METHODS[method])
+    sample = 1e-3 if method in ("robust", "implicit-euler") else 1e-4
+    trace = run(spy, duration, method=method, sample=sample, **METHODS[method])
     ticks = 0.005 * np.arange(len(spy.told))
     assert [time for time, _, _ in spy.told] == pytest.approx(list(ticks), abs=1e-15)
     expected = np.maximum(ticks - 0.0033, 0.0)
@@ -138,7 +139,9 @@ def test_delays_of_sensors_and_of_commands(method):
         elif since > moving:
             assert value == pytest.approx(0.01 * last, abs=1e-12)
     measured = np.interp([m for _, m, _ in spy.told], trace.time, trace.q[:, 8])
-    assert [q for _, _, q in spy.told] == pytest.approx(list(measured), abs=2e-5)
+    # at samples, but between them where these are 1 ms apart
+    tolerance = 2e-5 if sample == 1e-3 else 1e-9
+    assert [q for _, _, q in spy.told] == pytest.approx(list(measured), abs=tolerance)
 
 
 NOISY = hp.Sensors(

@@ -51,6 +51,11 @@ class Reference {
     if (kind_ != Interpolation::cubic) row_ = row_at(t);
   }
 
+  // For a sample at t, the end of a step: what is held from there on; of a way, what it has led to.
+  void begin_sample(double t) {
+    if (kind_ == Interpolation::held) row_ = row_at(t);
+  }
+
   // The first knot after t at which the set-points or their rates jump; no step may cross it.
   double next_jump(double t) const {
     if (kind_ == Interpolation::cubic) return std::numeric_limits<double>::infinity();

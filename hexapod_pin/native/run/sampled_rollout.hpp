@@ -83,6 +83,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
     restore_memories(setup.start.contacts);
     reference_.restore(setup.start.command);
     plant_.begin_loads(time_);
+    reference_.begin_step(time_);
     summary_.set_window(setup.window.begin, setup.window.end, setup.window.cycle);
     if (setup.torque_limit.size() > 0) summary_.set_limit(setup.torque_limit);
   }
@@ -143,7 +144,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
 
  private:
   void find_torque(double t, const VectorXd& q, const VectorXd& v) {
-    reference_.begin_step(t);
+    reference_.begin_sample(t);
     set_points_.take(reference_, t);
     plant_.servo_torque(q, v, set_points_, torque_);
   }
