@@ -31,6 +31,7 @@ SHORT = {
     "constraint_drift": ["--duration", "0.02", "--rounds", "1"],
     "contact_cost": ["--duration", "0.05", "--rounds", "1"],
     "creep": ["--duration", "0.05"],
+    "drive_promise": ["--scenes", "1", "--methods", "extrapolated-euler", "--seed", "3"],
     "formulations_cost": ["--rounds", "1", "--stiffnesses", "1"],
     "one_hour": ["--cycles", "2"],
     "robust_cost": ["--quick"],

@@ -45,7 +45,12 @@ def torque_by_hand(angle: float, rate: float, demand: float) -> float:
     return motor - 0.03 * rate - 0.2 * np.sign(rate) + stop
 
 
-STATES = list(itertools.product((-1.02, 0.3, 1.04), (-7.0, -4.1, -0.2, 0.3, 2.0, 6.5), (-3.0, -0.5, 0.9, 3.0)))  # fmt: skip
+ANGLES, RATES, DEMANDS = (
+    (-1.02, 0.3, 1.04),
+    (-7.0, -4.1, -0.2, 0.3, 2.0, 6.5),
+    (-3.0, -0.5, 0.9, 3.0),
+)
+STATES = list(itertools.product(ANGLES, RATES, DEMANDS))
 
 
 def test_law_by_hand() -> None:
@@ -140,7 +145,7 @@ def test_gains_by_kind_name_and_sequence(kharagpur: hp.Robot) -> None:
     [
         ({"kp": {"coxa": 1.0, "femur": 2.0}}, "joint lf_tibia_joint"),
         ({"kp": {"hip": 1.0}}, "hip.*joint of"),
-        ({"kp": [1.0, 2.0]}, "18 numbers.*rr_tibia_joint"),
+        ({"kp": [1.0, 2.0]}, "18 numbers"),
         ({"kp": 1.0, "motor": {"elbow": MOTOR}}, "elbow"),
     ],
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""One joint between heavy bodies: drives against closed forms, and all methods against each other."""
+"""One joint between heavy bodies: drives against closed forms, methods against each other."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def scene_with_everything(method: str, settings: dict[str, float]) -> np.ndarray
 
 
 def test_methods_agree_at_their_orders() -> None:
-    """Adaptive methods within their accuracy, fixed steps with an error that falls with the step."""
+    """Adaptive methods within their accuracy, fixed steps with errors that fall with the step."""
     exact = scene_with_everything("dop853", {"accuracy": 1e-11})
     for method, accuracy in (("extrapolated-euler", 1e-5), ("ndf", 1e-6), ("dop853", 1e-8)):
         found = scene_with_everything(method, {"accuracy": accuracy})

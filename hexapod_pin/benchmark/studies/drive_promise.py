@@ -111,7 +111,8 @@ def _servo(
     kp = float(np.exp(rng.uniform(np.log(5.0), np.log(200.0)))) * strength
     kd = kp * float(np.exp(rng.uniform(np.log(0.005), np.log(0.05))))
     if plain:
-        return Servo(kp=kp, kd=kd, limited=True)
+        often = float(robot.effort.max()) * 4.0 / strength
+        return Servo(kp=often * kp, kd=often * kd, limited=True)
     from hexapod_pin.drive.motor import Motor
 
     strong = 1.0 if hardship in ("limit", "all") else 100.0

@@ -56,6 +56,12 @@ class DriveEvents {
     return first.share;
   }
 
+  // Velocity errors of joints at their torque limit are not damped by their servos: they weigh more.
+  // `floor`, `saturated`: the least weights of velocities without and with such joints, s.
+  void weigh(const PlantT& plant, double floor, double saturated, ErrorNorm& norm) const {
+    norm.floor = !idle_ && any_saturated(plant) ? saturated : floor;
+  }
+
   bool changed() const { return changed_; }  // whether a mode has ended in the step of the last call
 
   // Takes over the end of an accepted step of h. Joints that have turned back under dry friction are at
@@ -88,6 +94,11 @@ class DriveEvents {
   // Share of the velocity tolerance that the wrong mode behind a switch may cost.
   static constexpr double kOvershootShare = 0.01;
   static constexpr double kLeastAim = 0.02, kMostAim = 0.5;  // of what is left of the step behind a switch
+
+  static bool any_saturated(const PlantT& plant) {
+    const auto at_limit = [](const DriveMode& mode) { return mode.limit != LimitMode::within; };
+    return std::any_of(plant.mode.begin(), plant.mode.end(), at_limit);
+  }
 
   struct JointStates {
     VectorXd angle, rate, demand, holding;

@@ -68,6 +68,10 @@ class NdfDriver {
   using Newton = NdfNewton<PlantT>;
   static constexpr double kToleranceShare = 1.0 / 6.0;  // of the accuracy that one step may lose
   static constexpr double kLeastVelocityWeight = 0.03;  // s, of velocity errors
+  static constexpr double kSaturatedVelocityWeight = 0.3;  // s, where a joint is at its torque limit
+  // Tolerances that an error of order 1 or 2 counts for after a switch of the drives: there may be
+  // hundreds of them a second, each with a start at low order.
+  static constexpr double kRestartStrictness = 5.0;
   static constexpr double kTouchTolerances = 1e4;  // a foot has landed within 10 tolerances of the ground
   static constexpr double kLeastStep = 1e-14;      // s, and of the time
   static constexpr double kMaxTurn = 0.5;          // rad, of the chart
@@ -94,10 +98,12 @@ class NdfDriver {
       booked_works_.setZero();
     }
     flow_.evaluate(time_, y_);
+    strictness_ = drives_.changed() ? kRestartStrictness : 1.0;
     drives_.start(flow_.plant, flow_.reference, time_, flow_.position(), flow_.velocity());
     flow_.rate_here(time_, y_, rate_);
     touch_.begin(flow_.plant);
-    h_ = 0.5 * std::sqrt(tolerance_ / std::max(1e-3, flow_.v(rate_).cwiseAbs().maxCoeff()));
+    const double most = strictness_ * std::max(1e-3, flow_.v(rate_).cwiseAbs().maxCoeff());
+    h_ = 0.5 * std::sqrt(tolerance_ / most);
     history_.restart(y_, rate_, h_);
     step_limit_ = std::numeric_limits<double>::infinity();
     newton_.forget_contraction();
@@ -108,6 +114,7 @@ class NdfDriver {
 
   // Accepts one step; false if none can be found.
   bool take_step(double horizon) {
+    drives_.weigh(flow_.plant, kLeastVelocityWeight, kSaturatedVelocityWeight, norm_);
     if (h_ > step_limit_) resize(step_limit_);
     int located = 0, switched = 0;
     for (int tries = 0; tries < kMaxTries; ++tries) {
@@ -126,7 +133,8 @@ class NdfDriver {
         step_limit_ = kLimitGrowth * h_;
         newton_.forget_contraction();
       } else {
-        const double size = error_of(history_.order(), newton_.correction());
+        const double strictness = history_.order() < 3 ? strictness_ : 1.0;
+        const double size = strictness * error_of(history_.order(), newton_.correction());
         if (size <= 1.0) {
           if (flow_.plant.dry) flow_.evaluate(end, y_);
           const double share = drives_.share(flow_, end, y_, h);
@@ -247,6 +255,7 @@ class NdfDriver {
   BackwardDifferences history_;
   VectorXd y_, rate_, booked_works_, q_, v_;
   double time_ = 0.0, h_ = 0.0, step_limit_ = 0.0;  // s
+  double strictness_ = 1.0;  // -, of orders 1 and 2
   int equal_steps_ = 0;                             // of this size and order
   bool restart_needed_ = true, memories_updated_ = true;
   bool interpolated_ = false;  // the plant is evaluated at a sample, its last step's end is saved
