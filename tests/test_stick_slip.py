@@ -71,12 +71,15 @@ def test_energy_residual_of_a_walk_falls_with_the_step(normal, friction) -> None
         hp.load_robot("kharagpur"), contact=hp.Contact(normal=normal, friction=friction)
     )
     control = hp.KinematicControl(hp.Gait.tetrapod())
+    # Friction that falls with speed on S2's stiff contact: the touch-down at 0.8 s needs 0.125 ms.
+    stiff = friction is CREEPING["adams"] and isinstance(normal, hp.AdamsImpact)
+    largest, duration = (1.25e-4, 0.9) if stiff else (1e-3, 2.4)
 
     def residual(step: float) -> float:
-        trace = hp.simulate(scene, control, duration=2.4, step=step, sample=0.01)
+        trace = hp.simulate(scene, control, duration=duration, step=step, sample=0.01)
         return float(np.abs(trace.energy_residual).max())
 
-    coarse, fine = residual(1e-3), residual(2.5e-4)
+    coarse, fine = residual(largest), residual(0.25 * largest)
     assert fine < 0.5 * coarse
     assert coarse < 0.02  # of about 0.3 J that pass through the contacts
 

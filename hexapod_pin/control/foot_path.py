@@ -5,8 +5,9 @@ The body is planned first (`body_path`), then the feet, in the world:
 - a foothold is the standing position of the foot under the body's pose at mid-stance, and does
   not move while the foot is down, so no path scrubs, straight or turning;
 - a swing goes from one foothold to the next along 10 s^3 - 15 s^4 + 6 s^5 (minimum jerk) and
-  rises by lift * 64 s^3 (1 - s)^3: velocity and acceleration relative to the ground are zero at
-  lift-off and at touch-down; a swing between equal footholds does not lift.
+  rises by lift * (1 - (1 - 2 s)^4)^3, so fast that a foot pressed into soft ground by its load is
+  free before it moves on; velocity and acceleration relative to the ground are zero at lift-off
+  and at touch-down; a swing between equal footholds does not lift.
 
 Where the legs are given, feet are spheres that roll on their footholds (`rolling`): the foothold is
 then under the centre at mid-stance, and the contact point does not slip. The swing has the same
@@ -250,6 +251,7 @@ class FootPath:
         rate = 1.0 / ((1.0 - duty) * self.gait.cycle_time)
         p = here + travel * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
         v = travel * rate * 30.0 * s**2 * (1.0 - s) ** 2
-        p[:, 2:] += lift * 64.0 * (s * (1.0 - s)) ** 3
-        v[:, 2:] += lift * rate * 192.0 * (s * (1.0 - s)) ** 2 * (1.0 - 2.0 * s)
+        x = 1.0 - 2.0 * s
+        p[:, 2:] += lift * (1.0 - x**4) ** 3
+        v[:, 2:] += lift * rate * 24.0 * x**3 * (1.0 - x**4) ** 2
         return p, v

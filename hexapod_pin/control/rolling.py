@@ -38,6 +38,9 @@ CONVERGED = 1e-13
 
 MAX_ITERATIONS = 60
 
+FASTEST_ROLL = 10.0
+"""A foot that would roll faster belongs to a leg out of reach [m/s]."""
+
 KEPT_TABLES = 4
 """How many tables are remembered."""
 
@@ -83,7 +86,7 @@ def roll_table(six: SixLegs, path: FootPath, until: float) -> RollTable:
     period = path.gait.cycle_time
     longest = min(LONGEST_PIECE_CYCLES * period, path.shortest_time)
     pieces = stances(path.footholds, path.body, until, longest)
-    rate, start = _solve(_Rolling.of(six, path, pieces), pieces)
+    rate, start = _solve(_Rolling.of(six, path, pieces), pieces, until)
     powers = 0.5 * pieces.length[..., None, None] * (_integral_powers() @ rate)
     powers[:, :, 0] += start
     tables = [_with_swings(pieces, powers, leg) for leg in range(6)]
@@ -150,19 +153,22 @@ class _Rolling:
         self.six.kinematics.inverse(p if self.trunk is None else self.trunk.into(p))
 
 
-def _solve(rolling: _Rolling, pieces: Stances) -> tuple[Array, Array]:
+def _solve(rolling: _Rolling, pieces: Stances, until: float) -> tuple[Array, Array]:
     """Return d' at the points (6, P, POINTS, 2) [m/s] and d where each piece begins (6, P, 2) [m].
+
+    Pieces after `until` [s] only say where swings lead to: out of reach they do not roll.
 
     Raises:
         ReachError: a leg cannot reach where its foot would be.
     """
-    half = 0.5 * pieces.length[..., None, None]
+    half, late = 0.5 * pieces.length[..., None, None], pieces.begin >= until
     d = np.zeros((*pieces.begin.shape, POINTS, 2))
     change = np.full(6, np.inf)
     with np.errstate(all="ignore"):
         for _ in range(MAX_ITERATIONS):
             try:
                 rate = rolling.rate(d.reshape(6, -1, 2)).reshape(d.shape)
+                rate[late & ~(np.abs(rate).max(axis=(2, 3)) < FASTEST_ROLL)] = 0.0
             except np.linalg.LinAlgError:
                 break
             within = half * (_integral() @ rate)
@@ -170,8 +176,9 @@ def _solve(rolling: _Rolling, pieces: Stances) -> tuple[Array, Array]:
             passed = np.concatenate([np.zeros_like(total[:, :1]), total], axis=1)
             start = passed[:, :-1] - np.take_along_axis(passed, pieces.anchor[..., None], axis=1)
             before, d = d, start[:, :, None] + within
-            change = np.abs(d - before).max(axis=(1, 2, 3))
-            if not (change > CONVERGED).any():
+            moved = np.abs(d - before).max(axis=(2, 3))
+            change = np.where(late, 0.0, moved).max(axis=1)
+            if not (moved > CONVERGED).any():
                 break
     if (change <= CONVERGED).all():
         return rate, start

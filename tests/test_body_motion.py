@@ -1,0 +1,241 @@
+"""Trunk motion and velocity commands: functions as data, exact rates, poses that are reached."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.commanded_body import MAX_ACCELERATION
+from hexapod_pin.errors import GaitError, ParameterError
+
+GAIT = hp.Gait.tetrapod(stroke=0.06, cycle_time=1.6, heading=0.3)
+FUNCTIONS = {
+    "sine": hp.Sine(amplitude=0.02, period=1.3, phase=0.4, mean=0.01),
+    "waypoints": hp.Waypoints(time=(0.5, 1.0, 2.5), value=(0.0, 0.03, -0.01)),
+}
+
+
+def stiff_scene(**options: Any) -> hp.Scene:
+    robot = hp.load_robot("kharagpur")
+    servo = hp.Servo.from_effort(robot, error=0.003).model_copy(update={"limited": False})
+    return hp.Scene(robot, servo=servo, **options)
+
+
+def roll_pitch_yaw(q: Array) -> Array:
+    return np.asarray(pin.rpy.matrixToRpy(pin.Quaternion(*q[[6, 3, 4, 5]]).toRotationMatrix()))
+
+
+@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS.keys())
+def test_rate_is_the_derivative_of_value(function: hp.Sine | hp.Waypoints) -> None:
+    time, h = np.linspace(0.0, 3.0, 301), 1e-6
+    later, before = (function.value_and_rate(time + k)[0] for k in (h, -h))
+    rate = function.value_and_rate(time)[1]
+    np.testing.assert_allclose(rate, (later - before) / (2 * h), atol=1e-9)
+    assert np.abs(rate).max() > 0.05
+
+
+def test_two_waypoints_are_joined_by_the_curve_of_least_jerk() -> None:
+    s = np.linspace(0.0, 1.0, 50)
+    curve = hp.Waypoints(time=(1.0, 3.0), value=(0.02, 0.05)).value_and_rate(1.0 + 2.0 * s)[0]
+    np.testing.assert_allclose(curve, 0.02 + 0.03 * s**3 * (10 - 15 * s + 6 * s**2), atol=1e-15)
+    points = FUNCTIONS["waypoints"]
+    assert isinstance(points, hp.Waypoints)
+    value, rate = points.value_and_rate(np.array([0.0, 0.5, 1.0, 2.5, 9.0]))
+    np.testing.assert_allclose(value, [0.0, 0.0, 0.03, -0.01, -0.01], atol=1e-15)
+    np.testing.assert_allclose(rate[[0, 1, 3, 4]], 0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("make", "culprit"),
+    [
+        (lambda: hp.Sine(amplitude=1.0, period=0.0), "Sine.period"),
+        (lambda: hp.Waypoints(time=(0.0,), value=(1.0,)), "Waypoints"),
+        (lambda: hp.Waypoints(time=(0.0, 0.0), value=(1.0, 2.0)), "Waypoints.time"),
+        (lambda: hp.BodyMotion(height=np.nan), "BodyMotion.height"),
+        (lambda: hp.VelocityCommand(time=()), "VelocityCommand.time"),
+        (lambda: hp.VelocityCommand(time=(-1.0,), forward=0.1), "VelocityCommand.time"),
+        (lambda: hp.VelocityCommand(time=(0.0, 1.0), forward=(0.1,)), "VelocityCommand.forward"),
+    ],
+)
+def test_malformed_functions_are_refused(make: Any, culprit: str) -> None:
+    with pytest.raises(ParameterError, match=culprit):
+        make()
+
+
+def test_trunk_offset_is_a_rotation_with_its_angular_velocity() -> None:
+    motion = hp.BodyMotion(
+        roll=FUNCTIONS["sine"], pitch=FUNCTIONS["waypoints"], yaw=hp.Sine(amplitude=0.4, period=2.0)
+    )
+    h, time = 1e-6, np.linspace(0.1, 2.9, 30)
+    here, later, before = (motion.offset(time + k) for k in (0.0, h, -h))
+    for k in range(len(time)):
+        spin = here.rotation[k].T @ (later.rotation[k] - before.rotation[k]) / (2 * h)
+        found = [spin[2, 1], spin[0, 2], spin[1, 0]]
+        np.testing.assert_allclose(here.angular_velocity[k], found, atol=1e-8)
+    tilted = hp.BodyMotion(roll=0.2, pitch=-0.3, yaw=0.5)
+    expected = pin.rpy.rpyToMatrix(0.2, -0.3, 0.5)
+    np.testing.assert_allclose(tilted.offset(np.array(0.0)).rotation, expected, atol=1e-15)
+    start = tilted.start_pose()
+    np.testing.assert_allclose(roll_pitch_yaw(start), [0.2, -0.3, 0.5], atol=1e-15)
+
+
+@pytest.mark.parametrize("terrain", [hp.Flat(), hp.Slope(angle=0.1)], ids=["flat", "slope"])
+def test_a_run_starts_and_stays_in_the_commanded_pose(terrain: Any) -> None:
+    """Six feet touch; the trunk is where the motion says, relative to the ground."""
+    motion = hp.BodyMotion(
+        height=-0.01, roll=-0.04, pitch=0.05, yaw=0.1, forward=0.01, lateral=-0.02
+    )
+    scene = stiff_scene(terrain=terrain)
+    control = hp.KinematicControl(GAIT.with_changes(stroke=0.0), body=motion)
+    trace = hp.simulate(scene, control, duration=0.3, accuracy=1e-4)
+    level = pin.Quaternion(*scene_tilt(terrain)).toRotationMatrix()
+    height = scene.robot.stand().q[2]
+    for row, tolerance in ((0, 1e-12), (-1, 5e-4)):  # the load presses feet and servos 0.3 mm down
+        q = trace.q[row]
+        place = level.T @ q[:3] - [0.0, 0.0, height]
+        turn = level.T @ pin.Quaternion(*q[[6, 3, 4, 5]]).toRotationMatrix()
+        if isinstance(terrain, hp.Flat):  # on a slope the feet are moved up along z, not the normal
+            np.testing.assert_allclose(place, [0.01, -0.02, -0.01], atol=tolerance)
+        np.testing.assert_allclose(pin.rpy.matrixToRpy(turn), [-0.04, 0.05, 0.1], atol=tolerance)
+    assert np.abs(trace.foot_gap[0]).max() < 1e-12
+
+
+def scene_tilt(terrain: Any) -> tuple[float, ...]:
+    """Return w, x, y, z of the rotation from level to the ground."""
+    normal = np.array(terrain.surface().normal)
+    tilt = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), normal)
+    return tuple(np.asarray(tilt.coeffs())[[3, 0, 1, 2]])
+
+
+def test_a_walking_trunk_follows_its_motion() -> None:
+    motion = hp.BodyMotion(
+        height=hp.Sine(amplitude=0.01, period=1.0),
+        pitch=hp.Sine(amplitude=0.05, period=2.0),
+        roll=0.03,
+        lateral=hp.Waypoints(time=(1.0, 2.0), value=(0.0, 0.02)),
+    )
+    gait = GAIT.with_changes(heading=0.0)
+    trace = hp.simulate(stiff_scene(), hp.KinematicControl(gait, body=motion), duration=3.0)
+    offset, height = motion.offset(trace.time).position, hp.load_robot("kharagpur").stand().q[2]
+    np.testing.assert_allclose(trace.q[:, 2] - height, offset[:, 2], atol=7e-4)
+    np.testing.assert_allclose(trace.q[:, 1], offset[:, 1], atol=5e-4)
+    tilt = np.array([roll_pitch_yaw(q)[:2] for q in trace.q[::25]])
+    wanted = 0.05 * np.sin(np.pi * trace.time[::25])
+    np.testing.assert_allclose(tilt[:, 1], wanted, atol=1.5e-3)
+    np.testing.assert_allclose(tilt[:, 0], 0.03, atol=1.5e-3)
+
+
+def test_settings_are_data_and_build_the_controller_again() -> None:
+    motion = hp.BodyMotion(height=FUNCTIONS["sine"], pitch=FUNCTIONS["waypoints"], roll=0.1)
+    command = hp.VelocityCommand(time=(0.0, 4.0), forward=(0.05, 0.0), turn_rate=0.1)
+    control = hp.KinematicControl(GAIT, body=motion, velocity=command)
+    data = json.loads(json.dumps(control.to_dict()))
+    assert hp.BodyMotion(**data["body"]) == motion
+    assert hp.VelocityCommand(**data["velocity"]) == command
+    assert hash(control) == hash(hp.KinematicControl(GAIT, body=motion, velocity=command))
+    with pytest.raises(ParameterError, match="stop_at"):
+        hp.KinematicControl(GAIT, velocity=command, stop_at=20.0)
+
+
+def test_a_motion_beyond_reach_is_refused_with_its_time() -> None:
+    robot = hp.load_robot("kharagpur")
+    rising = hp.BodyMotion(height=hp.Waypoints(time=(2.0, 4.0), value=(0.0, 0.25)))
+    with pytest.raises(GaitError, match=r"at t = [23]\.\d+ s with the trunk's motion: leg") as far:
+        hp.KinematicControl(GAIT, body=rising).plan(robot, 5.0)
+    assert far.value.quantity == "body"
+    hp.KinematicControl(GAIT, body=rising).plan(robot, 2.0)
+    shaking = hp.BodyMotion(height=hp.Sine(amplitude=0.02, period=0.05))
+    with pytest.raises(GaitError, match=r"at t = .* s .*joint \w+ would turn at"):
+        hp.KinematicControl(GAIT, body=shaking).plan(robot, 5.0)
+    with pytest.raises(GaitError, match="leg lf"):
+        hp.KinematicControl(GAIT, body=hp.BodyMotion(height=-0.2)).plan(robot, 5.0)
+
+
+# --- velocity commands --------------------------------------------------------------------------
+
+STEPS = hp.VelocityCommand(
+    time=(0.0, 4.0, 5.0, 8.0),
+    forward=(0.05, 0.03, -0.02, 0.0),
+    lateral=(0.0, 0.02, 0.0, 0.0),
+    turn_rate=(0.0, 0.1, -0.1, 0.0),
+)
+
+
+def test_a_constant_command_is_the_gait_itself() -> None:
+    """Another path through the code: ramp by steps, pose by quadrature, footholds foreseen."""
+    robot = hp.load_robot("athena")
+    gait = GAIT.with_changes(turn_rate=0.1)
+    along = gait.speed * np.array([np.cos(0.3), np.sin(0.3)])
+    command = hp.VelocityCommand(time=(0.0,), forward=along[0], lateral=along[1], turn_rate=0.1)
+    own = hp.KinematicControl(gait).plan(robot, 8.0)
+    told = hp.KinematicControl(gait, velocity=command).plan(robot, 8.0)
+    spline_time = np.linspace(0.0, 8.0, 500)
+    for name in ("q", "v"):
+        one, other = (
+            np.array([np.interp(spline_time, p.time, column) for column in getattr(p, name).T])
+            for p in (own, told)
+        )
+        np.testing.assert_allclose(one, other, atol=2e-3 if name == "v" else 2e-5)
+    paths = [hp.KinematicControl(gait, **k).path(robot) for k in ({}, {"velocity": command})]
+    first, second = (path.positions(spline_time) for path in paths)
+    np.testing.assert_allclose(first, second, atol=1e-12)
+
+
+def test_the_twist_is_smooth_and_its_acceleration_limited() -> None:
+    path = hp.KinematicControl(GAIT, velocity=STEPS).path(hp.load_robot("kharagpur"))
+    time, h = np.linspace(0.0, 12.0, 2401), 1e-4
+    twist = [path.body.pose_and_twist(time + k * h)[1] for k in (-1, 0, 1)]
+    slope = (twist[2] - twist[0]) / (2 * h)
+    bend = (twist[2] - 2 * twist[1] + twist[0]) / h**2
+    assert np.hypot(slope[:, 0], slope[:, 1]).max() <= MAX_ACCELERATION
+    assert np.abs(np.diff(bend, axis=0)).max() < 0.02  # continuous: 5 ms of a bounded third
+    np.testing.assert_allclose(twist[1][-1], 0.0, atol=1e-15)
+    pose = [path.body.pose(time + k * h) for k in (-1, 1)]
+    moved, yaw = (pose[1] - pose[0]) / (2 * h), path.body.pose(time)[:, 2]
+    c, s = np.cos(yaw), np.sin(yaw)
+    np.testing.assert_allclose(c * moved[:, 0] + s * moved[:, 1], twist[1][:, 0], atol=1e-8)
+    np.testing.assert_allclose(c * moved[:, 1] - s * moved[:, 0], twist[1][:, 1], atol=1e-8)
+    np.testing.assert_allclose(moved[:, 2], twist[1][:, 2], atol=1e-8)
+
+
+def test_a_foothold_does_not_know_the_future() -> None:
+    """Commands after a foot's lift-off change nothing until it lifts again."""
+    robot = hp.load_robot("kharagpur")
+    other = STEPS.model_copy(update={"forward": (0.05, -0.03, 0.04, 0.02)})
+    paths = [hp.KinematicControl(GAIT, velocity=one).path(robot) for one in (STEPS, other)]
+    placement = np.tile(np.arange(-1.0, 9.0)[:, None], (1, 6))
+    first, second = (path.footholds.at(placement) for path in paths)
+    lifted = (placement + np.array(GAIT.phases) - (1.0 - GAIT.duty)) * GAIT.cycle_time
+    np.testing.assert_array_equal(first[lifted < 4.0 - 1e-9], second[lifted < 4.0 - 1e-9])
+    changed = np.abs(first - second).max(axis=-1)[(lifted > 4.0) & (lifted < 8.0)]
+    assert changed.min() > 1e-4
+
+
+def test_a_walk_on_command_goes_where_it_is_told_and_ends_standing() -> None:
+    scene = stiff_scene()
+    control = hp.KinematicControl(GAIT, velocity=STEPS)
+    plan = control.plan(scene.robot, 16.0)
+    np.testing.assert_allclose(plan.q[-1], scene.robot.posture, atol=1e-12)
+    assert plan.cycle_time is None
+    trace = hp.simulate(scene, control, duration=13.0)
+    x, y, yaw = control.path(scene.robot).body_pose(np.array([13.0]))[0]
+    np.testing.assert_allclose(trace.q[-1, :2], [x, y], atol=0.01 * 0.3)  # 1 % of the way
+    assert roll_pitch_yaw(trace.q[-1])[2] == pytest.approx(yaw, abs=0.004)
+
+
+def test_a_command_beyond_reach_names_time_and_limit() -> None:
+    robot = hp.load_robot("kharagpur")
+    fast = hp.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.5))
+    with pytest.raises(GaitError, match=r"VelocityCommand at t = 3 s \(0.5 m/s\)") as refused:
+        hp.KinematicControl(GAIT, velocity=fast).plan(robot, 10.0)
+    limit = refused.value.limit
+    assert refused.value.quantity == "speed" and limit is not None and 0.05 < limit < 0.5
+    slower = hp.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.98 * limit))
+    hp.KinematicControl(GAIT, velocity=slower).plan(robot, 10.0)
+    hp.KinematicControl(GAIT, velocity=fast).plan(robot, 2.0)  # ends before
