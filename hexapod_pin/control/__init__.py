@@ -31,7 +31,7 @@ __all__ = [
     "Sensors",
     "SixLegs",
     "feasible_gait",
-    "register_controller",
     "leg_clearance",
+    "register_controller",
     "six_legs",
 ]

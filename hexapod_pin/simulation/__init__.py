@@ -1,6 +1,6 @@
 """Simulation: scenes, methods, runs and batches over the native core."""
 
-from hexapod_pin.simulation.batch import simulate_batch
+from hexapod_pin.simulation.batch import iterate_batch, simulate_batch
 from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.loads import LostLeg, Payload, Push
 from hexapod_pin.simulation.methods import METHODS, Method
@@ -15,6 +15,7 @@ __all__ = [
     "Payload",
     "Push",
     "Scene",
+    "iterate_batch",
     "load_case",
     "simulate",
     "simulate_batch",
