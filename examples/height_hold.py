@@ -32,10 +32,13 @@ class HeightHold:
 
 
 def leg_compliance(scene: hp.Scene) -> float:
-    """Return how far a standing foot gives way upwards per force, mean of the legs [m/N]."""
+    """Return how far a standing foot gives way upwards per force, mean of the legs [m/N].
+
+    The foot does not slip: stiffness at the foot is J^-T kp J^-1, of which the z-z entry counts.
+    """
     legs = six_legs(scene.robot).kinematics
-    upwards = legs.jacobian(legs.posture[:, None])[:, 0, 2]  # (6, 3), m/rad
-    return float(np.mean(np.sum(upwards**2, axis=1)) / SERVO_STIFFNESS)
+    inverse = np.linalg.inv(legs.jacobian(legs.posture[:, None])[:, 0])  # (6, 3, 3), rad/m
+    return float(np.mean(1.0 / (SERVO_STIFFNESS * np.sum(inverse[:, :, 2] ** 2, axis=1))))
 
 
 SERVO_STIFFNESS = 20.0  # N m/rad, soft

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hexapod_pin import errors as errors
     from hexapod_pin import view as view
+    from hexapod_pin.control.body_motion import BodyMotion as BodyMotion
     from hexapod_pin.control.feedback import Command as Command
     from hexapod_pin.control.feedback import FeedbackController as FeedbackController
     from hexapod_pin.control.feedback import Measurement as Measurement
@@ -28,7 +29,11 @@ if TYPE_CHECKING:
     from hexapod_pin.control.sampled_trajectory import SampledTrajectory as SampledTrajectory
     from hexapod_pin.control.sensors import Sensor as Sensor
     from hexapod_pin.control.sensors import Sensors as Sensors
+    from hexapod_pin.control.time_function import Sine as Sine
+    from hexapod_pin.control.time_function import Waypoints as Waypoints
+    from hexapod_pin.control.velocity_command import VelocityCommand as VelocityCommand
     from hexapod_pin.drive.joint_stops import JointStops as JointStops
+    from hexapod_pin.drive.motor import Motor as Motor
     from hexapod_pin.drive.servo import Servo as Servo
     from hexapod_pin.ground.contact import AdamsCoulomb as AdamsCoulomb
     from hexapod_pin.ground.contact import AdamsImpact as AdamsImpact
@@ -77,6 +82,10 @@ if TYPE_CHECKING:
 _MODULES = {
     "AdamsCoulomb": "ground.contact",
     "AdamsImpact": "ground.contact",
+    "BodyMotion": "control.body_motion",
+    "Sine": "control.time_function",
+    "Waypoints": "control.time_function",
+    "VelocityCommand": "control.velocity_command",
     "Blueprint": "robot.description.blueprint",
     "BrownMcPhee": "ground.contact",
     "Case": "simulation.case",
@@ -92,6 +101,7 @@ _MODULES = {
     "HoldPosture": "control.hold_posture",
     "HuntCrossley": "ground.contact",
     "JointStops": "drive.joint_stops",
+    "Motor": "drive.motor",
     "KelvinVoigt": "ground.contact",
     "KinematicControl": "control.kinematic",
     "Ledge": "ground.terrain",

@@ -75,8 +75,9 @@ def test_commands_exist(page: Path) -> None:
     assert set(re.findall(r"`hexapod-pin ([a-z]+)", text)) <= known
 
 
-@pytest.mark.parametrize("page", ["terrain.md", "closed_loop.md"])
+@pytest.mark.parametrize("page", ["terrain.md", "loads.md", "closed_loop.md"])
 def test_the_code_of_a_page_runs(page: str) -> None:
-    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    """The blocks of a page belong together: names of one are known in the next."""
+    text, names = (ROOT / "docs" / page).read_text(encoding="utf-8"), {}
     for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(compile(block, page, "exec"), {})
+        exec(compile(block, page, "exec"), names)

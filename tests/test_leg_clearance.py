@@ -25,13 +25,13 @@ LIMITS = (-1.2, 1.2)
 
 
 def narrow(tmp_path: Path, hip_x: float = HIP_X, coxa_width: float = 0.03) -> hp.Robot:
-    """Hips close together, thin femurs, tibias of radius 15 mm that lean outwards."""
+    """Hips close together, thin femurs, tibias of radius 15 mm that lean outwards, point feet."""
     blueprint = hp.Blueprint.from_dimensions(
         "narrow", trunk=Trunk.solid(2.0, (0.26, 0.1, 0.05)),
         coxa=Segment.box(0.1, (0.05, coxa_width, 0.03), LIMITS, 10.0, 20.0),
         femur=Segment.box(0.1, (0.1, 0.02, 0.02), LIMITS, 10.0, 20.0),
         tibia=Segment.rod(0.1, 0.15, TIBIA_RADIUS, (0.2, 2.6), 10.0, 20.0),
-        hip_x=hip_x, hip_y=0.05, foot_radius=0.01, posture=(0.0, -0.3, 1.6),
+        hip_x=hip_x, hip_y=0.05, foot_radius=0.0, posture=(0.0, -0.3, 1.6),
     )  # fmt: skip
     path = tmp_path / "narrow.urdf"
     path.write_text(blueprint.urdf())
@@ -166,6 +166,8 @@ def test_a_small_clearance_is_told(tmp_path: Path) -> None:
     (note,) = leg_clearance(robot, tripod(0.069)).notes
     assert "come within 1 mm" in note
     assert leg_clearance(robot, tripod(0.05)).notes == ()
+    assert "touch each other" in leg_clearance(robot, tripod(0.07)).notes[0]
+    assert "overlap by 0.015 m" in leg_clearance(robot, tripod(0.085)).notes[0]
     done = CliRunner().invoke(
         app,
         ["walk", robot.source, "--gait", "tripod", "--stroke", "0.069", "--cycle", "2",
@@ -186,14 +188,25 @@ def test_built_in_robots_keep_their_legs_apart(name: str, gait: str) -> None:
     assert leg_clearance(robot, chosen) is found  # remembered
 
 
-def test_the_nearest_moment_is_found_between_samples() -> None:
+def test_the_nearest_moment_is_found_between_samples(tmp_path: Path) -> None:
     """Against distances on a grid 20 times as fine; what is left is the finer one's own error."""
-    robot = hp.load_robot("kharagpur")
+    robot = narrow(tmp_path)
     six, bodies = six_legs(robot), leg_bodies(robot)
-    gait = hp.Gait.tripod(stroke=0.12, cycle_time=2.3, turn_rate=0.1, heading=0.3)
+    gait = hp.Gait.tripod(stroke=0.06, cycle_time=2.3, turn_rate=0.1, heading=0.3)
     path = FootPath(gait, six.neutral_feet, stop_at=7 * gait.cycle_time)
     p_BF, _ = six.foot_motion(path, np.linspace(0.0, 7 * gait.cycle_time, 8401))
     angles = six.joint_rows(six.kinematics.inverse(p_BF), six.posture)
     base = pin.neutral(robot.model)[:7]
     fine, _ = bodies.distances(np.hstack([np.tile(base, (len(angles), 1)), angles]))
     assert leg_clearance(robot, gait).distance == pytest.approx(fine.min(), abs=2e-5)
+
+
+def test_athenas_feet_just_pass_at_the_default_stroke() -> None:
+    """Hips 0.18 m apart, stroke 0.14 m, feet of radius 20 mm: it walks, with a note."""
+    robot = hp.load_robot("athena")
+    gait = hp.Gait.tripod(stroke=0.14, cycle_time=2.4)
+    hp.KinematicControl(gait).plan(robot, 1.0)
+    found = leg_clearance(robot, gait)
+    assert {name.split("_")[1] for name in found.links} == {"foot"}
+    assert found.distance == pytest.approx(0.0, abs=1e-3)  # planned roll of the feet: below 1 mm
+    assert len(found.notes) == 1

@@ -57,13 +57,13 @@ def test_knots_part_every_span_as_linspace_does() -> None:
     assert np.diff(time).max() <= 0.01 * (1.0 + 1e-9)
 
 
-def directly(robot: Robot, gait: Gait, duration: float, stop_at: float | None) -> list[Array]:
+def directly(robot: Robot, gait: Gait, end: float, stop_at: float | None) -> list[Array]:
     """Return times, angles and rates of a plan without any table: one evaluation of all knots."""
     legs = six_legs(robot)
-    path = FootPath(gait, legs.neutral_feet, stop_at=stop_at)
+    path = FootPath.of(legs, gait, stop_at=stop_at)
     spacing = 0.01
     while True:
-        time, _ = knot_times(np.array([0.0, *path.events(duration), duration]), spacing)
+        time, _ = knot_times(np.array([0.0, *path.events(end), end]), spacing)
         knots = sample_knots(legs, path, time)
         if knots.error.max() <= 0.5e-6:
             return [knots.time, knots.q, knots.v]
@@ -71,31 +71,47 @@ def directly(robot: Robot, gait: Gait, duration: float, stop_at: float | None) -
 
 
 @every_gait
-@pytest.mark.parametrize("cycles", [0.003, 0.4, 1.0, 2.2, 3.0, 3.05, 4.0, 6.6, 11.35])
+@pytest.mark.parametrize("cycles", [0.003, 0.4, 1.0, 3.0, 3.05, 6.6, 11.35])
 def test_plan_from_the_table_equals_one_without(robot: Robot, gait: Gait, cycles: float) -> None:
-    """To the last bit until the first steady cycle ends, and to rounding from there on."""
+    """Until the first event that is not before the end, a cycle later at most."""
     duration = cycles * gait.cycle_time
     plan = KinematicControl(gait).plan(robot, duration)
-    own, expected = (plan.time, plan.q, plan.v), directly(robot, gait, duration, None)
-    for found, wanted in zip(own, expected, strict=True):
+    assert duration - 1e-6 * gait.cycle_time <= plan.time[-1] < duration + gait.cycle_time
+    expected = directly(robot, gait, float(plan.time[-1]), None)
+    for found, wanted in zip((plan.time, plan.q, plan.v), expected, strict=True):
         assert found.shape == wanted.shape
-        np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-12)
-        early = plan.time < 3.0 * gait.cycle_time - 1e-6
-        np.testing.assert_array_equal(found[early], wanted[early])
+        np.testing.assert_allclose(found, wanted, rtol=0.0, atol=2e-11)  # d'' of the roll: 1e-12
 
 
 @every_gait
 @pytest.mark.parametrize("stop", [3.25, 4.0, 9.3])
-@pytest.mark.parametrize("cycles", [0.5, 3.1, 8.0, 11.0])
+@pytest.mark.parametrize("cycles", [0.5, 3.1, 11.0])
 def test_plan_that_stops_equals_one_without_table(
     robot: Robot, gait: Gait, stop: float, cycles: float
 ) -> None:
     duration, stop_at = cycles * gait.cycle_time, stop * gait.cycle_time
     plan = KinematicControl(gait, stop_at=stop_at).plan(robot, duration)
-    expected = directly(robot, gait, duration, stop_at)
+    assert plan.time[-1] >= min(duration, stop_at) - 1e-6 * gait.cycle_time
+    assert plan.time[-1] <= stop_at + 1e-12
+    expected = directly(robot, gait, float(plan.time[-1]), stop_at)
     for found, wanted in zip((plan.time, plan.q, plan.v), expected, strict=True):
         assert found.shape == wanted.shape
-        np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(found, wanted, rtol=0.0, atol=2e-11)
+
+
+@every_gait
+@pytest.mark.parametrize("stop", [None, 5.3])
+def test_knots_of_a_shorter_walk_are_the_first_of_a_longer_one(
+    robot: Robot, gait: Gait, stop: float | None
+) -> None:
+    """To the bit, so that a run that is cut and continued is the uncut one."""
+    control = KinematicControl(gait, stop_at=None if stop is None else stop * gait.cycle_time)
+    longest = control.plan(robot, 9.2 * gait.cycle_time)
+    for cycles in (0.01, 0.5, 1.0, 2.7, 3.0, 4.4, 5.0, 5.3, 7.77):
+        plan = control.plan(robot, cycles * gait.cycle_time)
+        count = len(plan.time)
+        for name in ("time", "q", "v"):
+            np.testing.assert_array_equal(getattr(plan, name), getattr(longest, name)[:count])
 
 
 def test_steady_cycles_are_the_same_to_the_bit(robot: Robot) -> None:
@@ -140,9 +156,9 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     checked: list[str] = []
     check = gait_refusal.violation
 
-    def violation(legs: SixLegs, gait: Gait) -> object:
+    def violation(legs: SixLegs, gait: Gait, motion: object) -> object:
         checked.append(gait.name)
-        return check(legs, gait)
+        return check(legs, gait, motion)
 
     monkeypatch.setattr(gait_refusal, "violation", violation)
     return checked

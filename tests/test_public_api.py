@@ -21,6 +21,7 @@ SampledTrajectory simulate simulate_batch iterate_batch Case load_case register_
 load_summary Checkpoint Trace load_trace torque_budget
 TorqueBudget Measurement Command Sensor Sensors Payload Push LostLeg Session FeedbackController view
 errors __version__
+BodyMotion VelocityCommand Sine Waypoints
 """.split()
 
 

@@ -88,6 +88,8 @@ def test_offset_is_drawn_once_per_run_and_component():
     assert np.ptp(found, axis=0).max() == 0.0
     assert abs(found[0].mean()) < 5 * 0.3 / np.sqrt(3600)
     assert abs(found[0].std() - 0.3) < 5 * 0.3 / np.sqrt(7200)
+    noise = errors(hp.Sensors(q=hp.Sensor(noise=0.3)), "q", 1, range(200))
+    assert abs((found[0] * noise[0]).mean()) < 5 * 0.3**2 / np.sqrt(3600)  # of another stream
     both = errors(hp.Sensors(q=hp.Sensor(bias=0.3, noise=0.01)), "q", 100, range(20))
     assert np.abs(both - found[:1, :20]).max() < 0.07  # the noise alone: at most 6.8 of its sigma
 

@@ -170,14 +170,12 @@ def notes(text: str) -> str:
 
 
 def test_suspicious_is_noted_not_refused() -> None:
-    """An inertia in kg mm^2 taken as kg m^2, a long axis, dry friction."""
+    """An inertia in kg mm^2 taken as kg m^2, a long axis."""
     large = '<inertia ixx="70.8" iyy="108.4" izz="56.7" ixy="0" ixz="0" iyz="0"/>'
     unit_slip = link("rr_coxa", "<inertia .*?/>", large)
     assert "rr_coxa" in notes(unit_slip)
     assert "unit of its inertia" in notes(unit_slip)
     assert "rf_tibia_joint: axis 0 10 0" in notes(joint("rf_tibia_joint", "0 1 0", "0 10 0"))
-    friction = joint("rf_tibia_joint", 'friction="0"', 'friction="0.1"')
-    assert "rf_tibia_joint: dry friction 0.1 N m is not simulated" in notes(friction)
     assert notes(GOOD) == ""
 
 

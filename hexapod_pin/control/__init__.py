@@ -1,5 +1,6 @@
 """Controllers: gaits, foot paths, joint trajectories; feedback controllers and their sensors."""
 
+from hexapod_pin.control.body_motion import BodyMotion
 from hexapod_pin.control.feasible_gait import feasible_gait
 from hexapod_pin.control.feedback import Command, FeedbackController, Measurement
 from hexapod_pin.control.foot_path import FootPath
@@ -13,10 +14,13 @@ from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.control.sensor_reader import SensorReader
 from hexapod_pin.control.sensors import Sensor, Sensors
 from hexapod_pin.control.six_legs import SixLegs, six_legs
+from hexapod_pin.control.time_function import Sine, Waypoints
+from hexapod_pin.control.velocity_command import VelocityCommand
 
 __all__ = [
-    "Command",
+    "BodyMotion",
     "Clearance",
+    "Command",
     "Controller",
     "FeedbackController",
     "FootPath",
@@ -30,8 +34,12 @@ __all__ = [
     "SensorReader",
     "Sensors",
     "SixLegs",
+    "Sine",
+    "VelocityCommand",
+    "Waypoints",
     "feasible_gait",
     "leg_clearance",
     "register_controller",
     "six_legs",
+    "register_controller",
 ]

@@ -6,6 +6,7 @@ One walk is checked as a whole: start, steady cycles and stop, every foot target
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +14,11 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.foot_path import TRANSIENT_CYCLES, FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.six_legs import SixLegs, neutral_feet
+from hexapod_pin.errors import ReachError
 from hexapod_pin.robot.leg_kinematics import LegKinematics
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.body_motion import BodyMotion
 
 __all__ = ["Violation", "neutral_feet", "violation"]
 
@@ -52,21 +57,51 @@ class Violation:
     text: str
 
 
-def violation(six: SixLegs, gait: Gait) -> Violation | None:
-    """Return why the robot cannot walk this gait, or None if it can."""
+def violation(six: SixLegs, gait: Gait, motion: BodyMotion | None = None) -> Violation | None:
+    """Return why the robot cannot walk this gait, or None if it can.
+
+    Args:
+        six: its legs.
+        gait: the gait.
+        motion: constant offsets of the trunk; None: none.
+    """
     if np.ptp(six.soles) > MAX_FOOT_HEIGHT_SPREAD:
         return _uneven(six)
-    path = FootPath(gait, six.neutral_feet, stop_at=CHECKED_CYCLES * gait.cycle_time)
-    p_BF, v_BF = six.foot_motion(path, checked_times(path))
+    path = FootPath.of(six, gait, stop_at=CHECKED_CYCLES * gait.cycle_time, motion=motion)
+    try:
+        p_BF, v_BF = six.foot_motion(path, checked_times(path))
+    except ReachError as error:
+        return Violation(PATH, str(error))
     q, refused = six.kinematics.solve(p_BF)
-    solved = six.legs if refused is None else six.legs[: refused[0]]
-    determinant = six.kinematics.normalised_determinant(q).min(axis=1)
-    for leg, lowest in zip(solved, determinant, strict=False):
-        if lowest < MIN_NORMALISED_DETERMINANT:
-            return _near_singular(leg, float(lowest))
     if refused is not None:
-        return Violation(PATH, str(refused[1]))
-    return _too_fast(six, six.kinematics.estimated_rates(p_BF, v_BF, q))
+        found = _singular(six, q, refused[0])
+        return Violation(PATH, str(refused[1])) if found is None else found[0]
+    found = posture_violation(six, q, six.kinematics.estimated_rates(p_BF, v_BF, q))
+    return None if found is None else found[0]
+
+
+def posture_violation(six: SixLegs, q: Array, v: Array) -> tuple[Violation, int] | None:
+    """Return a near singular posture or a joint that is too fast, and at which time.
+
+    Args:
+        six: the legs.
+        q: joint angles leg by leg [rad]. Shape (6, K, 3).
+        v: joint rates [rad/s]. Shape (6, K, 3).
+
+    Returns:
+        The violation and its row among the K; None without one.
+    """
+    return _singular(six, q, len(six.legs)) or _too_fast(six, v)
+
+
+def _singular(six: SixLegs, q: Array, legs: int) -> tuple[Violation, int] | None:
+    """Return the violation of the first of some legs that gets too near a singular posture."""
+    determinant = six.kinematics.normalised_determinant(q)
+    for leg, values in zip(six.legs[:legs], determinant, strict=False):
+        row = int(np.argmin(values))
+        if values[row] < MIN_NORMALISED_DETERMINANT:
+            return _near_singular(leg, float(values[row])), row
+    return None
 
 
 def checked_times(path: FootPath, samples_per_cycle: int = SAMPLES_PER_CYCLE) -> Array:
@@ -99,7 +134,7 @@ def _near_singular(leg: LegKinematics, lowest: float) -> Violation:
     )
 
 
-def _too_fast(six: SixLegs, rates: Array) -> Violation | None:
+def _too_fast(six: SixLegs, rates: Array) -> tuple[Violation, int] | None:
     """Return the violation of the joint that exceeds its velocity limit most, rates (6, K, 3).
 
     Of legs that move alike, up to rounding, the first in gait order is named.
@@ -111,8 +146,8 @@ def _too_fast(six: SixLegs, rates: Array) -> Violation | None:
     index = int(np.argmax(peak >= peak.max() * (1.0 - EQUAL_RATES)))
     row, joint = np.unravel_index(int(np.argmax(share[index])), share[index].shape)
     leg, limit = six.legs[index], six.max_rate[index, joint]
-    return Violation(
-        RATE,
+    text = (
         f"leg {leg.name}: joint {leg.joints[joint]} would turn at "
-        f"{abs(rates[index, row, joint]):.4g} rad/s; its limit is {limit:.4g} rad/s",
+        f"{abs(rates[index, row, joint]):.4g} rad/s; its limit is {limit:.4g} rad/s"
     )
+    return Violation(RATE, text), int(row)

@@ -16,8 +16,6 @@ from hexapod_pin.arrays import Array
 if TYPE_CHECKING:
     import numpy as np
 
-    from hexapod_pin.simulation.scene import Scene
-
 State = Any
 """What a controller remembers: nothing, numbers, arrays, or mappings and sequences of them."""
 
@@ -88,8 +86,8 @@ class FeedbackController(Protocol):
         """Time between ticks [s]."""
         ...
 
-    def start(self, scene: Scene, batch: int) -> State:
-        """Return the state before the first tick of `batch` runs in lock-step."""
+    def start(self, scene: Any, batch: int) -> State:
+        """Return the state before the first tick of `batch` runs of a `Scene` in lock-step."""
         ...
 
     def update(self, time: float, measurement: Measurement, state: State) -> tuple[Command, State]:

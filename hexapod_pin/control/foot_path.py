@@ -8,22 +8,34 @@ The body is planned first (`body_path`), then the feet, in the world:
   rises by lift * 64 s^3 (1 - s)^3: velocity and acceleration relative to the ground are zero at
   lift-off and at touch-down; a swing between equal footholds does not lift.
 
+Where the legs are given, feet are spheres that roll on their footholds (`rolling`): the foothold is
+then under the centre at mid-stance, and the contact point does not slip. The swing has the same
+velocity and acceleration as the rolling centre at lift-off and at touch-down.
+
 At t = 0 the robot stands; a leg whose swing would already be under way waits for its next one.
 The paths in the base frame are twice continuously differentiable.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array, read_only
-from hexapod_pin.control.body_path import RAMP_CYCLES, BodyPath
+from hexapod_pin.control.body_path import RAMP_CYCLES, BodyPath, PlanarMotion
+from hexapod_pin.control.commanded_body import CommandedBody, ForeseenFootholds
 from hexapod_pin.control.footholds import COINCIDENT, Footholds, turned
 from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.rolling import roll_table
 from hexapod_pin.errors import ParameterError
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.body_motion import BodyMotion
+    from hexapod_pin.control.six_legs import SixLegs
+    from hexapod_pin.control.velocity_command import VelocityCommand
 
 TRANSIENT_CYCLES = 2
 """Whole cycles after which the paths are periodic: RAMP_CYCLES + 1 - duty / 2, rounded up."""
@@ -32,7 +44,7 @@ EVENT_SEPARATION_CYCLES = 1e-6
 """Events closer than this are one event [cycles]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FootPath:
     """The planned motion of six feet relative to a level base at its standing height.
 
@@ -40,6 +52,12 @@ class FootPath:
         gait: the gait.
         neutral_feet: standing foot centres in the base frame, legs in gait order [m]. (6, 3).
         stop_at: time at which the robot stands still again on its neutral feet [s]; None walks on.
+        legs: whose spherical feet roll; None: the feet are points.
+        command: velocity to follow instead of the gait's own; None: the gait's stroke, heading and
+            turn rate.
+        motion: of the trunk relative to the level body; None: the trunk stays level.
+        horizon: time until which the roll of the feet is solved at once [s]; 0: until the latest
+            time asked for.
         body: the planned motion of the base.
         footholds: where the feet stand.
 
@@ -50,8 +68,18 @@ class FootPath:
     gait: Gait
     neutral_feet: Array
     stop_at: float | None = None
-    body: BodyPath = field(init=False, repr=False, compare=False)
+    legs: SixLegs | None = field(default=None, kw_only=True)
+    motion: BodyMotion | None = field(default=None, kw_only=True)
+    command: VelocityCommand | None = field(default=None, kw_only=True)
+    horizon: float = field(default=0.0, kw_only=True)
+    body: PlanarMotion = field(init=False, repr=False, compare=False)
     footholds: Footholds = field(init=False, repr=False, compare=False)
+    _halt: float = field(init=False, repr=False, compare=False)
+
+    @staticmethod
+    def of(six: SixLegs, gait: Gait, **settings: Any) -> FootPath:
+        """Return the path of a robot's own feet; `settings` as of `stop_at` and `motion`."""
+        return FootPath(gait, six.neutral_feet, legs=six, **settings)
 
     def __post_init__(self) -> None:
         """Check and copy the arguments."""
@@ -59,12 +87,19 @@ class FootPath:
         if feet.shape != (6, 3) or not np.isfinite(feet).all():
             raise ParameterError("FootPath.neutral_feet", feet.shape, "finite, of shape (6, 3)")
         object.__setattr__(self, "neutral_feet", feet)
-        body = BodyPath(self.gait)
+        halt = np.inf
         if self.stop_at is not None:
             self._check_stop(self.stop_at)
-            body = BodyPath(self.gait, halt=self.stop_at - self._settling)
-        object.__setattr__(self, "body", body)
-        object.__setattr__(self, "footholds", Footholds(self.gait, feet, body))
+            halt = self.stop_at - self._settling
+        object.__setattr__(self, "_halt", halt)
+        if self.command is None:
+            path = BodyPath(self.gait, halt=halt)
+            object.__setattr__(self, "body", path)
+            object.__setattr__(self, "footholds", Footholds(self.gait, feet, path))
+        else:
+            body = CommandedBody(self.gait, self.command)
+            object.__setattr__(self, "body", body)
+            object.__setattr__(self, "footholds", ForeseenFootholds(self.gait, feet, body))
 
     def _check_stop(self, stop_at: float) -> None:
         """Refuse a stop too early for starting and stopping."""
@@ -90,7 +125,7 @@ class FootPath:
     @property
     def steady_until(self) -> float:
         """Time at which the first leg prepares for the stop; infinite without one [s]."""
-        return self.body.halt - self.body.ramp - self._settling
+        return self._halt - RAMP_CYCLES * self.gait.cycle_time - self._settling
 
     @property
     def _settling(self) -> float:
@@ -100,14 +135,15 @@ class FootPath:
     def events(self, until: float, since: float = 0.0) -> Array:
         """Return the times in (since, until) where a third derivative may jump [s], ascending.
 
-        These are the placements and lift-offs of all legs and the ends of the speed ramps.
+        These are the placements and lift-offs of all legs, the ends of the speed ramps and the
+        waypoints of the trunk's motion.
         """
-        period, body = self.gait.cycle_time, self.body
+        period = self.gait.cycle_time
         cycles = np.arange(int(since / period) - 1, int(until / period) + 2)
         placed = cycles[:, None] + np.array(self.gait.phases)
-        ramps = [body.ramp, body.halt - body.ramp, body.halt]
         times = np.concatenate([placed.ravel(), (placed + self.gait.duty).ravel()]) * period
-        times = np.sort(np.concatenate([times, ramps]))
+        kinks = [] if self.motion is None else self.motion.kinks
+        times = np.sort(np.concatenate([times, self.body.kinks, kinks]))
         margin = EVENT_SEPARATION_CYCLES * period
         times = times[(times > since + margin) & (times < until - margin)]
         return times[np.diff(times, prepend=-np.inf) > margin]
@@ -126,6 +162,36 @@ class FootPath:
     def stance(self, time: ArrayLike) -> NDArray[np.bool_]:
         """Return which feet are planned to be on the ground. Shape (K,) -> (K, 6)."""
         return self._feet(np.asarray(time, dtype=float))[2]
+
+    @property
+    def periodic(self) -> bool:
+        """Whether the paths repeat every cycle from `steady_from` to `steady_until`."""
+        return self.command is None and (self.motion is None or self.motion.constant)
+
+    @property
+    def speed(self) -> float:
+        """Nominal speed, of the last step of a velocity command [m/s]."""
+        if self.command is None:
+            return self.gait.speed
+        return float(np.linalg.norm(self.command.twists[-1, :2]))
+
+    @property
+    def direction(self) -> Array:
+        """Direction of travel at the start; of a velocity command's first motion. Shape (2,)."""
+        heading = self.gait.heading
+        if self.command is not None:
+            moving = [v for v in self.command.twists[:, :2] if v.any()]
+            heading = float(np.arctan2(moving[0][1], moving[0][0])) if moving else 0.0
+        return np.array([np.cos(heading), np.sin(heading)])
+
+    def solved_until(self, horizon: float) -> FootPath:
+        """Return the path with the roll of its feet solved once, until some time [s]."""
+        return replace(self, horizon=horizon)
+
+    @property
+    def shortest_time(self) -> float:
+        """Time in which the trunk's motion is close to a polynomial [s]."""
+        return np.inf if self.motion is None else self.motion.shortest_time
 
     def positions(self, time: ArrayLike) -> Array:
         """Return foot centres in the base frame [m]. Shape (K,) -> (K, 6, 3)."""
@@ -146,14 +212,18 @@ class FootPath:
         """
         t = np.asarray(time, dtype=float)
         p_WF, v_WF, _ = self._feet(t)
-        pose, pace = self.body.pose_and_pace(t)
-        yaw, pace = -pose[:, 2, None], pace[:, None]
+        if self.legs is not None and self.legs.radius.any() and t.size:
+            until = max(self.horizon, float(t.max()))
+            rolled, rate = roll_table(self.legs, self, until).at(t)
+            p_WF[..., :2] += rolled
+            v_WF[..., :2] += rate
+        pose, twist = self.body.pose_and_twist(t)
+        yaw, (forward, lateral, turn) = -pose[:, 2, None], np.moveaxis(twist[:, None], -1, 0)
         p_WF[..., :2] -= pose[:, None, :2]
         p, v = turned(p_WF, yaw), turned(v_WF, yaw)
-        heading, omega = self.gait.heading, pace * self.gait.turn_rate
-        v[..., 0] -= pace * self.gait.speed * np.cos(heading) - omega * p[..., 1]
-        v[..., 1] -= pace * self.gait.speed * np.sin(heading) + omega * p[..., 0]
-        return p, v
+        v[..., 0] -= forward - turn * p[..., 1]
+        v[..., 1] -= lateral + turn * p[..., 0]
+        return (p, v) if self.motion is None else self.motion.offset(t[:, None]).motion_into(p, v)
 
     def _feet(self, time: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
         """Return foot positions and velocities in the world (K, 6, 3) and which feet are down."""

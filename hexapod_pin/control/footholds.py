@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.body_path import BodyPath
+from hexapod_pin.control.body_path import PlanarMotion
 from hexapod_pin.control.gait import Gait
 
 COINCIDENT = 1e-9
@@ -26,7 +26,7 @@ class Footholds:
 
     gait: Gait
     neutral_feet: Array
-    body: BodyPath
+    body: PlanarMotion
 
     def at(self, placement: Array) -> Array:
         """Return where each leg stands in the world after its k-th placement [m].
@@ -38,15 +38,26 @@ class Footholds:
             The neutral foot under the body at mid-stance; under the standing body if the swing
             to that place would have begun before t = 0. Shape (K, 6, 3).
         """
-        duty, period = self.gait.duty, self.gait.cycle_time
-        placed = placement + np.array(self.gait.phases)
-        walked = placed - (1.0 - duty) >= -COINCIDENT
-        middle = np.where(walked, (placed + duty / 2.0) * period, 0.0)
-        pose = self.body.pose(middle.ravel()).reshape(*middle.shape, 3)
-        feet = np.broadcast_to(self.neutral_feet, (*middle.shape, 3))
+        middle = self.middle(placement)
+        return self.under(self.body.pose(middle.ravel()).reshape(*middle.shape, 3))
+
+    def under(self, pose: Array) -> Array:
+        """Return the standing feet under poses (K, 6, 3) of the body in the world, a leg each."""
+        feet = np.broadcast_to(self.neutral_feet, pose.shape)
         p_WF = turned(feet, pose[..., 2])
         p_WF[..., :2] += pose[..., :2]
         return p_WF
+
+    def middle(self, placement: Array) -> Array:
+        """Return the middle of the stances after the k-th placements, 0 of the first [s].
+
+        Args:
+            placement: as of `at`. Shape (K, 6).
+        """
+        duty, period = self.gait.duty, self.gait.cycle_time
+        placed = placement + np.array(self.gait.phases)
+        walked = placed - (1.0 - duty) >= -COINCIDENT
+        return np.where(walked, (placed + duty / 2.0) * period, 0.0)
 
     def with_travel(self, placement: Array) -> tuple[Array, Array]:
         """Return the footholds after the k-th placements and the travel to the next [m].

@@ -81,6 +81,10 @@ class Gait(Spec):
         """Walking speed, stroke / (duty * cycle_time) [m/s]."""
         return self.stroke / (self.duty * self.cycle_time)
 
+    def with_changes(self, **fields: float) -> Gait:
+        """Return the gait with some fields replaced, validated."""
+        return Gait(**{**self.model_dump(), **fields})
+
     @property
     def minimum_feet_down(self) -> int:
         """Smallest number of feet on the ground at any time, instants of exchange aside."""

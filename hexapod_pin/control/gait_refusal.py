@@ -14,6 +14,8 @@ from hexapod_pin.errors import GaitError
 from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
 
 if TYPE_CHECKING:
+    from hexapod_pin.control.body_motion import BodyMotion
+    from hexapod_pin.control.velocity_command import VelocityCommand
     from hexapod_pin.robot.robot import Robot
 
 NEGLIGIBLE_STROKE = 1e-6
@@ -29,35 +31,63 @@ CHECKED_GAITS = 256
 """How many pairs of robot and gait are remembered as checked."""
 
 
-def refuse_impossible(robot: Robot, gait: Gait) -> None:
+def refuse_impossible(robot: Robot, gait: Gait, motion: BodyMotion | None = None) -> None:
     """Check a whole walk, start to stop, before anything runs; once for a robot and a gait.
+
+    Args:
+        robot: the robot.
+        gait: the gait.
+        motion: constant offsets of the trunk; None: none.
 
     Raises:
         GaitError: naming leg, joint, value and limit, and the largest request that works.
     """
-    found = _find_refusal(six_legs(robot), leg_bodies(robot), gait)
+    found = _find_refusal(six_legs(robot), leg_bodies(robot), gait, motion)
     if found is not None:
         raise GaitError(*found)
 
 
+def refuse_impossible_command(
+    robot: Robot, gait: Gait, command: VelocityCommand, until: float
+) -> None:
+    """Check each speed and turn rate of a command, up to a time [s], as a walk of its own.
+
+    Raises:
+        GaitError: naming the time of the command, and the largest speed that works.
+    """
+    for time, asked in command.gaits(gait):
+        if time > until:
+            return
+        try:
+            refuse_impossible(robot, asked)
+        except GaitError as error:
+            quantity, limit = error.quantity, error.limit
+            hint = ""
+            if quantity == "stroke" and limit is not None:
+                quantity, limit = "speed", limit / (gait.duty * gait.cycle_time)
+                hint = f" That is a speed of at most {limit:.4g} m/s."
+            where = f"VelocityCommand at t = {time:g} s ({asked.speed:.4g} m/s)"
+            raise GaitError(f"{where}: {error}{hint}", quantity, limit) from None
+
+
 @lru_cache(maxsize=CHECKED_GAITS)
 def _find_refusal(
-    six: SixLegs, bodies: LegBodies, gait: Gait
+    six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None
 ) -> tuple[str, str, float | None] | None:
     """Return message, quantity and limit of the error that refuses a gait, None if it works."""
 
     def legs_reach(other: Gait) -> bool:
-        return violation(six, other) is None
+        return violation(six, other, motion) is None
 
     def legs_pass(other: Gait) -> bool:
-        return legs_reach(other) and collision(six, bodies, other) is None
+        return legs_reach(other) and collision(six, bodies, other, motion) is None
 
-    found = violation(six, gait)
+    found = violation(six, gait, motion)
     if found is not None:
         error = refusal(found, legs_reach, gait)
-        if error.limit is None or legs_pass(changed(gait, **{error.quantity: error.limit})):
+        if error.limit is None or legs_pass(gait.with_changes(**{error.quantity: error.limit})):
             return str(error), error.quantity, error.limit
-    elif (found := collision(six, bodies, gait)) is None:
+    elif (found := collision(six, bodies, gait, motion)) is None:
         return None
     error = refusal(found, legs_pass, gait)
     return str(error), error.quantity, error.limit
@@ -83,7 +113,7 @@ def _refuse_rate(reason: str, works: Callable[[Gait], bool], gait: Gait) -> Gait
     """Name the shortest cycle time at which the joints keep up."""
 
     def slower(cycle_time: float) -> bool:
-        return works(changed(gait, cycle_time=cycle_time))
+        return works(gait.with_changes(cycle_time=cycle_time))
 
     ceiling = gait.cycle_time
     for _ in range(MAX_CYCLE_DOUBLINGS):
@@ -99,13 +129,13 @@ def _refuse_path(reason: str, works: Callable[[Gait], bool], gait: Gait) -> Gait
     """Name the largest stroke, lift or turn rate, whichever is the culprit."""
 
     def shorter(stroke: float) -> bool:
-        return works(changed(gait, stroke=stroke))
+        return works(gait.with_changes(stroke=stroke))
 
     def lower(lift: float) -> bool:
-        return works(changed(gait, lift=lift))
+        return works(gait.with_changes(lift=lift))
 
     def straighter(turn_rate: float) -> bool:
-        return works(changed(gait, turn_rate=turn_rate))
+        return works(gait.with_changes(turn_rate=turn_rate))
 
     least = min(gait.stroke, NEGLIGIBLE_STROKE)
     if least < gait.stroke and shorter(least):
@@ -137,8 +167,3 @@ def bisect(works: Callable[[float], bool], *, good: float, bad: float) -> float:
         else:
             bad = middle
     return good
-
-
-def changed(gait: Gait, **fields: float) -> Gait:
-    """Return the gait with some fields replaced, validated."""
-    return Gait(**{**gait.model_dump(), **fields})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args
 
 import numpy as np
 
@@ -14,23 +14,32 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
 
 
+TrajectoryKind = Literal["cubic", "held", "linear"]
+
+
 @dataclass(frozen=True)
 class JointTrajectory:
-    """An open-loop joint reference: cubic Hermite knots, or set-points held from knot to knot.
+    """An open-loop joint reference through knots.
 
     Attributes:
         time: knot times, strictly increasing from 0 [s]. Shape (K,).
         q: joint angles at the knots, `Robot.joint_names` order [rad]. Shape (K, n).
         v: joint rates at the knots [rad/s]. Shape (K, n).
+        kind: what joins the knots. "cubic": C1 cubic Hermite curves. "held": each row of `q` holds
+            until the next knot, the rate is 0. "linear": straight lines from row to row of `q`; the
+            rate that the drives are told is each knot's `v`, held until the next. The last row of
+            `q` stays.
         cycle_time: period of the gait [s]; None without one.
         steady_from: start of the window in which the reference is periodic [s].
         steady_until: end of that window [s]; not after `steady_from` where the run is too short.
         travel_direction: unit vector in the world, at the start. Shape (2,).
         speed: nominal speed along it [m/s].
-        held: whether each row of `q` holds until the next knot (rates are 0 then).
+        start_pose: where the trunk stands at t = 0 relative to a level trunk in the same place: x, y,
+            z [m], quaternion x, y, z, w; a run finds its height over the ground by itself. None:
+            no offset. Shape (7,).
 
     Raises:
-        ParameterError: arrays of unequal length, not finite, or times not increasing from 0.
+        ParameterError: an unknown kind, arrays of unequal length, not finite, or times not increasing from 0.
     """
 
     time: Array
@@ -41,11 +50,21 @@ class JointTrajectory:
     steady_until: float
     travel_direction: Array
     speed: float
-    held: bool = False
+    kind: TrajectoryKind = "cubic"
+    start_pose: Array | None = None
+
+    @property
+    def held(self) -> bool:
+        """Whether each row of `q` holds until the next knot."""
+        return self.kind == "held"
 
     def __post_init__(self) -> None:
         """Check the arrays and keep them read-only."""
-        for name in ("time", "q", "v", "travel_direction"):
+        if self.kind not in get_args(TrajectoryKind):
+            raise ParameterError("JointTrajectory.kind", self.kind, str(get_args(TrajectoryKind)))
+        for name in ("time", "q", "v", "travel_direction", "start_pose"):
+            if getattr(self, name) is None:
+                continue
             array = read_only(getattr(self, name))
             if not np.isfinite(array).all():
                 worst = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
@@ -56,18 +75,13 @@ class JointTrajectory:
             shapes = (self.time.shape, self.q.shape, self.v.shape)
             raise ParameterError("JointTrajectory shapes", shapes, "(K,), (K, n) and (K, n)")
         if (
-            len(self.time) < (1 if self.held else 2)
+            len(self.time) < (2 if self.kind == "cubic" else 1)
             or self.time[0] != 0.0
             or not (np.diff(self.time) > 0.0).all()
         ):
             raise ParameterError(
                 "JointTrajectory.time", "this series", "strictly increasing from 0"
             )
-
-    @property
-    def kind(self) -> str:
-        """Between the knots: "cubic" or "held"."""
-        return "held" if self.held else "cubic"
 
 
 class Controller(Protocol):

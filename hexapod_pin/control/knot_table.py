@@ -1,9 +1,13 @@
-"""Knots of the start of a walk and of its first steady cycle, from which any length is made."""
+"""Knots of the start of a walk and of its first steady cycle, from which any length is made.
+
+The knots do not depend on how long the walk is: those of a shorter one begin those of a longer one.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +18,17 @@ from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.six_legs import SixLegs
 from hexapod_pin.robot.leg_velocity import joint_rates
 
+if TYPE_CHECKING:
+    from hexapod_pin.control.body_motion import BodyMotion
+
 STEADY_CYCLES = TRANSIENT_CYCLES + 1
 """Whole cycles of the longest table: those to start, and one steady cycle."""
+
+MAX_KNOT_SPACING = 0.01
+"""Largest spacing of the knots [s]."""
+
+MAX_KNOT_ERROR = 1e-6
+"""Largest error of the cubic between knots, in joint angle [rad]."""
 
 KEPT_TABLES = 16
 """How many tables are remembered (0.2 MB each for a gait of 2.4 s)."""
@@ -69,12 +82,12 @@ def sample_knots(six: SixLegs, path: FootPath, time: Array, near: Array | None =
     )
 
 
-def knot_times(events: Array, spacing: float) -> tuple[Array, NDArray[np.intp]]:
+def knot_times(events: Array, spacing: float | Array) -> tuple[Array, NDArray[np.intp]]:
     """Part each span between events evenly, into intervals of at most `spacing`.
 
     Args:
         events: ascending [s]. Shape (S + 1,).
-        spacing: [s].
+        spacing: of all spans, or of each one [s]. A number or shape (S,).
 
     Returns:
         The times, the last event included [s], shape (K,), and where each event is among them,
@@ -96,75 +109,91 @@ class KnotTable:
 
     Attributes:
         six: the legs.
-        gait: the gait.
+        path: what their feet follow.
         spacing: largest spacing of the knots [s].
         events: where the spans begin, and the end of the last [s]. Shape (S + 1,).
         first: the first knot of each span, and the end of the last. Shape (S + 1,).
         knots: of all spans.
-        error: largest `Knots.error` in each span [rad]. Shape (S,).
-        steady: the first span that repeats; S in a table that ends before one cycle has.
+        steady: the first span that repeats.
     """
 
     six: SixLegs
-    gait: Gait
+    path: FootPath
     spacing: float
     events: Array
     first: NDArray[np.intp]
     knots: Knots
-    error: Array
     steady: int
 
     def spans_before(self, limit: float) -> tuple[int, float]:
         """Return how many spans end before a time, and where the last one does [s]."""
         spans = max(0, int(np.searchsorted(self.events, limit)) - 1)
-        if spans < len(self.error) or self.steady == len(self.error):
+        if spans < len(self.events) - 1:
             return spans, float(self.events[spans])
-        cycles = int((limit - self.events[self.steady]) / self.gait.cycle_time)
-        events = self.events[self.steady : -1] + cycles * self.gait.cycle_time
+        period = self.path.gait.cycle_time
+        cycles = int((limit - self.events[self.steady]) / period)
+        events = self.events[self.steady : -1] + cycles * period
         more = max(0, int(np.searchsorted(events, limit)) - 1)
         return self.steady + cycles * len(events) + more, float(events[more])
 
     def rows(self, spans: int) -> tuple[NDArray[np.intp], Array]:
-        """Return the knots of the first spans: rows of `knots`, and their times [s]."""
+        """Return the knots of the first spans and of their end: rows of `knots`, and times [s]."""
         begin, end = self.first[self.steady], self.first[-1]
-        if spans <= len(self.error):
-            row = np.arange(self.first[spans])
-            return row, self.knots.time[row]
-        cycles, more = divmod(spans - self.steady, len(self.error) - self.steady)
-        count = cycles * (end - begin) + self.first[self.steady + more]
-        knot = np.arange(count)
+        cycles, more = divmod(spans - self.steady, len(self.events) - 1 - self.steady)
+        if spans < self.steady:
+            last = self.first[spans]
+        else:
+            last = cycles * (end - begin) + self.first[self.steady + more]
+        knot = np.arange(last + 1)
         row = np.where(knot < begin, knot, begin + (knot - begin) % (end - begin))
-        return row, self.knots.time[row] + (knot - row) // (end - begin) * self.gait.cycle_time
+        later = (knot - row) // (end - begin)
+        return row, self.knots.time[row] + later * self.path.gait.cycle_time
 
 
 @lru_cache(maxsize=KEPT_TABLES)
-def knot_table(six: SixLegs, gait: Gait, spacing: float, cycles: int) -> KnotTable:
-    """Return the knots of a walk through its first event after some whole cycles.
+def knot_table(six: SixLegs, gait: Gait, motion: BodyMotion | None = None) -> KnotTable:
+    """Return the knots of a walk through its first event after STEADY_CYCLES cycles.
+
+    The spacing is halved until the cubics between the knots are close enough.
 
     Args:
         six: the legs.
         gait: the gait.
-        spacing: largest spacing of the knots [s].
-        cycles: from 1 to STEADY_CYCLES; only the last has spans that repeat.
+        motion: constant offsets of the trunk; None: none.
 
     Raises:
         ReachError: a leg cannot follow.
     """
-    period, path = gait.cycle_time, FootPath(gait, six.neutral_feet)
-    whole = period * (np.array([TRANSIENT_CYCLES, cycles]) - EVENT_SEPARATION_CYCLES)
-    events = np.append(0.0, path.events((cycles + 2) * period))
+    period, path = gait.cycle_time, FootPath.of(six, gait, motion=motion)
+    whole = period * (np.array([TRANSIENT_CYCLES, STEADY_CYCLES]) - EVENT_SEPARATION_CYCLES)
+    events = np.append(0.0, path.events((STEADY_CYCLES + 2) * period))
     steady, last = np.searchsorted(events, whole)
     events = events[: last + 1]
-    time, first = knot_times(events, spacing)
-    knots = sample_knots(six, path, time)
-    error = np.maximum.reduceat(knots.error, first[:-1])
-    return KnotTable(
-        six=six,
-        gait=gait,
-        spacing=spacing,
-        events=events,
-        first=first,
-        knots=knots,
-        error=error,
-        steady=int(steady) if cycles == STEADY_CYCLES else len(error),
-    )
+    spacing, first, knots = fine_knots(six, path, events, MAX_KNOT_SPACING)
+    return KnotTable(six, path, spacing, events, first, knots, int(steady))
+
+
+def fine_knots(
+    six: SixLegs, path: FootPath, events: Array, spacing: float, near: Array | None = None
+) -> tuple[float, NDArray[np.intp], Knots]:
+    """Return knots between events, the spacing [s] halved until cubics between them are close.
+
+    Args:
+        six: the legs.
+        path: what their feet follow.
+        events: ascending [s]. Shape (S + 1,).
+        spacing: the first to try [s].
+        near: as of `sample_knots`.
+
+    Returns:
+        The spacing [s], where each event is among the knots, shape (S + 1,), and the knots.
+
+    Raises:
+        ReachError: a leg cannot follow.
+    """
+    while True:
+        time, first = knot_times(events, spacing)
+        knots = sample_knots(six, path, time, near)
+        if knots.error.max() <= 0.5 * MAX_KNOT_ERROR:
+            return spacing, first, knots
+        spacing *= 0.5

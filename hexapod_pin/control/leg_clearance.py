@@ -16,6 +16,7 @@ from hexapod_pin.control.six_legs import SixLegs, six_legs
 from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
 
 if TYPE_CHECKING:
+    from hexapod_pin.control.body_motion import BodyMotion
     from hexapod_pin.robot.robot import Robot
 
 SAMPLES_PER_CYCLE = 60
@@ -25,6 +26,9 @@ REFINEMENT = 16
 
 MIN_CLEARANCE = 3e-3
 """Links that come nearer than this are told of [m] (*assumed*)."""
+
+TOUCHING = 1e-6
+"""An overlap up to this is rounding [m]: the links just touch."""
 
 EQUAL_DISTANCES = 1e-9
 """Distances that differ by less are taken as equal: the first one in time is named [m]."""
@@ -56,14 +60,21 @@ class Clearance:
         """What a user should hear: links that come very near, and pairs that were not checked."""
         found = []
         if self.distance < MIN_CLEARANCE:
-            found.append(
-                f"links {' and '.join(self.links)} come within {1e3 * self.distance:.2g} mm of "
-                f"each other at {self.time:.3g} s"
-            )
+            where = f"at {self.time:.3g} s of the walk"
+            found.append(f"links {' and '.join(self.links)} {self.nearness} {where}")
         if self.excluded:
             pairs = ", ".join(" and ".join(pair) for pair in self.excluded)
             found.append(f"not checked, because they overlap where the robot stands: {pairs}")
         return tuple(found)
+
+    @property
+    def nearness(self) -> str:
+        """How near, in words: "overlap by 0.01 m", "come within 1 mm of each other"."""
+        if abs(self.distance) <= TOUCHING:
+            return "touch each other"
+        if self.distance < 0.0:
+            return f"overlap by {-self.distance:.4g} m"
+        return f"come within {1e3 * self.distance:.2g} mm of each other"
 
 
 def leg_clearance(robot: Robot, gait: Gait) -> Clearance:
@@ -79,11 +90,13 @@ def leg_clearance(robot: Robot, gait: Gait) -> Clearance:
 
 
 @lru_cache(maxsize=CHECKED_GAITS)
-def clearance(six: SixLegs, bodies: LegBodies, gait: Gait) -> Clearance:
-    """Return the clearance of a gait, as `leg_clearance`."""
+def clearance(
+    six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None = None
+) -> Clearance:
+    """Return the clearance of a gait, as `leg_clearance`; `motion` is the trunk's, constant."""
     if not bodies.pairs:
         return Clearance(("", ""), 0.0, np.inf, bodies.excluded, bodies.assumed)
-    path = FootPath(gait, six.neutral_feet, stop_at=CHECKED_CYCLES * gait.cycle_time)
+    path = FootPath.of(six, gait, stop_at=CHECKED_CYCLES * gait.cycle_time, motion=motion)
     time = checked_times(path, SAMPLES_PER_CYCLE)
     q = _postures(six, path, time)
     row = _first_smallest(bodies.distances(q)[0])
@@ -96,22 +109,24 @@ def clearance(six: SixLegs, bodies: LegBodies, gait: Gait) -> Clearance:
     return Clearance(pair, at, float(distance[row]), bodies.excluded, bodies.assumed)
 
 
-def collision(six: SixLegs, bodies: LegBodies, gait: Gait) -> Violation | None:
+def collision(
+    six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None = None
+) -> Violation | None:
     """Return why legs are in each other's way, or None if they are not.
 
     Args:
         six: the legs, whose feet can follow the gait.
         bodies: their shapes.
         gait: the gait.
+        motion: constant offsets of the trunk; None: none.
     """
-    found = clearance(six, bodies, gait)
-    if found.distance >= 0.0:
+    found = clearance(six, bodies, gait, motion)
+    if found.distance >= -TOUCHING:
         return None
     shapes = f" (shapes: {found.assumed})" if found.assumed else ""
     return Violation(
         PATH,
-        f"links {' and '.join(found.links)} overlap by {-found.distance:.4g} m at "
-        f"{found.time:.4g} s{shapes}",
+        f"links {' and '.join(found.links)} {found.nearness} at {found.time:.4g} s{shapes}",
     )
 
 

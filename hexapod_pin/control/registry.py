@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from hexapod_pin.control.body_motion import BodyMotion
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
+from hexapod_pin.control.velocity_command import VelocityCommand
 from hexapod_pin.errors import HexapodError, ParameterError
 
 Reader = Callable[[Mapping[str, Any]], Any]
@@ -36,11 +38,19 @@ def table(
 
 
 def _kinematic(data: Mapping[str, Any]) -> KinematicControl:
-    given = table(data, "controller", required=("kind", "gait"), optional=("stop_at",))
-    gait = given["gait"]
-    if not isinstance(gait, Mapping):
-        raise ParameterError("controller.gait", gait, "a table")
-    return KinematicControl(Gait(**gait), stop_at=given.get("stop_at"))
+    given = table(
+        data, "controller", required=("kind", "gait"), optional=("stop_at", "body", "velocity")
+    )
+    parts: dict[str, type[Gait | BodyMotion | VelocityCommand]] = {
+        "gait": Gait, "body": BodyMotion, "velocity": VelocityCommand,
+    }  # fmt: skip
+    made: dict[str, Any] = {}
+    for name, part in parts.items():
+        if name in given:
+            if not isinstance(given[name], Mapping):
+                raise ParameterError(f"controller.{name}", given[name], "a table")
+            made[name] = part(**given[name])
+    return KinematicControl(**made, stop_at=given.get("stop_at"))
 
 
 def _hold(data: Mapping[str, Any]) -> HoldPosture:

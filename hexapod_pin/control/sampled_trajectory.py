@@ -1,31 +1,47 @@
-"""Set-points held from one control tick to the next."""
+"""Set-points sent at given times, each followed at the joints' velocity limits and then held."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.joint_trajectory import JointTrajectory, TrajectoryKind, check_duration
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.robot.leg_geometry import ANGLE_TOLERANCE
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
 
+SHORTEST_MOVE = 1e-6
+"""Duration of a move of joints without a velocity limit, where others have one [s], *assumed*."""
+
+SAME_TIME = 1e-12
+"""Knots closer than this are one [s]."""
+
 
 @dataclass(frozen=True)
 class SampledTrajectory:
-    """Piecewise constant joint set-points, as a controller running at a fixed rate sends them.
+    """Joint set-points as a controller running at a fixed rate sends them.
+
+    A new set-point is a coordinated linear move: all joints leave together and arrive together
+    after T = max_j |dq_j| / velocity_j, the URDF's velocity limits, and stay. The next one begins
+    where an unfinished move has come to. The rate that the drives are told is 0 throughout: a
+    sender of positions sends no rates, so drives lag behind by kd / kp times the joint's rate.
 
     Attributes:
         time: when each begins, strictly increasing from 0 [s]. Shape (K,).
         q: joint angles, `Robot.joint_names` order [rad]. Shape (K, n). The last one stays.
+        limited: False takes set-points as they are, outside the joints' ranges too, and jumps from
+            one to the next at once, as if no velocity were limited.
     """
 
     time: ArrayLike
     q: ArrayLike
+    limited: bool = field(default=True, kw_only=True)
 
     def __post_init__(self) -> None:
         """Keep own, hashable copies."""
@@ -38,23 +54,27 @@ class SampledTrajectory:
         object.__setattr__(self, "q", tuple(map(tuple, q.tolist())))
 
     def plan(self, robot: Robot, duration: float) -> JointTrajectory:
-        """Return the held reference.
+        """Return the reference: linear moves, or held set-points where there is no velocity limit.
 
         Raises:
-            ParameterError: wrong number of joints, a number not finite, or times not
+            ParameterError: wrong number of joints, a number not finite or outside its joint's
+                range, a joint that is to move and whose velocity limit is 0, or times not
                 increasing from 0.
         """
-        q = np.array(self.q)
+        time, q = np.array(self.time), np.array(self.q)
         if q.shape[1] != len(robot.joint_names):
             raise ParameterError("SampledTrajectory.q", q.shape, f"(K, {len(robot.joint_names)})")
-        for knot, joint in np.argwhere(~np.isfinite(q)):
-            raise ParameterError(
-                f"SampledTrajectory.q of {robot.joint_names[joint]} at t = {self._begin(knot):g} s",
-                float(q[knot, joint]),
-                "finite [rad]",
-            )
+        self._check(robot, ~np.isfinite(q), q)
+        kind: TrajectoryKind = "held"
+        if self.limited:
+            outside = (q < robot.lower - ANGLE_TOLERANCE) | (q > robot.upper + ANGLE_TOLERANCE)
+            self._check(robot, outside, q)
+            self._check_moves(robot, q)
+            moving = np.ptp(q, axis=0) > 0.0
+            if np.isfinite(robot.velocity[moving]).any():
+                kind, (time, q) = "linear", coordinated_moves(time, q, robot.velocity)
         return JointTrajectory(
-            time=np.array(self.time),
+            time=time,
             q=q,
             v=np.zeros_like(q),
             cycle_time=None,
@@ -62,16 +82,66 @@ class SampledTrajectory:
             steady_until=check_duration(duration),
             travel_direction=np.array([1.0, 0.0]),
             speed=0.0,
-            held=True,
+            kind=kind,
         )
 
-    def _begin(self, knot: int) -> float:
-        return float(np.asarray(self.time)[knot])
+    def _check(self, robot: Robot, bad: ArrayLike, q: Array) -> None:
+        """Refuse the first bad set-point, naming joint, time and range."""
+        for knot, joint in np.argwhere(bad):
+            where = f"SampledTrajectory.q of {robot.joint_names[joint]} at t = {self._begin(knot)}"
+            allowed = f"{robot.lower[joint]:.4f} to {robot.upper[joint]:.4f} rad"
+            if not np.isfinite(q[knot, joint]):
+                allowed = "finite [rad]"
+            raise ParameterError(where, float(q[knot, joint]), allowed)
+
+    def _check_moves(self, robot: Robot, q: Array) -> None:
+        """Refuse a move of a joint that cannot turn."""
+        still = ~(robot.velocity > 0.0)
+        for knot, joint in np.argwhere((np.diff(q, axis=0) != 0.0) & still):
+            raise ParameterError(
+                f"SampledTrajectory.q of {robot.joint_names[joint]} at t = {self._begin(knot + 1)}",
+                float(q[knot + 1, joint]),
+                f"{q[knot, joint]:.4f} rad as before: its velocity limit is "
+                f"{robot.velocity[joint]:g} rad/s",
+            )
+
+    def _begin(self, knot: int) -> str:
+        return f"{float(np.asarray(self.time)[knot]):g} s"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the settings as TOML-able data."""
         return {
             "kind": "held",
+            "limited": self.limited,
             "time": np.asarray(self.time).tolist(),
             "q": np.asarray(self.q).tolist(),
         }
+
+
+def coordinated_moves(time: Array, q: Array, velocity: Array) -> tuple[Array, Array]:
+    """Return knots of straight moves to set-points, at the velocity limits of the joints.
+
+    Args:
+        time: when each set-point is sent [s]. Shape (K,).
+        q: set-points [rad]. Shape (K, n). The first is where the joints are.
+        velocity: limits, above 0 for joints that move [rad/s]. Shape (n,).
+
+    Returns:
+        Times and angles, at most two knots for a set-point. Shapes (N,) and (N, n).
+    """
+    times, angles, here = [float(time[0])], [q[0]], q[0]
+    slowness = np.where(velocity > 0.0, 1.0 / np.maximum(velocity, np.finfo(float).tiny), 0.0)
+    for begin, end, goal in zip(time[1:], np.append(time[2:], np.inf), q[1:], strict=True):
+        way = goal - here
+        if not way.any():
+            continue
+        needed = max(float(np.max(np.abs(way) * slowness)), SHORTEST_MOVE)
+        if begin - times[-1] > SAME_TIME:
+            times.append(float(begin))
+            angles.append(here)
+        arrive = begin + needed
+        finished = arrive <= end + SAME_TIME
+        here = goal if finished else here + way * ((end - begin) / needed)
+        times.append(float(min(arrive, end)))
+        angles.append(here)
+    return np.array(times), np.stack(angles)

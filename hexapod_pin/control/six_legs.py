@@ -27,6 +27,7 @@ class SixLegs:
 
     Attributes:
         kinematics: the legs with stacked geometry.
+        radius: of each foot sphere [m]. Shape (6,).
         soles: lowest point of each foot in the standing posture, base frame [m]. Shape (6,).
         max_rate: joint velocity limits [rad/s]. Shape (6, 3).
         joint_index: place of each leg's joints in `Robot.joint_names`. Shape (6, 3).
@@ -34,6 +35,7 @@ class SixLegs:
     """
 
     kinematics: LegSet
+    radius: Array
     soles: Array
     max_rate: Array
     joint_index: NDArray[np.intp]
@@ -117,6 +119,7 @@ def six_legs(robot: Robot) -> SixLegs:
     kinematics = LegSet.of(legs)
     return SixLegs(
         kinematics=kinematics,
+        radius=read_only(radius),
         soles=read_only(kinematics.neutral_feet[:, 2] - radius),
         max_rate=read_only(robot.velocity[index]),
         joint_index=index,

@@ -3,35 +3,39 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES, FootPath
+from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES, TRANSIENT_CYCLES, FootPath
 from hexapod_pin.control.knot_table import (
-    STEADY_CYCLES,
+    MAX_KNOT_ERROR,
+    MAX_KNOT_SPACING,
     Knots,
-    KnotTable,
+    fine_knots,
     knot_table,
     knot_times,
     sample_knots,
 )
 from hexapod_pin.control.six_legs import SixLegs
 
-MAX_KNOT_SPACING = 0.01
-"""Largest spacing of the knots [s]."""
+if TYPE_CHECKING:
+    from hexapod_pin.control.body_motion import BodyMotion
+    from hexapod_pin.control.gait import Gait
 
-MAX_KNOT_ERROR = 1e-6
-"""Largest error of the cubic between knots, in joint angle [rad]."""
+KEPT_STOPS = 16
+"""How many ends of walks that stop are remembered."""
 
-KEPT_ENDS = 64
-"""How many ends of walks are remembered, each less than a span between two events."""
+BLOCK_KNOTS = 20_000
+"""Knots of a walk that does not repeat are made in blocks of about this number."""
 
 
 def walk_knots(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array, Array]:
     """Return knot times (K,) [s], joint angles (K, n) [rad] and rates (K, n) [rad/s].
 
-    The spacing is halved until the cubics between the knots are close enough.
+    They go on to the first event of the foot paths that is not before the end, or to the stop: the
+    knots of a shorter walk are the first ones of a longer walk.
 
     Args:
         six: the legs.
@@ -41,73 +45,82 @@ def walk_knots(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array, 
     Raises:
         ReachError: a leg cannot follow.
     """
-    spacing = MAX_KNOT_SPACING
-    while (knots := _knots(six, path, end, spacing)) is None:
-        spacing *= 0.5
-    for array in (knots.time, knots.q, knots.v):
+    knots = _repeated(six, path, end) if path.periodic else _unrepeated(six, path, end)
+    for array in knots:
         array.setflags(write=False)  # so that a trajectory keeps them without copying
-    return knots.time, knots.q, knots.v
+    return knots
 
 
-def _knots(six: SixLegs, path: FootPath, end: float, spacing: float) -> Knots | None:
-    """Return the knots at one spacing, from the table and what is left; None if it is too wide."""
+def _repeated(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array, Array]:
+    """Return the knots of a walk whose cycles repeat: from the table, and those of its stop."""
+    table = knot_table(six, path.gait, path.motion)
     period = path.gait.cycle_time
-    limit = min(end - EVENT_SEPARATION_CYCLES * period, path.steady_until)
-    cycles = int(np.clip(np.ceil(limit / period), 1, STEADY_CYCLES))
-    table = knot_table(six, path.gait, spacing, cycles)
-    spans, begin = table.spans_before(limit)
-    if table.error[:spans].max(initial=0.0) > 0.5 * MAX_KNOT_ERROR:
-        return None
-    row, time = table.rows(spans)
-    count, previous = len(row), int(row[-1]) if len(row) else None
+    spans = table.spans_before(end - EVENT_SEPARATION_CYCLES * period)[0] + 1
     if path.stop_at is None:
-        rest = _last_knots(table, previous, begin, end)
-    else:
-        rest = _stopping_knots(table, previous, begin, end, path.stop_at)
-    if rest.error.max() > 0.5 * MAX_KNOT_ERROR:
-        return None
-    q, v = (np.empty((count + len(rest.time), len(six.posture))) for _ in range(2))
-    for whole, values in ((q, table.knots.q), (v, table.knots.v)):
-        np.take(values, row, axis=0, out=whole[:count], mode="clip")  # "raise" makes a copy
-    q[count:], v[count:] = rest.q, rest.v
-    error = np.append(table.error[:spans], rest.error)
-    return Knots(np.append(time, rest.time), q, v, error)
+        row, time = table.rows(spans)
+        return time, table.knots.q[row], table.knots.v[row]
+    steady, begin = table.spans_before(path.steady_until)
+    row, time = table.rows(min(spans, steady))
+    if spans <= steady:
+        return time, table.knots.q[row], table.knots.v[row]
+    shift = max(0, int(path.steady_until / period) - TRANSIENT_CYCLES - 1) * period
+    rest = _stop_knots(
+        six, path.gait, path.motion, path.stop_at - shift, begin - shift, int(row[-1])
+    )
+    both = [(table.knots.q, rest.q), (table.knots.v, rest.v)]
+    q, v = (np.concatenate([first[row], last[1:]]) for first, last in both)
+    return np.append(time, rest.time[1:] + shift), q, v
 
 
-@lru_cache(maxsize=KEPT_ENDS)
-def _last_knots(table: KnotTable, previous: int | None, begin: float, end: float) -> Knots:
-    """Return the knots after the last whole span of a walk that goes on.
+@lru_cache(maxsize=KEPT_STOPS)
+def _stop_knots(
+    six: SixLegs, gait: Gait, motion: BodyMotion | None, stop_at: float, begin: float, row: int
+) -> Knots:
+    """Return the knots from an event before a walk prepares to stop until it stands.
 
     Args:
-        table: the knots of the whole spans.
-        previous: row of the knot before the first to return; None at the start.
-        begin: end of the last whole span [s].
-        end: duration of the walk [s].
+        six: the legs.
+        gait: the gait.
+        motion: constant offsets of the trunk; None: none.
+        stop_at: [s].
+        begin: the first knot [s].
+        row: of the table, with the joint angles near those of the first knot.
+
+    Raises:
+        ReachError: a leg cannot follow.
     """
-    path = FootPath(table.gait, table.six.neutral_feet)
-    time = _times(table, path, begin, end)
-    return sample_knots(table.six, path, time, _posture_before(table, previous))
+    table = knot_table(six, gait, motion)
+    path = FootPath.of(six, gait, stop_at=stop_at, motion=motion)
+    events = np.array([begin, *path.events(stop_at, begin), stop_at])
+    return fine_knots(six, path, events, table.spacing, table.knots.q[row])[2]
 
 
-def _stopping_knots(
-    table: KnotTable, previous: int | None, begin: float, end: float, stop_at: float
-) -> Knots:
-    """Return the knots as `_last_knots` of a walk that stops, and stands from then on."""
-    path = FootPath(table.gait, table.six.neutral_feet, stop_at=stop_at)
-    time = _times(table, path, begin, end)
-    moving = max(2, int(np.searchsorted(time, stop_at)) + 1)
-    knots = sample_knots(table.six, path, time[:moving], _posture_before(table, previous))
-    standing = max(0, len(time) - moving)
-    q, v = (np.concatenate([x, np.repeat(x[-1:], standing, axis=0)]) for x in (knots.q, knots.v))
-    return Knots(time, q, v, knots.error)
+def _unrepeated(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array, Array]:
+    """Return the knots of a walk that does not repeat, each span as dense as it needs."""
+    period = path.gait.cycle_time
+    events = np.append(0.0, path.events(end + 2.0 * period))
+    last = int(np.searchsorted(events, end - EVENT_SEPARATION_CYCLES * period))
+    events = events[: last + 1]
+    path = path.solved_until(float(events[-1]))
+    share = max(1, int(BLOCK_KNOTS * MAX_KNOT_SPACING * last / events[-1]))
+    blocks: list[Knots] = []
+    for first in range(0, last, share):
+        near = blocks[-1].q[-1] if blocks else None
+        blocks.append(_span_knots(six, path, events[first : first + share + 1], near))
+    columns = []
+    for name in ("time", "q", "v"):
+        parts = [getattr(block, name)[:-1] for block in blocks]
+        columns.append(np.concatenate([*parts, getattr(blocks[-1], name)[-1:]]))
+    return columns[0], columns[1], columns[2]
 
 
-def _times(table: KnotTable, path: FootPath, begin: float, end: float) -> Array:
-    """Return the knot times from `begin` to `end` [s]."""
-    events = np.array([begin, *path.events(end, begin), end])
-    return knot_times(events, table.spacing)[0]
-
-
-def _posture_before(table: KnotTable, previous: int | None) -> Array | None:
-    """Return the joint angles of a row of the table [rad]; None before the first."""
-    return None if previous is None else table.knots.q[previous]
+def _span_knots(six: SixLegs, path: FootPath, events: Array, near: Array | None) -> Knots:
+    """Return the knots between some events, spacing halved in the spans that need it."""
+    spacing = np.full(len(events) - 1, MAX_KNOT_SPACING)
+    while True:
+        time, first = knot_times(events, spacing)
+        knots = sample_knots(six, path, time, near)
+        wide = np.maximum.reduceat(knots.error, first[:-1]) > 0.5 * MAX_KNOT_ERROR
+        if not wide.any():
+            return knots
+        spacing[wide] *= 0.5

@@ -2,31 +2,92 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import NonNegativeFloat
+import numpy as np
+from pydantic import NonNegativeFloat, field_validator, model_serializer
 
+from hexapod_pin.drive.motor import Motor
+from hexapod_pin.drive.per_joint import numbers_by_joint, values_by_joint
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
+    from pydantic import SerializerFunctionWrapHandler
+
+    from hexapod_pin.arrays import Array
     from hexapod_pin.robot.robot import Robot
+
+Gain = NonNegativeFloat | dict[str, NonNegativeFloat] | tuple[NonNegativeFloat, ...]
 
 
 class Servo(Spec):
-    """PD position servo at every joint: tau = kp (q_ref - q) + kd (v_ref - v), limited.
+    """PD servo at every joint: tau = kp (q_ref - q) + kd (v_ref - v) + torque_ref, limited.
+
+    A gain is one number for all joints, a mapping by kind of joint ("coxa", "femur", "tibia") or by
+    joint name (a name goes before its kind), or a sequence with one number per joint.
 
     Attributes:
         kp: stiffness [N m/rad].
         kd: damping [N m s/rad].
         limited: whether |tau| is limited to the joint's URDF effort.
+        motor: what gives the torque: one for all joints, or a mapping as for the gains, where
+            joints left out have none; None: the torque follows without a limit in speed.
         assumed: whether the gains are this package's guess rather than the user's numbers.
     """
 
     kind: Literal["pd"] = "pd"
-    kp: NonNegativeFloat
-    kd: NonNegativeFloat
+    kp: Gain
+    kd: Gain
     limited: bool = True
+    motor: Motor | dict[str, Motor] | None = None
     assumed: bool = False
+
+    @field_validator("kp", "kd", mode="before")
+    @classmethod
+    def _plain(cls, value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            return value.tolist()
+        return dict(value) if isinstance(value, Mapping) else value
+
+    @field_validator("motor", mode="before")
+    @classmethod
+    def _motor(cls, value: Any) -> Any:
+        """Read a motor or a mapping of motors; a mapping's values are motors or tables."""
+        if not isinstance(value, Mapping):
+            return value
+        if any(isinstance(part, Motor | Mapping) for part in value.values()):
+            return {k: Motor(**m) if isinstance(m, Mapping) else m for k, m in value.items()}
+        return Motor(**value)
+
+    @model_serializer(mode="wrap")
+    def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
+        return {name: value for name, value in dump(self).items() if value is not None}
+
+    def describe(self) -> str:
+        """Return the gains with their units, in words."""
+        return f"kp {_text(self.kp)} N m/rad, kd {_text(self.kd)} N m s/rad"
+
+    def gains(self, robot: Robot) -> tuple[Array, Array]:
+        """Return kp (n,) [N m/rad] and kd (n,) [N m s/rad], in the order of the robot's joints.
+
+        Raises:
+            ParameterError: a joint has no gain, a key names no joint, or the count is wrong.
+        """
+        return numbers_by_joint(robot, "Servo.kp", self.kp), numbers_by_joint(
+            robot, "Servo.kd", self.kd
+        )
+
+    def motors(self, robot: Robot) -> tuple[Motor | None, ...]:
+        """Return the motor of each joint, None where there is none.
+
+        Raises:
+            ParameterError: a key names no joint.
+        """
+        if not isinstance(self.motor, Mapping):
+            return (self.motor,) * len(robot.joint_names)
+        found = values_by_joint(robot, "Servo.motor", self.motor)
+        return tuple(found.get(name) for name in robot.joint_names)
 
     @classmethod
     def from_effort(
@@ -60,3 +121,11 @@ class Servo(Spec):
             kd=stiffness * time if kd is None else kd,
             assumed=kp is None or kd is None,
         )
+
+
+def _text(gain: float | Mapping[str, float] | tuple[float, ...]) -> str:
+    if isinstance(gain, Mapping):
+        return ", ".join(f"{key} {value:g}" for key, value in gain.items())
+    if isinstance(gain, tuple):
+        return " ".join(f"{value:g}" for value in gain)
+    return f"{gain:g}"

@@ -19,16 +19,19 @@ class SetPoints:
     """
 
     def __init__(self, plan: JointTrajectory) -> None:
-        """Prepare the cubics between the knots."""
+        """Prepare the curves between the knots."""
         from scipy.interpolate import CubicHermiteSpline
 
         self.plan = plan
-        curve = None if plan.held else CubicHermiteSpline(plan.time, plan.q, plan.v)
-        self._curves = [] if curve is None else [curve.derivative(order) for order in range(3)]
+        self._curves = []
+        if plan.kind == "cubic":
+            curve = CubicHermiteSpline(plan.time, plan.q, plan.v)
+            self._curves = [curve.derivative(order) for order in range(3)]
 
     def __call__(self, time: float) -> tuple[Array, Array, Array]:
         """Return angles [rad], rates [rad/s] and accelerations [rad/s^2], (n,) each.
 
+        Of a linear plan the rates are those that the drives are told, and the acceleration is 0.
         The acceleration of a cubic between knots h apart is right to O(h^2) of a smooth path.
         """
         plan = self.plan
@@ -36,5 +39,10 @@ class SetPoints:
             knot = int(np.searchsorted(plan.time, time, side="right")) - 1
             at_rest = np.zeros(plan.q.shape[1])
             return plan.q[knot], at_rest, at_rest
+        if plan.kind == "linear":
+            knot = int(np.searchsorted(plan.time, time, side="right")) - 1
+            share = (time - plan.time[knot]) / (plan.time[knot + 1] - plan.time[knot])
+            way = plan.q[knot + 1] - plan.q[knot]
+            return plan.q[knot] + share * way, plan.v[knot], np.zeros(plan.q.shape[1])
         position, rate, acceleration = (curve(time) for curve in self._curves)
         return position, rate, acceleration

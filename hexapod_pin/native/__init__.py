@@ -6,18 +6,24 @@ One header per concept: `laws/`, `plant/`, `methods/`, `robust/`, `fused/`, `run
 
 from hexapod_pin.native._core import Batch as Batch
 from hexapod_pin.native._core import Checkpoint as Checkpoint
+from hexapod_pin.native._core import DriveLaw as DriveLaw
+from hexapod_pin.native._core import DriveMode as DriveMode
 from hexapod_pin.native._core import FrictionKind as FrictionKind
 from hexapod_pin.native._core import FrictionLaw as FrictionLaw
+from hexapod_pin.native._core import FrictionMode as FrictionMode
+from hexapod_pin.native._core import LimitMode as LimitMode
 from hexapod_pin.native._core import NormalKind as NormalKind
 from hexapod_pin.native._core import NormalLaw as NormalLaw
 from hexapod_pin.native._core import PlantSettings as PlantSettings
 from hexapod_pin.native._core import Rollout as Rollout
 from hexapod_pin.native._core import RunSummary as RunSummary
+from hexapod_pin.native._core import StopMode as StopMode
 from hexapod_pin.native._core import Terrain as Terrain
 from hexapod_pin.native._core import TreeModel as TreeModel
 from hexapod_pin.native._core import advance_together as advance_together
 from hexapod_pin.native._core import checkpoint as checkpoint
 from hexapod_pin.native._core import command_together as command_together
+from hexapod_pin.native._core import drive_law as drive_law
 from hexapod_pin.native._core import evaluate as evaluate
 from hexapod_pin.native._core import height_field as height_field
 from hexapod_pin.native._core import plane as plane

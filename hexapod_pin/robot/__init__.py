@@ -5,6 +5,7 @@ from hexapod_pin.robot.description.segments import Hip, Segment, Trunk
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.robot import Foot, Leg, Robot, load_robot, urdf_path
 from hexapod_pin.robot.state import State
+from hexapod_pin.robot.trunk import TrunkPoints, trunk_points
 from hexapod_pin.robot.urdf_report import UrdfReport, inspect
 
 __all__ = [
@@ -17,8 +18,10 @@ __all__ = [
     "Segment",
     "State",
     "Trunk",
+    "TrunkPoints",
     "UrdfReport",
     "inspect",
     "load_robot",
+    "trunk_points",
     "urdf_path",
 ]

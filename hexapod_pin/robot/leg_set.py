@@ -101,6 +101,18 @@ class LegSet:
             raise refused[1]
         return q
 
+    def unlimited(self, p_BF: Array) -> Array:
+        """Return joint angles as `inverse`, joint limits aside.
+
+        In closed form nothing is refused: a target out of reach gives the straight or folded leg
+        in its direction. Legs of another shape raise ReachError.
+        """
+        if self.closed_form is None:
+            return np.stack(
+                [leg.inverse(p, limits=False) for leg, p in zip(self.legs, p_BF, strict=True)]
+            )
+        return self.closed_form.angles(p_BF)
+
     def solve(
         self, p_BF: Array, near: Array | None = None
     ) -> tuple[Array, tuple[int, ReachError] | None]:
@@ -190,6 +202,10 @@ class StackedClosedForm:
             lower=lower[:, None] - ANGLE_TOLERANCE,
             upper=upper[:, None] + ANGLE_TOLERANCE,
         )
+
+    def angles(self, p_BF: Array) -> Array:
+        """Return joint angles (L, N, 3) [rad] without any check, whole turns left as they are."""
+        return self.geometry.solve(*self.geometry.to_hip(p_BF), self.fold, self.knee)[0]
 
     def solve(self, p_BF: Array, near: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return joint angles (L, N, 3) [rad] and which legs cannot follow their paths (L,).

@@ -52,6 +52,7 @@ class Robot:
         velocity: (n_joints,) largest rates [rad/s].
         damping: (n_joints,) viscous damping from the URDF [N m s/rad] (Pinocchio's own
             algorithms ignore it).
+        friction: (n_joints,) level of dry friction from the URDF [N m] (likewise).
         total_mass: mass of the whole robot [kg].
         posture: (n_joints,) default standing angles [rad].
         provenance: one line: where the numbers come from.
@@ -72,6 +73,7 @@ class Robot:
     effort: Array = field(repr=False)
     velocity: Array = field(repr=False)
     damping: Array = field(repr=False)
+    friction: Array = field(repr=False)
     total_mass: float
     posture: Array = field(repr=False)
     provenance: str
@@ -171,6 +173,7 @@ def load_robot(
         effort=read_only([joint.limit("effort") for joint in joints]),
         velocity=read_only([joint.limit("velocity") for joint in joints]),
         damping=read_only([joint.dynamics("damping") for joint in joints]),
+        friction=read_only([joint.dynamics("friction") for joint in joints]),
         total_mass=math.fsum(link.mass or 0.0 for link in file.links),
         posture=angles, provenance=given.line, assumed=given.assumed,
         notes=(*notes, *limbs.notes, *foot_notes, *posture_notes, *_unused(file, placed)),
@@ -213,10 +216,13 @@ def _by_name(kind: str, name: str, items: Mapping[str, Item]) -> Item:
 
 
 def _unused(file: UrdfFile, feet: Sequence[Foot]) -> list[str]:
-    """Return a note on collision shapes that no foot sphere stands for."""
+    """Return a note on collision shapes that do not touch the ground as feet."""
     used = {foot.name for foot in feet}
     shaped = [x.name for x in file.links if x.element.find("collision") is not None]
     unused = [name for name in shaped if name not in used]
     if not unused:
         return []
-    return [f"collision shapes of {len(unused)} links are not used: only feet touch the ground"]
+    return [
+        f"collision shapes of {len(unused)} links do not touch the ground: only feet do, and the "
+        "trunk in a scene with body contact"
+    ]

@@ -83,6 +83,18 @@ class SerialChain:
             p = joint.origin + joint.rotate(p - joint.origin, c, s)
         return p
 
+    def axes(self, q: Array) -> Array:
+        """Return the joint axes in base axes, a column per joint. Shape (..., 3, 3)."""
+        cos, sin = np.cos(q), np.sin(q)
+        columns: list[Array] = []
+        for k in (1, 0):
+            joint, c, s = self.joints[k], cos[..., k, None], sin[..., k, None]
+            outer = self.joints[k + 1].row
+            columns.insert(0, np.broadcast_to(outer, q.shape))
+            columns = [joint.rotate(column, c, s) for column in columns]
+        columns.insert(0, np.broadcast_to(self.joints[0].row, q.shape))
+        return np.stack(columns, axis=-1)
+
     def jacobian(self, q: Array) -> Array:
         """Return d foot / d q, a column per joint [m/rad]. Shape (..., 3, 3)."""
         return self.forward_and_jacobian(q)[1]

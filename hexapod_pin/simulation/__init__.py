@@ -1,11 +1,13 @@
-"""Simulation: scenes, methods, runs and batches over the native core."""
+"""Simulation: scenes, cases, methods, runs, sessions and batches over the native core."""
 
 from hexapod_pin.simulation.batch import iterate_batch, simulate_batch
 from hexapod_pin.simulation.case import Case, load_case
+from hexapod_pin.simulation.loaded_model import loaded_model
 from hexapod_pin.simulation.loads import LostLeg, Payload, Push
 from hexapod_pin.simulation.methods import METHODS, Method
 from hexapod_pin.simulation.run import simulate
 from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.simulation.session import Session
 
 __all__ = [
     "Case",
@@ -15,8 +17,10 @@ __all__ = [
     "Payload",
     "Push",
     "Scene",
+    "Session",
     "iterate_batch",
     "load_case",
+    "loaded_model",
     "simulate",
     "simulate_batch",
 ]

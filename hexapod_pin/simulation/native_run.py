@@ -204,20 +204,28 @@ def open_loop_run(case: Case, how: RunSettings, *, record: bool = True) -> Nativ
     check_supported(how.choice, scene)
     controller = cast("Controller", case.controller)
     plan = controller.plan(scene.robot, begin + max(how.duration, how.grid.sample))
-    start = starting_point(scene, plan.q[0], initial)
+    start = starting_point(scene, plan.q[0], initial, plan.start_pose)
     run = NativeRun(scene, how, start, plan, controller=controller.to_dict(), record=record)
     run.case = case
     return run
 
 
-def starting_point(scene: Scene, posture: Array, initial: State | Checkpoint | None) -> Checkpoint:
-    """Return where a run begins: as given, or standing in a posture (n,) [rad]."""
+def starting_point(
+    scene: Scene,
+    posture: Array,
+    initial: State | Checkpoint | None,
+    trunk: Array | None = None,
+) -> Checkpoint:
+    """Return where a run begins: as given, or standing in a posture (n,) [rad].
+
+    `trunk` (7,) is its pose relative to a level one in the same place; None: level.
+    """
     robot = scene.robot
     if isinstance(initial, Checkpoint):
         robot.check_state(initial.q, initial.v)
         return initial
     if initial is None:
-        state = standing_on(scene, posture)
+        state = standing_on(scene, posture, trunk)
     else:
         state = robot.check_state(initial.q, initial.v)
     return Checkpoint(0.0, state.q, state.v, np.zeros((0, 6)))

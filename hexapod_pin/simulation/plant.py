@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.drive.drive_law import armature, drive_law
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Plane
 from hexapod_pin.robot.once_per_robot import once_per_robot
@@ -16,6 +17,7 @@ from hexapod_pin.robot.scratch_data import scratch_data
 from hexapod_pin.simulation.loaded_model import (
     KEPT_MODELS,
     Payloads,
+    loaded_model,
     models_by_payload,
     native_loads,
     payloads,
@@ -29,18 +31,28 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene
 
 
-def standing_on(scene: Scene, posture: Array) -> State:
+def standing_on(scene: Scene, posture: Array, start_pose: Array | None = None) -> State:
     """Return the state at rest in a posture (n,) [rad], just touching the ground.
 
     On a plane the robot is laid along it; on any other ground it stands level.
+
+    Args:
+        scene: the robot and its ground.
+        posture: joint angles, `Robot.joint_names` order [rad]. Shape (n,).
+        start_pose: of the trunk, relative to the plane or to the level: x, y [m], z (not used: the
+            feet decide), quaternion x, y, z, w; None: no offset. Shape (7,).
     """
     import pinocchio as pin
 
     robot, surface = scene.robot, scene.terrain.surface()
     q = robot.stand(posture).q.copy()
+    if start_pose is not None:
+        q[:2], q[3:7] = start_pose[:2], start_pose[3:7]
     if isinstance(surface, Plane):
         tilt = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(surface.normal))
-        q[:3], q[3:7] = tilt.toRotationMatrix() @ q[:3], tilt.coeffs()
+        own = pin.Quaternion(*q[[6, 3, 4, 5]])
+        turned = tilt if start_pose is None else tilt * own
+        q[:3], q[3:7] = tilt.toRotationMatrix() @ q[:3], turned.coeffs()
     if robot.feet:
         data = scratch_data(robot)
         pin.forwardKinematics(robot.model, data, q)
@@ -94,34 +106,35 @@ def _trees_by_payload(robot: Robot) -> Callable[[Payloads], TreeModel]:
     return tree_with
 
 
+def _driven_model(scene: Scene) -> TreeModel:
+    """Return the robot's bodies, its joints heavier by the rotors of their motors."""
+    rotors = armature(scene.robot, scene.servos)
+    if not rotors.any():
+        return _trees_by_payload(scene.robot)(payloads(scene))
+    model = loaded_model(scene).copy()
+    model.armature = model.armature + np.concatenate([np.zeros(6), rotors])
+    return native_model(model)
+
+
 def native_plant(scene: Scene, *, dense: bool = False) -> Any:
     """Return the native settings of a scene's plant; `dense` avoids the block-arrow solver."""
     from hexapod_pin import native as _native
 
-    robot, servo = scene.robot, scene.servos
-    n = len(robot.joint_names)
+    robot = scene.robot
     feet = [
         (_native_joint(robot, foot.joint), np.asarray(foot.offset, dtype=float), float(foot.radius))
         for foot in robot.feet
     ]
     loads = native_loads(scene)
     feet += [point[:3] for point in loads.body_points]
-    limit = robot.effort if servo.limited else np.full(n, np.inf)
     return _native.plant_settings(
-        model=_trees_by_payload(robot)(payloads(scene)),
+        model=_driven_model(scene),
         gravity=np.asarray(scene.gravity, dtype=float),
         feet=feet,
         normal=scene.contact.normal.native(),
         friction=scene.contact.friction.native(),
         terrain=scene.terrain.native(),
-        kp=np.full(n, servo.kp),
-        kd=np.full(n, servo.kd),
-        limit=np.array(limit, dtype=float),
-        damping=np.array(robot.damping, dtype=float),
-        lower=np.array(robot.lower, dtype=float),
-        upper=np.array(robot.upper, dtype=float),
-        stop_stiffness=scene.joint_stops.stiffness,
-        stop_dissipation=scene.joint_stops.dissipation,
+        drive=drive_law(robot, scene.servos, scene.joint_stops),
         pushes=loads.pushes,
         lost=[(joint, time) for joints, time in loads.lost for joint in joints],
         dense=dense,

@@ -116,9 +116,7 @@ class Scene:
         if self.contact.assumed:
             found.append(f"contact: {self.contact.assumed}")
         if self.servos.assumed:
-            found.append(
-                f"servo gains: kp {self.servos.kp:g} N m/rad, kd {self.servos.kd:g} N m s/rad"
-            )
+            found.append(f"servo gains: {self.servos.describe()}")
         if self.joint_stops.assumed and self.joint_stops.stiffness > 0.0:
             found.append(
                 f"joint stops: {self.joint_stops.stiffness:g} N m/rad, "

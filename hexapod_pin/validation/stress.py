@@ -168,7 +168,8 @@ def energy_of(trace: Trace, scene: Scene) -> Array:
 
     From the states alone, whatever the method kept book of.
     """
-    servo = 0.5 * scene.servos.kp * ((trace.q_ref - trace.q[:, 7:]) ** 2).sum(axis=1)
+    kp, _ = scene.servos.gains(scene.robot)
+    servo = 0.5 * ((trace.q_ref - trace.q[:, 7:]) ** 2) @ kp
     energy: Array = servo + sum(trace.energy[name] for name in ("kinetic", "potential", "elastic"))
     return energy
 

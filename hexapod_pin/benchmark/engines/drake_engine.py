@@ -106,10 +106,9 @@ class Drake:
         ]
         if self._own_servos(method):
             tree = import_module("pydrake.multibody.tree")
-            for actuator in actuators:
-                actuator.set_controller_gains(
-                    tree.PdControllerGains(p=self.problem.kp, d=self.problem.kd)
-                )
+            gains = zip(actuators, self.problem.kp, self.problem.kd, strict=True)
+            for actuator, kp, kd in gains:
+                actuator.set_controller_gains(tree.PdControllerGains(p=float(kp), d=float(kd)))
         plant.Finalize()
         if self._own_servos(method):
             model = plant.GetBodyByName(BASE).model_instance()
@@ -169,7 +168,7 @@ class Drake:
         servos = builder.AddSystem(
             controllers.PidController(
                 state_projection=chosen, output_projection=np.eye(n),
-                kp=np.full(n, self.problem.kp), ki=np.zeros(n), kd=np.full(n, self.problem.kd),
+                kp=self.problem.kp, ki=np.zeros(n), kd=self.problem.kd,
             )
         )  # fmt: skip
         state = servos.get_input_port_estimated_state()

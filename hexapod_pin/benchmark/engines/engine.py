@@ -11,6 +11,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.engines.urdf import engine_urdf
 from hexapod_pin.benchmark.work_precision.entry import RunOutcome
 from hexapod_pin.benchmark.work_precision.task import Task, setpoints
+from hexapod_pin.drive.plain_drives import check_plain_drives
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Flat
 from hexapod_pin.validation.cases.robots import lowest_foot
@@ -33,8 +34,8 @@ class Problem:
         mu: coefficient of friction: the largest our law reaches.
         gravity: (3,) [m/s^2].
         height: of the ground [m].
-        kp: servo stiffness [N m/rad].
-        kd: servo damping that is not in the joints [N m s/rad].
+        kp: (n,) servo stiffness [N m/rad].
+        kd: (n,) servo damping that is not in the joints [N m s/rad].
         limit: (n,) largest servo torque [N m]; inf where there is none.
     """
 
@@ -44,8 +45,8 @@ class Problem:
     mu: float
     gravity: Array
     height: float
-    kp: float
-    kd: float
+    kp: Array
+    kd: Array
     limit: Array
 
     @classmethod
@@ -54,7 +55,8 @@ class Problem:
 
         Raises:
             ParameterError: the ground is not `Flat`, a foot is a point or starts in the ground, a
-                joint is not revolute, or there are loads: engines cannot be compared on that.
+                joint is not revolute, has a motor or dry friction, or there are loads: engines
+                cannot be compared on that.
         """
         scene, servo = task.scene, task.scene.servos
         scene.require_unloaded("in other engines")
@@ -67,12 +69,14 @@ class Problem:
                 "How it is pushed out is a property of the contact law.",
             )  # fmt: skip
         n = len(scene.robot.joint_names)
-        kd = servo.kd if servo.limited else 0.0
-        damping = np.array(scene.robot.damping) + (servo.kd - kd)
+        check_plain_drives(scene.robot, servo, "other engines")
+        kp, all_kd = servo.gains(scene.robot)
+        kd = all_kd if servo.limited else np.zeros(n)
+        damping = np.array(scene.robot.damping) + (all_kd - kd)
         return cls(
             task=task, urdf=engine_urdf(scene.robot, damping), setpoints=setpoints(task),
             mu=scene.contact.friction.limit, gravity=np.array(scene.gravity),
-            height=scene.terrain.height, kp=servo.kp, kd=kd,
+            height=scene.terrain.height, kp=kp, kd=kd,
             limit=np.array(scene.robot.effort) if servo.limited else np.full(n, np.inf),
         )  # fmt: skip
 

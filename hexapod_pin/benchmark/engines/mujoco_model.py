@@ -40,7 +40,7 @@ class MujocoSettings:
 
 def compile_model(
     urdf: str, settings: MujocoSettings, *, gravity: Sequence[float], height: float, mu: float,
-    joints: Sequence[str], kp: float, kd: float, limit: Array,
+    joints: Sequence[str], kp: Array, kd: Array, limit: Array,
 ) -> Any:  # fmt: skip
     """Return the compiled model.
 
@@ -51,8 +51,8 @@ def compile_model(
         height: of the floor [m].
         mu: coefficient of friction.
         joints: names of the joints with a servo.
-        kp: servo stiffness [N m/rad].
-        kd: servo damping [N m s/rad].
+        kp: (n,) servo stiffness [N m/rad].
+        kd: (n,) servo damping [N m s/rad].
         limit: (n,) largest servo torque [N m]; inf where there is none.
     """
     mujoco = import_module("mujoco")
@@ -70,11 +70,11 @@ def compile_model(
         name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[5, 5, 0.1], pos=[0, 0, height],
         contype=1, conaffinity=0, friction=[mu, 0.005, 0.0001], priority=1,
     )  # fmt: skip
-    for name, most in zip(joints, limit, strict=True):
+    for name, stiffness, damping, most in zip(joints, kp, kd, limit, strict=True):
         joint = spec.joint(name)
         joint.limited = joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
         actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        actuator.set_to_position(kp=kp, kv=kd)
+        actuator.set_to_position(kp=float(stiffness), kv=float(damping))
         if np.isfinite(most):
             actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
             actuator.forcerange = [-most, most]

@@ -13,6 +13,7 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.engines.mujoco_model import MujocoSettings, compile_model, put_state
 from hexapod_pin.benchmark.engines.urdf import engine_urdf
+from hexapod_pin.drive.plain_drives import check_plain_drives
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Flat
 
@@ -54,17 +55,20 @@ class MujocoTwin:
         """Build and compile the model.
 
         Raises:
-            ParameterError: the ground is not `Flat`, a foot is a point, or there are loads.
+            ParameterError: the ground is not `Flat`, a foot is a point, a joint has a motor or
+                dry friction, or there are loads.
         """
         self.scene.require_unloaded("in MuJoCo")
         scene, robot, servo = self.scene, self.scene.robot, self.scene.servos
         if not isinstance(scene.terrain, Flat):
             raise ParameterError("terrain", scene.terrain.kind, "flat in MuJoCo")
+        check_plain_drives(robot, servo, "MuJoCo")
+        kp, kd = servo.gains(robot)
         effort = robot.effort if servo.limited else np.full(len(robot.joint_names), np.inf)
         self.model = compile_model(
             engine_urdf(robot, robot.damping), self.settings, gravity=scene.gravity,
             height=scene.terrain.height, mu=scene.contact.friction.limit,
-            joints=robot.joint_names, kp=servo.kp, kd=servo.kd, limit=effort,
+            joints=robot.joint_names, kp=kp, kd=kd, limit=effort,
         )  # fmt: skip
         self.data = import_module("mujoco").MjData(self.model)
 
@@ -81,7 +85,8 @@ class MujocoTwin:
             u in MuJoCo's actuator order [rad]. Shape (steps, joints).
         """
         q, v = setpoints(np.arange(first + 1, first + steps + 1) * np.float64(self.settings.step))
-        return np.ascontiguousarray(q + self.scene.servos.kd / self.scene.servos.kp * v)
+        kp, kd = self.scene.servos.gains(self.scene.robot)
+        return np.ascontiguousarray(q + kd / kp * v)
 
     def timed_run(self, state: State, setpoints: SetPoints, steps: int) -> Callable[[], float]:
         """Return a function that walks `steps` steps in C and returns the wall time [s]."""

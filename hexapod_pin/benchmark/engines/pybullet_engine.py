@@ -80,7 +80,7 @@ class Pybullet:
         """Return the servos' torques [N m]; damping is the joints' where there is no limit."""
         problem = self.problem
         torque: Array = problem.kp * (wanted - np.array([state[0] for state in states]))
-        if problem.kd:
+        if problem.kd.any():
             torque -= problem.kd * np.array([state[1] for state in states])
         return np.clip(torque, -problem.limit, problem.limit)
 

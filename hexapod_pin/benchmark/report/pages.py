@@ -58,8 +58,7 @@ def facts(comparison: Comparison) -> list[str]:
     lines = [
         f"{task.about}; {task.duration:g} s, compared every {task.sample * 1e3:g} ms",
         f"{task.scene.robot.name}, {task.scene.robot.total_mass:.4g} kg; "
-        f"{_law(contact.normal)}; {_law(contact.friction)}; servo kp {servo.kp:g} N m/rad, "
-        f"kd {servo.kd:g} N m s/rad",
+        f"{_law(contact.normal)}; {_law(contact.friction)}; servo {servo.describe()}",
         *(_truth(reference) for reference in comparison.references),
         *comparison.notes,
     ]

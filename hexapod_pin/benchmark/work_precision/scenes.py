@@ -45,7 +45,7 @@ def walk(duration: float = 1.0) -> Task:
     scene, state = _dropped()
     count = round(duration / SETPOINT_PERIOD)
     time = np.asarray(np.arange(count) * SETPOINT_PERIOD, dtype=np.float64)
-    controller = SampledTrajectory(time, tripod_setpoints(scene.robot, time))
+    controller = SampledTrajectory(time, tripod_setpoints(scene.robot, time), limited=False)
     about = "drop by 10 mm, then a tripod gait of 1 Hz, set-points held 10 ms"
     return Task("walk", scene, controller, state, duration, SETPOINT_PERIOD, about=about)
 

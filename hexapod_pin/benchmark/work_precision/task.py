@@ -73,19 +73,20 @@ def standing_task(
         ParameterError: the times do not fit each other.
     """
     plan = controller.plan(scene.robot, duration)
-    first = standing_on(scene, plan.q[0]) if initial is None else initial
+    first = standing_on(scene, plan.q[0], plan.start_pose) if initial is None else initial
     return Task(name, scene, controller, first, duration, sample, about=about)
 
 
 def held_task(task: Task) -> Task:
     """Return the task with set-points held from sample to sample: what every engine can do alike.
 
-    A controller that holds already, or that holds one posture, is left as it is.
+    A controller that holds already, or that holds one posture, is left as it is. The set-points jump
+    at once: no engine but this one limits their velocity.
     """
     plan = task.controller.plan(task.scene.robot, task.duration)
     if plan.held or _constant(plan):
         return task
-    controller = SampledTrajectory(task.begins, planned_angles(plan, task.begins))
+    controller = SampledTrajectory(task.begins, planned_angles(plan, task.begins), limited=False)
     return replace(task, controller=controller, answer=None)
 
 
@@ -118,5 +119,8 @@ def planned_angles(plan: JointTrajectory, time: Array) -> Array:
     """Return a plan's angles at some times [rad]. Shape (K, n)."""
     from scipy.interpolate import CubicHermiteSpline
 
+    if plan.kind == "linear":
+        moves = [np.interp(time, plan.time, joint) for joint in plan.q.T]
+        return np.stack(moves, axis=-1)
     angles: Array = CubicHermiteSpline(plan.time, plan.q, plan.v)(np.minimum(time, plan.time[-1]))
     return angles

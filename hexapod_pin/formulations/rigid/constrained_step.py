@@ -8,6 +8,7 @@ are projected out along M^-1 J^T, so that nothing drifts.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -60,6 +61,11 @@ class ConstrainedStepper:
     servo: Servo
     set_points: SetPoints
 
+    @cached_property
+    def gains(self) -> tuple[Array, Array]:
+        """Stiffness [N m/rad] and damping [N m s/rad] of the servos. Shapes (n,)."""
+        return self.servo.gains(self.model.robot)
+
     @property
     def torque_limit(self) -> Array:
         """Largest torques [N m]. Shape (n,)."""
@@ -69,10 +75,8 @@ class ConstrainedStepper:
     def torque(self, time: float, q: Array, v: Array) -> Array:
         """Return the servos' torques (n,) [N m]."""
         wanted, rate, _ = self.set_points(time)
-        return servo_torque(
-            wanted - q[7:], rate - v[6:], kp=self.servo.kp, kd=self.servo.kd,
-            limit=self.torque_limit,
-        )  # fmt: skip
+        kp, kd = self.gains
+        return servo_torque(wanted - q[7:], rate - v[6:], kp=kp, kd=kd, limit=self.torque_limit)
 
     def snapshot(self, time: float, q: Array, v: Array, contacts: ContactSet) -> Snapshot:
         """Return forces and accelerations at a state, with these feet in contact."""
@@ -104,7 +108,7 @@ class ConstrainedStepper:
         import pinocchio as pin
 
         wanted, rate, _ = self.set_points(time + h)
-        kp, kd, limit = self.servo.kp, self.servo.kd, self.torque_limit
+        (kp, kd), limit = self.gains, self.torque_limit
         explicit = kp * (wanted - q[7:] - h * v[6:]) + kd * (rate - v[6:])
         rows, drift = contacts.equations(terms, self.model.normal)
         saturated = np.zeros(len(explicit))  # the limit with its sign, 0 below it

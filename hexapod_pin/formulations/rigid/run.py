@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.drive.plain_drives import check_plain_drives
 from hexapod_pin.errors import DivergenceError, ParameterError
 from hexapod_pin.formulations.rigid.constrained_step import ConstrainedStepper
 from hexapod_pin.formulations.rigid.constraints import ContactSet
@@ -125,8 +126,8 @@ def simulate(
         initial: state at t = 0; default standing on level ground at the first set-point.
 
     Raises:
-        ParameterError: a duration, step or sample that is not positive, or no initial state on
-            ground that is not level at z = 0.
+        ParameterError: a duration, step or sample that is not positive, no initial state on
+            ground that is not level at z = 0, motors or dry friction.
         GaitError, ReachError: the controller cannot do this on this robot.
         DivergenceError: feet come and go without end.
     """
@@ -136,7 +137,9 @@ def simulate(
         if not (np.isfinite(value) and value > 0.0):
             raise ParameterError(name, value, "finite and above 0 s")
     plan = controller.plan(model.robot, duration + sample)
-    stepper = ConstrainedStepper(model, servo or Servo.from_effort(model.robot), SetPoints(plan))
+    servo = servo or Servo.from_effort(model.robot)
+    check_plain_drives(model.robot, servo, "rigid contact")
+    stepper = ConstrainedStepper(model, servo, SetPoints(plan))
     start = standing_state(model, plan.q[0]) if initial is None else initial
     loop, recorder = ContactEventLoop(stepper, start), RigidRecorder(stepper)
     recorder.add(loop.now, loop.energy)

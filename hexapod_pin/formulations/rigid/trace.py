@@ -110,7 +110,7 @@ class RigidRecorder:
             "effort_limit": robot.effort.tolist(), "velocity_limit": robot.velocity.tolist(),
             "assumed": [
                 *robot.assumed,
-                f"servo gains: kp {servo.kp:g} N m/rad, kd {servo.kd:g} N m s/rad",
+                f"servo gains: {servo.describe()}",
                 f"rigid ground on which feet stick; checked against mu {model.ground.mu:g}",
             ],
             "provenance": robot.provenance, "model_digest": robot.digest,

@@ -1,8 +1,13 @@
 // The contact laws, to look at from Python.
+#include <nanobind/eigen/dense.h>
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/tuple.h>
 
+#include <stdexcept>
+
 #include "bindings/bindings.hpp"
+#include "laws/drive.hpp"
 #include "laws/friction.hpp"
 #include "laws/normal.hpp"
 
@@ -11,7 +16,61 @@ using namespace nb::literals;
 
 namespace hexapod {
 
+namespace {
+
+DriveLaw make_drive(const VectorXd& kp, const VectorXd& kd, const VectorXd& cap,
+                    const VectorXd& line_torque, const VectorXd& line_slope, const VectorXd& damping,
+                    const VectorXd& friction, const VectorXd& lower, const VectorXd& upper,
+                    double stop_stiffness, double stop_dissipation) {
+  for (const VectorXd* x : {&kd, &cap, &line_torque, &line_slope, &damping, &friction, &lower, &upper})
+    if (x->size() != kp.size()) throw std::invalid_argument("one drive entry per joint needed");
+  return {kp, kd, cap, line_torque, line_slope, damping, friction,
+          {lower, upper, stop_stiffness, stop_dissipation}};
+}
+
+void bind_drive(nb::module_& m) {
+  nb::enum_<LimitMode>(m, "LimitMode")
+      .value("lower_line", LimitMode::lower_line)
+      .value("lower_cap", LimitMode::lower_cap)
+      .value("within", LimitMode::within)
+      .value("upper_cap", LimitMode::upper_cap)
+      .value("upper_line", LimitMode::upper_line);
+  nb::enum_<StopMode>(m, "StopMode")
+      .value("lower_released", StopMode::lower_released)
+      .value("lower", StopMode::lower)
+      .value("free", StopMode::free)
+      .value("upper", StopMode::upper)
+      .value("upper_released", StopMode::upper_released);
+  nb::enum_<FrictionMode>(m, "FrictionMode")
+      .value("none", FrictionMode::none)
+      .value("stuck", FrictionMode::stuck)
+      .value("forward", FrictionMode::forward)
+      .value("backward", FrictionMode::backward);
+  nb::class_<DriveMode>(m, "DriveMode")
+      .def(nb::init<>())
+      .def_rw("limit", &DriveMode::limit)
+      .def_rw("stop", &DriveMode::stop)
+      .def_rw("friction", &DriveMode::friction);
+  nb::class_<DriveLaw>(m, "DriveLaw")
+      .def("demand", &DriveLaw::demand, "joint"_a, "error"_a, "rate_error"_a, "torque_ref"_a)
+      .def("motor_torque", &DriveLaw::motor_torque, "joint"_a, "demand"_a, "rate"_a)
+      .def("mode", &DriveLaw::mode, "joint"_a, "angle"_a, "rate"_a, "demand"_a)
+      .def("torque", [](const DriveLaw& law, int joint, const DriveMode& mode, double angle, double rate,
+                        double demand) {
+        const DriveTorque t = law.torque(joint, mode, angle, rate, demand);
+        return std::make_tuple(t.torque, t.stiffness, t.damping);
+      }, "joint"_a, "mode"_a, "angle"_a, "rate"_a, "demand"_a, "(torque, -d/dangle, -d/drate) in a mode")
+      .def("switches", &DriveLaw::switches, "joint"_a, "mode"_a, "angle"_a, "rate"_a, "demand"_a,
+           "holding"_a, "Above zero inside the mode.");
+  m.def("drive_law", &make_drive, "kp"_a, "kd"_a, "cap"_a, "line_torque"_a, "line_slope"_a, "damping"_a,
+        "friction"_a, "lower"_a, "upper"_a, "stop_stiffness"_a, "stop_dissipation"_a,
+        "Drives of all joints, an entry for each.");
+}
+
+}  // namespace
+
 void bind_laws(nb::module_& m) {
+  bind_drive(m);
   nb::enum_<NormalKind>(m, "NormalKind")
       .value("hunt_crossley", NormalKind::hunt_crossley)
       .value("restitution", NormalKind::restitution)

@@ -41,9 +41,7 @@ TreeModel make_tree(const std::vector<std::size_t>& parent, const RowMatrix& mot
 PlantSettings make_settings(const TreeModel& model, const Vec3& gravity,
                             const std::vector<std::tuple<std::size_t, Vec3, double>>& feet,
                             const NormalLaw& normal, const FrictionLaw& friction, const Terrain& terrain,
-                            const VectorXd& kp, const VectorXd& kd, const VectorXd& limit,
-                            const VectorXd& damping, const VectorXd& lower, const VectorXd& upper,
-                            double stop_stiffness, double stop_dissipation,
+                            const DriveLaw& drive,
                             const std::vector<std::tuple<std::size_t, Vec3, Vec3, Vec3, double, double>>& pushes,
                             const std::vector<std::pair<int, double>>& lost, bool dense,
                             bool fused, bool baseline) {
@@ -51,7 +49,7 @@ PlantSettings make_settings(const TreeModel& model, const Vec3& gravity,
                             : baseline ? DynamicsPath::fused_baseline
                                        : DynamicsPath::fused;
   PlantSettings s{Dynamics(model, gravity, path), {}, {normal, friction}, terrain,
-                  {kp, kd, limit, damping}, {lower, upper, stop_stiffness, stop_dissipation}, {}, dense};
+                  drive, {}, dense};
   const Tree& tree = s.dynamics.tree();
   for (const auto& [joint, offset, radius] : feet) {
     if (joint < 1 || joint >= std::size_t(tree.joints))
@@ -68,8 +66,7 @@ PlantSettings make_settings(const TreeModel& model, const Vec3& gravity,
       throw std::invalid_argument("a lost drive names a joint that does not exist");
     s.loads.lost.push_back({joint, time});
   }
-  for (const VectorXd* x : {&kp, &kd, &limit, &damping, &lower, &upper})
-    if (x->size() != tree.nv - 6) throw std::invalid_argument("one servo entry per joint needed");
+  if (drive.joints() != tree.nv - 6) throw std::invalid_argument("one drive entry per joint needed");
   return s;
 }
 
@@ -99,7 +96,8 @@ nb::dict evaluation(PlantT plant, const VectorXd& q, const VectorXd& v, const Ve
     for (int k = 0; k < nv; ++k)
       drift.block(3 * i, k, 3, 1) = plant.jacobian_times(i, foot.qb, foot.ql, VectorXd::Unit(nv, k));
   }
-  plant.acceleration(v, torque, acceleration);
+  for (int j = 0; j < nv - 6; ++j) plant.mode[j].friction = plant.drive.sliding(j, v[6 + j]);
+  plant.find_slipping(v, torque, acceleration);
   RowMatrix axis(nv - 6, 3), origin(nv - 6, 3);
   for (int j = 0; j < nv - 6; ++j) {
     axis.row(j) = plant.dynamics.axis(j + 2).transpose();
@@ -138,8 +136,7 @@ void bind_plant(nb::module_& m) {
       .def_prop_ro("dynamics", [](const PlantSettings& s) { return s.dynamics.path(); },
                    "who computes: fused avx2, fused or pinocchio");
   m.def("plant_settings", &make_settings, "model"_a, "gravity"_a, "feet"_a, "normal"_a, "friction"_a,
-        "terrain"_a, "kp"_a, "kd"_a, "limit"_a, "damping"_a, "lower"_a, "upper"_a, "stop_stiffness"_a,
-        "stop_dissipation"_a, "pushes"_a, "lost"_a, "dense"_a = false,
+        "terrain"_a, "drive"_a, "pushes"_a, "lost"_a, "dense"_a = false,
         "fused"_a = true, "baseline"_a = false);
   m.def("evaluate", &evaluate, "plant"_a, "q"_a, "v"_a, "torque"_a,
         nb::sig("def evaluate(plant: PlantSettings, q: numpy.ndarray[dtype=float64], "

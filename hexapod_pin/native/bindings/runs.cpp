@@ -179,6 +179,10 @@ void bind_runs(nb::module_& m) {
       .def("summary", [](Rollout& run) { return summary_data(run.summary()); },
            nb::sig("def summary(self) -> dict[str, typing.Any]"), "As `RunSummary.data`, so far.")
       .def("counters", &Rollout::counters)
+      .def("drive_counters", [](const Rollout& rollout) {
+        const DriveCounters& c = rollout.drive_counters();
+        return std::make_tuple(c.limit_count, c.limit_time, c.stop_count);
+      }, "Per joint: times at the torque limit, time at it [s], times run into a stop.")
       .def("checkpoint", &Rollout::checkpoint);
   m.def("checkpoint", &make_checkpoint, "first"_a, "time"_a, "q"_a, "v"_a, "contacts"_a,
         "controller"_a, "command"_a = RowMatrix(), "impulse"_a = RowMatrix());

@@ -2,11 +2,17 @@
 //   torque = -K d max(0, 1 + 1.5 a d'), d how far the joint is beyond its limit
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "laws/vectors.hpp"
 
 namespace hexapod {
+
+// In the range, pressed against one of its ends, or beyond it on a stop that would pull.
+enum class StopMode : signed char {
+  lower_released = -2, lower = -1, free = 0, upper = 1, upper_released = 2
+};
 
 struct StopTorque {
   double torque = 0.0;     // N m, on the joint
@@ -41,19 +47,51 @@ struct JointStops {
     return 1.5 * dissipation * std::abs(stiffness * depth);
   }
 
-  StopTorque operator()(int joint, double angle, double rate) const {
+  StopMode mode(int joint, double angle, double rate) const {
     const double depth = beyond(joint, angle);
-    if (depth == 0.0 || stiffness == 0.0) return {};
-    const double approach = depth > 0.0 ? rate : -rate;
-    const double factor = 1.0 + 1.5 * dissipation * approach;
-    if (!(factor > 0.0)) return {};
-    return {-(stiffness * depth) * factor, stiffness * factor, damping(depth)};
+    if (depth == 0.0 || stiffness == 0.0) return StopMode::free;
+    if (depth > 0.0) return factor(rate) > 0.0 ? StopMode::upper : StopMode::upper_released;
+    return factor(-rate) > 0.0 ? StopMode::lower : StopMode::lower_released;
+  }
+
+  // In a mode that is known, beyond the mode's ends too.
+  StopTorque on(int joint, StopMode mode, double angle, double rate) const {
+    if (mode == StopMode::upper) return pressed(angle - upper[joint], rate, 1.0);
+    if (mode == StopMode::lower) return pressed(angle - lower[joint], rate, -1.0);
+    return {};
+  }
+
+  StopTorque operator()(int joint, double angle, double rate) const {
+    return on(joint, mode(joint, angle, rate), angle, rate);
   }
 
   // Elastic torque [N m] at an angle that may be off the stop again, of the end that `side` says
   // (> 0: upper).
   double elastic_torque(int joint, double side, double angle) const {
     return -stiffness * (angle - (side > 0.0 ? upper[joint] : lower[joint]));
+  }
+
+  // Where a mode ends: N m, above zero inside. The first by the angle, the second by the rate.
+  void switches(int joint, StopMode mode, double angle, double rate, double& by_angle,
+                double& by_rate) const {
+    if (!present()) return;
+    const double above = stiffness * (angle - upper[joint]);
+    const double below = stiffness * (lower[joint] - angle);
+    switch (mode) {
+      case StopMode::free: by_angle = -std::max(above, below); break;
+      case StopMode::upper: by_angle = above, by_rate = std::abs(above) * factor(rate); break;
+      case StopMode::lower: by_angle = below, by_rate = std::abs(below) * factor(-rate); break;
+      case StopMode::upper_released: by_angle = above, by_rate = -std::abs(above) * factor(rate); break;
+      case StopMode::lower_released: by_angle = below, by_rate = -std::abs(below) * factor(-rate); break;
+    }
+  }
+
+ private:
+  double factor(double approach) const { return 1.0 + 1.5 * dissipation * approach; }
+
+  StopTorque pressed(double depth, double rate, double side) const {
+    const double grown = factor(side * rate), elastic = stiffness * depth;
+    return {-elastic * grown, stiffness * grown, 1.5 * dissipation * (side * elastic)};
   }
 };
 

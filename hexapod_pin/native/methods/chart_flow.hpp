@@ -16,8 +16,8 @@ class ChartFlow {
       : plant(plant), reference(reference), nv(plant.tree.nv),
         nz(plant.law.friction.has_bristle() ? 3 * int(plant.feet.size()) : 0),
         nw(EnergyLedger::size(plant.feet.size())), ledger_(plant.feet.size()), q_(plant.tree.nq),
-        xi_(nv), v_(nv), rate_(nv), torque_(plant.joints()), q_ref_(plant.joints()),
-        v_ref_(plant.joints()) {}
+        xi_(nv), v_(nv), rate_(nv), torque_(plant.joints()), demand_(plant.joints()),
+        set_points_(plant.joints()) {}
 
   int size() const { return 2 * nv + nz + nw; }
 
@@ -65,8 +65,8 @@ class ChartFlow {
   // y' at the state last evaluated, y and t as then
   void rate_here(double t, const VectorXd& y, VectorXd& dy) {
     dy.resize(size());
-    reference.at(t, q_ref_, v_ref_);
-    plant.servo_torque(q_, v_, q_ref_, v_ref_, torque_);
+    servo_demand(t, demand_);
+    plant.motor_torque(v_, demand_, torque_);
     plant.acceleration(v_, torque_, rate_);
     v(dy) = rate_;
     xi_ = xi(y);
@@ -108,6 +108,9 @@ class ChartFlow {
     }
   }
 
+  // Angle of a joint at y, rad.
+  double joint_angle(const VectorXd& y, int joint) const { return q0_[7 + joint] + y[6 + joint]; }
+
   // of the state last evaluated
   const VectorXd& position() const { return q_; }
   const VectorXd& velocity() const { return v_; }
@@ -115,8 +118,8 @@ class ChartFlow {
 
   // Servo demands [N m] there for the set-points of time t.
   void servo_demand(double t, VectorXd& demand) {
-    reference.at(t, q_ref_, v_ref_);
-    plant.servo_demand(q_, v_, q_ref_, v_ref_, demand);
+    set_points_.take(reference, t);
+    plant.servo_demand(q_, v_, set_points_, demand);
   }
 
   double norm_of(const VectorXd& error, const ErrorNorm& norm, double h) const {
@@ -133,7 +136,8 @@ class ChartFlow {
 
  private:
   EnergyLedger ledger_;
-  VectorXd q0_, q_, xi_, v_, rate_, torque_, q_ref_, v_ref_;
+  VectorXd q0_, q_, xi_, v_, rate_, torque_, demand_;
+  SetPoints set_points_;
 };
 
 }  // namespace hexapod

@@ -91,8 +91,7 @@ class ExtrapolatedEuler {
     PlantT& plant = flow.plant;
     joints_ = flow.joints();
     plant.set_implicit_dt(flow.position(), s);
-    linear_.begin(plant, flow.reference, t + s);
-    linear_.saturate_at_start(plant, joints_, flow.velocity());
+    linear_.begin_frozen(plant, flow.reference, t + s);
     linear_.solve(plant, s, joints_, flow.velocity());
     linear_.find_end(plant, s);
     if (&out != &y) out = y;

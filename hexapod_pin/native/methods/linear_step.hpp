@@ -17,28 +17,23 @@ class LinearStep {
 
  public:
   explicit LinearStep(const PlantT& plant)
-      : acceleration_(plant.tree.nv), v_end_(plant.tree.nv), q_ref_(plant.joints()),
-        v_ref_(plant.joints()), side_(plant.joints()), released_(plant.feet.size()),
+      : acceleration_(plant.tree.nv), v_end_(plant.tree.nv), set_points_(plant.joints()),
+        mode_(plant.joints()), released_(plant.feet.size()),
         secant_(plant.feet.size()), force_(plant.feet.size()), velocity_(plant.feet.size()) {}
 
-  // Servos take the set-points at t_end and act there, all within their limits; feet in the ground have
-  // a force.
-  void begin(const PlantT& plant, Reference& reference, double t_end) {
-    reference.at(t_end, q_ref_, v_ref_);
-    std::fill(side_.begin(), side_.end(), 0);
-    for (std::size_t i = 0; i < released_.size(); ++i) {
-      released_[i] = !plant.feet[i].active;
-      secant_[i] = false;
-    }
+  // Servos take the set-points at t_end and act there, all within their limits; joints at rest with dry
+  // friction are stuck; feet in the ground have a force.
+  void begin(const PlantT& plant, Reference& reference, double t_end, const VectorXd& v) {
+    begin_contacts(plant, reference, t_end);
+    for (int j = 0; j < plant.joints(); ++j)
+      mode_[j] = {LimitMode::within, StopMode::free, plant.drive.sliding(j, v[6 + j])};
+    friction_changes_.assign(plant.dry ? plant.joints() : 0, 0);
   }
 
-  // Servos beyond their limit at the start of the step (all of them within, by `begin`) give the limit.
-  void saturate_at_start(const PlantT& plant, const VectorXd& joints, const VectorXd& v) {
-    for (int j = 0; j < plant.joints(); ++j) {
-      const double demand =
-          plant.servo.demand(j, q_ref_[j] - joints[j], v_ref_[j] - v[6 + j]);
-      side_[j] = plant.servo.saturation(j, demand);
-    }
+  // Drives stay in the modes of the plant.
+  void begin_frozen(const PlantT& plant, Reference& reference, double t_end) {
+    begin_contacts(plant, reference, t_end);
+    mode_ = plant.mode;
   }
 
   void solve(PlantT& plant, double h, const VectorXd& joints, const VectorXd& v) {
@@ -51,21 +46,45 @@ class LinearStep {
     system.factor();
     system.solve(acceleration_);
     v_end_ = v + h * acceleration_;
+    if (plant.dry) stop_stuck(plant, h, v);
   }
 
   const VectorXd& v_end() const { return v_end_; }
   const Vec3& force(std::size_t contact) const { return force_[contact]; }  // at the end, on the foot
   bool has_force(std::size_t contact) const { return !released_[contact]; }
 
-  // Marks servos that would pass their limit at the end of the step; true if any is new.
+  // Moves servos that would pass their limit at the end of the step onto it, and those on it to another
+  // piece of it, but not back; true if any has changed.
   bool find_saturated(const PlantT& plant, double h, const VectorXd& joints) {
     bool found = false;
     for (int j = 0; j < plant.joints(); ++j) {
-      if (side_[j] != 0) continue;
+      LimitMode& now = mode_[j].limit;
+      if (now != LimitMode::within && plant.drive.line_slope[j] == 0.0) continue;
       const double demand = end_demand(plant, j, h, joints[j]);
       // A demand that overflows in the solve is not a number: the servo is past its limit too.
-      side_[j] = std::isnan(demand) ? -1 : plant.servo.saturation(j, demand, ServoLaw::kLimitSlack);
-      found |= side_[j] != 0;
+      const LimitMode next =
+          std::isnan(demand) ? LimitMode::lower_cap
+                             : plant.drive.limit_mode(j, demand, v_end_[6 + j], DriveLaw::kLimitSlack);
+      if (next == now || next == LimitMode::within) continue;
+      now = next;
+      found = true;
+    }
+    return found;
+  }
+
+  // Joints that would turn back under their friction are stuck; those stuck that would have to hold more
+  // than it slide. True if any has changed. Needs find_end.
+  bool find_changed_friction(const PlantT& plant, double h, const VectorXd& joints) {
+    if (!plant.dry) return false;
+    bool found = false;
+    find_holding(plant, h, joints);
+    for (int j = 0; j < plant.joints(); ++j) {
+      FrictionMode& now = mode_[j].friction;
+      const FrictionMode next = next_friction(plant.drive.friction[j], now, v_end_[6 + j], holding_[j]);
+      if (next == now || friction_changes_[j] >= kMaxFrictionChanges) continue;
+      now = next;
+      ++friction_changes_[j];
+      found = true;
     }
     return found;
   }
@@ -106,9 +125,10 @@ class LinearStep {
     for (int j = 0; j < plant.joints(); ++j) {
       const double rate = v_end_[6 + j];
       const double torque =
-          plant.servo.torque_on(j, side_[j], end_demand(plant, j, h, joints[j]));
+          plant.drive.torque_on(j, mode_[j].limit, end_demand(plant, j, h, joints[j]), rate);
       ledger.servo += h * torque * rate;
-      ledger.joint_damping += h * plant.servo.damping[j] * rate * rate;
+      ledger.joint_damping += h * plant.drive.damping[j] * rate * rate;
+      if (plant.dry) ledger.joint_damping -= h * plant.drive.dry_torque(j, mode_[j].friction) * rate;
       const StopTorque& stop = plant.stop[j];
       if (stop.stiffness != 0.0) ledger.stops -= h * stop.after(h * rate, rate - plant.rate(j)) * rate;
     }
@@ -117,19 +137,70 @@ class LinearStep {
         ledger.add_contact(i, force_[i], velocity_[i], plant.feet[i].ground.normal, h);
   }
 
+  // Limits and stops of this step, on to the counters.
+  void count(PlantT& plant, double h) const {
+    for (int j = 0; j < plant.joints(); ++j)
+      plant.drive_counters.add(
+          j, mode_[j].limit, plant.stop[j].stiffness != 0.0 ? StopMode::upper : StopMode::free, h);
+  }
+
  private:
+  static constexpr int kMaxFrictionChanges = 4;  // of one joint in one step
+
+  void begin_contacts(const PlantT& plant, Reference& reference, double t_end) {
+    set_points_.take(reference, t_end);
+    for (std::size_t i = 0; i < released_.size(); ++i) {
+      released_[i] = !plant.feet[i].active;
+      secant_[i] = false;
+    }
+  }
+
   void add_joint(PlantT& plant, int j, double h, double angle, double rate) {
-    const ServoLaw& servo = plant.servo;
+    const DriveLaw& drive = plant.drive;
     const StopTorque& stop = plant.stop[j];
-    const ServoGains gains = servo.gains(j, side_[j]);
-    const double damping = servo.damping[j] + gains.damping;
-    const double stiffness = stop.stiffness + gains.stiffness;
-    const double demand = servo.demand(j, q_ref_[j] - angle - h * rate, v_ref_[j] - rate);
-    double torque = stop.torque - stop.stiffness * h * rate - servo.damping[j] * rate;
-    torque += servo.torque_on(j, side_[j], demand);
+    const LimitMode limit = mode_[j].limit;
+    const double damping = drive.damping[j] + drive.damping_on(j, limit);
+    const double stiffness = stop.stiffness + drive.stiffness_on(j, limit);
+    double torque = stop.torque - stop.stiffness * h * rate - drive.damping[j] * rate;
+    torque += drive.torque_on(j, limit, demand_at(plant, j, angle, h * rate, rate), rate);
     acceleration_[6 + j] += torque;
     plant.system.add_diagonal(j, h * (damping + stop.damping + h * stiffness));
+    if (!plant.dry) return;
+    acceleration_[6 + j] += drive.dry_torque(j, mode_[j].friction);
+    if (!mode_[j].stuck()) return;
+    acceleration_[6 + j] -= kLock * (rate / h);
+    plant.system.add_diagonal(j, kLock);
   }
+
+  void stop_stuck(const PlantT& plant, double h, const VectorXd& v) {
+    for (int j = 0; j < plant.joints(); ++j) {
+      if (!mode_[j].stuck()) continue;
+      acceleration_[6 + j] = -v[6 + j] / h;
+      v_end_[6 + j] = 0.0;
+    }
+  }
+
+  // What is left to stuck joints at the end of the step, N m.
+  void find_holding(const PlantT& plant, double h, const VectorXd& joints) {
+    holding_ = -plant.bias();
+    for (std::size_t i = 0; i < released_.size(); ++i)
+      if (!released_[i]) plant.add_jacobian_transposed(i, force_[i], holding_);
+    holding_ = holding_.tail(plant.joints()).eval();
+    for (int j = 0; j < plant.joints(); ++j) {
+      const double motor =
+          plant.drive.torque_on(j, mode_[j].limit, end_demand(plant, j, h, joints[j]), 0.0);
+      holding_[j] += motor + plant.stop[j].after(0.0, -plant.rate(j)) -
+                     plant.inertial_torque(j, acceleration_);
+    }
+  }
+
+  static FrictionMode next_friction(double level, FrictionMode now, double rate, double holding) {
+    if (now == FrictionMode::forward) return rate < 0.0 ? FrictionMode::stuck : now;
+    if (now == FrictionMode::backward) return rate > 0.0 ? FrictionMode::stuck : now;
+    if (now == FrictionMode::none || !(std::abs(holding) > level * (1.0 + kFrictionSlack))) return now;
+    return holding > 0.0 ? FrictionMode::forward : FrictionMode::backward;
+  }
+  static constexpr double kFrictionSlack = 1e-9;  // -, of the round-off in what is left
 
   // hD + h^2 K = J^T (h W (J + hQ) + h^2 kz n^T J) on the left; J^T (f - h (W Q + kz n^T J) v) right.
   void add_foot(PlantT& plant, std::size_t i, double h, const VectorXd& v) {
@@ -150,9 +221,13 @@ class LinearStep {
     plant.add_jacobian_transposed(i, f, acceleration_);
   }
 
+  // After a joint has turned on from `angle` by `turn` [rad], its rate being `rate` [rad/s].
+  double demand_at(const PlantT& plant, int j, double angle, double turn, double rate) const {
+    return plant.drive.demand(j, set_points_.q[j] - angle - turn, set_points_.v[j] - rate,
+                              set_points_.torque[j]);
+  }
   double end_demand(const PlantT& plant, int j, double h, double angle) const {
-    const double rate = v_end_[6 + j];
-    return plant.servo.demand(j, q_ref_[j] - angle - h * rate, v_ref_[j] - rate);
+    return demand_at(plant, j, angle, h * v_end_[6 + j], v_end_[6 + j]);
   }
 
   // Whether the slip, the part of the contact velocity across n, changes to the opposite direction.
@@ -160,8 +235,10 @@ class LinearStep {
     return before.dot(after) - n.dot(before) * n.dot(after) < 0.0;
   }
 
-  VectorXd acceleration_, v_end_, q_ref_, v_ref_;
-  std::vector<LimitSide> side_;  // of each servo's limit
+  VectorXd acceleration_, v_end_, holding_;
+  SetPoints set_points_;
+  std::vector<DriveMode> mode_;  // of each joint
+  std::vector<int> friction_changes_;
   std::vector<char> released_;   // contacts without force in this step
   std::vector<char> secant_;     // contacts with the secant of their friction law
   std::vector<Vec3> force_, velocity_;

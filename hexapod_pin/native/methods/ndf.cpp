@@ -23,12 +23,14 @@ ChartRates rates_in_chart(PlantT plant, const VectorXd& q0, const VectorXd& y,
   flow.begin(q0, y.segment(flow.nv, flow.nv), out.slope);
   VectorXd full = VectorXd::Zero(flow.size());
   full.head(free) = y;
-  flow.rate(0.0, full, out.slope);
-  out.slope.conservativeResize(free);
+  flow.evaluate(0.0, full);
   VectorXd demand(plant.joints());
   flow.servo_demand(0.0, demand);
+  plant.find_modes(flow.position(), flow.velocity(), demand);
+  flow.rate_here(0.0, full, out.slope);
+  out.slope.conservativeResize(free);
   StiffBlock<PlantT> block(plant);
-  block.capture(plant, flow.xi(full), demand);
+  block.capture(plant, flow.xi(full));
   block.factor(plant, s);
   full.head(free) = b;
   block.solve(flow.xi(full), flow.v(full), flow.z(full));

@@ -1,6 +1,6 @@
 // Numerical differentiation formulas of order 1 to 5 (Shampine & Reichelt, 1997): quasi-constant steps
 // that pass over samples, simplified Newton with the stiff block, a new history where the right-hand
-// side has a kink: at jumps of the set-points and at touch-downs.
+// side has a kink: at jumps of the set-points, touch-downs and switches of the drives.
 #pragma once
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include "methods/backward_differences.hpp"
 #include "methods/error_control.hpp"
 #include "methods/chart_flow.hpp"
+#include "methods/drive_events.hpp"
 #include "methods/ndf_newton.hpp"
 #include "methods/touch_down_locator.hpp"
 #include "run/accepted_step.hpp"
@@ -27,7 +28,7 @@ class NdfDriver {
             const std::vector<double>& /*memory*/, AcceptedStep& observer)
       : flow_(plant, reference), observer_(observer), tolerance_(kToleranceShare * accuracy),
         norm_{tolerance_, kLeastVelocityWeight, plant.law.friction.steepness()},
-        newton_(flow_, norm_), touch_(plant.feet.size(), kTouchTolerances * tolerance_) {}
+        newton_(flow_, norm_), drives_(plant, norm_), touch_(plant.feet.size(), kTouchTolerances * tolerance_) {}
 
   // From t to `stop`, in steps that may end beyond it but not beyond `horizon`, the set-points' next
   // jump. The plant is evaluated at (t, q, v) before and at `stop` after. False: no step of a
@@ -72,7 +73,8 @@ class NdfDriver {
   static constexpr double kMaxTurn = 0.5;          // rad, of the chart
   static constexpr double kMaxGrowth = 10.0;       // of the step size
   static constexpr double kLimitGrowth = 1.2;      // of the step limit, per step after a failure
-  static constexpr int kMaxTries = 100, kMaxEventTries = 4;
+  static constexpr int kMaxTries = 100, kMaxEventTries = 4, kMaxSwitchTries = 8;
+  static constexpr double kLeastEventStep = 1e-11;  // s, and of the time
 
   void begin(double t, const VectorXd& q, const VectorXd& v) {
     flow_.begin(q, v, y_);
@@ -87,10 +89,13 @@ class NdfDriver {
       book_works(ledger);
       flow_.configuration(y_, q_);
       v_ = flow_.v(y_);
+      flow_.plant.stop_turned_back(v_);
       flow_.begin(q_, v_, y_);
       booked_works_.setZero();
     }
-    flow_.rate(time_, y_, rate_);
+    flow_.evaluate(time_, y_);
+    drives_.start(flow_.plant, flow_.reference, time_, flow_.position(), flow_.velocity());
+    flow_.rate_here(time_, y_, rate_);
     touch_.begin(flow_.plant);
     h_ = 0.5 * std::sqrt(tolerance_ / std::max(1e-3, flow_.v(rate_).cwiseAbs().maxCoeff()));
     history_.restart(y_, rate_, h_);
@@ -104,7 +109,7 @@ class NdfDriver {
   // Accepts one step; false if none can be found.
   bool take_step(double horizon) {
     if (h_ > step_limit_) resize(step_limit_);
-    int located = 0;
+    int located = 0, switched = 0;
     for (int tries = 0; tries < kMaxTries; ++tries) {
       const double rest = horizon - time_, h = fit_step(h_, rest);
       if (h != h_) resize(h);
@@ -123,6 +128,13 @@ class NdfDriver {
       } else {
         const double size = error_of(history_.order(), newton_.correction());
         if (size <= 1.0) {
+          if (flow_.plant.dry) flow_.evaluate(end, y_);
+          const double share = drives_.share(flow_, end, y_, h);
+          if (share < 1.0 && switched < kMaxSwitchTries && h > kLeastEventStep * std::max(1.0, end)) {
+            ++switched;
+            resize(h * share);
+            continue;
+          }
           accept(end, size, located > 0, end == horizon);
           return flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed;
         }
@@ -146,14 +158,16 @@ class NdfDriver {
     history_.accept(newton_.correction());
     observer_.accepted(t, flow_.position(), flow_.velocity());
     touch_.begin(flow_.plant);
+    drives_.count(flow_.plant, h_);
+    drives_.move_on();
     time_ = t;
     step_limit_ *= kLimitGrowth;
     ++steps_, ++equal_steps_;
     orders_ += history_.order();
-    events_ += located;
+    events_ += located || drives_.changed();
     located_ = located;
     memories_updated_ = false;
-    restart_needed_ = located || last || flow_.xi(y_).template segment<3>(3).norm() > kMaxTurn;
+    restart_needed_ = located || last || drives_.changed() || flow_.xi(y_).template segment<3>(3).norm() > kMaxTurn;
     if (!restart_needed_ && equal_steps_ > history_.order()) choose_order_and_step(size);
   }
 
@@ -228,6 +242,7 @@ class NdfDriver {
   double tolerance_;  // of one step, m and rad
   ErrorNorm norm_;
   Newton newton_;
+  DriveEvents<PlantT> drives_;
   TouchDownLocator touch_;
   BackwardDifferences history_;
   VectorXd y_, rate_, booked_works_, q_, v_;

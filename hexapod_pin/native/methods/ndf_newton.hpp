@@ -99,9 +99,9 @@ class NdfNewton {
   // false in the latter case.
   bool refresh(double t, double c, bool stale, const VectorXd& y) {
     flow_.servo_demand(t, demand_);
-    const bool fits = stale || block_.fits(flow_.plant, demand_);
+    const bool fits = stale || block_.fits(flow_.plant);
     if (fits && !stale) return true;
-    block_.capture(flow_.plant, flow_.xi(y), demand_);
+    block_.capture(flow_.plant, flow_.xi(y));
     block_.factor(flow_.plant, c);
     ++factorisations_;
     return fits;

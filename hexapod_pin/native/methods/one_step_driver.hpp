@@ -1,4 +1,5 @@
-// Runs a one-step method with error control, from stop to stop; steps also end at touch-downs.
+// Runs a one-step method with error control, from stop to stop; steps also end at touch-downs
+// and at switches of the drives.
 // The estimate of the global error is the geometric mean of the largest local error, which is right where
 // errors decay at once, and their sum, which is right where all of them stay.
 #pragma once
@@ -11,6 +12,7 @@
 
 #include "methods/error_control.hpp"
 #include "methods/chart_flow.hpp"
+#include "methods/drive_events.hpp"
 #include "methods/touch_down_locator.hpp"
 #include "run/accepted_step.hpp"
 #include "run/rollout.hpp"
@@ -28,7 +30,8 @@ class OneStepDriver {
       : flow_(plant, reference), method_(plant), observer_(observer),
         norm_{Method::tolerance_share(accuracy) * accuracy, Method::kLeastVelocityWeight,
               Method::kWeightFollowsFriction ? plant.law.friction.steepness() : 0.0},
-        touch_(plant.feet.size(), norm_.tolerance, Method::kLocatesLiftOff), step_(kFirstStep) {
+        touch_(plant.feet.size(), norm_.tolerance, Method::kLocatesLiftOff), drives_(plant, norm_),
+        step_(kFirstStep) {
     if (memory.size() != 1 + Method::kMemorySize) return;
     step_ = memory[0];
     method_.restore(memory.data() + 1);
@@ -38,6 +41,7 @@ class OneStepDriver {
   // of a reasonable size is accurate enough. `horizon`: the set-points' next jump, not before `stop`.
   bool advance(double t, double stop, double /*horizon*/, VectorXd& q, VectorXd& v,
                EnergyLedger& ledger) {
+    drives_.start(flow_.plant, flow_.reference, t, q, v);
     while (t < stop) {
       const double rest = stop - t, h = fit_step(step_, rest);
       flow_.begin(q, v, y0_);
@@ -47,6 +51,7 @@ class OneStepDriver {
       if (done <= 0.0 || !(flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed)) return false;
       t = done == rest ? stop : t + done;
       flow_.accept(y1_, q, v, ledger);
+      drives_.accept(flow_.plant, flow_.reference, t, done, q, v);
       observer_.accepted(t, q, v);
       ++steps_;
       largest_turn_ = std::max(largest_turn_, done * v.tail(v.size() - 3).cwiseAbs().maxCoeff());
@@ -69,14 +74,16 @@ class OneStepDriver {
 
  private:
   static constexpr double kFirstStep = 1e-4;  // s
-  static constexpr int kMaxTries = 60, kMaxEventTries = 4;
+  static constexpr int kMaxTries = 60, kMaxEventTries = 4, kMaxSwitchTries = 8;
+  static constexpr double kLeastEventStep = 1e-11;  // s, and of the time
   static constexpr double kLeastShare = 1e-3;  // of a step: where the ground has a jump, the gap has no root
 
   // Accepts a step of h, shorter where the error or a touch-down requires it, and leaves the plant
   // evaluated at its end; returns its length, or -1.
   double step_from(double t, double h) {
     const bool cut = h < step_;  // by the grid: it must not shrink the remembered step
-    int located = 0;
+    int located = 0, switched = 0;
+    const double least = kLeastEventStep * std::max(1.0, std::abs(t));
     for (int tries = 0; tries < kMaxTries && t + h > t; ++tries) {
       const double found = method_.attempt(flow_, t, h, y0_, norm_, y1_, error_);
       const double size = y1_.allFinite() ? found : std::numeric_limits<double>::infinity();
@@ -85,13 +92,15 @@ class OneStepDriver {
         h = step_ = next_step(h, size, method_.order(), false);
       } else {
         flow_.evaluate(t + h, y1_);
-        const double share = located < kMaxEventTries ? touch_.share(flow_.plant, h) : 1.0;
-        if (share == 1.0) {
-          accept(h, size, cut, located > 0);
+        const double touch = located < kMaxEventTries ? touch_.share(flow_.plant, h) : 1.0;
+        double drive = drives_.share(flow_, t + h, y1_, h);
+        if (switched == kMaxSwitchTries || h < least) drive = 1.0;
+        if (touch == 1.0 && drive == 1.0) {
+          accept(h, size, cut, located + switched > 0);
           return h;
         }
-        ++located;
-        h *= std::max(share, kLeastShare);
+        ++(drive < touch ? switched : located);
+        h *= std::max(std::min(touch, drive), kLeastShare);
       }
       flow_.restore_evaluation(y0_);
     }
@@ -112,6 +121,7 @@ class OneStepDriver {
   AcceptedStep& observer_;
   ErrorNorm norm_;
   TouchDownLocator touch_;
+  DriveEvents<PlantT> drives_;
   double step_;
   VectorXd y0_, y1_, error_;
   long steps_ = 0, rejected_ = 0, events_ = 0;

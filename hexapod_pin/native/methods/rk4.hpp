@@ -15,14 +15,19 @@ class RungeKutta4 {
   static constexpr bool kForcesAtStepEnd = false;     // contact forces belong to the state itself
   static constexpr bool kNeedsSeparatedFeet = false;  // feet out of contact need no Jacobian
 
-  explicit RungeKutta4(const PlantT&) {}
+  explicit RungeKutta4(const PlantT& plant) : demand_(plant.joints()) {}
 
-  // One step from the evaluated state; adds the work done during it to the ledger.
+  // One step from the evaluated state; adds the work done during it to the ledger. Limits and stops are
+  // as the law has them at every stage; dry friction keeps for the step what it is at its start.
   void step(PlantT& plant, Reference& reference, double t, double h, VectorXd& q, VectorXd& v,
             EnergyLedger& ledger) {
     static constexpr double node[4] = {0.0, 0.5, 0.5, 1.0};
     ChartFlow<PlantT> flow(plant, reference);
     flow.begin(q, v, y0_);
+    flow.servo_demand(t, demand_);
+    plant.find_modes(q, v, demand_);
+    for (int j = 0; j < plant.joints(); ++j)
+      plant.drive_counters.add(j, plant.mode[j].limit, plant.mode[j].stop, h);
     flow.rate_here(t, y0_, k_[0]);
     for (int s = 1; s < 4; ++s) {
       y_ = y0_ + (node[s] * h) * k_[s - 1];
@@ -31,6 +36,7 @@ class RungeKutta4 {
     y_ = y0_ + (h / 6.0) * (k_[0] + 2.0 * k_[1] + 2.0 * k_[2] + k_[3]);
     flow.configuration(y_, q);
     v = flow.v(y_);
+    plant.stop_turned_back(v);
     ledger.add(flow.w(y_));
     flow.update_bristles(y_);
   }
@@ -38,7 +44,7 @@ class RungeKutta4 {
   std::map<std::string, double> counters() const { return {}; }
 
  private:
-  VectorXd y0_, y_;
+  VectorXd y0_, y_, demand_;
   std::array<VectorXd, 4> k_;
 };
 

@@ -21,33 +21,32 @@ class StiffBlock {
  public:
   explicit StiffBlock(const PlantT& plant)
       : system_(plant.system), contacts_(plant.feet.size()), stiffness_(plant.joints()),
-        damping_(plant.joints()), side_(plant.joints(), 0), right_(plant.tree.nv),
+        damping_(plant.joints()), lock_(plant.joints()), right_(plant.tree.nv),
         shift_(plant.tree.nv) {
     for (const FootMount& mount : plant.mounts)
       for (std::size_t k = 0; k < plant.per_foot; ++k)
         columns_.push_back(plant.system.columns(plant.tree, mount));
   }
 
-  // The plant has been evaluated at chart coordinates xi with these servo demands.
+  // The plant has been evaluated at chart coordinates xi, its drives are in the modes it holds.
   template <class Xi>
-  void capture(const PlantT& plant, const Xi& xi, const VectorXd& demand) {
+  void capture(const PlantT& plant, const Xi& xi) {
     mass_ = plant.mass_upper();
     for (std::size_t i = 0; i < contacts_.size(); ++i) capture_contact(plant, i);
     for (int j = 0; j < plant.joints(); ++j) {
-      side_[j] = plant.servo.saturation(j, demand[j]);
-      const ServoGains gains = plant.servo.gains(j, side_[j]);
-      stiffness_[j] = plant.stop[j].stiffness + gains.stiffness;
-      damping_[j] = plant.stop[j].damping + plant.servo.damping[j] + gains.damping;
+      const DriveMode& mode = plant.mode[j];
+      stiffness_[j] = plant.stop[j].stiffness + plant.drive.stiffness_on(j, mode.limit);
+      damping_[j] =
+          plant.stop[j].damping + plant.drive.damping[j] + plant.drive.damping_on(j, mode.limit);
+      lock_[j] = mode.stuck();
     }
     chart_.capture(xi.template segment<3>(3));
   }
 
-  // Whether the same contacts have a force and the same servos are at their limits.
-  bool fits(const PlantT& plant, const VectorXd& demand) const {
+  // Whether the same contacts have a force.
+  bool fits(const PlantT& plant) const {
     for (std::size_t i = 0; i < contacts_.size(); ++i)
       if (contacts_[i].has_force != has_force(plant.feet[i])) return false;
-    for (int j = 0; j < plant.joints(); ++j)
-      if (side_[j] != plant.servo.saturation(j, demand[j])) return false;
     return true;
   }
 
@@ -55,7 +54,7 @@ class StiffBlock {
     s_ = s;
     system_.load(mass_);
     for (int j = 0; j < plant.joints(); ++j)
-      system_.add_diagonal(j, s * (damping_[j] + s * stiffness_[j]));
+      system_.add_diagonal(j, s * (damping_[j] + s * stiffness_[j]) + (lock_[j] ? kLock : 0.0));
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
       FrozenContact& c = contacts_[i];
       eliminate_bristle(plant, c);
@@ -81,6 +80,8 @@ class StiffBlock {
     for (std::size_t i = 0; i < contacts_.size(); ++i)
       if (contacts_[i].has_force) add_contact_load(i, z);
     system_.solve(right_);
+    for (std::size_t j = 0; j < lock_.size(); ++j)
+      if (lock_[j]) right_[6 + j] = 0.0;
     v = right_;
     shift_ += s_ * right_;
     xi = shift_;
@@ -94,12 +95,14 @@ class StiffBlock {
   template <class Z>
   void accumulate_power(const PlantT& plant, const VectorXd& v, const VectorXd& demand, const Z& dz,
                         EnergyLedger& ledger) const {
-    const ServoLaw& servo = plant.servo;
+    const DriveLaw& drive = plant.drive;
     ledger.push += plant.push_power(v + right_);
     for (int j = 0; j < plant.joints(); ++j) {
       const double turn = shift_[6 + j], change = right_[6 + j], rate = v[6 + j] + change;
-      ledger.servo += servo.clip(j, servo.demand_after(j, demand[j], turn, change)) * rate;
-      ledger.joint_damping += servo.damping[j] * rate * rate;
+      const double wanted = drive.demand_after(j, demand[j], turn, change);
+      ledger.servo += drive.torque_on(j, plant.mode[j].limit, wanted, rate) * rate;
+      ledger.joint_damping += drive.damping[j] * rate * rate;
+      if (plant.dry) ledger.joint_damping -= drive.dry_torque(j, plant.mode[j].friction) * rate;
       ledger.stops -= plant.stop[j].after(turn, change) * rate;
     }
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -199,8 +202,8 @@ class StiffBlock {
   std::vector<FrozenContact> contacts_;
   std::vector<std::vector<std::size_t>> columns_;
   Eigen::MatrixXd mass_;
-  VectorXd stiffness_, damping_;  // of servos and stops, N m/rad and N m s/rad
-  std::vector<LimitSide> side_;   // of each servo's limit
+  VectorXd stiffness_, damping_;  // of drives, N m/rad and N m s/rad
+  std::vector<char> lock_;        // joints that dry friction holds
   double s_ = 0.0;
   ChartMap chart_;
   VectorXd right_, shift_;  // of the last solution: change of v, displacement in the body's frame

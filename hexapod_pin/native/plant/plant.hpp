@@ -7,15 +7,16 @@
 #include <vector>
 
 #include "laws/contact.hpp"
-#include "laws/joint_stops.hpp"
-#include "laws/servo.hpp"
+#include "laws/drive.hpp"
 #include "laws/terrain.hpp"
 #include "plant/contact_kinematics.hpp"
 #include "plant/contact_state.hpp"
+#include "plant/drive_counters.hpp"
 #include "plant/dynamics.hpp"
 #include "plant/energy_ledger.hpp"
 #include "plant/loads.hpp"
 #include "plant/mount.hpp"
+#include "plant/set_points.hpp"
 
 namespace hexapod {
 
@@ -28,11 +29,13 @@ class Plant {
   using Contact = ContactState<typename System::LegJacobian>;
 
   Plant(const Dynamics& body, std::vector<FootMount> mounts, ContactLaw law, Terrain terrain,
-        ServoLaw servo, JointStops stops)
+        DriveLaw drive)
       : dynamics(body), tree(body.tree()), mounts(std::move(mounts)), law(law),
-        terrain(std::move(terrain)), servo(std::move(servo)), stops(std::move(stops)),
+        terrain(std::move(terrain)), drive(std::move(drive)), dry(this->drive.dry()),
         system(tree, this->mounts), per_foot(this->terrain.max_contacts()),
-        feet(this->mounts.size() * per_foot), stop(tree.nv - 6), q_local_(VectorXd::Zero(tree.nq)) {
+        feet(this->mounts.size() * per_foot), stop(tree.nv - 6), mode(tree.nv - 6),
+        holding(VectorXd::Zero(tree.nv - 6)), drive_counters(tree.nv - 6),
+        q_local_(VectorXd::Zero(tree.nq)) {
     for (const FootMount& mount : this->mounts) columns_.push_back(system.columns(tree, mount));
     for (std::size_t i = 0; i < feet.size(); ++i) {
       feet[i].jl.setZero(3, System::kLegColumns == Eigen::Dynamic ? columns(i).size() : 3);
@@ -56,8 +59,15 @@ class Plant {
     }
     ground_velocity = Vec3(0.0, 0.0, terrain.surface_speed(t));
     for (std::size_t f = 0; f < mounts.size(); ++f) place_foot(f, t, q, v, implicit_dt);
-    for (int j = 0; j < joints(); ++j) stop[j] = stops(j, q[7 + j], v[6 + j]);
+    find_stops(q, v);
     ++evaluations;
+  }
+
+  // The stops' torques of the evaluated state again, its modes having changed.
+  void find_stops(const VectorXd& q, const VectorXd& v) {
+    for (int j = 0; j < joints(); ++j)
+      stop[j] = modes_frozen ? drive.stops.on(j, mode[j].stop, q[7 + j], v[6 + j])
+                             : drive.stops(j, q[7 + j], v[6 + j]);
   }
 
   // Saves what solving needs of the evaluated state while others are evaluated.
@@ -95,8 +105,8 @@ class Plant {
   void begin_loads(double t) {
     pushes_.select(loads, t);
     push_force_.setZero(tree.nv);
-    for (const LostDrive& drive : loads.lost)
-      if (Loads::reached(drive.time, t)) servo.disable(drive.joint);
+    for (const LostDrive& lost : loads.lost)
+      if (Loads::reached(lost.time, t)) drive.disable(lost.joint);
   }
   // Power of the pushes at the evaluated state where it moves at v, W.
   template <class Velocity>
@@ -143,23 +153,83 @@ class Plant {
     return law.friction.bristle_energy(foot.memory.stretch.squaredNorm());
   }
 
-  // Servo torques before their limits at a state (q, v) for set-points (q_ref, v_ref).
-  void servo_demand(const VectorXd& q, const VectorXd& v, const VectorXd& q_ref,
-                    const VectorXd& v_ref, VectorXd& demand) const {
+  // Servo torques before their limits at a state (q, v) for set-points.
+  void servo_demand(const VectorXd& q, const VectorXd& v, const SetPoints& to,
+                    VectorXd& demand) const {
     for (int j = 0; j < joints(); ++j)
-      demand[j] = servo.demand(j, q_ref[j] - q[7 + j], v_ref[j] - v[6 + j]);
+      demand[j] = drive.demand(j, to.q[j] - q[7 + j], to.v[j] - v[6 + j], to.torque[j]);
   }
 
-  // Servo torques at a state for set-points.
-  void servo_torque(const VectorXd& q, const VectorXd& v, const VectorXd& q_ref,
-                    const VectorXd& v_ref, VectorXd& torque) const {
+  // Motor torques at a state for demands: in the modes where they are frozen, else by the law.
+  void motor_torque(const VectorXd& v, const VectorXd& demand, VectorXd& torque) const {
     for (int j = 0; j < joints(); ++j)
-      torque[j] = servo.torque(j, q_ref[j] - q[7 + j], v_ref[j] - v[6 + j]);
+      torque[j] = modes_frozen ? drive.torque_on(j, mode[j].limit, demand[j], v[6 + j])
+                               : drive.motor_torque(j, demand[j], v[6 + j]);
+  }
+
+  // Motor torques at a state for set-points, by the law.
+  void servo_torque(const VectorXd& q, const VectorXd& v, const SetPoints& to,
+                    VectorXd& torque) const {
+    servo_demand(q, v, to, torque);
+    for (int j = 0; j < joints(); ++j) torque[j] = drive.motor_torque(j, torque[j], v[6 + j]);
+  }
+
+  // The modes of the evaluated state under these demands. Joints at rest with dry friction slip where
+  // what they must hold exceeds it; that depends on which others slip, so it is found by solving again.
+  void find_modes(const VectorXd& q, const VectorXd& v, const VectorXd& demand) {
+    for (int j = 0; j < joints(); ++j) mode[j] = drive.mode(j, q[7 + j], v[6 + j], demand[j]);
+    if (modes_frozen) find_stops(q, v);
+    if (!dry) return;
+    VectorXd torque(joints()), rate(tree.nv);
+    for (int j = 0; j < joints(); ++j)
+      torque[j] = drive.torque_on(j, mode[j].limit, demand[j], v[6 + j]);
+    find_slipping(v, torque, rate);
+  }
+
+  // Joints at rest with dry friction under the given motor torques: those that the torques left to them
+  // break loose, and v' in `out`. A complementarity problem, by block pivoting and then, where that goes
+  // round in circles, by Murty's rule of the least index.
+  void find_slipping(const VectorXd& v, const VectorXd& torque, VectorXd& out) {
+    const int most = kBlockPasses + 4 * joints();
+    for (int pass = 0; pass <= most; ++pass) {
+      acceleration(v, torque, out);
+      bool changed = false;
+      for (int j = 0; j < joints() && !(changed && pass >= kBlockPasses); ++j) {
+        if (!(drive.friction[j] > 0.0) || v[6 + j] != 0.0) continue;
+        const FrictionMode now = mode[j].friction, next = friction_from_rest(j, out[6 + j]);
+        mode[j].friction = next;
+        changed |= next != now;
+      }
+      if (!changed) return;
+    }
+  }
+
+  // Joints whose rate has passed zero under dry friction are at rest; whether they stay so is found with
+  // the next modes. True if there are any.
+  bool stop_turned_back(VectorXd& v) const {
+    bool found = false;
+    for (int j = 0; dry && j < joints(); ++j) {
+      const FrictionMode friction = mode[j].friction;
+      const double rate = v[6 + j];
+      if (!(friction == FrictionMode::forward && rate < 0.0) &&
+          !(friction == FrictionMode::backward && rate > 0.0))
+        continue;
+      v[6 + j] = 0.0;
+      found = true;
+    }
+    return found;
+  }
+
+  // A row of M times the accelerations (nv), N m.
+  double inertial_torque(int joint, const VectorXd& acceleration) const {
+    const int c = 6 + joint, after = tree.nv - c - 1;
+    return mass_upper().col(c).head(c + 1).dot(acceleration.head(c + 1)) +
+           mass_upper().row(c).tail(after).dot(acceleration.tail(after));
   }
 
   double stored_in_stops(const VectorXd& q) const {
     double sum = 0.0;
-    for (int j = 0; j < joints(); ++j) sum += stops.energy(j, q[7 + j]);
+    for (int j = 0; j < joints(); ++j) sum += drive.stops.energy(j, q[7 + j]);
     return sum;
   }
 
@@ -168,23 +238,38 @@ class Plant {
                   double dt) const {
     ledger.servo += dt * torque.dot(v.tail(joints()));
     ledger.push += dt * push_power(v);
-    ledger.joint_damping += dt * v.tail(joints()).cwiseAbs2().dot(servo.damping);
+    ledger.joint_damping += dt * v.tail(joints()).cwiseAbs2().dot(drive.damping);
+    if (dry)
+      for (int j = 0; j < joints(); ++j)
+        ledger.joint_damping -= dt * drive.dry_torque(j, mode[j].friction) * v[6 + j];
     for (int j = 0; j < joints(); ++j) ledger.stops -= dt * stop[j].torque * v[6 + j];
     for (std::size_t i = 0; i < feet.size(); ++i)
       if (feet[i].active)
         ledger.add_contact(i, feet[i].contact.force, feet[i].velocity, feet[i].ground.normal, dt);
   }
 
-  // v' at the evaluated state under the given servo torques.
+  // v' at the evaluated state under the given motor torques. A stuck joint has none; what it must hold
+  // is left in `holding`.
   void acceleration(const VectorXd& v, const VectorXd& torque, VectorXd& out) {
     out = -bias();
-    out.tail(joints()) += torque - servo.damping.cwiseProduct(v.tail(joints()));
+    out.tail(joints()) += torque - drive.damping.cwiseProduct(v.tail(joints()));
     for (int j = 0; j < joints(); ++j) out[6 + j] += stop[j].torque;
     for (std::size_t i = 0; i < feet.size(); ++i)
       if (feet[i].active) add_jacobian_transposed(i, feet[i].contact.force, out);
     system.load(mass_upper());
+    if (dry)
+      for (int j = 0; j < joints(); ++j) {
+        out[6 + j] += drive.dry_torque(j, mode[j].friction);
+        if (mode[j].stuck()) system.add_diagonal(j, kLock);
+      }
     system.factor();
     system.solve(out);
+    if (dry)
+      for (int j = 0; j < joints(); ++j) {
+        if (!mode[j].stuck()) continue;
+        holding[j] = kLock * out[6 + j];
+        out[6 + j] = 0.0;
+      }
   }
 
   Dynamics dynamics;
@@ -192,14 +277,18 @@ class Plant {
   std::vector<FootMount> mounts;
   ContactLaw law;
   Terrain terrain;
-  ServoLaw servo;
-  JointStops stops;
+  DriveLaw drive;
+  bool dry;  // a joint has dry friction
   Loads loads;
   System system;
   bool differentiates_separated = false;  // feet out of contact have velocities and Jacobians too
   std::size_t per_foot;    // contacts a foot can have at once
   std::vector<Contact> feet;  // contacts: those of foot f are f * per_foot ...
   std::vector<StopTorque> stop;  // of each joint, at the evaluated state
+  std::vector<DriveMode> mode;   // of each joint, as last found
+  bool modes_frozen = false;     // motors and stops stay in their modes beyond the modes' ends
+  VectorXd holding;              // torque that stuck joints must hold, N m
+  DriveCounters drive_counters;
   Vec3 ground_velocity = Vec3::Zero();
   long evaluations = 0;
 
@@ -244,6 +333,15 @@ class Plant {
                                  foot.mu_scale, foot.k_scale);
   }
 
+  // What a joint at rest does, by what it must hold or by how it has been found to accelerate.
+  FrictionMode friction_from_rest(int j, double acceleration) const {
+    const FrictionMode now = mode[j].friction;
+    if (now == FrictionMode::forward) return acceleration < 0.0 ? FrictionMode::stuck : now;
+    if (now == FrictionMode::backward) return acceleration > 0.0 ? FrictionMode::stuck : now;
+    if (!(std::abs(holding[j]) > drive.friction[j])) return now;
+    return holding[j] > 0.0 ? FrictionMode::forward : FrictionMode::backward;
+  }
+
   struct SavedEvaluation {
     Eigen::MatrixXd mass;
     VectorXd bias, push_force, v;
@@ -258,6 +356,8 @@ class Plant {
     feet.swap(saved_.feet);
     stop.swap(saved_.stop);
   }
+
+  static constexpr int kBlockPasses = 4;
 
   PushForce pushes_;
   VectorXd push_force_;

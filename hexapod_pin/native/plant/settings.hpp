@@ -14,15 +14,14 @@ struct PlantSettings {
   std::vector<FootMount> mounts;
   ContactLaw law;
   Terrain terrain;
-  ServoLaw servo;
-  JointStops stops;
+  DriveLaw drive;
   Loads loads;
   bool dense = false;
 
   bool arrow() const { return !dense && dynamics.tree().has_three_joint_legs(); }
   template <class System>
   Plant<System> make() const {
-    Plant<System> plant(dynamics, mounts, law, terrain, servo, stops);
+    Plant<System> plant(dynamics, mounts, law, terrain, drive);
     plant.loads = loads;
     return plant;
   }

@@ -1,28 +1,31 @@
-// Servos and joint stops of a robust step: both act at its end, linear in the joint rates but for
-// which of them are at their limits; that is found by solving again.
+// Drives of a robust step: they act at its end, linear in the joint rates but for their modes; those are
+// found by solving again.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
-#include "laws/joint_stops.hpp"
-#include "laws/servo.hpp"
+#include "laws/drive.hpp"
+#include "plant/drive_counters.hpp"
 #include "plant/energy_ledger.hpp"
-#include "plant/reference.hpp"
+#include "plant/set_points.hpp"
 
 namespace hexapod {
 
 class JointDrives {
  public:
-  explicit JointDrives(int joints)
-      : q_ref_(joints), v_ref_(joints), diagonal_(joints), joints_(joints) {}
+  explicit JointDrives(int joints) : set_points_(joints), diagonal_(joints), joints_(joints) {}
 
-  // `q` (n) joint angles at the start of a step that ends at `end`.
-  void begin(const ServoLaw& servo, const JointStops& stops, Reference& reference, double end,
-             double h, const VectorXd& q) {
-    servo_ = &servo, stops_ = &stops, h_ = h, q_ = q;
-    reference.at(end, q_ref_, v_ref_);
+  // `q` and `v` (n) joint angles and rates at the start of a step that ends at `end`. A stuck joint
+  // changes its rate by `stop_share` of what would bring the rate used over the step to zero.
+  void begin(const DriveLaw& law, Reference& reference, double end, double h, double stop_share,
+             const VectorXd& q, const VectorXd& v) {
+    law_ = &law, h_ = h, stop_share_ = stop_share, q_ = q;
+    set_points_.take(reference, end);
+    dry_ = law.dry();
     for (int j = 0; j < q.size(); ++j)
-      joints_[j] = {0, stops.present() ? stops.beyond(j, q[j]) : 0.0, false};
+      joints_[j] = {LimitMode::within, law.sliding(j, v[j]), 0,
+                    law.stops.present() ? law.stops.beyond(j, q[j]) : 0.0, false};
   }
 
   // Adds weight * torque at the start rates `v` (n) to `right` (n), and finds the diagonal.
@@ -30,69 +33,130 @@ class JointDrives {
   void load(double weight, const VectorXd& v, Right&& right) {
     for (int j = 0; j < v.size(); ++j) {
       const JointState& joint = joints_[j];
-      const ServoGains gains = servo_->gains(j, joint.side);
-      double damping = servo_->damping[j] + gains.damping, stiffness = gains.stiffness;
+      double damping = law_->damping[j] + law_->damping_on(j, joint.limit);
+      double stiffness = law_->stiffness_on(j, joint.limit);
       const double angle = q_[j] + h_ * v[j];
-      // the dampers act through `damping`, so the demand is the one at zero rate
-      double torque = servo_->torque_on(
-          j, joint.side, servo_->demand(j, q_ref_[j] - q_[j] - h_ * v[j], v_ref_[j]));
+      // the dampers act through `damping`, so the torque is the one at zero rate
+      const double demand = law_->demand(j, set_points_.q[j] - q_[j] - h_ * v[j], set_points_.v[j],
+                                         set_points_.torque[j]);
+      double torque = law_->torque_on(j, joint.limit, demand, 0.0);
       if (joint.beyond != 0.0) {  // the stop's damper at the depth known so far
-        torque += stops_->elastic_torque(j, joint.beyond, angle);
-        damping += stops_->damping(joint.beyond);
-        stiffness += stops_->stiffness;
+        torque += law_->stops.elastic_torque(j, joint.beyond, angle);
+        damping += law_->stops.damping(joint.beyond);
+        stiffness += law_->stops.stiffness;
       }
+      if (dry_) torque += law_->dry_torque(j, joint.friction);
       right[j] += weight * (torque - damping * v[j]);
       diagonal_[j] = weight * (damping + h_ * stiffness);
+      if (joint.friction != FrictionMode::stuck) continue;
+      right[j] -= kLock * stop_share_ * v[j];
+      diagonal_[j] += kLock;
     }
   }
 
   const VectorXd& diagonal() const { return diagonal_; }
+  bool dry() const { return dry_; }
+  bool stuck(int j) const { return joints_[j].friction == FrictionMode::stuck; }
 
-  // At the rates found: a servo past its limit gets the limit as a constant torque; a joint that ends
-  // beyond its range gets the stop; a stop that would pull is released. True if anything changed.
+  // At the rates found: a servo past its limit gets it; a joint that ends beyond its range gets the
+  // stop; a stop that would pull is released. True if anything changed.
   bool find_changes(const VectorXd& rate) {
     bool found = false;
     for (int j = 0; j < rate.size(); ++j) {
-      JointState& joint = joints_[j];
-      if (joint.side == 0) {
-        joint.side = servo_->saturation(j, demand(j, rate[j]), ServoLaw::kLimitSlack);
-        found |= joint.side != 0;
-      }
-      if (stops_->present() && !joint.released) found |= stop_changes(j, rate[j]);
+      found |= limit_changes(j, rate[j]);
+      if (law_->stops.present() && !joints_[j].released) found |= stop_changes(j, rate[j]);
     }
     return found;
   }
 
-  void accumulate(const VectorXd& rate, EnergyLedger& ledger) const {
+  // Joints that would end turning back under their friction are stuck; those stuck slide where the torque
+  // left to them exceeds it. `rate_end` at the end, `rate` used over the step, `left` (n): the torque left
+  // by everything but the drives, N m. True if anything changed.
+  bool find_friction_changes(const VectorXd& rate_end, const VectorXd& rate, const VectorXd& left) {
+    bool found = false;
     for (int j = 0; j < rate.size(); ++j) {
-      const double servo = servo_->torque_on(j, joints_[j].side, demand(j, rate[j]));
-      ledger.servo += h_ * servo * rate[j];
-      ledger.joint_damping += h_ * servo_->damping[j] * rate[j] * rate[j];
+      JointState& joint = joints_[j];
+      const FrictionMode next = next_friction(j, rate_end[j], left[j] + passive_torque(j, rate[j]));
+      if (next == joint.friction || joint.friction_changes >= kMaxFrictionChanges) continue;
+      joint.friction = next;
+      ++joint.friction_changes;
+      found = true;
+    }
+    return found;
+  }
+
+  void accumulate(const VectorXd& rate, EnergyLedger& ledger, DriveCounters& counters) const {
+    for (int j = 0; j < rate.size(); ++j) {
+      const JointState& joint = joints_[j];
+      const double motor = law_->torque_on(j, joint.limit, demand(j, rate[j]), rate[j]);
+      ledger.servo += h_ * motor * rate[j];
+      ledger.joint_damping += h_ * law_->damping[j] * rate[j] * rate[j];
+      if (dry_) ledger.joint_damping -= h_ * friction_torque(j) * rate[j];
       ledger.stops -= h_ * stop_torque(j, rate[j]) * rate[j];
+      counters.add(j, joint.limit, joint.beyond != 0.0 ? StopMode::upper : StopMode::free, h_);
     }
   }
 
  private:
+  static constexpr double kFrictionSlack = 1e-9;  // -, of the round-off in what is left
+  static constexpr int kMaxFrictionChanges = 4;   // of one joint in one step
+
   struct JointState {
-    LimitSide side = 0;     // of the servo's limit
+    LimitMode limit = LimitMode::within;
+    FrictionMode friction = FrictionMode::none;
+    int friction_changes = 0;
     double beyond = 0.0;    // how far beyond its range, signed, rad; 0: no stop
     bool released = false;  // its stop would have pulled
+    double holding = 0.0;   // torque left to it while it is stuck, N m
   };
 
   double demand(int j, double rate) const {  // at the end of the step
-    return servo_->demand(j, q_ref_[j] - q_[j] - h_ * rate, v_ref_[j] - rate);
+    return law_->demand(j, set_points_.q[j] - q_[j] - h_ * rate, set_points_.v[j] - rate,
+                        set_points_.torque[j]);
   }
 
   double stop_torque(int j, double rate) const {
     const double beyond = joints_[j].beyond;
     if (beyond == 0.0) return 0.0;
-    return stops_->elastic_torque(j, beyond, q_[j] + h_ * rate) - stops_->damping(beyond) * rate;
+    return law_->stops.elastic_torque(j, beyond, q_[j] + h_ * rate) -
+           law_->stops.damping(beyond) * rate;
+  }
+
+  double passive_torque(int j, double rate) const {  // of motor, damper and stop
+    return law_->torque_on(j, joints_[j].limit, demand(j, rate), rate) - law_->damping[j] * rate +
+           stop_torque(j, rate);
+  }
+
+  double friction_torque(int j) const {
+    const JointState& joint = joints_[j];
+    return joint.friction == FrictionMode::stuck ? -joint.holding
+                                                 : law_->dry_torque(j, joint.friction);
+  }
+
+  bool limit_changes(int j, double rate) {
+    LimitMode& now = joints_[j].limit;
+    if (now != LimitMode::within && law_->line_slope[j] == 0.0) return false;
+    const LimitMode next = law_->limit_mode(j, demand(j, rate), rate, DriveLaw::kLimitSlack);
+    if (next == now || next == LimitMode::within) return false;
+    now = next;
+    return true;
+  }
+
+  FrictionMode next_friction(int j, double rate_end, double holding) {
+    JointState& joint = joints_[j];
+    const FrictionMode now = joint.friction;
+    if (now == FrictionMode::forward) return rate_end < 0.0 ? FrictionMode::stuck : now;
+    if (now == FrictionMode::backward) return rate_end > 0.0 ? FrictionMode::stuck : now;
+    if (now == FrictionMode::none) return now;
+    joint.holding = holding;
+    if (!(std::abs(holding) > law_->friction[j] * (1.0 + kFrictionSlack))) return now;
+    return holding > 0.0 ? FrictionMode::forward : FrictionMode::backward;
   }
 
   bool stop_changes(int j, double rate) {
     JointState& joint = joints_[j];
     if (joint.beyond == 0.0) {
-      joint.beyond = stops_->beyond(j, q_[j] + h_ * rate);
+      joint.beyond = law_->stops.beyond(j, q_[j] + h_ * rate);
       return joint.beyond != 0.0;
     }
     if (stop_torque(j, rate) * joint.beyond <= 0.0) return false;
@@ -100,10 +164,11 @@ class JointDrives {
     return joint.released = true;
   }
 
-  const ServoLaw* servo_ = nullptr;
-  const JointStops* stops_ = nullptr;
-  double h_ = 0.0;
-  VectorXd q_, q_ref_, v_ref_, diagonal_;
+  const DriveLaw* law_ = nullptr;
+  double h_ = 0.0, stop_share_ = 1.0;
+  bool dry_ = false;
+  VectorXd q_, diagonal_;
+  SetPoints set_points_;
   std::vector<JointState> joints_;
 };
 

@@ -29,7 +29,7 @@ class RobustStep {
   explicit RobustStep(const PlantT& plant)
       : legs_(plant.joints() / 3), drives_(plant.joints()), leg_in_contact_(plant.joints() / 3),
         leg_impulse_(plant.joints() / 3), right_(plant.tree.nv), dv_(plant.tree.nv),
-        velocity_used_(plant.tree.nv), xi_(plant.tree.nv) {}
+        velocity_used_(plant.tree.nv), xi_(plant.tree.nv), left_(plant.joints()) {}
 
   // One step from the evaluated state; in halves where something turns so fast that the mass matrix
   // and the Coriolis forces at the start are not accurate enough for the full step.
@@ -59,7 +59,7 @@ class RobustStep {
   // Reach of a step: a foot h (kReachSpeed + kReachFactor |u|) from the ground may touch in it.
   static constexpr double kReachSpeed = 2.0;   // m/s
   static constexpr double kReachFactor = 3.0;  // -
-  static constexpr int kMaxPasses = 8, kMaxHalvings = 5;
+  static constexpr int kMaxPasses = 8, kMaxPassesWithFriction = 40, kMaxHalvings = 5;
 
   template <int N>
   struct Solver {
@@ -83,7 +83,8 @@ class RobustStep {
 
   void advance(PlantT& plant, Reference& reference, double t, double h, VectorXd& q, VectorXd& v,
                EnergyLedger& ledger) {
-    drives_.begin(plant.servo, plant.stops, reference, t + h, h, q.tail(plant.joints()));
+    drives_.begin(plant.drive, reference, t + h, h, kImplicitness, q.tail(plant.joints()),
+                  v.tail(plant.joints()));
     find_contacts(plant, t, h, q);
     if (legs_.keeps_any()) solve_and_accept(plant, h, v, any_solver_, ledger);
     else solve_and_accept(plant, h, v, base_solver_, ledger);
@@ -92,16 +93,34 @@ class RobustStep {
 
   template <int N>
   void solve_and_accept(PlantT& plant, double h, const VectorXd& v, Solver<N>& solver, EnergyLedger& ledger) {
+    const int most = drives_.dry() ? kMaxPassesWithFriction : kMaxPasses;
     for (int pass = 0;; ++pass) {
       load(plant, h, v);
       solve(plant, h, solver);
+      if (drives_.dry()) stop_stuck(v);
       velocity_used_ = v + dv_;
-      if (!drives_.find_changes(velocity_used_.tail(plant.joints())) || pass == kMaxPasses) break;
+      bool changed = drives_.find_changes(velocity_used_.tail(plant.joints()));
+      if (drives_.dry()) changed |= find_friction_changes(plant, h, v);
+      if (!changed || pass == most) break;
       ++solved_again_;
     }
-    drives_.accumulate(velocity_used_.tail(plant.joints()), ledger);
+    drives_.accumulate(velocity_used_.tail(plant.joints()), ledger, plant.drive_counters);
     ledger.push += h * plant.push_power(velocity_used_);
     for (const auto& c : solver.problem.contacts) accept_contact(plant, h, c, ledger);
+  }
+
+  void stop_stuck(const VectorXd& v) {
+    for (int j = 0; j < int(v.size()) - 6; ++j)
+      if (drives_.stuck(j)) dv_[6 + j] = -kImplicitness * v[6 + j];
+  }
+
+  // Of the joints' rows of M dv = w (torque of drives + rest) the rest: bias and feet.
+  bool find_friction_changes(const PlantT& plant, double h, const VectorXd& v) {
+    const double w = kImplicitness * h;
+    rate_end_ = (v + dv_ / kImplicitness).tail(plant.joints());
+    for (int j = 0; j < plant.joints(); ++j)
+      left_[j] = (free_right_[j] + leg_impulse_[j / 3][j % 3] - plant.inertial_torque(j, dv_)) / w;
+    return drives_.find_friction_changes(rate_end_, velocity_used_.tail(plant.joints()), left_);
   }
 
   // Contacts that may have a force in this step; a leg with two of them keeps its joints in the system.
@@ -142,6 +161,7 @@ class RobustStep {
     right_ = -w * plant.bias();
     right_.head<3>() += (w * mass(0, 0)) * turn;  // M's linear block is m I
     right_.tail(n + 3).noalias() += w * (mass.topRightCorner(3, n + 3).transpose() * turn);
+    if (drives_.dry()) free_right_ = right_.tail(n);
     drives_.load(w, v.tail(n), right_.tail(n));
     legs_.load(mass, drives_.diagonal(), right_);
     Vec3 momentum = mass.block<3, 3>(0, 3).transpose() * v.head<3>();
@@ -218,6 +238,9 @@ class RobustStep {
   // q moves with v_a; the linear velocity, in body axes, is transformed into the turned ones.
   void move_state(double h, VectorXd& q, VectorXd& v) {
     v += dv_ / kImplicitness;
+    if (drives_.dry())
+      for (int j = 0; j < int(v.size()) - 6; ++j)
+        if (drives_.stuck(j)) v[6 + j] = 0.0;
     xi_ = h * velocity_used_;
     retract(q, xi_, q);
     v.head<3>() = exp_quaternion(xi_.segment<3>(3)).conjugate() * v.head<3>();
@@ -232,6 +255,7 @@ class RobustStep {
   std::vector<char> leg_in_contact_;     // legs with a contact in the step
   std::vector<Vec3> leg_impulse_;        // J_l^T lambda per leg
   VectorXd right_, dv_, velocity_used_, xi_;
+  VectorXd free_right_, rate_end_, left_;  // of the joints, for dry friction
   Vec3 drift_ = Vec3::Zero();
   long solved_again_ = 0, halved_ = 0;
   double largest_rate_step_ = 0.0, energy_injection_ = 0.0, deepest_first_touch_ = 0.0;

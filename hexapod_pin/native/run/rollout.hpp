@@ -80,6 +80,7 @@ class Rollout {
   virtual RunSummary& summary() = 0;
   virtual std::map<std::string, double> counters() const = 0;
   virtual Checkpoint checkpoint() const = 0;
+  virtual const DriveCounters& drive_counters() const = 0;
 };
 
 // One function per method, each compiled in a unit of its own.

@@ -22,29 +22,30 @@ template <class PlantT>
 class SampledRollout : public Rollout, protected AcceptedStep {
  public:
   SampleTables& samples() override { return recorder_.tables(); }
+  const DriveCounters& drive_counters() const override { return plant_.drive_counters; }
   const TrunkWatch& trunk() const override { return trunk_; }
   RunSummary& summary() override { return summary_; }
   double time() const override { return time_; }
 
   void command(const DriveCommand& c) override {
     reference_.begin_step(time_);
-    reference_.at(time_, q_ref_, v_ref_);
+    set_points_.take(reference_, time_);
     double arrival = std::max(c.arrival, time_);
     for (Eigen::Index j = 0; j < rate_limit_.size(); ++j)
-      arrival = std::max(arrival, time_ + std::abs(c.position[j] - q_ref_[j]) / rate_limit_[j]);
-    const VectorXd zero = VectorXd::Zero(q_ref_.size());
+      arrival = std::max(arrival, time_ + std::abs(c.position[j] - set_points_.q[j]) / rate_limit_[j]);
+    const VectorXd zero = VectorXd::Zero(set_points_.q.size());
     VectorXd rate = c.rate.size() > 0 ? c.rate : zero;
     const VectorXd after = rate;
     const bool own_rate = c.rate.size() == 0 && std::isfinite(c.arrival) && arrival > time_;
-    if (own_rate) rate = (c.position - q_ref_) / (arrival - time_);
+    if (own_rate) rate = (c.position - set_points_.q) / (arrival - time_);
     reference_.command(time_, arrival, c.position, rate, after, c.torque.size() > 0 ? c.torque : zero);
     reference_.begin_step(time_);
   }
 
   VectorXd set_points() override {
     reference_.begin_step(time_);
-    reference_.at(time_, q_ref_, v_ref_);
-    return q_ref_;
+    set_points_.take(reference_, time_);
+    return set_points_.q;
   }
 
   void read(Reading& out) override {
@@ -77,7 +78,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
         interval_(setup.sample), sample_index_(setup.start.first), recorder_(plant_),
         trunk_(setup.trunk), summary_(plant_.joints(), plant_.mounts.size()),
         foot_loads_(plant_.mounts.size()), record_(setup.record), rate_limit_(setup.rate_limit),
-        torque_(plant_.joints()), q_ref_(plant_.joints()), v_ref_(plant_.joints()) {
+        set_points_(plant_.joints()), torque_(plant_.joints()) {
     plant_.differentiates_separated = differentiates_separated;
     restore_memories(setup.start.contacts);
     reference_.restore(setup.start.command);
@@ -143,8 +144,8 @@ class SampledRollout : public Rollout, protected AcceptedStep {
  private:
   void find_torque(double t, const VectorXd& q, const VectorXd& v) {
     reference_.begin_step(t);
-    reference_.at(t, q_ref_, v_ref_);
-    plant_.servo_torque(q, v, q_ref_, v_ref_, torque_);
+    set_points_.take(reference_, t);
+    plant_.servo_torque(q, v, set_points_, torque_);
   }
 
   // A state that the method has accepted, the plant evaluated there.
@@ -159,7 +160,8 @@ class SampledRollout : public Rollout, protected AcceptedStep {
   void record(double interval) {
     find_torque(time_, q_, v_);
     if (record_)
-      recorder_.sample(plant_, time_, q_, v_, torque_, q_ref_, v_ref_, ledger_, interval);
+      recorder_.sample(plant_, time_, q_, v_, torque_, set_points_.q, set_points_.v, ledger_,
+                       interval);
     for (Vec3& impulse : ledger_.impulse) impulse.setZero();
   }
 
@@ -184,7 +186,9 @@ class SampledRollout : public Rollout, protected AcceptedStep {
   RunSummary summary_;
   std::vector<FootLoad> foot_loads_;
   bool record_;
-  VectorXd rate_limit_, torque_, q_ref_, v_ref_, acceleration_;
+  VectorXd rate_limit_;
+  SetPoints set_points_;
+  VectorXd torque_, acceleration_;
 };
 
 }  // namespace hexapod

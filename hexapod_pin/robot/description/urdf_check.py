@@ -148,9 +148,6 @@ def _joint_notes(joint: Joint) -> list[str]:
     notes, norm = [], math.hypot(*joint.axis)
     if AXIS_NORM_TOLERANCE <= norm and abs(norm - 1) > AXIS_NORM_TOLERANCE:
         notes.append(f"joint {joint.name}: axis {_numbers(joint.axis)} made a unit vector")
-    if joint.dynamics("friction") > 0:
-        friction = joint.dynamics("friction")
-        notes.append(f"joint {joint.name}: dry friction {friction:g} N m is not simulated")
     return notes
 
 

@@ -65,7 +65,7 @@ def base_run() -> CaseRun:
     q[7:] += generator.uniform(-0.1, 0.1, 18)
     v[6:] += generator.uniform(-1.0, 1.0, 18)
     posture = q[7:] + generator.uniform(-0.1, 0.1, 18)
-    held = SampledTrajectory([0.0], [posture])
+    held = SampledTrajectory([0.0], [posture], limited=False)
     return CaseRun(run.scene, robot.check_state(q, v), run.duration, run.sample, held)
 
 
@@ -73,7 +73,9 @@ def moved(run: CaseRun, q: Array, v: Array, *, scene: Scene | None = None,
           posture: Array | None = None) -> CaseRun:  # fmt: skip
     """Return a run from another state, and with another scene or posture held if given."""
     where = scene or run.scene
-    controller = run.controller if posture is None else SampledTrajectory([0.0], [posture])
+    controller = (
+        run.controller if posture is None else SampledTrajectory([0.0], [posture], limited=False)
+    )
     start = where.robot.check_state(q, v)
     return CaseRun(where, start, run.duration, run.sample, controller)
 

@@ -103,7 +103,7 @@ def saturated(setting: SolverSetting) -> Values:
     q = np.tile(np.tile([0.0, -0.3, 0.3], 6), (2, 1))
     q[1, 3] = 1e308
     scene = Scene(robot, servo=Servo(kp=20.0, kd=0.5, limited=True))
-    held = SampledTrajectory([0.0, 0.1], q)
+    held = SampledTrajectory([0.0, 0.1], q, limited=False)
     trace = simulate(scene, held, duration=0.12, sample=0.01, **setting.arguments)
     excess = np.abs(trace.torque) - robot.effort
     wrong = float(max(excess.max(), 0.0 if np.isfinite(trace.q).all() else math.inf))

@@ -53,7 +53,9 @@ def _scaled_run(run: CaseRun, size: float) -> CaseRun:
         ),
         friction=TanhCoulomb(mu=friction.mu, slope=friction.slope / pace),
     )
-    servo = Servo(kp=scene.servos.kp * size**4, kd=scene.servos.kd * size**4 * pace, limited=False)
+    kp, kd = scene.servos.gains(scene.robot)
+    stiffness, damping = tuple(kp * size**4), tuple(kd * size**4 * pace)
+    servo = Servo(kp=stiffness, kd=damping, limited=False)
     q, v = run.start.q.copy(), run.start.v.copy()
     q[:3] *= size
     v[:3] *= size / pace

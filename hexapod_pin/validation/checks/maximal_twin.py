@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.drive.plain_drives import check_plain_drives
 from hexapod_pin.formulations.maximal import (
     Baumgarte,
     GroundContact,
@@ -68,21 +69,24 @@ def maximal_twin(scene: Scene, *, baumgarte: Baumgarte | None = None) -> Twin:
 
     Raises:
         UrdfError: not a tree of turning joints with mass everywhere.
-        ParameterError: laws that maximal coordinates cannot do on this ground, or loads.
+        ParameterError: laws that maximal coordinates cannot do on this ground, motors, dry
+            friction or loads.
     """
     scene.require_unloaded("in maximal coordinates")
     robot, servo, stops = scene.robot, scene.servos, scene.joint_stops
+    check_plain_drives(robot, servo, "maximal coordinates")
+    kp, kd = servo.gains(robot)
     names, radii = zip(*((foot.name, foot.radius) for foot in robot.feet), strict=True)
     bodies = read_bodies(robot.urdf, names, radii)
+    order = [robot.joint_index(name) for name in bodies.joint_names]
     actuators = JointActuators.uniform(
-        bodies, kp=servo.kp, kd=servo.kd, limited=servo.limited,
+        bodies, kp=kp[order], kd=kd[order], limited=servo.limited,
         stop_stiffness=stops.stiffness, stop_dissipation=stops.dissipation,
     )  # fmt: skip
     contact = GroundContact(bodies, scene.contact, scene.terrain)
     model = MaximalModel(
         bodies, actuators=actuators, contact=contact, gravity=scene.gravity, baumgarte=baumgarte
     )
-    order = [robot.joint_index(name) for name in bodies.joint_names]
     return Twin(model, np.array(order, dtype=np.intp))
 
 

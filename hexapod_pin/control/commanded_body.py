@@ -1,0 +1,197 @@
+"""Planar motion of a body that follows a velocity command, and the footholds it foresees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.body_path import RAMP_CYCLES, smooth_step
+from hexapod_pin.control.footholds import COINCIDENT, Footholds, turned
+from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.velocity_command import VelocityCommand
+
+MAX_ACCELERATION = 0.5
+"""Largest acceleration of the body that a command causes [m/s^2], *assumed*."""
+
+MAX_TURN_ACCELERATION = 1.0
+"""Largest angular acceleration of the body that a command causes [rad/s^2], *assumed*."""
+
+STEEPEST = 1.875
+"""Largest slope of the smooth step."""
+
+PIECES_PER_RAMP = 8
+NODES = 10  # of Gauss and Legendre in a piece
+PREDICTION_NODES = 32
+
+
+@dataclass(frozen=True, eq=False)
+class CommandedBody:
+    """A body that follows a velocity command: each step's change is followed by a smooth step.
+
+    The velocity is the sum of the changes so far, each times 10 s^3 - 15 s^4 + 6 s^5 of its age
+    over `ramp`: twice continuously differentiable, and never beyond the commands. The ramp is that
+    of a gait's start, RAMP_CYCLES cycles, or longer where the range R of the commands (rest
+    included) needs it: the acceleration is at most STEEPEST R / ramp <= MAX_ACCELERATION, because
+    the weights of the changes have that as their largest slope and integrate to one.
+
+    Attributes:
+        gait: the gait.
+        command: what to follow.
+    """
+
+    gait: Gait
+    command: VelocityCommand
+
+    @cached_property
+    def ramp(self) -> float:
+        """Time in which a step is followed [s]."""
+        twists = np.concatenate([np.zeros((1, 3)), self.command.twists])
+        spread = np.ptp(twists, axis=0)
+        slowest = max(
+            float(np.hypot(spread[0], spread[1])) / MAX_ACCELERATION,
+            float(spread[2]) / MAX_TURN_ACCELERATION,
+        )
+        return max(RAMP_CYCLES * self.gait.cycle_time, STEEPEST * slowest)
+
+    @cached_property
+    def kinks(self) -> Array:
+        """Times at which a third derivative of the pose jumps [s]."""
+        return np.unique(np.concatenate([self._begin, self._begin + self.ramp]))
+
+    def known(self, time: Array) -> Array:
+        """Return how many steps have begun at times [s]. Shape of `time`."""
+        return np.searchsorted(self._begin, time, side="right")
+
+    def twist(self, time: Array, known: Array | None = None) -> Array:
+        """Return forward and lateral speed [m/s] and yaw rate [rad/s].
+
+        Args:
+            time: [s]. Any shape (...).
+            known: how many steps count; None: all.
+
+        Returns:
+            Shape (..., 3).
+        """
+        done, active = self._steps(time, known)
+        twist = self._sums[done]
+        for row, weight, share in active:
+            twist = (
+                twist + self._changes[row] * np.where(weight, smooth_step(share)[1], 0.0)[..., None]
+            )
+        return twist
+
+    def yaw(self, time: Array, known: Array | None = None) -> Array:
+        """Return the integral of the yaw rate from t = 0 [rad]. Arguments as of `twist`."""
+        done, active = self._steps(time, known)
+        yaw = self._sums[done, 2] * time - self._delays[done]
+        for row, weight, share in active:
+            walked = self.ramp * smooth_step(share)[0]
+            yaw = yaw + self._changes[row, 2] * np.where(weight, walked, 0.0)
+        return yaw
+
+    def pose_and_twist(self, time: Array) -> tuple[Array, Array]:
+        """Return x, y [m] and yaw [rad] in the world, from 0 at t = 0, and `twist`. (K, 3) each."""
+        t = np.asarray(time, dtype=float)
+        marks, passed = self._grid(float(t.max(initial=0.0)))
+        piece = np.clip(np.searchsorted(marks, t, side="right") - 1, 0, len(marks) - 2)
+        since = np.minimum(marks[piece], t)
+        place = passed[piece] + self._travel(since, t, None, NODES)
+        return np.concatenate([place, self.yaw(t)[..., None]], axis=-1), self.twist(t)
+
+    def pose(self, time: Array) -> Array:
+        """Return the pose of `pose_and_twist`. Shape (K, 3)."""
+        return self.pose_and_twist(time)[0]
+
+    def foreseen(self, now: Array, then: Array) -> Array:
+        """Return the poses expected at some times if the commands stay as they are. (M, 3).
+
+        Args:
+            now: when that is asked [s]. Shape (M,).
+            then: the times, later [s]. Shape (M,).
+        """
+        known = self.known(now + COINCIDENT * self.gait.cycle_time)
+        pose = self.pose(then)
+        changed = np.flatnonzero(self.known(then) > known)
+        if len(changed):
+            begin, end, count = now[changed], then[changed], known[changed]
+            place = self.pose(begin)[:, :2]
+            pose[changed, :2] = place + self._travel(begin, end, count, PREDICTION_NODES)
+            pose[changed, 2] = self.yaw(end, count)
+        return pose
+
+    @cached_property
+    def _begin(self) -> Array:
+        return np.array(self.command.time)
+
+    @cached_property
+    def _changes(self) -> Array:
+        """Change of the command at each step. Shape (S, 3)."""
+        return np.diff(self.command.twists, axis=0, prepend=0.0)
+
+    @cached_property
+    def _sums(self) -> Array:
+        """Sum of the first changes. Shape (S + 1, 3)."""
+        return np.concatenate([np.zeros((1, 3)), np.cumsum(self._changes, axis=0)])
+
+    @cached_property
+    def _delays(self) -> Array:
+        """Yaw that the first changes lack for having begun late and slowly [rad]. Shape (S + 1,)."""
+        late = self._changes[:, 2] * (self._begin + 0.5 * self.ramp)
+        return np.append(0.0, np.cumsum(late))
+
+    def _steps(
+        self, time: Array, known: Array | None
+    ) -> tuple[Array, list[tuple[Array, Array, Array]]]:
+        """Return how many steps are over, and of those under way row, mask and share so far."""
+        begun = self.known(time) if known is None else np.minimum(self.known(time), known)
+        done = np.minimum(np.searchsorted(self._begin, time - self.ramp, side="right"), begun)
+        active = []
+        for nth in range(int(np.max(begun - done, initial=0))):
+            row = np.minimum(done + nth, len(self._begin) - 1)
+            active.append((row, done + nth < begun, (time - self._begin[row]) / self.ramp))
+        return done, active
+
+    def _travel(self, begin: Array, end: Array, known: Array | None, nodes: int) -> Array:
+        """Return the way in the world between times (M,) [s], by Gauss' rule [m]. Shape (M, 2)."""
+        s, weight = np.polynomial.legendre.leggauss(nodes)
+        half = 0.5 * (end - begin)[:, None]
+        time = begin[:, None] + half * (s + 1.0)
+        count = None if known is None else np.repeat(known[:, None], nodes, axis=1)
+        velocity = np.append(self.twist(time, count)[..., :2], np.zeros((*time.shape, 1)), axis=-1)
+        along: Array = (turned(velocity, self.yaw(time, count)) * weight[:, None]).sum(axis=1)
+        return half * along[:, :2]
+
+    def _grid(self, until: float) -> tuple[Array, Array]:
+        """Return times that part the motion (M,) [s] and x, y there (M, 2) [m]."""
+        step = self.ramp / PIECES_PER_RAMP
+        known = self.__dict__.setdefault("_grids", {})
+        count = 2 ** int(np.ceil(np.log2(max(until / step, 1.0) + 1.0)))
+        if count not in known:
+            even = np.arange(count + 1) * step
+            marks = np.unique(np.concatenate([even, self.kinks[self.kinks < even[-1]]]))
+            way = self._travel(marks[:-1], marks[1:], None, NODES)
+            known[count] = marks, np.concatenate([np.zeros((1, 2)), np.cumsum(way, axis=0)])
+        found: tuple[Array, Array] = known[count]
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class ForeseenFootholds(Footholds):
+    """Footholds chosen at lift-off, from what is then known of the command.
+
+    Attributes:
+        body: the motion of the base, known to each foot up to its lift-off.
+    """
+
+    body: CommandedBody
+
+    def at(self, placement: Array) -> Array:
+        """Return footholds as `Footholds.at`, under the body foreseen at mid-stance."""
+        middle = self.middle(placement)
+        aloft = (1.0 - 0.5 * self.gait.duty) * self.gait.cycle_time
+        lift_off = np.where(middle > COINCIDENT, middle - aloft, 0.0)
+        pose = self.body.foreseen(lift_off.ravel(), middle.ravel())
+        return self.under(pose.reshape(*middle.shape, 3))

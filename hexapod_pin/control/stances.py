@@ -1,0 +1,122 @@
+"""When and where the feet of a walk stand: stances of all legs, parted into short pieces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.body_path import PlanarMotion
+from hexapod_pin.control.footholds import COINCIDENT, Footholds
+
+SHORTEST_PIECE_CYCLES = 1e-7
+"""Marks closer than this are one mark [cycles]."""
+
+LONGEST_PIECE_CYCLES = 0.5
+"""A stance is parted into pieces no longer than this [cycles]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stances:
+    """Pieces of the stances of six legs, P for each leg, in the order of time.
+
+    A foot that is placed where it stood has not left the ground: that is one stance. Legs with
+    fewer pieces end with pieces of no duration.
+
+    Attributes:
+        marks: ascending times that part each leg's motion; the last of each leg may repeat [s].
+        down: whether a leg stands between a mark and the next, else it swings. (6, M - 1).
+        begin: of the pieces of stances [s]. Shape (6, P).
+        length: [s]. Shape (6, P).
+        foothold: where the foot stands in the world [m]. Shape (6, P, 3).
+        anchor: the piece that begins when the foot is over its foothold. Shape (6, P).
+    """
+
+    marks: tuple[Array, ...]
+    down: tuple[NDArray[np.bool_], ...]
+    begin: Array
+    length: Array
+    foothold: Array
+    anchor: NDArray[np.intp]
+
+
+def stances(footholds: Footholds, body: PlanarMotion, until: float, longest: float) -> Stances:
+    """Return the stances of a walk from its start to those under way at some time, and the next.
+
+    Args:
+        footholds: where the feet stand.
+        body: the planned motion of the base.
+        until: [s].
+        longest: largest length of a piece [s].
+    """
+    gait = footholds.gait
+    placement = np.arange(-1.0, int(until / gait.cycle_time) + 3.0)
+    table = np.tile(placement[:, None], (1, 6))
+    place, middle = footholds.at(table), footholds.middle(table)
+    moves = np.linalg.norm(np.diff(place, axis=0), axis=-1) > COINCIDENT
+    placed = (table + np.array(gait.phases)) * gait.cycle_time
+    legs = []
+    for leg in range(6):
+        first = np.flatnonzero(np.append(True, moves[:, leg]))
+        last = np.append(first[1:], len(placement)) - 1
+        begin = placed[first, leg]
+        end = placed[last, leg] + gait.duty * gait.cycle_time
+        legs.append(_leg_pieces(begin, end, middle[first, leg], place[first, leg], body, longest))
+    return _stacked(legs)
+
+
+_Leg = tuple[Array, NDArray[np.bool_], Array, NDArray[np.intp]]
+
+
+def _leg_pieces(
+    begin: Array, end: Array, middle: Array, place: Array, body: PlanarMotion, longest: float
+) -> _Leg:
+    """Return one leg's marks, which intervals are stances, their footholds and anchors.
+
+    Args:
+        begin: of each stance [s]. Shape (S,).
+        end: [s]. Shape (S,).
+        middle: when the foot is over its foothold [s]. Shape (S,).
+        place: the footholds [m]. Shape (S, 3).
+        body: the planned motion of the base.
+        longest: largest length of a piece [s].
+    """
+    closest = SHORTEST_PIECE_CYCLES * body.gait.cycle_time
+    main = np.sort(np.concatenate([begin, middle, end]))
+    main = main[np.diff(main, prepend=-np.inf) > closest]
+    kinks = body.kinks[(body.kinks > main[0]) & (body.kinks < main[-1])]
+    kinks = kinks[np.abs(kinks[:, None] - main).min(axis=1, initial=np.inf) > closest]
+    kinks = kinks[end[np.searchsorted(begin, kinks) - 1] > kinks]
+    main = np.sort(np.concatenate([main, kinks]))
+    stance = np.searchsorted(begin - closest, main[:-1], side="right") - 1
+    down = main[:-1] < end[stance] - closest
+    pieces = np.where(down, np.ceil(np.diff(main) / longest - 1e-9), 1.0).astype(int)
+    part = np.arange(pieces.sum()) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    marks = np.repeat(main[:-1], pieces) + part * np.repeat(np.diff(main) / pieces, pieces)
+    stance, down = np.repeat(stance, pieces), np.repeat(down, pieces)
+    over = np.searchsorted(marks + closest, middle[stance[down]])
+    anchor = np.append(0, np.cumsum(down))[over]
+    return np.append(marks, main[-1]), down, place[stance[down]], anchor
+
+
+def _stacked(legs: list[_Leg]) -> Stances:
+    """Stack what `_leg_pieces` returns of each leg, the shorter ones filled up at the end."""
+    count = max(int(down.sum()) for _, down, _, _ in legs)
+    rows = []
+    for marks, down, place, anchor in legs:
+        fill = np.minimum(np.arange(count), len(place) - 1)
+        empty = np.arange(count) >= len(place)
+        begin = np.where(empty, marks[-1], marks[:-1][down][fill])
+        length = np.where(empty, 0.0, np.diff(marks)[down][fill])
+        rows.append((begin, length, place[fill], anchor[fill]))
+    begin, length, foothold, anchor = (np.stack(column) for column in zip(*rows, strict=True))
+    return Stances(
+        marks=tuple(leg[0] for leg in legs),
+        down=tuple(leg[1] for leg in legs),
+        begin=begin,
+        length=length,
+        foothold=foothold,
+        anchor=anchor,
+    )

@@ -1,0 +1,55 @@
+"""Servo, motor, friction and stops of a robot's joints as one law."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from hexapod_pin.arrays import Array
+    from hexapod_pin.drive.joint_stops import JointStops
+    from hexapod_pin.drive.servo import Servo
+    from hexapod_pin.native import DriveLaw
+    from hexapod_pin.robot.robot import Robot
+
+
+def drive_law(robot: Robot, servo: Servo, stops: JointStops) -> DriveLaw:
+    """Return the law of the drives of all joints; see docs/drive.md.
+
+    Raises:
+        ParameterError: gains or motors that do not fit the robot's joints.
+    """
+    from hexapod_pin import native
+
+    kp, kd = servo.gains(robot)
+    motors = servo.motors(robot)
+    line, slope = np.full(len(motors), np.inf), np.zeros(len(motors))
+    damping, friction = np.array(robot.damping), np.array(robot.friction)
+    for j, motor in enumerate(motors):
+        if motor is None:
+            continue
+        line[j] = motor.stall_torque * motor.voltage_ratio
+        slope[j] = motor.stall_torque / motor.no_load_speed
+        damping[j] += motor.viscous_friction
+        friction[j] += motor.dry_friction
+    return native.drive_law(
+        kp=kp, kd=kd, cap=torque_cap(robot, servo), line_torque=line, line_slope=slope,
+        damping=damping, friction=friction, lower=np.array(robot.lower, dtype=float),
+        upper=np.array(robot.upper, dtype=float), stop_stiffness=stops.stiffness,
+        stop_dissipation=stops.dissipation,
+    )  # fmt: skip
+
+
+def torque_cap(robot: Robot, servo: Servo) -> Array:
+    """Return the largest torque of each joint at any speed (n,) [N m]; inf where there is none."""
+    n = len(robot.joint_names)
+    cap = np.array(robot.effort, dtype=float) if servo.limited else np.full(n, np.inf)
+    peaks = [motor.peak_torque if motor else None for motor in servo.motors(robot)]
+    least: Array = np.minimum(cap, [np.inf if peak is None else peak for peak in peaks])
+    return least
+
+
+def armature(robot: Robot, servo: Servo) -> Array:
+    """Return what the rotors add to the joints' inertias (n,) [kg m^2]."""
+    return np.array([motor.armature if motor else 0.0 for motor in servo.motors(robot)])

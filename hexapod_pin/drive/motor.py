@@ -1,0 +1,50 @@
+"""Motors behind the servos: what they can give at a speed, their rotors and their friction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pydantic import NonNegativeFloat, PositiveFloat, model_serializer
+
+from hexapod_pin.spec import Spec
+
+if TYPE_CHECKING:
+    from pydantic import SerializerFunctionWrapHandler
+
+
+class Motor(Spec):
+    """A DC motor with its gear, seen from the joint.
+
+    Its torque tau lies between the lines -U T0 - T0 v / v0 and U T0 - T0 v / v0 in the joint's rate
+    v, T0 the stall torque, v0 the no-load speed, U the voltage ratio: beyond the no-load speed it
+    can only brake. Losses of the gear other than friction are not modelled.
+
+    Attributes:
+        stall_torque: T0, at the joint, at the rated voltage [N m].
+        no_load_speed: v0, of the joint, at the rated voltage [rad/s].
+        voltage_ratio: U, supply voltage over rated voltage [-].
+        rotor_inertia: of the rotor itself, before the gear [kg m^2].
+        gear_ratio: turns of the rotor per turn of the joint [-]; the joint is heavier by
+            rotor_inertia * gear_ratio^2.
+        viscous_friction: of motor and gear, at the joint, added to the URDF's [N m s/rad].
+        dry_friction: Coulomb friction of motor and gear, at the joint, added to the URDF's [N m].
+        peak_torque: largest torque at any speed, at the joint [N m]; None: no limit of its own.
+    """
+
+    stall_torque: PositiveFloat
+    no_load_speed: PositiveFloat
+    voltage_ratio: PositiveFloat = 1.0
+    rotor_inertia: NonNegativeFloat = 0.0
+    gear_ratio: PositiveFloat = 1.0
+    viscous_friction: NonNegativeFloat = 0.0
+    dry_friction: NonNegativeFloat = 0.0
+    peak_torque: PositiveFloat | None = None
+
+    @property
+    def armature(self) -> float:
+        """What the rotor adds to the joint's inertia [kg m^2]."""
+        return self.rotor_inertia * self.gear_ratio**2
+
+    @model_serializer(mode="wrap")
+    def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
+        return {name: value for name, value in dump(self).items() if value is not None}

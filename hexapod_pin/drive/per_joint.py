@@ -1,0 +1,66 @@
+"""Values given for all joints, by kind of joint, by name or one by one, as one per joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from hexapod_pin.errors import ParameterError
+
+if TYPE_CHECKING:
+    from hexapod_pin.arrays import Array
+    from hexapod_pin.robot.robot import Robot
+
+JOINT_KINDS = ("coxa", "femur", "tibia")
+"""Kinds of the joints of a three-joint leg, from the trunk outwards."""
+
+Value = TypeVar("Value")
+
+
+def joint_kinds(robot: Robot) -> dict[str, str]:
+    """Return the kind of every joint of a leg by the joint's name."""
+    pairs = (zip(leg.joints, JOINT_KINDS, strict=True) for leg in robot.legs)
+    return {joint: kind for leg in pairs for joint, kind in leg}
+
+
+def values_by_joint(robot: Robot, what: str, given: Mapping[str, Value]) -> dict[str, Value]:
+    """Return joint name -> value, a joint's own name before its kind; joints may be left out.
+
+    Raises:
+        ParameterError: a key that is neither a joint nor a kind of joint of this robot.
+    """
+    kinds = joint_kinds(robot)
+    known = {*robot.joint_names, *kinds.values()}
+    for key in given:
+        if key not in known:
+            allowed = f"a joint of {robot.name} or one of {', '.join(JOINT_KINDS)}"
+            raise ParameterError(f"key of {what}", key, allowed)
+    keys = {name: (name if name in given else kinds.get(name, "")) for name in robot.joint_names}
+    return {name: given[key] for name, key in keys.items() if key in given}
+
+
+def numbers_by_joint(
+    robot: Robot, what: str, given: float | Mapping[str, float] | Sequence[float]
+) -> Array:
+    """Return one number per joint (n,) in the robot's order.
+
+    Raises:
+        ParameterError: a wrong count, an unknown key, or a joint that is given no number.
+    """
+    names = robot.joint_names
+    if isinstance(given, Mapping):
+        found = values_by_joint(robot, what, given)
+        for name in names:
+            if name not in found:
+                hint = f"Add its name or its kind ({', '.join(JOINT_KINDS)})."
+                raise ParameterError(f"{what} of joint {name}", None, "given", hint)
+        return np.array([found[name] for name in names], dtype=float)
+    if isinstance(given, Sequence):
+        if len(given) != len(names):
+            last = names[min(len(given), len(names) - 1)] if names else "none"
+            allowed = f"{len(names)} numbers, one per joint of {robot.name} (up to joint {last})"
+            raise ParameterError(what, tuple(given), allowed)
+        return np.array(given, dtype=float)
+    return np.full(len(names), float(given))

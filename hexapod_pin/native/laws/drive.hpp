@@ -1,0 +1,176 @@
+// The drive of a joint: PD servo with a feed-forward torque, a motor that limits the torque by a cap and by
+// a line in the joint's speed, viscous and dry friction, stops. Pure functions of one joint's state.
+//   demand = kp (q_ref - q) + kd (v_ref - v) + torque_ref
+//   motor  = demand, clamped to the lines +-line_torque - line_slope v, then to +-cap
+//   joint  = motor - damping v - friction sign(v) + stop
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "laws/joint_stops.hpp"
+#include "laws/vectors.hpp"
+
+namespace hexapod {
+
+constexpr double kLock = 1e30;  // kg m^2; a joint does not move with it added to its inertia
+
+// Which piece of the motor's torque holds.
+enum class LimitMode : signed char {
+  lower_line = -2, lower_cap = -1, within = 0, upper_cap = 1, upper_line = 2
+};
+
+// Dry friction: absent, holding a joint at rest, or opposing its positive or negative rate.
+enum class FrictionMode : signed char { none, stuck, forward, backward };
+
+struct DriveMode {
+  LimitMode limit = LimitMode::within;
+  StopMode stop = StopMode::free;
+  FrictionMode friction = FrictionMode::none;
+
+  bool stuck() const { return friction == FrictionMode::stuck; }
+  bool operator==(const DriveMode& other) const {
+    return limit == other.limit && stop == other.stop && friction == other.friction;
+  }
+  bool operator!=(const DriveMode& other) const { return !(*this == other); }
+};
+
+// A torque [N m] and its negative slopes in the angle [N m/rad] and in the rate [N m s/rad].
+struct DriveTorque {
+  double torque = 0.0, stiffness = 0.0, damping = 0.0;
+};
+
+// One entry per joint.
+struct DriveLaw {
+  VectorXd kp;           // N m/rad
+  VectorXd kd;           // N m s/rad
+  VectorXd cap;          // N m, may be infinite
+  VectorXd line_torque;  // stall torque at the voltage given, N m; infinite: no line
+  VectorXd line_slope;   // stall torque over no-load speed, N m s/rad; 0: no line
+  VectorXd damping;      // viscous, of joint and motor, N m s/rad
+  VectorXd friction;     // level of dry friction, N m; 0: none
+  JointStops stops;
+
+  // Relative excess over the limit [-] that a solve's round-off may leave.
+  static constexpr double kLimitSlack = 1e-12;
+  static constexpr int kSwitches = 7;
+
+  int joints() const { return int(kp.size()); }
+  bool dry() const { return friction.size() > 0 && friction.maxCoeff() > 0.0; }
+
+  // From now on the joint's drive gives no torque; its friction and its stops stay.
+  void disable(int joint) {
+    kp[joint] = kd[joint] = cap[joint] = line_slope[joint] = 0.0;
+    line_torque[joint] = std::numeric_limits<double>::infinity();
+  }
+
+  // PD torque before the limits, N m, for errors of angle [rad] and rate [rad/s].
+  double demand(int joint, double error, double rate_error, double torque_ref) const {
+    return kp[joint] * error + kd[joint] * rate_error + torque_ref;
+  }
+
+  // A demand after the joint has moved by `angle` [rad] and its rate by `rate` [rad/s].
+  double demand_after(int joint, double demand, double angle, double rate) const {
+    return demand - kp[joint] * angle - kd[joint] * rate;
+  }
+
+  double upper_line(int joint, double rate) const {
+    return line_torque[joint] - line_slope[joint] * rate;
+  }
+  double lower_line(int joint, double rate) const {
+    return -line_torque[joint] - line_slope[joint] * rate;
+  }
+  double on_line(int joint, double demand, double rate) const {
+    return std::clamp(demand, lower_line(joint, rate), upper_line(joint, rate));
+  }
+
+  double motor_torque(int joint, double demand, double rate) const {
+    return std::clamp(on_line(joint, demand, rate), -cap[joint], cap[joint]);
+  }
+
+  // The piece that a demand is on; `within` for one that is not a number.
+  LimitMode limit_mode(int joint, double demand, double rate, double slack = 0.0) const {
+    const double upper = upper_line(joint, rate), lower = lower_line(joint, rate);
+    const double torque = std::clamp(demand, lower, upper), most = cap[joint] * (1.0 + slack);
+    if (torque > most) return LimitMode::upper_cap;
+    if (torque < -most) return LimitMode::lower_cap;
+    const double excess = slack > 0.0 ? slack * line_torque[joint] : 0.0;
+    if (demand > upper + excess) return LimitMode::upper_line;
+    if (demand < lower - excess) return LimitMode::lower_line;
+    return LimitMode::within;
+  }
+
+  // The motor's torque on a piece that is known, beyond its ends too.
+  double torque_on(int joint, LimitMode mode, double demand, double rate) const {
+    switch (mode) {
+      case LimitMode::upper_cap: return cap[joint];
+      case LimitMode::lower_cap: return -cap[joint];
+      case LimitMode::upper_line: return upper_line(joint, rate);
+      case LimitMode::lower_line: return lower_line(joint, rate);
+      case LimitMode::within: break;
+    }
+    return demand;
+  }
+  double stiffness_on(int joint, LimitMode mode) const {
+    return mode == LimitMode::within ? kp[joint] : 0.0;
+  }
+  double damping_on(int joint, LimitMode mode) const {
+    if (mode == LimitMode::within) return kd[joint];
+    return mode == LimitMode::upper_line || mode == LimitMode::lower_line ? line_slope[joint] : 0.0;
+  }
+
+  // Of a joint that moves; 0 of one that is stuck, which takes what holds it.
+  double dry_torque(int joint, FrictionMode mode) const {
+    if (mode == FrictionMode::forward) return -friction[joint];
+    return mode == FrictionMode::backward ? friction[joint] : 0.0;
+  }
+
+  // Where a state belongs; a joint at rest with dry friction is stuck until what it must hold says
+  // otherwise.
+  DriveMode mode(int joint, double angle, double rate, double demand) const {
+    return {limit_mode(joint, demand, rate), stops.mode(joint, angle, rate), sliding(joint, rate)};
+  }
+  FrictionMode sliding(int joint, double rate) const {
+    if (!(friction[joint] > 0.0)) return FrictionMode::none;
+    if (rate == 0.0) return FrictionMode::stuck;
+    return rate > 0.0 ? FrictionMode::forward : FrictionMode::backward;
+  }
+
+  // All that acts on the joint in a mode, beyond the mode's ends too; without what holds a stuck one.
+  DriveTorque torque(int joint, const DriveMode& mode, double angle, double rate,
+                     double demand) const {
+    const StopTorque stop = stops.on(joint, mode.stop, angle, rate);
+    return {torque_on(joint, mode.limit, demand, rate) - damping[joint] * rate +
+                dry_torque(joint, mode.friction) + stop.torque,
+            stiffness_on(joint, mode.limit) + stop.stiffness,
+            damping_on(joint, mode.limit) + damping[joint] + stop.damping};
+  }
+
+  // Where the mode ends: numbers above zero inside of it, negative beyond one of its ends. N m, but the
+  // last, of a sliding joint, rad/s. `holding`: torque that a stuck joint must hold, N m.
+  std::array<double, kSwitches> switches(int joint, const DriveMode& mode, double angle, double rate,
+                                         double demand, double holding) const {
+    std::array<double, kSwitches> out;
+    out.fill(std::numeric_limits<double>::infinity());
+    const double upper = upper_line(joint, rate), lower = lower_line(joint, rate);
+    const double most = cap[joint];
+    switch (mode.limit) {
+      case LimitMode::within:
+        out[0] = most - demand, out[1] = most + demand, out[2] = upper - demand, out[3] = demand - lower;
+        break;
+      case LimitMode::upper_line: out[0] = demand - upper, out[1] = most - upper, out[2] = most + upper; break;
+      case LimitMode::lower_line: out[0] = lower - demand, out[1] = most - lower, out[2] = most + lower; break;
+      case LimitMode::upper_cap: out[0] = on_line(joint, demand, rate) - most; break;
+      case LimitMode::lower_cap: out[0] = -most - on_line(joint, demand, rate); break;
+    }
+    stops.switches(joint, mode.stop, angle, rate, out[4], out[5]);
+    if (mode.friction == FrictionMode::stuck) out[6] = friction[joint] - std::abs(holding);
+    if (mode.friction == FrictionMode::forward) out[6] = rate;
+    if (mode.friction == FrictionMode::backward) out[6] = -rate;
+    return out;
+  }
+};
+
+}  // namespace hexapod

@@ -1,0 +1,167 @@
+// Switches of the joints' drives within a step: a torque limit reached or left, a stop run into, left or
+// released, a joint that dry friction stops or that breaks loose. Modes are frozen within a step; the
+// step ends shortly after the first switch, where the law itself says what the modes are then.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "methods/chart_flow.hpp"
+#include "methods/error_control.hpp"
+
+namespace hexapod {
+
+template <class PlantT>
+class DriveEvents {
+ public:
+  DriveEvents(PlantT& plant, const ErrorNorm& norm)
+      : norm_(norm), set_points_(plant.joints()), start_(plant.joints()), end_(plant.joints()) {
+    plant.modes_frozen = true;
+    const DriveLaw& drive = plant.drive;
+    const auto finite = [](const VectorXd& x) { return x.size() > 0 && x.minCoeff() < kNeverReached; };
+    idle_ = !(plant.dry || drive.stops.present() || finite(drive.cap) || finite(drive.line_torque) ||
+              !plant.loads.lost.empty());
+  }
+
+  // Finds the modes at a state where the plant is evaluated; set-points may have jumped there.
+  void start(PlantT& plant, Reference& reference, double t, const VectorXd& q, const VectorXd& v) {
+    if (idle_) return;
+    set_points_.take(reference, t);
+    plant.servo_demand(q, v, set_points_, start_.demand);
+    plant.find_modes(q, v, start_.demand);
+    start_.angle = q.tail(plant.joints());
+    start_.rate = v.tail(plant.joints());
+    start_.holding = plant.holding;
+    changed_ = false;
+    last_ = Crossing();
+  }
+
+  // Share of the step h, which ended at y with the plant evaluated there, at which it should end for the
+  // first switch to be just behind it; 1 where the step may end here.
+  double share(ChartFlow<PlantT>& flow, double t, const VectorXd& y, double h) {
+    if (idle_) return 1.0;
+    PlantT& plant = flow.plant;
+    find_end(flow, t, y);
+    changed_ = false;
+    Crossing first;
+    for (int j = 0; j < plant.joints(); ++j) {
+      if (!ends(plant, j)) continue;
+      changed_ = true;
+      find_crossing(plant, j, h, first);
+    }
+    first.step = h;
+    last_ = first;
+    return first.share;
+  }
+
+  bool changed() const { return changed_; }  // whether a mode has ended in the step of the last call
+
+  // Takes over the end of an accepted step of h. Joints that have turned back under dry friction are at
+  // rest there; the plant is evaluated at the state, as before. True where modes have changed.
+  bool accept(PlantT& plant, Reference& reference, double t, double h, const VectorXd& q, VectorXd& v) {
+    count(plant, h);
+    if (idle_) return false;
+    if (!changed_) {
+      move_on();
+      return false;
+    }
+    if (plant.stop_turned_back(v)) plant.evaluate(t, q, v, 0.0);
+    start(plant, reference, t, q, v);
+    return true;
+  }
+
+  // As `accept`, for a method that finds the modes anew before its next step.
+  void count(PlantT& plant, double h) const {
+    if (idle_) return;
+    for (int j = 0; j < plant.joints(); ++j)
+      plant.drive_counters.add(j, plant.mode[j].limit, plant.mode[j].stop, h);
+  }
+  void move_on() {
+    std::swap(start_, end_);
+    last_ = Crossing();
+  }
+
+ private:
+  static constexpr double kNeverReached = 1e300;
+  // Share of the velocity tolerance that the wrong mode behind a switch may cost.
+  static constexpr double kOvershootShare = 0.01;
+  static constexpr double kLeastAim = 0.02, kMostAim = 0.5;  // of what is left of the step behind a switch
+
+  struct JointStates {
+    VectorXd angle, rate, demand, holding;
+    explicit JointStates(int n) : angle(VectorXd::Zero(n)), rate(angle), demand(angle), holding(angle) {}
+  };
+  struct Crossing {
+    double share = 1.0, value = 0.0, step = 0.0;
+    int joint = -1, index = -1;
+  };
+
+  void find_end(ChartFlow<PlantT>& flow, double t, const VectorXd& y) {
+    const PlantT& plant = flow.plant;
+    set_points_.take(flow.reference, t);
+    for (int j = 0; j < plant.joints(); ++j) {
+      end_.angle[j] = flow.joint_angle(y, j);
+      end_.rate[j] = flow.v(y)[6 + j];
+      end_.demand[j] = plant.drive.demand(j, set_points_.q[j] - end_.angle[j],
+                                          set_points_.v[j] - end_.rate[j], set_points_.torque[j]);
+    }
+    if (!plant.dry) return;
+    const auto stuck = [](const DriveMode& mode) { return mode.stuck(); };
+    if (!std::any_of(plant.mode.begin(), plant.mode.end(), stuck)) return;
+    flow.rate_here(t, y, rate_);
+    end_.holding = plant.holding;
+  }
+
+  bool ends(const PlantT& plant, int j) const {
+    const DriveMode& now = plant.mode[j];
+    if (plant.drive.mode(j, end_.angle[j], end_.rate[j], end_.demand[j]) != now) return true;
+    return now.stuck() && std::abs(end_.holding[j]) > plant.drive.friction[j];
+  }
+
+  std::array<double, DriveLaw::kSwitches> switches(const PlantT& plant, int j,
+                                                   const JointStates& at) const {
+    return plant.drive.switches(j, plant.mode[j], at.angle[j], at.rate[j], at.demand[j],
+                                at.holding[j]);
+  }
+
+  void find_crossing(const PlantT& plant, int j, double h, Crossing& first) const {
+    const auto before = switches(plant, j, start_), after = switches(plant, j, end_);
+    const double most = kOvershootShare * norm_.tolerance / norm_.weight(h);
+    for (int k = 0; k < DriveLaw::kSwitches; ++k) {
+      if (!(after[k] < 0.0)) continue;
+      const double root = root_of(j, k, before[k], after[k], h), rest = 1.0 - root;
+      const bool sliding = k == DriveLaw::kSwitches - 1 && !plant.mode[j].stuck();
+      double excess = -after[k];  // rad/s
+      if (!sliding) excess *= 0.5 * rest * h / plant.mass_upper()(6 + j, 6 + j);
+      if (!(excess > most)) continue;
+      const double reduction = sliding ? most / excess : std::sqrt(most / excess);
+      const double share = root + std::clamp(0.5 * reduction, kLeastAim, kMostAim) * rest;
+      if (share < first.share) first = {share, after[k], h, j, k};
+    }
+  }
+
+  // Where a switch with these values at the start and the end of a step of h is zero, by the parabola
+  // through the end of the last try too.
+  double root_of(int j, int k, double before, double after, double h) const {
+    if (!(before > 0.0)) return 0.0;
+    const double linear = before / (before - after);
+    if (last_.joint != j || last_.index != k || !(last_.step > h)) return linear;
+    const double p = last_.step / h, slope = after - before;
+    const double c = ((last_.value - before) / p - slope) / (p - 1.0), b = slope - c;
+    const double inside = b * b - 4.0 * c * before;
+    const double root = inside >= 0.0 ? 2.0 * before / (std::sqrt(inside) - b) : linear;
+    return root > 0.0 && root < 1.0 ? root : linear;
+  }
+
+  ErrorNorm norm_;
+  SetPoints set_points_;
+  JointStates start_, end_;  // of the step
+  VectorXd rate_;
+  Crossing last_;
+  bool idle_ = false;  // nothing can switch
+  bool changed_ = false;
+};
+
+}  // namespace hexapod

@@ -1,0 +1,217 @@
+"""Controllers that take part in a run: what they are told, what they answer, cuts, lock-step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline
+
+import hexapod_pin as hp
+from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.closed_loop import lock_step_runs
+
+METHODS = {
+    "extrapolated-euler": {"accuracy": 1e-5},
+    "ndf": {"accuracy": 1e-6},
+    "dop853": {"accuracy": 1e-6},
+    "robust": {"step": 1e-3},
+    "implicit-euler": {"step": 1e-3},
+    "rk4": {"step": 2e-5},
+}
+SHORT = ("dop853", "rk4")  # slow: 0.1 s of them
+
+
+@cache
+def robot() -> hp.Robot:
+    return hp.load_robot("kharagpur")
+
+
+@cache
+def plan():
+    gait = hp.Gait.tetrapod(stroke=0.06, cycle_time=1.2)
+    return hp.KinematicControl(gait), hp.KinematicControl(gait).plan(robot(), 2.0)
+
+
+@dataclass(frozen=True)
+class Replay:
+    """Sends the joint angles of a walk at ticks; counts them in its state."""
+
+    period: float
+    ramp: bool = True
+
+    def posture(self, scene: hp.Scene) -> np.ndarray:
+        return plan()[1].q[0]
+
+    def start(self, scene: hp.Scene, batch: int) -> np.ndarray:
+        return np.zeros((batch, 1))
+
+    def update(self, time, measurement, state):
+        knots = plan()[1]
+        angles = CubicHermiteSpline(knots.time, knots.q, knots.v)
+        at = time + self.period if self.ramp else time
+        return hp.Command(np.tile(angles(at), (len(measurement.q), 1)), ramp=self.ramp), state + 1
+
+
+@dataclass(frozen=True)
+class Yielding:
+    """Feedback of everything: sinks under load, leans against tilt; remembers a filtered force."""
+
+    period: float = 0.005
+    delay: float = 0.0
+    sensors: hp.Sensors = field(default_factory=hp.Sensors)
+
+    def start(self, scene: hp.Scene, batch: int) -> dict:
+        return {"force": np.zeros((batch, 6)), "ticks": 0}
+
+    def update(self, time, m, state):
+        load = np.linalg.norm(m.foot_force, axis=2) * m.loaded
+        force = state["force"] + 0.1 * (load - state["force"])
+        q = robot().posture + np.zeros_like(m.q)
+        q[:, 1::3] += 0.004 * force + 0.3 * m.rotation[:, 2, 0:1]
+        q[:, 2::3] += 0.002 * m.angular_velocity[:, 1:2] + 0.001 * (m.acceleration[:, 2:] - 9.81)
+        q[:, 0::3] += 0.02 * m.torque[:, 0::3] - 0.001 * m.v[:, 0::3]
+        return hp.Command(q, ramp=True), {"force": force, "ticks": state["ticks"] + 1}
+
+
+def run(controller, duration, initial=None, scene=None, **how) -> hp.Trace:
+    return hp.simulate(
+        hp.Scene(robot()) if scene is None else scene, controller, duration=duration,
+        initial=initial, sample=2e-3, **how,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_plan_sent_at_ticks_converges_to_the_plan(method):
+    """Ramps between points of a smooth path: the error falls with the square of the period."""
+    duration = 0.1 if method in SHORT else 0.6
+    open_loop = run(plan()[0], duration, method=method, **METHODS[method])
+    errors = []
+    for period in (0.02, 0.01, 0.005):
+        closed = run(Replay(period), duration, method=method, **METHODS[method])
+        assert np.array_equal(closed.time, open_loop.time)
+        errors.append(np.abs(closed.q[:, 7:] - open_loop.q[:, 7:]).max())
+    floor = 10.0 * METHODS[method].get("accuracy", 1e-6)
+    assert errors[1] < 0.5 * errors[0] + floor and errors[2] < 0.5 * errors[1] + floor
+    assert errors[2] < 1.5e-4
+
+
+@dataclass
+class Spy:
+    """Notes the time of its ticks and of what it is told."""
+
+    period: float
+    delay: float = 0.0
+    sensors: hp.Sensors = field(default_factory=hp.Sensors)
+    told: list = field(default_factory=list)
+
+    def start(self, scene, batch):
+        return None
+
+    def update(self, time, measurement, state):
+        self.told.append((time, measurement.time, measurement.q[0, 1]))
+        q = np.tile(robot().posture, (1, 1))
+        q[:, 1] += 0.01 * len(self.told)
+        return hp.Command(q, v=np.zeros_like(q)), state
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_delays_of_sensors_and_of_commands(method):
+    """Told what was 3.3 ms ago; the command acts 7 ms after its tick, and jumps there."""
+    spy = Spy(0.005, delay=0.007, sensors=hp.Sensors(delay=0.0033))
+    duration = 0.04
+    trace = run(spy, duration, method=method, **METHODS[method])
+    ticks = 0.005 * np.arange(len(spy.told))
+    assert [time for time, _, _ in spy.told] == pytest.approx(list(ticks), abs=1e-15)
+    expected = np.maximum(ticks - 0.0033, 0.0)
+    assert [time for _, time, _ in spy.told] == pytest.approx(list(expected), abs=1e-12)
+    # set-points: none before 7 ms, the k-th acts from 5 k + 7 ms, within 0.01 rad / velocity limit
+    reference = trace.q_ref[:, 1] - robot().posture[1]
+    moving = 0.01 / robot().velocity[1]
+    for time, value in zip(trace.time, reference, strict=True):
+        last = int(np.floor((time - 0.007) / 0.005 + 1e-9)) + 1
+        since = time - 0.007 - 0.005 * (last - 1)
+        if last <= 0:
+            assert value == 0.0
+        elif since > moving:
+            assert value == pytest.approx(0.01 * last, abs=1e-12)
+    measured = np.interp([m for _, m, _ in spy.told], trace.time, trace.q[:, 8])
+    assert [q for _, _, q in spy.told] == pytest.approx(list(measured), abs=2e-5)
+
+
+NOISY = hp.Sensors(
+    q=hp.Sensor(noise=1e-3, quantisation=1e-3), foot_force=hp.Sensor(noise=0.1),
+    rotation=hp.Sensor(noise=1e-3), delay=0.0071, seed=5,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("method", ["extrapolated-euler", "dop853", "robust", "implicit-euler"])
+@pytest.mark.parametrize(("delay", "sensors"), [(0.0, hp.Sensors()), (0.0123, NOISY)])
+def test_a_cut_at_any_time_changes_no_bit(method, delay, sensors):
+    controller = Yielding(delay=delay, sensors=sensors)
+    duration, how = 0.06 if method == "dop853" else 0.3, METHODS[method]
+    whole = run(controller, duration, method=method, **how)
+    for cut in (0.03, 0.036, 0.02 + 0.002):
+        first = run(controller, cut, method=method, **how)
+        kept = hp.Checkpoint.from_dict(first.checkpoint.to_dict())
+        second = run(controller, duration - cut, initial=kept, method=method, **how)
+        joined = np.concatenate([first.q, second.q[1:]])
+        assert np.array_equal(joined, whole.q)
+        assert np.array_equal(second.checkpoint.v, whole.checkpoint.v)
+        assert second.checkpoint.loop["state"]["ticks"] == whole.checkpoint.loop["state"]["ticks"]
+
+
+def test_lock_step_gives_every_case_its_bits():
+    controller = Yielding(sensors=NOISY)
+    scenes = [
+        hp.Scene(robot(), contact=hp.Contact.accurate().with_mu(0.3 + 0.01 * k)) for k in range(64)
+    ]
+    cases = [Case(scene, controller, duration=0.05, accuracy=1e-4, sample=2e-3) for scene in scenes]
+    how = cases[0].settings
+    alone = [lock_step_runs([case], how)[0].trace().q for case in cases[:7]]
+    seven = [r.trace().q for r in lock_step_runs(cases[:7], how)]
+    many = [r.trace().q for r in lock_step_runs(cases, how)]
+    simulated = hp.simulate(scenes[3], controller, duration=0.05, accuracy=1e-4, sample=2e-3).q
+    for k in range(7):
+        assert np.array_equal(alone[k], seven[k]) and np.array_equal(seven[k], many[k])
+    assert np.array_equal(simulated, many[3])
+    assert not np.array_equal(many[0], many[63])
+
+
+def test_one_that_diverges_leaves_the_others_alone():
+    """A step too long for stiff contact blows one case up; its neighbours do not notice."""
+    soft = hp.Scene(robot())
+    stiff = hp.Scene(robot(), contact=hp.Contact.preset("s2"))
+    cases = [
+        Case(scene, Yielding(), duration=0.1, method="rk4", step=2e-4)
+        for scene in (soft, stiff, soft)
+    ]
+    runs = lock_step_runs(cases, cases[0].settings)
+    assert [r.good for r in runs] == [True, False, True]
+    alone = lock_step_runs(cases[:1], cases[0].settings)[0]
+    assert np.array_equal(runs[0].trace().q, alone.trace().q)
+    assert np.array_equal(runs[2].trace().q, alone.trace().q)
+    with pytest.raises(hp.errors.DivergenceError):
+        runs[1].require_good()
+
+
+def test_a_bad_command_names_time_and_joint():
+    class Bad(Yielding):
+        def update(self, time, m, state):
+            command, state = super().update(time, m, state)
+            q = np.array(command.q)
+            if time > 0.011:
+                q[0, 4] = np.nan
+            return hp.Command(q), state
+
+    name = robot().joint_names[4]
+    with pytest.raises(hp.errors.ParameterError, match=f"t = 0.015 s: q of {name} = nan"):
+        run(Bad(), 0.05, accuracy=1e-4)
+
+
+@pytest.mark.parametrize("fields", [{"period": 0.0}, {"period": float("nan")}, {"delay": -0.1}])
+def test_periods_and_delays_are_checked(fields):
+    with pytest.raises(hp.errors.ParameterError, match=next(iter(fields))):
+        run(Yielding(**fields), 0.01, accuracy=1e-4)

@@ -1,0 +1,192 @@
+"""The drive's law: slopes and switches in every mode, gains and motors by joint, TOML."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin import native
+from hexapod_pin.drive.drive_law import armature, drive_law, torque_cap
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.simulation.plant import native_plant
+
+LIMIT, STOP, FRICTION = native.LimitMode, native.StopMode, native.FrictionMode
+MOTOR = hp.Motor(
+    stall_torque=2.0, no_load_speed=5.0, voltage_ratio=0.8, rotor_inertia=1e-6, gear_ratio=100.0,
+    viscous_friction=0.01, dry_friction=0.2,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def kharagpur() -> hp.Robot:
+    return hp.load_robot("kharagpur")
+
+
+def law(**changes: Any) -> Any:
+    """Return the drive of one joint: kp 10, kd 0.5, cap 1 N m, the line of MOTOR, stops at +-1."""
+    numbers = {
+        "kp": 10.0, "kd": 0.5, "cap": 1.0, "line_torque": 1.6, "line_slope": 0.4,
+        "damping": 0.03, "friction": 0.2, "lower": -1.0, "upper": 1.0, **changes,
+    }  # fmt: skip
+    arrays = {name: np.array([value]) for name, value in numbers.items()}
+    return native.drive_law(**arrays, stop_stiffness=50.0, stop_dissipation=0.3)
+
+
+def torque_by_hand(angle: float, rate: float, demand: float) -> float:
+    """Return the torque of `law()` on a moving joint, as docs/drive.md writes it."""
+    lower, upper = -1.6 - 0.4 * rate, 1.6 - 0.4 * rate
+    motor = min(max(min(max(demand, lower), upper), -1.0), 1.0)
+    depth = max(angle - 1.0, 0.0) + min(angle + 1.0, 0.0)
+    stop = -50.0 * depth * max(0.0, 1.0 + 0.45 * np.sign(depth) * rate)
+    return motor - 0.03 * rate - 0.2 * np.sign(rate) + stop
+
+
+STATES = list(itertools.product((-1.02, 0.3, 1.04), (-7.0, -4.1, -0.2, 0.3, 2.0, 6.5), (-3.0, -0.5, 0.9, 3.0)))  # fmt: skip
+
+
+def test_law_by_hand() -> None:
+    """Motor lines and cap, friction and stops add up to the printed formula in every region."""
+    drive, seen = law(), set()
+    for angle, rate, demand in STATES:
+        mode = drive.mode(0, angle, rate, demand)
+        seen |= {mode.limit, mode.stop, mode.friction}
+        torque, _, _ = drive.torque(0, mode, angle, rate, demand)
+        assert torque == pytest.approx(torque_by_hand(angle, rate, demand), abs=1e-13)
+    assert seen >= {*LIMIT, *STOP, FRICTION.forward, FRICTION.backward}
+
+
+def test_slopes_against_differences() -> None:
+    """-d/dq and -d/dv of every combination of modes, to the round-off of the differences."""
+    drive, h = law(), 1e-6
+    for limit, stop, friction in itertools.product(LIMIT, STOP, FRICTION):
+        mode = native.DriveMode()
+        mode.limit, mode.stop, mode.friction = limit, stop, friction
+        side = -1.03 if stop in (STOP.lower, STOP.lower_released) else 1.03
+
+        def torque(q: float, v: float, mode: Any = mode) -> float:
+            demand = drive.demand(0, 0.2 - q, 0.1 - v, 0.05)
+            return float(drive.torque(0, mode, q, v, demand)[0])
+
+        _, stiffness, damping = drive.torque(0, mode, side, 0.7, 0.0)
+        by_angle = (torque(side + h, 0.7) - torque(side - h, 0.7)) / (2.0 * h)
+        by_rate = (torque(side, 0.7 + h) - torque(side, 0.7 - h)) / (2.0 * h)
+        assert stiffness == pytest.approx(-by_angle, abs=1e-7)
+        assert damping == pytest.approx(-by_rate, abs=1e-7)
+
+
+def test_switches_tell_where_a_mode_ends() -> None:
+    """None of a state's own mode is negative there; of another mode one is not above zero."""
+    drive = law()
+    own = [drive.mode(0, *state) for state in STATES]
+    for state, mode in zip(STATES, own, strict=True):
+        assert min(drive.switches(0, mode, *state, 0.0)) >= 0.0
+        for other in own:
+            same = all(
+                getattr(mode, part) == getattr(other, part)
+                for part in ("limit", "stop", "friction")
+            )
+            if not same:
+                assert min(drive.switches(0, other, *state, 0.0)) <= 0.0
+
+
+def test_beyond_the_no_load_speed_a_motor_only_brakes() -> None:
+    """The line crosses zero at 0.8 x 5 rad/s; far beyond it the cap holds."""
+    drive = law()
+    assert drive.motor_torque(0, 9.0, 4.0) == pytest.approx(0.0, abs=1e-15)
+    assert drive.motor_torque(0, 9.0, 5.0) == pytest.approx(-0.4, abs=1e-15)
+    assert drive.motor_torque(0, 9.0, 50.0) == -1.0
+    assert drive.motor_torque(0, -9.0, 3.0) == -1.0  # braking: the cap, not the line
+
+
+def test_stuck_joint_breaks_loose_at_the_level() -> None:
+    """The switch of a stuck joint is level - |holding|."""
+    drive, mode = law(), native.DriveMode()
+    mode.friction = FRICTION.stuck
+    assert drive.switches(0, mode, 0.0, 0.0, 0.0, -0.15)[-1] == pytest.approx(0.05)
+    assert drive.switches(0, mode, 0.0, 0.0, 0.0, 0.3)[-1] == pytest.approx(-0.1)
+
+
+def test_armature_is_added_inertia(kharagpur: hp.Robot) -> None:
+    """J n^2 joins the joints' diagonal of the mass matrix and nothing else."""
+    plain = hp.Scene(kharagpur, servo=hp.Servo(kp=20.0, kd=0.4))
+    geared = hp.Scene(kharagpur, servo=hp.Servo(kp=20.0, kd=0.4, motor=MOTOR))
+    state = kharagpur.stand()
+    args = (state.q, np.ones(24), np.zeros(18))
+    before = native.evaluate(native_plant(plain), *args)["mass"]
+    after = native.evaluate(native_plant(geared), *args)["mass"]
+    expected = np.diag([0.0] * 6 + [1e-2] * 18)
+    np.testing.assert_allclose(after - before, expected, atol=1e-12)
+
+
+def test_gains_by_kind_name_and_sequence(kharagpur: hp.Robot) -> None:
+    """A joint's name goes before its kind; a sequence is in the robot's order."""
+    servo = hp.Servo(kp={"coxa": 1.0, "femur": 2.0, "tibia": 3.0, "lm_femur_joint": 9.0}, kd=0.1)
+    kp, kd = servo.gains(kharagpur)
+    wanted = np.tile([1.0, 2.0, 3.0], 6)
+    wanted[kharagpur.joint_index("lm_femur_joint")] = 9.0
+    np.testing.assert_array_equal(kp, wanted)
+    np.testing.assert_array_equal(kd, np.full(18, 0.1))
+    np.testing.assert_array_equal(
+        hp.Servo(kp=np.arange(18.0), kd=0).gains(kharagpur)[0], np.arange(18.0)
+    )
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"kp": {"coxa": 1.0, "femur": 2.0}}, "joint lf_tibia_joint"),
+        ({"kp": {"hip": 1.0}}, "hip.*joint of"),
+        ({"kp": [1.0, 2.0]}, "18 numbers.*rr_tibia_joint"),
+        ({"kp": 1.0, "motor": {"elbow": MOTOR}}, "elbow"),
+    ],
+)  # fmt: skip
+def test_errors_name_the_joint(kharagpur: hp.Robot, fields: dict[str, Any], message: str) -> None:
+    """What does not fit the robot is refused where the two meet."""
+    servo = hp.Servo(**{"kd": 0.1, **fields})
+    with pytest.raises(ParameterError, match=message):
+        native_plant(hp.Scene(kharagpur, servo=servo))
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [{"kp": -1.0}, {"kp": {"coxa": -1.0}}, {"kp": [1.0, -2.0]}, {"kp": "stiff"}],
+)
+def test_gains_below_zero_are_refused(fields: dict[str, Any]) -> None:
+    """Wherever they stand."""
+    with pytest.raises(ParameterError, match=r"Servo\.kp"):
+        hp.Servo(**fields, kd=0.1)
+
+
+def test_bad_motors_are_refused() -> None:
+    """Alone and inside a servo's table."""
+    with pytest.raises(ParameterError, match=r"Motor\.no_load_speed"):
+        hp.Motor(stall_torque=1.0, no_load_speed=0.0)
+    with pytest.raises(ParameterError, match=r"Motor\.stall_torque"):
+        hp.Servo(kp=1.0, kd=0.1, motor={"coxa": {"stall_torque": -1.0, "no_load_speed": 1.0}})
+
+
+@pytest.mark.parametrize("motor", [None, MOTOR, {"coxa": MOTOR, "lf_tibia_joint": MOTOR}])
+def test_toml_and_back(kharagpur: hp.Robot, motor: Any) -> None:
+    """A scene's text holds gains and motors, and nothing of what is not there."""
+    servo = hp.Servo(kp={"coxa": 1.0, "femur": 2.0, "tibia": 3.0}, kd=0.1, motor=motor)
+    scene = hp.Scene(kharagpur, servo=servo)
+    again = hp.Scene.from_toml(scene.to_toml())
+    assert again.servo == servo
+    assert ("motor" in scene.to_toml()) == (motor is not None)
+
+
+def test_motors_of_some_joints(kharagpur: hp.Robot) -> None:
+    """Joints without a motor keep the effort alone; a peak torque lowers the cap of its own."""
+    strong = hp.Motor(stall_torque=2.0, no_load_speed=5.0, peak_torque=1.5, rotor_inertia=1e-4)
+    servo = hp.Servo(kp=20.0, kd=0.4, motor={"femur": strong})
+    cap = torque_cap(kharagpur, servo).reshape(6, 3)
+    np.testing.assert_array_equal(cap[:, 0], kharagpur.effort.reshape(6, 3)[:, 0])
+    np.testing.assert_array_equal(cap[:, 1], 1.5)
+    np.testing.assert_array_equal(armature(kharagpur, servo), np.tile([0.0, 1e-4, 0.0], 6))
+    drive = drive_law(kharagpur, servo, hp.JointStops(stiffness=0.0))
+    assert drive.motor_torque(0, 4.0, 100.0) == min(4.0, kharagpur.effort[0])
+    assert drive.motor_torque(1, 4.0, 4.0) == pytest.approx(2.0 - 2.0 * 4.0 / 5.0)

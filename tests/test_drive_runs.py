@@ -1,0 +1,162 @@
+"""One joint between heavy bodies: drives against closed forms, and all methods against each other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from tests.vehicles import FREE, heavy_leg
+
+INERTIA = 2e-3  # of the light link about its joint, kg m^2
+JOINT = "c_joint"
+WEIGHTLESS = (0.0, 0.0, 0.0)
+SETTINGS: dict[str, dict[str, Any]] = {
+    "extrapolated-euler": {"accuracy": 1e-6},
+    "ndf": {"accuracy": 1e-7},
+    "dop853": {"accuracy": 1e-9},
+    "robust": {"step": 1e-3},
+    "implicit-euler": {"step": 1e-3},
+    "rk4": {"step": 1e-3},
+}
+
+
+def run(
+    method: str,
+    *,
+    kp: float = 0.0,
+    kd: float = 0.0,
+    target: float = 0.0,
+    angle: float = 0.0,
+    rate: float = 0.0,
+    duration: float = 1.0,
+    sample: float = 0.05,
+    motor: hp.Motor | None = None,
+    limited: bool = False,
+    stops: hp.JointStops = FREE,
+    settings: dict[str, float] | None = None,
+) -> hp.Trace:
+    """Return a run of the light joint; the heavy ones have neither servo nor motor."""
+    robot = heavy_leg(1.0)
+    others = {"a_joint": 0.0, "b_joint": 0.0}
+    servo = hp.Servo(
+        kp={**others, JOINT: kp}, kd={**others, JOINT: kd}, limited=limited,
+        motor={JOINT: motor} if motor else None,
+    )  # fmt: skip
+    scene = hp.Scene(robot, servo=servo, gravity=WEIGHTLESS, stops=stops)
+    state = robot.stand({JOINT: angle})
+    q, v = state.q.copy(), state.v.copy()
+    q[2] += 10.0
+    v[-1] = rate
+    return hp.simulate(
+        scene, hp.HoldPosture((0.0, 0.0, target)), duration=duration, sample=sample, method=method,
+        initial=robot.check_state(q, v), **(settings or SETTINGS[method]),
+    )  # fmt: skip
+
+
+def friction(level: float) -> hp.Motor:
+    """Return a motor too strong to matter, with dry friction [N m]."""
+    return hp.Motor(stall_torque=1e6, no_load_speed=1e6, dry_friction=level)
+
+
+@pytest.mark.parametrize(
+    ("method", "accuracy"), [("extrapolated-euler", 1e-8), ("ndf", 1e-9), ("dop853", 1e-10)]
+)
+def test_torque_speed_line(method: str, accuracy: float) -> None:
+    """At the line w(t) = w0 (1 - exp(-t T0 / (I w0))), to 1e-8 of w0."""
+    motor = hp.Motor(stall_torque=0.025, no_load_speed=2.5, voltage_ratio=0.8)
+    trace = run(
+        method, kp=1e6, target=1.0, angle=-1.0, duration=0.8, motor=motor,
+        settings={"accuracy": accuracy},
+    )  # fmt: skip
+    speed = 2.0 * (1.0 - np.exp(-trace.time * 0.02 / (INERTIA * 2.0)))
+    assert np.abs(trace.v[:, -1] - speed).max() < 2e-8
+
+
+@pytest.mark.parametrize("method", SETTINGS)
+def test_dry_friction_holds_without_creep(method: str) -> None:
+    """Below the level the joint is at rest: rate exactly zero, angle constant, for 100 s."""
+    settings = {"step": 0.01} if method in ("robust", "implicit-euler", "rk4") else None
+    trace = run(
+        method, kp=1.0, kd=0.01, target=0.199, duration=100.0, sample=5.0, motor=friction(0.2),
+        settings=settings,
+    )  # fmt: skip
+    assert not trace.v[:, -1].any()
+    np.testing.assert_array_equal(trace.q[:, -1], trace.q[0, -1])
+    np.testing.assert_allclose(trace.torque[:, -1], 0.199, rtol=1e-12)
+
+
+@pytest.mark.parametrize("method", SETTINGS)
+def test_breaks_loose_above_the_level(method: str) -> None:
+    """1 % above the level: the joint starts with (demand - level) / I."""
+    trace = run(
+        method, kp=1.0, target=0.202, duration=0.01, sample=0.01, motor=friction(0.2)
+    )  # fmt: skip
+    assert trace.v[-1, -1] == pytest.approx(0.01 * 0.002 / INERTIA, rel=2e-2)
+
+
+@pytest.mark.parametrize("method", SETTINGS)
+def test_sliding_stops_at_the_analytic_time(method: str) -> None:
+    """From w: linear in time, at rest after I w / f, at the angle I w^2 / (2 f)."""
+    level, rate = 0.01, 2.0
+    trace = run(method, rate=rate, angle=-0.5, duration=0.6, motor=friction(level))
+    stop = INERTIA * rate / level  # 0.4 s
+    moving = np.minimum(trace.time, stop)
+    angle = -0.5 + rate * moving - level / INERTIA * moving**2 / 2.0
+    exact = method in ("extrapolated-euler", "ndf", "dop853")
+    tolerance = 1e-6 if exact else 2.0 * 1e-3  # one step times the rate
+    np.testing.assert_allclose(trace.q[:, -1], angle, atol=tolerance)
+    assert not trace.v[trace.time > stop + 2e-3, -1].any()
+
+
+def test_energy_account_closes() -> None:
+    """Line, cap, friction, damping and stops: the residual stays below 1e-6 of the work done."""
+    motor = hp.Motor(
+        stall_torque=0.05, no_load_speed=4.0, dry_friction=0.005, viscous_friction=1e-4,
+        rotor_inertia=1e-7, gear_ratio=50.0,
+    )  # fmt: skip
+    stops = hp.JointStops(stiffness=5.0, dissipation=0.3)
+    for method, bound in (("extrapolated-euler", 1e-4), ("ndf", 1e-4), ("dop853", 1e-6)):
+        trace = run(
+            method, kp=1.0, kd=0.02, target=1.0, angle=-0.9, rate=9.0, motor=motor, limited=True,
+            stops=stops,
+        )  # fmt: skip
+        lost = trace.energy["joint_damping_loss"][-1]
+        assert lost > 0.01
+        assert np.abs(trace.energy_residual).max() < bound * lost
+
+
+def scene_with_everything(method: str, settings: dict[str, float]) -> np.ndarray:
+    """Return the angle at the samples of a joint that meets its cap, line, stops and friction."""
+    motor = hp.Motor(stall_torque=0.05, no_load_speed=4.0, dry_friction=0.004)
+    stops = hp.JointStops(stiffness=5.0, dissipation=0.3)
+    trace = run(
+        method, kp=1.0, kd=0.02, target=-0.6, angle=0.5, rate=6.0, motor=motor, stops=stops,
+        settings=settings,
+    )  # fmt: skip
+    return np.asarray(trace.q[:, -1])
+
+
+def test_methods_agree_at_their_orders() -> None:
+    """Adaptive methods within their accuracy, fixed steps with an error that falls with the step."""
+    exact = scene_with_everything("dop853", {"accuracy": 1e-11})
+    for method, accuracy in (("extrapolated-euler", 1e-5), ("ndf", 1e-6), ("dop853", 1e-8)):
+        found = scene_with_everything(method, {"accuracy": accuracy})
+        assert np.abs(found - exact).max() < accuracy
+    for method in ("robust", "implicit-euler", "rk4"):
+        coarse, fine = (
+            np.abs(scene_with_everything(method, {"step": step}) - exact).max()
+            for step in (1e-3, 1.25e-4)
+        )
+        assert fine < 2e-3
+        assert fine < coarse / 4.0  # of first order: 8
+
+
+def test_limp_joint_with_friction_keeps_still() -> None:
+    """No gains: nothing moves a joint at rest, and a moving one only loses speed."""
+    still = run("extrapolated-euler", motor=friction(0.01))
+    assert not still.v.any()
+    moving = run("extrapolated-euler", rate=1.0, motor=friction(0.001))
+    assert (np.diff(moving.v[:, -1]) <= 0.0).all()

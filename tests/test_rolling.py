@@ -1,0 +1,147 @@
+"""Spherical feet in the plan: contact points that stand still, also under a moving trunk."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.control import BodyMotion, KinematicControl, Sine, VelocityCommand, Waypoints
+from hexapod_pin.control.foot_path import FootPath
+from hexapod_pin.control.gait import LEG_ORDER, Gait
+from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.errors import GaitError
+from hexapod_pin.robot.robot import Robot, load_robot
+
+TETRAPOD = Gait.tetrapod(stroke=0.06, cycle_time=1.6, heading=0.65)
+TURNING = Gait.tripod(stroke=0.05, cycle_time=1.6, turn_rate=0.1, heading=-1.2)
+SWAYING = BodyMotion(
+    height=Sine(amplitude=0.01, period=1.1),
+    pitch=Sine(amplitude=0.05, period=2.0),
+    roll=Waypoints(time=(1.0, 2.0, 4.0), value=(0.0, 0.05, -0.03)),
+    lateral=0.01,
+)
+COMMAND = VelocityCommand(
+    time=(0.0, 3.0, 6.0), forward=(0.05, 0.03, 0.0), lateral=(0.0, 0.02, 0.0), turn_rate=(0, 0.1, 0)
+)
+CONTROLS = {
+    "straight": KinematicControl(TETRAPOD),
+    "turning": KinematicControl(TURNING),
+    "stopping": KinematicControl(TETRAPOD, stop_at=6.4),
+    "crouched": KinematicControl(TETRAPOD, body=BodyMotion(height=-0.01, pitch=0.05, yaw=0.1)),
+    "swaying": KinematicControl(TURNING, body=SWAYING),
+    "standing and swaying": KinematicControl(Gait.wave(stroke=0.0), body=SWAYING),
+    "commanded": KinematicControl(TETRAPOD, velocity=COMMAND),
+}
+
+
+@pytest.fixture(scope="module", params=[("kharagpur", 0.01), ("kharagpur", 0.03), ("athena", 0.02)])
+def robot(request: pytest.FixtureRequest) -> Robot:
+    name, radius = request.param
+    return load_robot(name, foot_radius=radius)
+
+
+def trunk_motion(control: KinematicControl, path: FootPath, time: float) -> tuple[Array, ...]:
+    """Return rotation, position, velocity and angular velocity of the trunk in the world."""
+    pose, twist = (row[0] for row in path.body.pose_and_twist(np.array([time])))
+    level = pin.rpy.rpyToMatrix(0.0, 0.0, pose[2])
+    offset = (control.body or BodyMotion()).offset(np.array(time))
+    sway, turn = level @ offset.position, np.array([0.0, 0.0, twist[2]])
+    rotation = level @ offset.rotation
+    velocity = level @ [twist[0], twist[1], 0.0] + level @ offset.velocity + np.cross(turn, sway)
+    position = np.array([pose[0], pose[1], 0.0]) + sway
+    return rotation, position, velocity, rotation @ offset.angular_velocity + turn
+
+
+@pytest.mark.parametrize("name", CONTROLS)
+def test_contact_points_stand_still(robot: Robot, name: str) -> None:
+    """By Pinocchio's kinematics: v + omega x (-r z) = 0 at every foot that is down."""
+    control = CONTROLS[name]
+    path, plan = control.path(robot), control.plan(robot, 8.0)
+    model, data = robot.model, robot.model.createData()
+    neutral, down = six_legs(robot).neutral_feet, path.stance(plan.time)
+    slip, rise, rolled = 0.0, 0.0, 0.0
+    for k in range(0, len(plan.time), 7):
+        rotation, position, velocity, omega = trunk_motion(control, path, plan.time[k])
+        q = np.concatenate([position, pin.Quaternion(rotation).coeffs(), plan.q[k]])
+        v = np.concatenate([rotation.T @ velocity, rotation.T @ omega, plan.v[k]])
+        pin.forwardKinematics(model, data, q, v)
+        for leg in np.flatnonzero(down[k]):
+            foot = robot.foot(robot.leg(LEG_ORDER[leg]).foot)
+            joint = model.getJointId(foot.joint)
+            own, axes = pin.getVelocity(model, data, joint, pin.LOCAL), data.oMi[joint].rotation
+            centre = axes @ (own.linear + np.cross(own.angular, foot.offset))
+            contact = centre + np.cross(axes @ own.angular, [0.0, 0.0, -foot.radius])
+            slip, rolled = max(slip, np.abs(contact).max()), max(rolled, np.abs(centre).max())
+            height = data.oMi[joint].act(foot.offset)[2] - neutral[leg, 2]
+            rise = max(rise, abs(height))
+    # Polynomials of degree 10: waypoints, where a derivative jumps, and ends of ramps cost most.
+    assert slip < 1e-6
+    assert rise < 1e-12
+    assert rolled > 1e-3  # the centres of spheres do move
+
+
+def test_small_roll_in_closed_form() -> None:
+    """A leg that swings sideways as one link: the centre rolls by r times the angle it turns.
+
+    On a straight path sideways, the middle legs move in one vertical plane; the sphere turns with
+    its tibia, so the way of the centre is r (theta(t) - theta(mid-stance)), theta = -(q2 + q3).
+    """
+    robot = load_robot("kharagpur", foot_radius=0.03)
+    control = KinematicControl(Gait.tetrapod(stroke=0.06, heading=np.pi / 2))
+    plan, path = control.plan(robot, 8.0), control.path(robot)
+    leg = LEG_ORDER.index("lm")
+    x, y, _ = path.body_pose(plan.time).T
+    centre = path.positions(plan.time)[:, leg, 1] + y
+    columns = [robot.joint_index(f"lm_{name}_joint") for name in ("femur", "tibia")]
+    pitch = plan.q[:, columns].sum(axis=1)
+    placed = (2 + control.gait.phases[leg]) * 2.4
+    during = (plan.time > placed) & (plan.time < placed + 2 / 3 * 2.4)
+    middle = int(np.argmin(np.abs(plan.time - (placed + 0.8))))
+    turned = pitch[during] - pitch[middle]
+    np.testing.assert_allclose(
+        np.abs(centre[during] - centre[middle]), 0.03 * np.abs(turned), atol=1e-12
+    )
+    assert np.all(np.diff(centre[during]) > 0.0)  # it rolls the way the body goes
+    assert np.ptp(turned) > 0.2
+
+
+@pytest.mark.parametrize("name", ["straight", "turning", "stopping", "swaying", "commanded"])
+def test_paths_are_twice_continuously_differentiable(robot: Robot, name: str) -> None:
+    path = CONTROLS[name].path(robot).solved_until(9.0)
+    h = 1e-6
+    time = np.linspace(h, 8.0, 1501)
+    slope = (path.positions(time + h) - path.positions(time - h)) / (2 * h)
+    np.testing.assert_allclose(path.velocities(time), slope, atol=5e-9)  # rounding 1e-16 / h
+    at, h = path.events(8.0), 1e-5
+    before = (path.velocities(at - h) - path.velocities(at - 2 * h)) / h
+    after = (path.velocities(at + 2 * h) - path.velocities(at + h)) / h
+    np.testing.assert_allclose(after, before, atol=0.03)  # 3 h times 1000 m/s^3
+
+
+def test_points_do_not_roll() -> None:
+    robot = load_robot("kharagpur", foot_radius=0.0)
+    time = np.linspace(0.0, 8.0, 400)
+    rolling = FootPath.of(six_legs(robot), TURNING)
+    np.testing.assert_array_equal(
+        rolling.positions(time), replace(rolling, legs=None).positions(time)
+    )
+
+
+def test_a_steady_walk_repeats_with_its_roll(robot: Robot) -> None:
+    path = CONTROLS["turning"].path(robot)
+    time = np.linspace(2.0, 3.0, 200) * TURNING.cycle_time
+    again = path.positions(time + 3.0 * TURNING.cycle_time)
+    np.testing.assert_allclose(again, path.positions(time), atol=1e-11)
+
+
+def test_a_stroke_beyond_reach_is_refused_as_with_points(robot: Robot) -> None:
+    with pytest.raises(GaitError, match=r"leg \w\w: foot target .* outside the reach") as refused:
+        KinematicControl(Gait.tripod(stroke=0.8)).plan(robot, 3.0)
+    limit = refused.value.limit
+    assert refused.value.quantity == "stroke"
+    assert limit is not None and limit > 0.1
+    KinematicControl(Gait.tripod(stroke=0.999 * limit)).plan(robot, 3.0)
