@@ -58,8 +58,11 @@ def _hold(data: Mapping[str, Any]) -> HoldPosture:
 
 
 def _held(data: Mapping[str, Any]) -> SampledTrajectory:
-    given = table(data, "controller", required=("kind", "time", "q"))
-    return SampledTrajectory(given["time"], given["q"])
+    given = table(data, "controller", required=("kind", "time", "q"), optional=("limited",))
+    limited = given.get("limited", True)
+    if not isinstance(limited, bool):
+        raise ParameterError("controller.limited", limited, "true or false")
+    return SampledTrajectory(given["time"], given["q"], limited=limited)
 
 
 _READERS: dict[str, Reader] = {"kinematic": _kinematic, "hold": _hold, "held": _held}
