@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,9 @@ FINE_GRID = 1e-4
 WANTED = 0.03
 """Largest difference between the peaks of accepted steps and those of the reference."""
 
+WHAT = ("grid", "steps", "finer")
+"""What is compared with the reference."""
+
 CYCLES_BEFORE = 2
 """Whole cycles before the one that is looked at."""
 
@@ -36,6 +40,7 @@ class Peaks:
 
     grid: Array  # of samples every 2 ms, at the accuracy
     steps: Array  # of the accepted steps of the same run
+    finer: Array  # of the accepted steps at a tenth of the accuracy
     reference: Array  # of samples every 0.1 ms, at the tight accuracy
 
 
@@ -57,14 +62,15 @@ def peak_sampling(
                 rows.append(row)
                 worst, missed = max(worst, steps), max(missed, grid)
     head = ["robot", "gait", "contact"]
-    head += [f"grid, {kind} [%]" for kind in KINDS] + [f"steps, {kind} [%]" for kind in KINDS]
-    head += ["grid, worst joint [%]", "steps, worst joint [%]"]
+    head += [f"{what}, {kind} [%]" for what in WHAT for kind in KINDS]
+    head += [f"{what}, worst joint [%]" for what in WHAT]
     return StudyReport(
         "Peaks of torque between samples",
         [
             f"The third cycle of walks at accuracy {accuracy:g}: the largest |torque| of the "
             f"samples every {1e3 * GRID:g} ms (grid) and of all accepted steps, as summaries have "
-            f"it (steps), each less that of a run at accuracy {tight:g} sampled every "
+            f"it (steps), of those at {0.1 * accuracy:g} too (finer), "
+            f"each less that of a run at accuracy {tight:g} sampled every "
             f"{1e3 * FINE_GRID:g} ms, as a share of the latter. Per kind: the largest of its six "
             "joints. Negative: missed.",
             f"Largest difference of the kinds: grid {100 * missed:.1f} %, accepted steps "
@@ -83,22 +89,23 @@ def _row(
     gait, _ = feasible_gait(robot, gait_name, None, cycle_time=cycle)
     scene = hp.Scene(robot, contact=hp.Contact.preset(contact))
     name = [robot_name, gait_name, contact]
+    print("...", *name, file=sys.stderr, flush=True)
     try:
         found = peaks_of(scene, hp.KinematicControl(gait), cycle, *accuracies)
     except DivergenceError as error:
-        return [*name, *["-"] * 7, str(error)], np.inf, np.inf
+        return [*name, *["-"] * 11, str(error)], np.inf, np.inf
     kinds = np.array(joint_kinds(robot.joint_names, len(robot.feet)))
-    by_kind = {
-        what: [relative(getattr(found, what), found.reference, kinds == kind) for kind in KINDS]
-        for what in ("grid", "steps")
-    }
-    joints = [
-        max((getattr(found, what) / found.reference - 1.0).tolist(), key=abs)
-        for what in ("grid", "steps")
+    kind_errors = [
+        relative(getattr(found, what), found.reference, kinds == kind)
+        for what in WHAT
+        for kind in KINDS
     ]
-    numbers = [*by_kind["grid"], *by_kind["steps"], *joints]
-    row = [*name, *(f"{100.0 * x:+.1f}" for x in numbers)]
-    return row, max(map(abs, by_kind["steps"])), max(map(abs, by_kind["grid"]))
+    joint_errors = [
+        max((getattr(found, what) / found.reference - 1.0).tolist(), key=abs) for what in WHAT
+    ]
+    row = [*name, *(f"{100.0 * x:+.1f}" for x in (*kind_errors, *joint_errors))]
+    grid, steps = (max(map(abs, kind_errors[k : k + 3])) for k in (0, 3))
+    return row, steps, grid
 
 
 def relative(peaks: Array, reference: Array, chosen: Array) -> float:
@@ -119,8 +126,10 @@ def peaks_of(
     fine = hp.simulate(
         scene, control, duration=cycle, accuracy=tight, sample=FINE_GRID, initial=start.checkpoint
     )
+    finer = hp.simulate(scene, control, duration=end, accuracy=0.1 * accuracy, sample=0.1 * cycle)
     return Peaks(
         np.abs(trace.torque[third]).max(axis=0),
         np.abs(trace.summary.torque_peak),
+        np.abs(finer.summary.torque_peak),
         np.abs(fine.torque).max(axis=0),
     )
