@@ -28,12 +28,25 @@ from hexapod_pin.validation.tables import Table
 FOLDER = Path(__file__).resolve().parent.parent / "benchmarks"
 STEP = 1e-3
 SHORT = {
+    "batch": ["--cases", "6", "--diverging", "1", "--duration", "0.1", "--share", "2"],
     "constraint_drift": ["--duration", "0.02", "--rounds", "1"],
     "contact_cost": ["--duration", "0.05", "--rounds", "1"],
     "creep": ["--duration", "0.05"],
     "drive_promise": ["--scenes", "1", "--methods", "extrapolated-euler", "--seed", "3"],
     "formulations_cost": ["--rounds", "1", "--stiffnesses", "1"],
     "one_hour": ["--cycles", "2"],
+    "peak_sampling": [
+        "--robots",
+        "athena",
+        "--gaits",
+        "tripod",
+        "--contacts",
+        "s1",
+        "--cycle",
+        "0.8",
+        "--tight",
+        "1e-5",
+    ],
     "robust_cost": ["--quick"],
     "step_cost": ["--quick"],
     "tolerance_calibration": ["--drops", "1", "--methods", "extrapolated-euler"],

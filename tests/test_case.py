@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import hexapod_pin as hp
+from hexapod_pin.control import BodyMotion, Sine, VelocityCommand
 from hexapod_pin.control.joint_trajectory import JointTrajectory
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.robot import urdf_path
@@ -56,6 +57,22 @@ CASES = {
         hp.Scene(ROBOT), hp.SampledTrajectory([0.0, 0.1 / 3], [ROBOT.posture, ROBOT.posture])
     ),
     "state": walk(initial=replace(ROBOT.stand(), v=np.full(24, 1e-3 / 7)), duration=0.1),
+    "trunk": hp.Case(
+        hp.Scene(
+            ROBOT,
+            loads=[
+                hp.Payload("base_link", mass=0.1 / 3, position=(0.0, 0.0, 0.05)),
+                hp.Push("base_link", force=(1.0 / 3, 0.0, 0.0), start=0.1, duration=0.2),
+                hp.LostLeg("lf", 0.7),
+            ],
+        ),
+        hp.KinematicControl(
+            GAIT.model_copy(update={"turn_rate": 0.0}),
+            body=BodyMotion(height=0.01 / 3, pitch=Sine(amplitude=0.01 / 3, period=0.7)),
+            velocity=VelocityCommand(time=(0.0, 1.0 / 3), forward=(0.02, 0.01 / 3)),
+        ),
+        duration=0.5,
+    ),
     "radius": hp.Case(
         hp.Scene(hp.load_robot("athena", foot_radius=0.03 / 7, posture=[0.0, 0.5, 1.0 / 3] * 6)),
         hp.HoldPosture(),
@@ -126,6 +143,13 @@ def test_a_digest_is_of_the_meaning() -> None:
     for case in same:
         assert case.digest == plain.digest
     assert len({case.digest for case in (plain, *others)}) == 1 + len(others)
+
+
+def test_cases_read_from_files_share_their_robot() -> None:
+    first, second = (hp.Case.from_toml(CASES["walk"].to_toml()) for _ in range(2))
+    assert first.scene.robot is second.scene.robot
+    other = hp.Case.from_toml(CASES["radius"].to_toml())
+    assert other.scene.robot.feet[0].radius == 0.03 / 7
 
 
 def test_a_robot_file_moves_with_its_case(tmp_path: Path) -> None:

@@ -83,6 +83,29 @@ def test_walk_leaves_the_trace_that_the_library_gives(trace_file: Path):
     assert (stored.torque == direct.torque).all()
 
 
+def test_a_saved_case_repeats_the_walk_to_the_bit(run: Run):
+    words = (
+        "--duration",
+        "0.4",
+        "--mu",
+        "0.6",
+        "--kp",
+        "21",
+        "--save-case",
+        "case.toml",
+        "--no-html",
+    )
+    assert (run(*WALK, *words).status, run("run", "case.toml", "--no-html").status) == (0, 0)
+    first, again = hp.load_trace("walk.nc"), hp.load_trace("run.nc")
+    for name in ("time", "q", "v", "torque", "foot_force"):
+        assert (getattr(first, name) == getattr(again, name)).all(), name
+    case = hp.load_case("case.toml")
+    assert first.case == again.case == case
+    assert case.scene.contact.friction.mu == 0.6 and case.scene.servos.kp == 21.0
+    refused = run("run", "none.toml")
+    assert refused.status == 2 and "none.toml" in refused.err and refused.err.count("\n") == 1
+
+
 def test_degrees_on_the_command_line_are_radians_inside(run: Run):
     """--heading 90 walks to the left, --turn 5 is 5 degrees per second."""
     words = ("--duration", "1", "--heading", "90", "--turn", "5", "--stroke", "0.02", "--no-html")
@@ -222,7 +245,7 @@ def test_run_that_ends_early_keeps_its_trace(
     def simulate(*_: object, **__: object) -> hp.Trace:
         raise kind("stopped early", partial)
 
-    monkeypatch.setattr("hexapod_pin.simulation.run.simulate", simulate)
+    monkeypatch.setattr("hexapod_pin.simulation.run.run_case", simulate)
     done = run("walk", "kharagpur", "--out", "part.nc")
     assert done.status == status
     assert done.err.startswith("hexapod-pin: stopped early")

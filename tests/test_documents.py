@@ -75,9 +75,12 @@ def test_commands_exist(page: Path) -> None:
     assert set(re.findall(r"`hexapod-pin ([a-z]+)", text)) <= known
 
 
-@pytest.mark.parametrize("page", ["terrain.md", "loads.md", "closed_loop.md"])
-def test_the_code_of_a_page_runs(page: str) -> None:
+@pytest.mark.parametrize("page", ["terrain.md", "loads.md", "closed_loop.md", "cases.md"])
+def test_the_code_of_a_page_runs(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The blocks of a page belong together: names of one are known in the next."""
+    monkeypatch.chdir(tmp_path)
     text, names = (ROOT / "docs" / page).read_text(encoding="utf-8"), {}
     for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
         exec(compile(block, page, "exec"), names)

@@ -17,7 +17,8 @@ PROMISED = """
 load_robot urdf_path Robot State Blueprint Contact HuntCrossley AdamsImpact KelvinVoigt Restitution
 TanhCoulomb AdamsCoulomb SmoothStep BrownMcPhee StickSlip Flat Slope Stairs Ledge Groove HeightField
 Patch PatchedGround ShakingGround Servo JointStops Scene Gait KinematicControl HoldPosture
-SampledTrajectory simulate simulate_batch Case Checkpoint Trace load_trace torque_budget
+SampledTrajectory simulate simulate_batch iterate_batch Case load_case register_controller Summary
+load_summary Checkpoint Trace load_trace torque_budget
 TorqueBudget Measurement Command Sensor Sensors Payload Push LostLeg Session FeedbackController view
 errors __version__
 BodyMotion VelocityCommand Sine Waypoints

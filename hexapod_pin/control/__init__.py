@@ -39,6 +39,7 @@ __all__ = [
     "Waypoints",
     "feasible_gait",
     "leg_clearance",
+    "register_controller",
     "six_legs",
     "register_controller",
 ]

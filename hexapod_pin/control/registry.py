@@ -38,18 +38,19 @@ def table(
 
 
 def _kinematic(data: Mapping[str, Any]) -> KinematicControl:
-    parts = ("body", "velocity")
-    given = table(data, "controller", required=("kind", "gait"), optional=("stop_at", *parts))
-    for name in ("gait", *parts):
-        if not isinstance(given.get(name, {}), Mapping):
-            raise ParameterError(f"controller.{name}", given[name], "a table")
-    body, velocity = (given.get(name) for name in parts)
-    return KinematicControl(
-        Gait(**given["gait"]),
-        stop_at=given.get("stop_at"),
-        body=None if body is None else BodyMotion(**body),
-        velocity=None if velocity is None else VelocityCommand(**velocity),
+    given = table(
+        data, "controller", required=("kind", "gait"), optional=("stop_at", "body", "velocity")
     )
+    parts: dict[str, type[Gait | BodyMotion | VelocityCommand]] = {
+        "gait": Gait, "body": BodyMotion, "velocity": VelocityCommand,
+    }  # fmt: skip
+    made: dict[str, Any] = {}
+    for name, part in parts.items():
+        if name in given:
+            if not isinstance(given[name], Mapping):
+                raise ParameterError(f"controller.{name}", given[name], "a table")
+            made[name] = part(**given[name])
+    return KinematicControl(**made, stop_at=given.get("stop_at"))
 
 
 def _hold(data: Mapping[str, Any]) -> HoldPosture:
@@ -57,8 +58,11 @@ def _hold(data: Mapping[str, Any]) -> HoldPosture:
 
 
 def _held(data: Mapping[str, Any]) -> SampledTrajectory:
-    given = table(data, "controller", required=("kind", "time", "q"))
-    return SampledTrajectory(given["time"], given["q"])
+    given = table(data, "controller", required=("kind", "time", "q"), optional=("limited",))
+    limited = given.get("limited", True)
+    if not isinstance(limited, bool):
+        raise ParameterError("controller.limited", limited, "true or false")
+    return SampledTrajectory(given["time"], given["q"], limited=limited)
 
 
 _READERS: dict[str, Reader] = {"kinematic": _kinematic, "hold": _hold, "held": _held}

@@ -15,13 +15,13 @@ of both.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.footholds import Footholds, turned
+from hexapod_pin.control.footholds import turned
 from hexapod_pin.control.stances import LONGEST_PIECE_CYCLES, Stances, stances
 from hexapod_pin.errors import ReachError
 
@@ -212,13 +212,13 @@ def _cross(columns: Array, arm: Array) -> Array:
     return np.stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1], axis=-2)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _points() -> Array:
     """Return the Chebyshev points of the second kind, ascending from -1 to 1. (POINTS,)."""
     return -np.cos(np.pi * np.arange(POINTS) / (POINTS - 1))
 
 
-@lru_cache(maxsize=None)
+@cache
 def _integral_powers() -> Array:
     """Return what makes powers of s of the integral from -1 of point values. (POINTS + 1, POINTS)."""
     powers = np.linalg.inv(np.vander(_points(), increasing=True))
@@ -228,7 +228,7 @@ def _integral_powers() -> Array:
     return integral
 
 
-@lru_cache(maxsize=None)
+@cache
 def _integral() -> Array:
     """Return what makes the integral from -1 to each point of point values. (POINTS, POINTS)."""
     return np.vander(_points(), POINTS + 1, increasing=True) @ _integral_powers()
@@ -241,7 +241,7 @@ def _derivative_row(order: int, s: float) -> Array:
     return (factor * s ** np.maximum(k - order, 0.0))[None]
 
 
-@lru_cache(maxsize=None)
+@cache
 def _quintic() -> Array:
     """Return what makes powers of s of value, slope and second derivative at -1, then at 1."""
     rows = [_derivative_row(order, s)[0, :6] for s in (-1.0, 1.0) for order in range(3)]

@@ -1,6 +1,6 @@
 """Simulation: scenes, cases, methods, runs, sessions and batches over the native core."""
 
-from hexapod_pin.simulation.batch import simulate_batch
+from hexapod_pin.simulation.batch import iterate_batch, simulate_batch
 from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.loaded_model import loaded_model
 from hexapod_pin.simulation.loads import LostLeg, Payload, Push
@@ -18,6 +18,7 @@ __all__ = [
     "Push",
     "Scene",
     "Session",
+    "iterate_batch",
     "load_case",
     "loaded_model",
     "simulate",

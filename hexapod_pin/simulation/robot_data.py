@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot
+from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot, urdf_path
+
+OPTIONS = ("feet", "foot_radius", "posture")
+"""What a robot was loaded with."""
+
+KEPT_ROBOTS = 16
+"""How many loaded robots are remembered."""
 
 
 def robot_to_dict(robot: Robot) -> dict[str, Any]:
@@ -25,28 +32,48 @@ def robot_to_dict(robot: Robot) -> dict[str, Any]:
 def read_robot(data: Mapping[str, Any]) -> Robot:
     """Load a robot again, with the foot radius and the posture that it was loaded with.
 
+    The same file, unchanged, and the same options give the same object: cases share it.
+
     Raises:
         ParameterError: the file has changed, or does not give such feet.
         UrdfError: the file is not usable.
         UnknownNameError: there is no such robot.
     """
-    source, feet = data["source"], data.get("feet")
-    robot = load_robot(source, feet=feet)
+    source = data["source"]
+    parts = (tuple(x) if isinstance(x := data.get(name), list) else x for name in OPTIONS)
+    robot = _loaded(source, _stamp(source), *parts)
     if data.get("digest", robot.digest) != robot.digest:
         raise ParameterError(
             "robot.digest", data["digest"], "that of the file", "The URDF has changed."
         )
-    radii = data.get("foot_radius", [foot.radius for foot in robot.feet])
-    posture = data.get("posture", robot.posture.tolist())
+    return robot
+
+
+def _stamp(source: str) -> tuple[int, int]:
+    """Return what tells that a file has changed: time and size."""
+    try:
+        found = (urdf_path(source) if source in PACKAGED else Path(source).expanduser()).stat()
+    except OSError:
+        return (0, 0)  # loading it says what is wrong
+    return (found.st_mtime_ns, found.st_size)
+
+
+@lru_cache(maxsize=KEPT_ROBOTS)
+def _loaded(source: str, stamp: tuple[int, int], feet: Any, radii: Any, posture: Any) -> Robot:
+    """Load a robot; `stamp` only tells one content of a file from another."""
+    robot = load_robot(source, feet=feet)
     options: dict[str, Any] = {}
-    if radii != [foot.radius for foot in robot.feet]:
-        options["foot_radius"] = radii[0] if isinstance(radii, list) and radii else radii
-    if posture != robot.posture.tolist():
+    if radii is not None and radii != _radii(robot):
+        options["foot_radius"] = radii[0] if isinstance(radii, tuple) and radii else radii
+    if posture is not None and posture != tuple(robot.posture.tolist()):
         options["posture"] = posture
     if options:
         robot = load_robot(source, feet=feet, **options)
-    if radii != [foot.radius for foot in robot.feet]:
-        raise ParameterError(
-            "robot.foot_radius", radii, "the file's own, or one radius for all [m]"
-        )
+    if radii is not None and radii != _radii(robot):
+        allowed = "the file's own, or one radius for all [m]"
+        raise ParameterError("robot.foot_radius", radii, allowed)
     return robot
+
+
+def _radii(robot: Robot) -> tuple[float, ...]:
+    return tuple(float(foot.radius) for foot in robot.feet)
