@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.control_loop import without_time
@@ -99,10 +100,9 @@ class Session:
         """
         if not (np.isfinite(ramp) and ramp >= 0.0):
             raise ParameterError("ramp", ramp, "finite and not negative [s]")
-        told = self._run.rollout.set_points() if q is None else np.asarray(q, dtype=float)
-        rows = (None if x is None else np.asarray(x, dtype=float)[None] for x in (told, v, torque))
-        q_rows, v_rows, torque_rows = rows
-        self._together.command(Command(q_rows, v_rows, torque_rows, ramp=ramp > 0.0), ramp)
+        told = self._run.rollout.set_points() if q is None else q
+        rate, more = (None if x is None else _row(x) for x in (v, torque))
+        self._together.command(Command(_row(told), rate, more, ramp=ramp > 0.0), ramp)
 
     def advance(self, until: float) -> None:
         """Simulate to a time [s].
@@ -147,3 +147,9 @@ def live_run(scene: Scene, how: RunSettings, start: Checkpoint, **options: objec
     if not start.command.size:
         LockStep([run]).command(Command(start.q[None, 7:]), 0.0)
     return run
+
+
+def _row(values: ArrayLike) -> Array:
+    """Return values of the joints with the leading axis of one run."""
+    row: Array = np.asarray(values, dtype=float)[None]
+    return row

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -109,7 +110,7 @@ def closed_loop_cost(
 def _subjects(name: str, duration: float, accuracy: float) -> dict[str, Callable[[], float]]:
     robot, gait = hp.load_robot(name), GAITS[name]
     scene, control = hp.Scene(robot), YieldingWalk(robot, gait, duration)
-    how = {"duration": duration, "accuracy": accuracy, "sample": PERIOD}
+    how: dict[str, Any] = {"duration": duration, "accuracy": accuracy, "sample": PERIOD}
     cases = [hp.Case(scene, control, **how) for _ in range(LOCK_STEP)]
 
     def speed(run: Callable[[], object], count: int = 1) -> Callable[[], float]:
