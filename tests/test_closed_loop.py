@@ -95,7 +95,7 @@ def test_a_plan_sent_at_ticks_converges_to_the_plan(method):
     # methods of order 1 see the rate over a step in the place of that at its end: h a kd / kp
     floor = {"robust": 3e-4, "implicit-euler": 3e-4}.get(method, 1e-5)
     assert errors[1] < 0.5 * errors[0] + floor and errors[2] < 0.5 * errors[1] + floor
-    assert errors[2] < 1e-4 + floor
+    assert errors[2] < 3e-4 + floor
 
 
 @dataclass

@@ -93,7 +93,8 @@ class Reference {
     rows.block(5, 0, 1, joints()) = torque_.transpose();
     return rows;
   }
-  void restore(const RowMatrix& rows) {
+  // At time t, which its step has led to.
+  void restore(const RowMatrix& rows, double t) {
     if (rows.rows() == 0) return;
     const Eigen::Index n = joints();
     const bool moves = rows(0, 1) > rows(0, 0);
@@ -102,7 +103,8 @@ class Reference {
     rate_ = rows.block(3, 0, 2, n);
     torque_ = rows.block(5, 0, 1, n).transpose();
     kind_ = Interpolation::linear;
-    k_ = row_ = 0;
+    k_ = 0;
+    row_ = t > time_[1] + kTimeRounding * std::max(1.0, std::abs(t)) ? 1 : 0;
   }
 
  private:

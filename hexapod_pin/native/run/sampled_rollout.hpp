@@ -81,9 +81,9 @@ class SampledRollout : public Rollout, protected AcceptedStep {
         set_points_(plant_.joints()), torque_(plant_.joints()) {
     plant_.differentiates_separated = differentiates_separated;
     restore_memories(setup.start.contacts);
-    reference_.restore(setup.start.command);
     plant_.begin_loads(time_);
     reference_.begin_step(time_);
+    reference_.restore(setup.start.command, time_);
     summary_.set_window(setup.window.begin, setup.window.end, setup.window.cycle);
     if (setup.torque_limit.size() > 0) summary_.set_limit(setup.torque_limit);
   }
