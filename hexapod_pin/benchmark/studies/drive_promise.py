@@ -215,11 +215,8 @@ def drive_promise(
         lines.append((scene.name, apart, f"{amplification:.2g}", *cells))
         print(*lines[-1], sep=" | ", flush=True)
     columns = [f"{name} {accuracy:.0e}" for name in names for accuracy in ACCURACIES[name]]
-    table = Table(
-        "Error over accuracy",
-        ("scene", "references apart", "amplification", *columns),
-        tuple(lines),
-    )
+    head = ("scene", "references apart", "amplification", *columns)
+    table = Table("Error over accuracy", head, tuple(lines))
     return StudyReport(
         "Accuracy asked for, error made, where drives switch",
         [f"Seed {seed}, {scenes} scenes{', no motors or dry friction' if plain else ''}.",
@@ -229,29 +226,21 @@ def drive_promise(
 
 
 def _summary(rows: Sequence[DriveRow]) -> Table:
+    head = (
+        "method", "accuracy", "ratio, median", "ratio, most", "missed",
+        f"ratio, most, amplification up to {CALM:g}", "missed of those",
+    )  # fmt: skip
     lines = []
     for method, accuracy in dict.fromkeys((row.method, row.accuracy) for row in rows):
-        ratios = [row.ratio for row in rows if (row.method, row.accuracy) == (method, accuracy)]
-        calm = [
-            row.ratio
-            for row in rows
-            if (row.method, row.accuracy) == (method, accuracy) and row.calm
-        ]
-        cells = [
-            (
-                f"{max(part, default=0.0):.3g}",
-                f"{sum(ratio > 1.0 for ratio in part)} of {len(part)}",
-            )
-            for part in (ratios, calm)
-        ]
-        lines.append((method, f"{accuracy:.0e}", f"{np.median(ratios):.2g}", *cells[0], *cells[1]))
-    head = (
-        "method",
-        "accuracy",
-        "ratio, median",
-        "ratio, most",
-        "missed",
-        f"most, amplification up to {CALM:g}",
-        "missed of those",
-    )
+        own = [row for row in rows if (row.method, row.accuracy) == (method, accuracy)]
+        median = np.median([row.ratio for row in own])
+        parts = (own, [row for row in own if row.calm])
+        cells = [cell for part in parts for cell in _worst([row.ratio for row in part])]
+        lines.append((method, f"{accuracy:.0e}", f"{median:.2g}", *cells))
     return Table("", head, tuple(lines))
+
+
+def _worst(ratios: Sequence[float]) -> tuple[str, str]:
+    """Return the largest ratio and how many are above 1."""
+    missed = sum(ratio > 1.0 for ratio in ratios)
+    return f"{max(ratios, default=0.0):.3g}", f"{missed} of {len(ratios)}"
