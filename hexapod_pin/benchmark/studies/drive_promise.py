@@ -2,8 +2,8 @@
 
 Weak motors, dry friction, joint stops and set-points that jump, on robots that float or stand and
 walk. Each run is compared with DOP853 at 1e-10, which extrapolated Euler must confirm at 1e-8.
-What a scene makes of an error is measured too: by how much it amplifies a shift of its start. Where
-that is far above 1, no local error control can keep the accuracy, and the references part as well.
+What a scene makes of an error is measured too: by how much it amplifies a shift of its set-points.
+Where that is far above 1, no local error control can keep the accuracy, and references part too.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ ACCURACIES = {"extrapolated-euler": (1e-3, 1e-4, 1e-5, 1e-6), "ndf": (1e-5, 1e-6
 REFERENCE: dict[str, Any] = {"method": "dop853", "accuracy": 1e-10}
 CHECK: dict[str, Any] = {"method": "extrapolated-euler", "accuracy": 1e-8}
 SHIFT = 1e-7
-"""Of the joints at the start, for the amplification [rad]."""
+"""Of the set-points, for the amplification [rad]."""
 
 CALM = 5.0
 """Amplification up to which a scene tells of the method and not of itself [-]."""
@@ -71,6 +71,23 @@ class JumpingSetPoints:
         return {"kind": "jumping", "time": self.time.tolist(), "q": self.q.tolist()}
 
 
+@dataclass(frozen=True)
+class ShiftedSetPoints:
+    """Another controller's set-points, those of its joints shifted by plus and minus `SHIFT`."""
+
+    controller: Controller
+
+    def plan(self, robot: Robot, duration: float) -> JointTrajectory:
+        """Return the shifted reference."""
+        plan = self.controller.plan(robot, duration)
+        sign = np.where(np.arange(plan.q.shape[1]) % 2, 1.0, -1.0)
+        return replace(plan, q=plan.q + SHIFT * sign)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the settings as TOML-able data."""
+        return {**self.controller.to_dict(), "shift": SHIFT}
+
+
 @dataclass(frozen=True, eq=False)
 class DriveScene:
     """A scene with its commands and its start."""
@@ -89,12 +106,9 @@ class DriveScene:
         return trace.q
 
     def amplification(self, exact: Array) -> float:
-        """Return how far a start shifted by `SHIFT` leads from q (T, nq), in shifts."""
-        n = len(self.scene.robot.joint_names)
-        q = self.initial.q.copy()
-        q[7:] += SHIFT * np.where(np.arange(n) % 2, 1.0, -1.0)
-        start = self.scene.robot.check_state(q, self.initial.v)
-        return PositionError.between(replace(self, initial=start).run(**REFERENCE), exact).q / SHIFT
+        """Return how far set-points shifted by `SHIFT` lead from q (T, nq), in shifts."""
+        other = replace(self, controller=ShiftedSetPoints(self.controller))
+        return PositionError.between(other.run(**REFERENCE), exact).q / SHIFT
 
 
 def random_scenes(seed: int, count: int, *, plain: bool = False) -> list[DriveScene]:
