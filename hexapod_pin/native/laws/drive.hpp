@@ -86,12 +86,19 @@ struct DriveLaw {
     return std::clamp(demand, lower_line(joint, rate), upper_line(joint, rate));
   }
 
+  bool is_within(int joint, double demand, double rate) const {
+    return std::abs(demand) <= cap[joint] && demand <= upper_line(joint, rate) &&
+           demand >= lower_line(joint, rate);
+  }
+
   double motor_torque(int joint, double demand, double rate) const {
+    if (is_within(joint, demand, rate)) return demand;
     return std::clamp(on_line(joint, demand, rate), -cap[joint], cap[joint]);
   }
 
   // The piece that a demand is on; `within` for one that is not a number.
   LimitMode limit_mode(int joint, double demand, double rate, double slack = 0.0) const {
+    if (is_within(joint, demand, rate)) return LimitMode::within;
     const double upper = upper_line(joint, rate), lower = lower_line(joint, rate);
     const double torque = std::clamp(demand, lower, upper), most = cap[joint] * (1.0 + slack);
     if (torque > most) return LimitMode::upper_cap;
@@ -104,6 +111,7 @@ struct DriveLaw {
 
   // The motor's torque on a piece that is known, beyond its ends too.
   double torque_on(int joint, LimitMode mode, double demand, double rate) const {
+    if (mode == LimitMode::within) return demand;
     switch (mode) {
       case LimitMode::upper_cap: return cap[joint];
       case LimitMode::lower_cap: return -cap[joint];

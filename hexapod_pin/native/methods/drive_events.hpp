@@ -80,7 +80,10 @@ class DriveEvents {
 
   // As `accept`, for a method that finds the modes anew before its next step.
   void count(PlantT& plant, double h) const {
-    if (idle_) return;
+    const auto switched = [](const DriveMode& mode) { return mode != DriveMode(); };
+    if (plant.drive_counters.idle() &&
+        std::none_of(plant.mode.begin(), plant.mode.end(), switched))
+      return;
     for (int j = 0; j < plant.joints(); ++j)
       plant.drive_counters.add(j, plant.mode[j].limit, plant.mode[j].stop, h);
   }

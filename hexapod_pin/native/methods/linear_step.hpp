@@ -25,9 +25,11 @@ class LinearStep {
   // friction are stuck; feet in the ground have a force.
   void begin(const PlantT& plant, Reference& reference, double t_end, const VectorXd& v) {
     begin_contacts(plant, reference, t_end);
-    for (int j = 0; j < plant.joints(); ++j)
-      mode_[j] = {LimitMode::within, StopMode::free, plant.drive.sliding(j, v[6 + j])};
-    friction_changes_.assign(plant.dry ? plant.joints() : 0, 0);
+    std::fill(mode_.begin(), mode_.end(), DriveMode());
+    saturated_ = false;
+    if (!plant.dry) return;
+    for (int j = 0; j < plant.joints(); ++j) mode_[j].friction = plant.drive.sliding(j, v[6 + j]);
+    friction_changes_.assign(plant.joints(), 0);
   }
 
   // Drives stay in the modes of the plant.
@@ -67,7 +69,7 @@ class LinearStep {
                              : plant.drive.limit_mode(j, demand, v_end_[6 + j], DriveLaw::kLimitSlack);
       if (next == now || next == LimitMode::within) continue;
       now = next;
-      found = true;
+      found = saturated_ = true;
     }
     return found;
   }
@@ -120,7 +122,8 @@ class LinearStep {
 
   // Works and impulses of the step, from the forces at its end. Needs find_end.
   void accumulate(const PlantT& plant, double h, const VectorXd& joints,
-                  EnergyLedger& ledger) const {
+                  EnergyLedger& ledger) {
+    at_stop_ = false;
     ledger.push += h * plant.push_power(v_end_);
     for (int j = 0; j < plant.joints(); ++j) {
       const double rate = v_end_[6 + j];
@@ -130,15 +133,18 @@ class LinearStep {
       ledger.joint_damping += h * plant.drive.damping[j] * rate * rate;
       if (plant.dry) ledger.joint_damping -= h * plant.drive.dry_torque(j, mode_[j].friction) * rate;
       const StopTorque& stop = plant.stop[j];
-      if (stop.stiffness != 0.0) ledger.stops -= h * stop.after(h * rate, rate - plant.rate(j)) * rate;
+      if (stop.stiffness == 0.0) continue;
+      at_stop_ = true;
+      ledger.stops -= h * stop.after(h * rate, rate - plant.rate(j)) * rate;
     }
     for (std::size_t i = 0; i < released_.size(); ++i)
       if (!released_[i])
         ledger.add_contact(i, force_[i], velocity_[i], plant.feet[i].ground.normal, h);
   }
 
-  // Limits and stops of this step, on to the counters.
+  // Limits and stops of this step, on to the counters. Needs accumulate.
   void count(PlantT& plant, double h) const {
+    if (!saturated_ && !at_stop_ && plant.drive_counters.idle()) return;
     for (int j = 0; j < plant.joints(); ++j)
       plant.drive_counters.add(
           j, mode_[j].limit, plant.stop[j].stiffness != 0.0 ? StopMode::upper : StopMode::free, h);
@@ -239,6 +245,7 @@ class LinearStep {
   SetPoints set_points_;
   std::vector<DriveMode> mode_;  // of each joint
   std::vector<int> friction_changes_;
+  bool saturated_ = false, at_stop_ = false;  // a joint is at its limit, at a stop
   std::vector<char> released_;   // contacts without force in this step
   std::vector<char> secant_;     // contacts with the secant of their friction law
   std::vector<Vec3> force_, velocity_;

@@ -71,7 +71,7 @@ class NdfDriver {
   static constexpr double kSaturatedVelocityWeight = 0.3;  // s, where a joint is at its torque limit
   // Tolerances that an error of order 1 or 2 counts for after a switch of the drives: there may be
   // hundreds of them a second, each with a start at low order.
-  static constexpr double kRestartStrictness = 5.0;
+  static constexpr double kRestartStrictness = 8.0;
   static constexpr double kTouchTolerances = 1e4;  // a foot has landed within 10 tolerances of the ground
   static constexpr double kLeastStep = 1e-14;      // s, and of the time
   static constexpr double kMaxTurn = 0.5;          // rad, of the chart

@@ -1,8 +1,10 @@
 // Classical Runge-Kutta of order 4 in the chart of the step's start: explicit, shares no Jacobian.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "methods/chart_flow.hpp"
@@ -22,12 +24,15 @@ class RungeKutta4 {
   void step(PlantT& plant, Reference& reference, double t, double h, VectorXd& q, VectorXd& v,
             EnergyLedger& ledger) {
     static constexpr double node[4] = {0.0, 0.5, 0.5, 1.0};
-    ChartFlow<PlantT> flow(plant, reference);
+    if (!flow_) flow_.emplace(plant, reference);
+    ChartFlow<PlantT>& flow = *flow_;
     flow.begin(q, v, y0_);
     flow.servo_demand(t, demand_);
     plant.find_modes(q, v, demand_);
-    for (int j = 0; j < plant.joints(); ++j)
-      plant.drive_counters.add(j, plant.mode[j].limit, plant.mode[j].stop, h);
+    const auto switched = [](const DriveMode& mode) { return mode != DriveMode(); };
+    if (!plant.drive_counters.idle() || std::any_of(plant.mode.begin(), plant.mode.end(), switched))
+      for (int j = 0; j < plant.joints(); ++j)
+        plant.drive_counters.add(j, plant.mode[j].limit, plant.mode[j].stop, h);
     flow.rate_here(t, y0_, k_[0]);
     for (int s = 1; s < 4; ++s) {
       y_ = y0_ + (node[s] * h) * k_[s - 1];
@@ -44,6 +49,7 @@ class RungeKutta4 {
   std::map<std::string, double> counters() const { return {}; }
 
  private:
+  std::optional<ChartFlow<PlantT>> flow_;  // of the first step's plant, which stays where it is
   VectorXd y0_, y_, demand_;
   std::array<VectorXd, 4> k_;
 };

@@ -16,7 +16,10 @@ struct DriveCounters {
   explicit DriveCounters(int joints)
       : limit_count(joints), limit_time(VectorXd::Zero(joints)), stop_count(joints), last_(joints) {}
 
-  // A step of dt in which a joint was in these modes.
+  bool idle() const { return !busy_; }  // no joint was at a limit or stop in the last step
+
+  // A step of dt in which a joint was in these modes; joints in their order. Not needed where all are
+  // free of both and the counters are idle.
   void add(int joint, LimitMode limit, StopMode stop, double dt) {
     Last& last = last_[joint];
     const bool at_limit = limit != LimitMode::within, at_stop = stop != StopMode::free;
@@ -24,6 +27,7 @@ struct DriveCounters {
     if (at_limit && !last.at_limit) ++limit_count[joint];
     if (at_stop && !last.at_stop) ++stop_count[joint];
     last = {at_limit, at_stop};
+    busy_ = at_limit || at_stop || (joint > 0 && busy_);
   }
 
  private:
@@ -31,6 +35,7 @@ struct DriveCounters {
     bool at_limit = false, at_stop = false;
   };
   std::vector<Last> last_;
+  bool busy_ = false;
 };
 
 }  // namespace hexapod

@@ -16,16 +16,18 @@ class JointDrives {
  public:
   explicit JointDrives(int joints) : set_points_(joints), diagonal_(joints), joints_(joints) {}
 
-  // `q` and `v` (n) joint angles and rates at the start of a step that ends at `end`. A stuck joint
+  // `dry`: a joint has dry friction. `q` and `v` (n) joint angles and rates at the start of a step that ends at `end`. A stuck joint
   // changes its rate by `stop_share` of what would bring the rate used over the step to zero.
-  void begin(const DriveLaw& law, Reference& reference, double end, double h, double stop_share,
-             const VectorXd& q, const VectorXd& v) {
-    law_ = &law, h_ = h, stop_share_ = stop_share, q_ = q;
+  void begin(const DriveLaw& law, bool dry, Reference& reference, double end, double h,
+             double stop_share, const VectorXd& q, const VectorXd& v) {
+    law_ = &law, dry_ = dry, h_ = h, stop_share_ = stop_share, q_ = q;
     set_points_.take(reference, end);
-    dry_ = law.dry();
-    for (int j = 0; j < q.size(); ++j)
-      joints_[j] = {LimitMode::within, law.sliding(j, v[j]), 0,
-                    law.stops.present() ? law.stops.beyond(j, q[j]) : 0.0, false};
+    switched_ = false;
+    for (int j = 0; j < q.size(); ++j) {
+      const double beyond = law.stops.present() ? law.stops.beyond(j, q[j]) : 0.0;
+      joints_[j] = {LimitMode::within, dry_ ? law.sliding(j, v[j]) : FrictionMode::none, 0, beyond, false};
+      switched_ |= beyond != 0.0;
+    }
   }
 
   // Adds weight * torque at the start rates `v` (n) to `right` (n), and finds the diagonal.
@@ -66,6 +68,7 @@ class JointDrives {
       found |= limit_changes(j, rate[j]);
       if (law_->stops.present() && !joints_[j].released) found |= stop_changes(j, rate[j]);
     }
+    switched_ |= found;
     return found;
   }
 
@@ -93,8 +96,10 @@ class JointDrives {
       ledger.joint_damping += h_ * law_->damping[j] * rate[j] * rate[j];
       if (dry_) ledger.joint_damping -= h_ * friction_torque(j) * rate[j];
       ledger.stops -= h_ * stop_torque(j, rate[j]) * rate[j];
-      counters.add(j, joint.limit, joint.beyond != 0.0 ? StopMode::upper : StopMode::free, h_);
     }
+    if (!switched_ && counters.idle()) return;
+    for (int j = 0; j < rate.size(); ++j)
+      counters.add(j, joints_[j].limit, joints_[j].beyond != 0.0 ? StopMode::upper : StopMode::free, h_);
   }
 
  private:
@@ -166,7 +171,7 @@ class JointDrives {
 
   const DriveLaw* law_ = nullptr;
   double h_ = 0.0, stop_share_ = 1.0;
-  bool dry_ = false;
+  bool dry_ = false, switched_ = false;  // a joint has dry friction; is at its limit or a stop
   VectorXd q_, diagonal_;
   SetPoints set_points_;
   std::vector<JointState> joints_;

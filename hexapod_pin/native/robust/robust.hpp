@@ -83,7 +83,7 @@ class RobustStep {
 
   void advance(PlantT& plant, Reference& reference, double t, double h, VectorXd& q, VectorXd& v,
                EnergyLedger& ledger) {
-    drives_.begin(plant.drive, reference, t + h, h, kImplicitness, q.tail(plant.joints()),
+    drives_.begin(plant.drive, plant.dry, reference, t + h, h, kImplicitness, q.tail(plant.joints()),
                   v.tail(plant.joints()));
     find_contacts(plant, t, h, q);
     if (legs_.keeps_any()) solve_and_accept(plant, h, v, any_solver_, ledger);
