@@ -194,7 +194,9 @@ def test_held_set_points_end_steps_at_their_jumps() -> None:
     """Ten jumps of 0.1 rad, servos at their limits: each starts a new history, none is jumped."""
     robot = hp.load_robot("kharagpur")
     time = np.arange(10) * 0.013
-    held = hp.SampledTrajectory(time, robot.posture + 0.1 * (np.arange(10) % 2)[:, None], limited=False)
+    held = hp.SampledTrajectory(
+        time, robot.posture + 0.1 * (np.arange(10) % 2)[:, None], limited=False
+    )
     scene = hp.Scene(robot, contact=hp.Contact.s1())
 
     def run(method: str, accuracy: float) -> hp.Trace:

@@ -81,7 +81,6 @@ class BodyMotion(Spec):
             angular_velocity=np.stack(omega, axis=-1),
         )
 
-
     def start_pose(self) -> Array:
         """Return the pose at t = 0: x, y, z [m], quaternion x, y, z, w. Shape (7,)."""
         at_start = np.zeros(())

@@ -73,7 +73,9 @@ def moved(run: CaseRun, q: Array, v: Array, *, scene: Scene | None = None,
           posture: Array | None = None) -> CaseRun:  # fmt: skip
     """Return a run from another state, and with another scene or posture held if given."""
     where = scene or run.scene
-    controller = run.controller if posture is None else SampledTrajectory([0.0], [posture], limited=False)
+    controller = (
+        run.controller if posture is None else SampledTrajectory([0.0], [posture], limited=False)
+    )
     start = where.robot.check_state(q, v)
     return CaseRun(where, start, run.duration, run.sample, controller)
 
