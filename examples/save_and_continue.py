@@ -3,8 +3,7 @@
 A trace carries a checkpoint of its end: state, contact memories, and what the method needs for its
 next step. Prints the largest difference of the two. Writes `first_half.nc`.
 
-The first part ends with a gait cycle: `KinematicControl` places its knots from one gait event to
-the next, and a cut in between moves them (then the parts differ by some 1e-7 rad).
+`KinematicControl` plans a walk to the same knots however long it is, so it may be cut anywhere.
 """
 
 import sys

@@ -49,6 +49,7 @@ SHORT = {
     ],
     "robust_cost": ["--quick"],
     "step_cost": ["--quick"],
+    "walk_tracking": ["--quick"],
     "tolerance_calibration": ["--drops", "1", "--methods", "extrapolated-euler"],
 }
 WRITTEN_BY_HAND = {"hc40_references"}

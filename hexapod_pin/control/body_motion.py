@@ -19,6 +19,7 @@ class BodyMotion(Spec):
 
     The level body has the standing height, x forward, y left, z up. The trunk is turned by
     R_z(yaw) R_y(pitch) R_x(roll): positive pitch lowers the front, positive roll the right side.
+    With a gait of stroke 0 the robot stands and sways: no foot lifts.
 
     Attributes:
         height: [m], up.

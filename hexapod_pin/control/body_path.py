@@ -82,8 +82,9 @@ class BodyPath:
     @property
     def kinks(self) -> Array:
         """Times at which a third derivative of the pose jumps [s]."""
-        times = np.array([self.ramp, self.halt - self.ramp, self.halt])
-        return times[np.isfinite(times)]
+        times: Array = np.array([self.ramp, self.halt - self.ramp, self.halt])
+        finite: Array = times[np.isfinite(times)]
+        return finite
 
     def _elapsed(self, time: Array) -> tuple[Array, Array]:
         """Return S(t), the time walked at full speed so far [s], and S'(t)."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.body_path import RAMP_CYCLES, smooth_step
@@ -61,11 +62,11 @@ class CommandedBody:
         """Times at which a third derivative of the pose jumps [s]."""
         return np.unique(np.concatenate([self._begin, self._begin + self.ramp]))
 
-    def known(self, time: Array) -> Array:
+    def known(self, time: Array) -> NDArray[np.intp]:
         """Return how many steps have begun at times [s]. Shape of `time`."""
         return np.searchsorted(self._begin, time, side="right")
 
-    def twist(self, time: Array, known: Array | None = None) -> Array:
+    def twist(self, time: Array, known: NDArray[np.intp] | None = None) -> Array:
         """Return forward and lateral speed [m/s] and yaw rate [rad/s].
 
         Args:
@@ -76,17 +77,17 @@ class CommandedBody:
             Shape (..., 3).
         """
         done, active = self._steps(time, known)
-        twist = self._sums[done]
+        twist: Array = self._sums[done]
         for row, weight, share in active:
             twist = (
                 twist + self._changes[row] * np.where(weight, smooth_step(share)[1], 0.0)[..., None]
             )
         return twist
 
-    def yaw(self, time: Array, known: Array | None = None) -> Array:
+    def yaw(self, time: Array, known: NDArray[np.intp] | None = None) -> Array:
         """Return the integral of the yaw rate from t = 0 [rad]. Arguments as of `twist`."""
         done, active = self._steps(time, known)
-        yaw = self._sums[done, 2] * time - self._delays[done]
+        yaw: Array = self._sums[done, 2] * time - self._delays[done]
         for row, weight, share in active:
             walked = self.ramp * smooth_step(share)[0]
             yaw = yaw + self._changes[row, 2] * np.where(weight, walked, 0.0)
@@ -138,13 +139,13 @@ class CommandedBody:
 
     @cached_property
     def _delays(self) -> Array:
-        """Yaw that the first changes lack for having begun late and slowly [rad]. Shape (S + 1,)."""
+        """Yaw that the first changes lack: they began late and slowly [rad]. Shape (S + 1,)."""
         late = self._changes[:, 2] * (self._begin + 0.5 * self.ramp)
         return np.append(0.0, np.cumsum(late))
 
     def _steps(
-        self, time: Array, known: Array | None
-    ) -> tuple[Array, list[tuple[Array, Array, Array]]]:
+        self, time: Array, known: NDArray[np.intp] | None
+    ) -> tuple[NDArray[np.intp], list[tuple[NDArray[np.intp], NDArray[np.bool_], Array]]]:
         """Return how many steps are over, and of those under way row, mask and share so far."""
         begun = self.known(time) if known is None else np.minimum(self.known(time), known)
         done = np.minimum(np.searchsorted(self._begin, time - self.ramp, side="right"), begun)
@@ -154,7 +155,9 @@ class CommandedBody:
             active.append((row, done + nth < begun, (time - self._begin[row]) / self.ramp))
         return done, active
 
-    def _travel(self, begin: Array, end: Array, known: Array | None, nodes: int) -> Array:
+    def _travel(
+        self, begin: Array, end: Array, known: NDArray[np.intp] | None, nodes: int
+    ) -> Array:
         """Return the way in the world between times (M,) [s], by Gauss' rule [m]. Shape (M, 2)."""
         s, weight = np.polynomial.legendre.leggauss(nodes)
         half = 0.5 * (end - begin)[:, None]

@@ -34,12 +34,13 @@ class JointTrajectory:
         steady_until: end of that window [s]; not after `steady_from` where the run is too short.
         travel_direction: unit vector in the world, at the start. Shape (2,).
         speed: nominal speed along it [m/s].
-        start_pose: where the trunk stands at t = 0 relative to a level trunk in the same place: x, y,
-            z [m], quaternion x, y, z, w; a run finds its height over the ground by itself. None:
-            no offset. Shape (7,).
+        start_pose: where the trunk stands at t = 0 relative to a level trunk in the same place: x,
+            y, z [m], quaternion x, y, z, w; a run finds its height over the ground by itself.
+            None: no offset. Shape (7,).
 
     Raises:
-        ParameterError: an unknown kind, arrays of unequal length, not finite, or times not increasing from 0.
+        ParameterError: an unknown kind, arrays of unequal length, not finite, or times not
+            increasing from 0.
     """
 
     time: Array

@@ -5,7 +5,7 @@ normal z, at v = omega x (r z), so that the material point at the contact is at 
 over its foothold at mid-stance and rolls away from it by d(t), d' = omega x (r z), horizontal.
 omega is that of the trunk and of the joints, whose rates move the contact point with the ground:
 
-    q' = J_c(q)^-1 u_c,   J_c: Jacobian of the contact point,  u_c: its velocity relative to the trunk
+    q' = J_c(q)^-1 u_c,  J_c: Jacobian of the contact point, u_c: the ground seen from the trunk
 
 q depends on d: each stance is solved by Picard iteration on polynomials through Chebyshev points.
 In the air the centre goes from one stance's d to the next one's by a quintic with the d, d' and d''
@@ -15,12 +15,20 @@ of both.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.control.chebyshev import (
+    POINTS,
+    derivative_row,
+    integral,
+    integral_powers,
+    points,
+    quintic,
+)
 from hexapod_pin.control.footholds import turned
 from hexapod_pin.control.stances import LONGEST_PIECE_CYCLES, Stances, stances
 from hexapod_pin.errors import ReachError
@@ -29,9 +37,6 @@ if TYPE_CHECKING:
     from hexapod_pin.control.body_motion import TrunkOffset
     from hexapod_pin.control.foot_path import FootPath
     from hexapod_pin.control.six_legs import SixLegs
-
-POINTS = 10
-"""Chebyshev points of a piece of a stance."""
 
 CONVERGED = 1e-13
 """Change of a displacement at which the iteration ends [m]."""
@@ -87,7 +92,7 @@ def roll_table(six: SixLegs, path: FootPath, until: float) -> RollTable:
     longest = min(LONGEST_PIECE_CYCLES * period, path.shortest_time)
     pieces = stances(path.footholds, path.body, until, longest)
     rate, start = _solve(_Rolling.of(six, path, pieces), pieces, until)
-    powers = 0.5 * pieces.length[..., None, None] * (_integral_powers() @ rate)
+    powers = 0.5 * pieces.length[..., None, None] * (integral_powers() @ rate)
     powers[:, :, 0] += start
     tables = [_with_swings(pieces, powers, leg) for leg in range(6)]
     return RollTable(pieces.marks, tuple(tables))
@@ -114,7 +119,7 @@ class _Rolling:
     @staticmethod
     def of(six: SixLegs, path: FootPath, pieces: Stances) -> _Rolling:
         """Evaluate the motion of a path's body at the points of the pieces."""
-        share = 0.5 * (_points() + 1.0)
+        share = 0.5 * (points() + 1.0)
         time = (pieces.begin[..., None] + pieces.length[..., None] * share).reshape(6, -1)
         pose, twist = path.body.pose_and_twist(time.ravel())
         pose, twist = pose.reshape(6, -1, 3), twist.reshape(6, -1, 3)
@@ -171,7 +176,7 @@ def _solve(rolling: _Rolling, pieces: Stances, until: float) -> tuple[Array, Arr
                 rate[late & ~(np.abs(rate).max(axis=(2, 3)) < FASTEST_ROLL)] = 0.0
             except np.linalg.LinAlgError:
                 break
-            within = half * (_integral() @ rate)
+            within = half * (integral() @ rate)
             total = np.cumsum(within[:, :, -1], axis=1)
             passed = np.concatenate([np.zeros_like(total[:, :1]), total], axis=1)
             start = passed[:, :-1] - np.take_along_axis(passed, pieces.anchor[..., None], axis=1)
@@ -200,9 +205,9 @@ def _with_swings(pieces: Stances, powers: Array, leg: int) -> Array:
     ends = []
     for piece, s in ((before, 1.0), (before + 1, -1.0)):
         shrink = (duration / pieces.length[leg, piece])[:, None]
-        value, slope, bend = (_derivative_row(order, s) @ own[piece] for order in range(3))
+        value, slope, bend = (derivative_row(order, s) @ own[piece] for order in range(3))
         ends += [value[:, 0], slope[:, 0] * shrink, bend[:, 0] * shrink**2]
-    table[:6, swing] = np.tensordot(_quintic(), np.stack(ends), axes=1)
+    table[:6, swing] = np.tensordot(quintic(), np.stack(ends), axes=1)
     return table
 
 
@@ -210,39 +215,3 @@ def _cross(columns: Array, arm: Array) -> Array:
     """Return columns x arm, (..., 3, n) and (..., 3, 1)."""
     (a1, a2, a3), (b1, b2, b3) = np.moveaxis(columns, -2, 0), np.moveaxis(arm, -2, 0)
     return np.stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1], axis=-2)
-
-
-@cache
-def _points() -> Array:
-    """Return the Chebyshev points of the second kind, ascending from -1 to 1. (POINTS,)."""
-    return -np.cos(np.pi * np.arange(POINTS) / (POINTS - 1))
-
-
-@cache
-def _integral_powers() -> Array:
-    """Return what makes powers of s of the integral from -1 of point values. (POINTS + 1, POINTS)."""
-    powers = np.linalg.inv(np.vander(_points(), increasing=True))
-    integral = np.zeros((POINTS + 1, POINTS))
-    integral[1:] = powers / np.arange(1, POINTS + 1)[:, None]
-    integral[0] = -((-1.0) ** np.arange(1, POINTS + 1)) @ integral[1:]
-    return integral
-
-
-@cache
-def _integral() -> Array:
-    """Return what makes the integral from -1 to each point of point values. (POINTS, POINTS)."""
-    return np.vander(_points(), POINTS + 1, increasing=True) @ _integral_powers()
-
-
-def _derivative_row(order: int, s: float) -> Array:
-    """Return the derivatives at s of the powers of s. Shape (1, POINTS + 1)."""
-    k = np.arange(POINTS + 1.0)
-    factor = np.prod([k - j for j in range(order)], axis=0) if order else np.ones_like(k)
-    return (factor * s ** np.maximum(k - order, 0.0))[None]
-
-
-@cache
-def _quintic() -> Array:
-    """Return what makes powers of s of value, slope and second derivative at -1, then at 1."""
-    rows = [_derivative_row(order, s)[0, :6] for s in (-1.0, 1.0) for order in range(3)]
-    return np.linalg.inv(np.array(rows))

@@ -80,8 +80,8 @@ def standing_task(
 def held_task(task: Task) -> Task:
     """Return the task with set-points held from sample to sample: what every engine can do alike.
 
-    A controller that holds already, or that holds one posture, is left as it is. The set-points jump
-    at once: no engine but this one limits their velocity.
+    A controller that holds already, or that holds one posture, is left as it is. The
+    set-points jump at once: no engine but this one limits their velocity.
     """
     plan = task.controller.plan(task.scene.robot, task.duration)
     if plan.held or _constant(plan):

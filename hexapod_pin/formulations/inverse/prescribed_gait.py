@@ -56,8 +56,7 @@ def prescribed_gait(
 ) -> PrescribedGait:
     """Return torques and forces of a walk that follows its plan, at the given times.
 
-    Feet pivot about their contact points: the plan is exact for point feet (`foot_radius=0`); a
-    sphere would roll, and its foothold would have to slide.
+    Feet pivot about their contact points, as the plan has it: spherical feet roll without slip.
 
     Args:
         model: a robot with six legs, on level ground.

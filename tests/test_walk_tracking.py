@@ -1,0 +1,34 @@
+"""Walks go where their plans say, at any heading and foot radius: a part of benchmarks/."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.benchmark.studies.walk_tracking import LIMIT, measured
+
+WALKS = [
+    ("kharagpur", 0.03, hp.Gait.tetrapod(stroke=0.06, cycle_time=1.6, heading=np.pi / 2)),
+    ("kharagpur", None, hp.Gait.ripple(stroke=0.06, heading=np.radians(37), turn_rate=0.1)),
+    ("athena", None, hp.Gait.tripod(stroke=0.06, heading=np.radians(-120))),
+    ("athena", 0.0, hp.Gait.wave(stroke=0.06, cycle_time=4.0, turn_rate=-0.1)),
+]
+
+
+@pytest.mark.parametrize(("robot", "radius", "gait"), WALKS)
+def test_walk_follows_its_plan(robot: str, radius: float | None, gait: hp.Gait) -> None:
+    """Within 1 %, as the mission asks; 0.3 % is what the load's pressing of feet leaves."""
+    found = measured(robot, radius, gait)
+    assert abs(found.speed) < LIMIT
+    assert abs(found.heading) < LIMIT
+    assert abs(found.turn_rate) < LIMIT
+
+
+def test_feet_planned_as_points_run_away_sideways_and_slide_where_they_disagree() -> None:
+    """30 mm feet: 30 % too far sideways; in a turn they would roll in different directions."""
+    robot, radius, gait = WALKS[0]
+    assert measured(robot, radius, gait, centred=True).speed > 0.2
+    turning = hp.Gait.tripod(stroke=0.06, heading=np.radians(37), turn_rate=0.1)
+    rolled, fixed = (measured(robot, radius, turning, centred=centred) for centred in (False, True))
+    assert rolled.slip < 0.2 * fixed.slip
