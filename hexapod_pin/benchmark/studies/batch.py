@@ -74,8 +74,8 @@ def batch(
         [
             f"Tripod walks of kharagpur at accuracy 1e-4 with {GAITS} strokes and differing servo "
             "gains and friction; those that diverge are explicit steps beyond the stability limit "
-            f"of a stiff contact. The last two rows are medians of {rounds} rounds in turns over {share} "
-            "walks, and over 8 rollouts on plain threads: what the machine gives.",
+            f"of a stiff contact. The last two rows are medians of {rounds} rounds in turns over "
+            f"{share} walks, and over 8 rollouts on plain threads: what the machine gives.",
             Table("", ["", "measured", "wanted"], rows),
         ],
         met=met,

@@ -12,7 +12,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.study import StudyReport
 from hexapod_pin.control.feasible_gait import feasible_gait
 from hexapod_pin.control.gait import GAITS
-from hexapod_pin.errors import DivergenceError
+from hexapod_pin.errors import GaitError
 from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.results.joint_budget import KINDS, joint_kinds
 from hexapod_pin.validation.tables import Table
@@ -61,7 +61,7 @@ def peak_sampling(
                 row, steps, grid = _row(robot, gait, contact, cycle, (accuracy, tight))
                 rows.append(row)
                 worst, missed = max(worst, steps), max(missed, grid)
-    head = ["robot", "gait", "contact"]
+    head = ["robot", "gait", "contact", "cycle [s]"]
     head += [f"{what}, {kind} [%]" for what in WHAT for kind in KINDS]
     head += [f"{what}, worst joint [%]" for what in WHAT]
     return StudyReport(
@@ -88,12 +88,14 @@ def _row(
     robot = hp.load_robot(robot_name)
     gait, _ = feasible_gait(robot, gait_name, None, cycle_time=cycle)
     scene = hp.Scene(robot, contact=hp.Contact.preset(contact))
-    name = [robot_name, gait_name, contact]
+    name = [robot_name, gait_name, contact, f"{cycle:.3g}"]
     print("...", *name, file=sys.stderr, flush=True)
     try:
         found = peaks_of(scene, hp.KinematicControl(gait), cycle, *accuracies)
-    except DivergenceError as error:
-        return [*name, *["-"] * 11, str(error)], np.inf, np.inf
+    except GaitError as error:  # the fastest cycle that the joints can follow
+        if error.quantity != "cycle_time" or not error.limit or error.limit <= cycle:
+            raise
+        return _row(robot_name, gait_name, contact, 1.01 * error.limit, accuracies)
     kinds = np.array(joint_kinds(robot.joint_names, len(robot.feet)))
     kind_errors = [
         relative(getattr(found, what), found.reference, kinds == kind)
