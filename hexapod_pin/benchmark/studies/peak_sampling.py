@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import dataclass
 
@@ -26,6 +27,9 @@ FINE_GRID = 1e-4
 
 WANTED = 0.03
 """Largest difference between the peaks of accepted steps and those of the reference."""
+
+CYCLE_STEP = 0.24
+"""Cycle times that are too short become a multiple of it [s]: a whole number of all samples."""
 
 WHAT = ("grid", "steps", "finer")
 """What is compared with the reference."""
@@ -86,16 +90,17 @@ def _row(
 ) -> tuple[list[str], float, float]:
     """Return a row of the table, and the largest differences of steps and grid over the kinds."""
     robot = hp.load_robot(robot_name)
-    gait, _ = feasible_gait(robot, gait_name, None, cycle_time=cycle)
     scene = hp.Scene(robot, contact=hp.Contact.preset(contact))
     name = [robot_name, gait_name, contact, f"{cycle:.3g}"]
     print("...", *name, file=sys.stderr, flush=True)
     try:
+        gait, _ = feasible_gait(robot, gait_name, None, cycle_time=cycle)
         found = peaks_of(scene, hp.KinematicControl(gait), cycle, *accuracies)
     except GaitError as error:  # the fastest cycle that the joints can follow
         if error.quantity != "cycle_time" or not error.limit or error.limit <= cycle:
             raise
-        return _row(robot_name, gait_name, contact, 1.01 * error.limit, accuracies)
+        slower = CYCLE_STEP * math.ceil(error.limit / CYCLE_STEP)
+        return _row(robot_name, gait_name, contact, slower, accuracies)
     kinds = np.array(joint_kinds(robot.joint_names, len(robot.feet)))
     kind_errors = [
         relative(getattr(found, what), found.reference, kinds == kind)
