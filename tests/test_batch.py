@@ -96,6 +96,13 @@ def test_settings_of_the_batch_are_for_cases_that_have_none() -> None:
     first, second = hp.simulate_batch([open_case, own], duration=0.1, accuracy=1e-3)
     assert (first.time[-1], first.meta["accuracy"]) == (0.1, 1e-3)
     assert (second.time[-1], second.meta["method"]) == (0.2, "robust")
+    odd = replace(open_case, sample=3e-4)
+    error, good = hp.simulate_batch([odd, own], duration=0.1, method="rk4", step=1e-3)
+    assert isinstance(error, ParameterError) and isinstance(
+        good, hp.Trace
+    )  # its samples do not fit
+    with pytest.raises(ParameterError, match="accuracy"):
+        hp.simulate_batch([open_case], duration=0.1, accuracy=-1.0)
     (error,) = hp.simulate_batch([open_case])
     assert isinstance(error, ParameterError) and error.name == "Case.duration"
 

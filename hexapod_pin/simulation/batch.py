@@ -9,6 +9,7 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.batch_runs import BatchRuns
 from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.run_settings import RunSettings
 
 BatchResult = Trace | Summary | Exception
 """What a case comes to."""
@@ -48,8 +49,7 @@ def simulate_batch(
         `DivergenceError`, what `simulate` refuses it with, or what its controller raised.
 
     Raises:
-        ParameterError: threads, keep or errors out of range, or the settings do not fit a case's
-            own.
+        ParameterError: threads, keep, errors or a setting out of range.
         SimulationInterrupted: Ctrl-C; `.results` holds what was done, None for the rest.
     """
     if errors not in ("keep", "raise"):
@@ -93,16 +93,21 @@ def iterate_batch(
     Whoever stops taking them abandons the rest.
 
     Raises:
-        ParameterError: threads or keep out of range, or the settings do not fit a case's own.
+        ParameterError: threads, keep or a setting out of range.
     """
     if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
         raise ParameterError("threads", threads, "a whole number of at least 1")
     if keep not in ("trace", "summary"):
         raise ParameterError("keep", keep, '"trace" or "summary"')
-    chosen = [
-        case.with_defaults(
-            duration=duration, accuracy=accuracy, method=method, step=step, sample=sample
-        )
-        for case in cases
-    ]
+    RunSettings.of(0.0 if duration is None else duration, method, accuracy, step, sample)
+    chosen: list[Case | Exception] = []
+    for case in cases:
+        try:
+            chosen.append(
+                case.with_defaults(
+                    duration=duration, accuracy=accuracy, method=method, step=step, sample=sample
+                )
+            )
+        except ParameterError as error:  # they do not fit this case's own
+            chosen.append(error)
     return BatchRuns(chosen, threads, keep == "trace").results()

@@ -6,7 +6,7 @@ import contextlib
 import json
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from hexapod_pin.control.feedback import FeedbackController
@@ -37,18 +37,21 @@ LOCK_STEP = 64
 class BatchRuns:
     """Cases under way. Open-loop ones run in the pool, the others in lock-step in this thread."""
 
-    def __init__(self, cases: Sequence[Case], threads: int, record: bool) -> None:
-        """Take the cases; nothing is planned yet."""
-        self.cases, self.record = cases, record
-        live = [isinstance(case.controller, FeedbackController) for case in cases]
-        self.open = deque(k for k in range(len(cases)) if not live[k])
-        self.groups = deque(_groups(cases, [k for k in range(len(cases)) if live[k]]))
+    def __init__(self, cases: Sequence[Case | Exception], threads: int, record: bool) -> None:
+        """Take the cases, or what forbids them; nothing is planned yet."""
+        self.record = record
+        self.cases = {k: case for k, case in enumerate(cases) if isinstance(case, Case)}
+        self.refused = {k: case for k, case in enumerate(cases) if isinstance(case, Exception)}
+        live = [k for k, c in self.cases.items() if isinstance(c.controller, FeedbackController)]
+        self.open = deque(sorted(self.cases.keys() - set(live)))
+        self.groups = deque(_groups(self.cases, live))
         self.threads = max(1, min(threads, len(self.open)))
 
     def results(self) -> Iterator[Result]:
         """Yield results as cases finish."""
         from hexapod_pin import native as _native
 
+        yield from self.refused.items()
         pool = _native.Batch(self.threads)
         under_way: dict[int, tuple[int, NativeRun, float]] = {}
         while self.open or self.groups or under_way:
@@ -109,7 +112,7 @@ class BatchRuns:
             return error
 
 
-def _groups(cases: Sequence[Case], live: Sequence[int]) -> list[list[int]]:
+def _groups(cases: Mapping[int, Case], live: Sequence[int]) -> list[list[int]]:
     """Return cases that can run in lock-step: one robot, controller, settings and start time."""
     found: dict[object, list[int]] = {}
     for k in live:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import dataclass
 
@@ -12,7 +13,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.study import StudyReport
 from hexapod_pin.control.feasible_gait import feasible_gait
 from hexapod_pin.control.gait import GAITS
-from hexapod_pin.errors import DivergenceError
+from hexapod_pin.errors import GaitError
 from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.results.joint_budget import KINDS, joint_kinds
 from hexapod_pin.validation.tables import Table
@@ -26,6 +27,9 @@ FINE_GRID = 1e-4
 
 WANTED = 0.03
 """Largest difference between the peaks of accepted steps and those of the reference."""
+
+CYCLE_STEP = 0.24
+"""Cycle times that are too short become a multiple of it [s]: a whole number of all samples."""
 
 WHAT = ("grid", "steps", "finer")
 """What is compared with the reference."""
@@ -61,7 +65,7 @@ def peak_sampling(
                 row, steps, grid = _row(robot, gait, contact, cycle, (accuracy, tight))
                 rows.append(row)
                 worst, missed = max(worst, steps), max(missed, grid)
-    head = ["robot", "gait", "contact"]
+    head = ["robot", "gait", "contact", "cycle [s]"]
     head += [f"{what}, {kind} [%]" for what in WHAT for kind in KINDS]
     head += [f"{what}, worst joint [%]" for what in WHAT]
     return StudyReport(
@@ -86,14 +90,17 @@ def _row(
 ) -> tuple[list[str], float, float]:
     """Return a row of the table, and the largest differences of steps and grid over the kinds."""
     robot = hp.load_robot(robot_name)
-    gait, _ = feasible_gait(robot, gait_name, None, cycle_time=cycle)
     scene = hp.Scene(robot, contact=hp.Contact.preset(contact))
-    name = [robot_name, gait_name, contact]
+    name = [robot_name, gait_name, contact, f"{cycle:.3g}"]
     print("...", *name, file=sys.stderr, flush=True)
     try:
+        gait, _ = feasible_gait(robot, gait_name, None, cycle_time=cycle)
         found = peaks_of(scene, hp.KinematicControl(gait), cycle, *accuracies)
-    except DivergenceError as error:
-        return [*name, *["-"] * 11, str(error)], np.inf, np.inf
+    except GaitError as error:  # the fastest cycle that the joints can follow
+        if error.quantity != "cycle_time" or not error.limit or error.limit <= cycle:
+            raise
+        slower = CYCLE_STEP * math.ceil(error.limit / CYCLE_STEP)
+        return _row(robot_name, gait_name, contact, slower, accuracies)
     kinds = np.array(joint_kinds(robot.joint_names, len(robot.feet)))
     kind_errors = [
         relative(getattr(found, what), found.reference, kinds == kind)
