@@ -118,7 +118,7 @@ class BatchRuns:
 
 
 def _without_frames(error: Exception) -> Exception:
-    """Return an error that does not hold the run in memory: this package's own say all themselves."""
+    """Return an error that, if it is one of this package, does not hold the run in memory."""
     return error.with_traceback(None) if isinstance(error, HexapodError) else error
 
 
