@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from hexapod_pin.control.feedback import FeedbackController
-from hexapod_pin.errors import SimulationInterrupted
+from hexapod_pin.errors import HexapodError, SimulationInterrupted
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
@@ -71,19 +71,24 @@ class BatchRuns:
     def _plan_next(self, pool: Any, under_way: dict[int, tuple[int, NativeRun, float]]) -> Any:
         """Plan the next case and hand it to the pool; a case that is refused is a result."""
         index = self.open.popleft()
-        case = self.cases[index]
         begin = time.perf_counter()
-        try:
-            how = case.settings
-            run = open_loop_run(case, how, record=self.record)
-        except Exception as error:  # whatever it is, it is this case's result
-            return index, error
+        run = self._set_up(self.cases[index])
+        if isinstance(run, Exception):
+            return index, run
+        grid = run.how.grid
         if self.record:
-            run.rollout.reserve(how.grid.samples)
-        chunk = round(PROGRESS_INTERVAL / how.grid.sample)
-        part = min(chunk, how.grid.samples // SLICES)
-        under_way[pool.add(run.rollout, how.grid.samples, max(1, part))] = (index, run, begin)
+            run.rollout.reserve(grid.samples)
+        part = min(round(PROGRESS_INTERVAL / grid.sample), grid.samples // SLICES)
+        number = pool.add(run.rollout, grid.samples, max(1, part))
+        under_way[number] = (index, run, begin)
         return None
+
+    def _set_up(self, case: Case) -> NativeRun | Exception:
+        """Plan a case; whatever forbids it is its result."""
+        try:
+            return open_loop_run(case, case.settings, record=self.record)
+        except Exception as error:
+            return _without_frames(error)
 
     def _live(self, group: list[int]) -> list[Result]:
         """Run cases with one feedback controller side by side; where that fails, one by one."""
@@ -97,7 +102,7 @@ class BatchRuns:
             raise
         except Exception as error:
             if len(group) == 1:
-                return [(group[0], error)]
+                return [(group[0], _without_frames(error))]
             return [result for k in group for result in self._live([k])]
         return [(k, self._result(run)) for k, run in zip(group, runs, strict=True)]
 
@@ -109,7 +114,12 @@ class BatchRuns:
             run.require_good_so_far()
             return run.summary()
         except Exception as error:
-            return error
+            return _without_frames(error)
+
+
+def _without_frames(error: Exception) -> Exception:
+    """Return an error that, if it is one of this package, does not hold the run in memory."""
+    return error.with_traceback(None) if isinstance(error, HexapodError) else error
 
 
 def _groups(cases: Mapping[int, Case], live: Sequence[int]) -> list[list[int]]:
