@@ -16,7 +16,7 @@ HEAVY = ("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h
 PROMISED = """
 load_robot urdf_path Robot State Blueprint Contact HuntCrossley AdamsImpact KelvinVoigt Restitution
 TanhCoulomb AdamsCoulomb SmoothStep BrownMcPhee StickSlip Flat Slope Stairs Ledge Groove HeightField
-Patch PatchedGround ShakingGround Servo JointStops Scene Gait KinematicControl HoldPosture
+Patch PatchedGround ShakingGround Servo Motor JointStops Scene Gait KinematicControl HoldPosture
 SampledTrajectory simulate simulate_batch Case Checkpoint Trace load_trace torque_budget
 TorqueBudget view errors __version__
 """.split()
