@@ -22,6 +22,9 @@ load_summary Checkpoint Trace load_trace torque_budget
 TorqueBudget Measurement Command Sensor Sensors Payload Push LostLeg Session FeedbackController view
 errors __version__
 BodyMotion VelocityCommand Sine Waypoints
+Patch PatchedGround ShakingGround Servo Motor JointStops Scene Gait KinematicControl HoldPosture
+SampledTrajectory simulate simulate_batch Case Checkpoint Trace load_trace torque_budget
+TorqueBudget view errors __version__
 """.split()
 
 
