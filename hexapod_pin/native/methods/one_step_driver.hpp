@@ -69,6 +69,7 @@ class OneStepDriver {
   std::map<std::string, double> counters() const {
     return {{"steps", double(steps_)},       {"rejected", double(rejected_)},
             {"events", double(events_)},     {"largest_turn", largest_turn_},
+            {"refined", double(refined_)},
             {"error_most", error_most_},     {"error_sum", error_sum_},
             {"error_estimate", std::sqrt(error_most_ * error_sum_)}};
   }
@@ -76,6 +77,11 @@ class OneStepDriver {
  private:
   static constexpr double kFirstStep = 1e-4;  // s
   static constexpr int kMaxTries = 60, kMaxEventTries = 4, kMaxSwitchTries = 8;
+  // Steps show the peaks of torques: in one of them a torque changes by no more than this share of the
+  // joint's largest, unless the step is very short.
+  static constexpr double kMostTorqueChange = 0.06;
+  static constexpr double kTorqueAim = 0.6;        // of that share, in the next try or step
+  static constexpr double kLeastTorqueStep = 1e-5;  // s
   static constexpr double kLeastEventStep = 1e-11;  // s, and of the time
   static constexpr double kLeastShare = 1e-3;  // of a step: where the ground has a jump, the gap has no root
 
@@ -96,8 +102,16 @@ class OneStepDriver {
         const double touch = located < kMaxEventTries ? touch_.share(flow_.plant, h) : 1.0;
         double drive = drives_.share(flow_, t + h, y1_, h);
         if (switched == kMaxSwitchTries || h < least) drive = 1.0;
+        const double change = drives_.torque_change() / kMostTorqueChange;
+        if (change > 1.0 && h > kLeastTorqueStep) {
+          ++refined_;
+          h = step_ = h * std::max(0.25, kTorqueAim / change);
+          flow_.restore_evaluation(y0_);
+          continue;
+        }
         if (touch == 1.0 && drive == 1.0) {
           accept(h, size, cut, located + switched > 0);
+          if (change > kTorqueAim) step_ = std::min(step_, h * kTorqueAim / change);
           return h;
         }
         ++(drive < touch ? switched : located);
@@ -125,7 +139,7 @@ class OneStepDriver {
   DriveEvents<PlantT> drives_;
   double step_;
   VectorXd y0_, y1_, error_;
-  long steps_ = 0, rejected_ = 0, events_ = 0;
+  long steps_ = 0, rejected_ = 0, events_ = 0, refined_ = 0;
   double largest_turn_ = 0.0, error_most_ = 0.0, error_sum_ = 0.0;
 };
 
