@@ -164,7 +164,7 @@ def _motion(
         return start, KinematicControl(
             Gait.tripod(stroke=float(rng.uniform(0.02, 0.05)), cycle_time=cycle)
         )
-    times = np.arange(10) * 0.03
+    times = np.linspace(0.0, 0.27, 10)
     reach = 0.3 if place == "floating" else 0.08
     q = robot.posture + reach * rng.uniform(-1.0, 1.0, (10, len(robot.joint_names)))
     q[0] = robot.posture

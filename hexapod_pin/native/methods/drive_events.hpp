@@ -17,7 +17,7 @@ template <class PlantT>
 class DriveEvents {
  public:
   DriveEvents(PlantT& plant, const ErrorNorm& norm)
-      : norm_(norm), set_points_(plant.joints()), start_(plant.joints()), end_(plant.joints()) {
+      : norm_(norm), set_points_(plant.joints()), next_(plant.joints()), start_(plant.joints()), end_(plant.joints()) {
     plant.modes_frozen = true;
     const DriveLaw& drive = plant.drive;
     const auto finite = [](const VectorXd& x) { return x.size() > 0 && x.minCoeff() < kNeverReached; };
@@ -28,13 +28,16 @@ class DriveEvents {
   // Finds the modes at a state where the plant is evaluated; set-points may have jumped there.
   void start(PlantT& plant, Reference& reference, double t, const VectorXd& q, const VectorXd& v) {
     if (idle_) return;
-    set_points_.take(reference, t);
+    next_.take(reference, t);
+    if (is_known(plant, q, v)) return;
+    std::swap(set_points_, next_);
     plant.servo_demand(q, v, set_points_, start_.demand);
     plant.find_modes(q, v, start_.demand);
     start_.angle = q.tail(plant.joints());
     start_.rate = v.tail(plant.joints());
     start_.holding = plant.holding;
     changed_ = false;
+    known_ = true;
     last_ = Crossing();
   }
 
@@ -57,10 +60,11 @@ class DriveEvents {
     return first.share;
   }
 
-  // Velocity errors of joints at their torque limit are not damped by their servos: they weigh more.
-  // `floor`, `saturated`: the least weights of velocities without and with such joints, s.
-  void weigh(const PlantT& plant, double floor, double saturated, ErrorNorm& norm) const {
-    norm.floor = !idle_ && any_saturated(plant) ? saturated : floor;
+  // Velocity errors of joints at their torque limit are not damped by their servos, and those of joints
+  // that slide under dry friction move its switches: they weigh more. `floor`, `hard`: the least weights
+  // of velocities without and with such joints, s.
+  void weigh(const PlantT& plant, double floor, double hard, ErrorNorm& norm) const {
+    norm.floor = !idle_ && any_hard(plant) ? hard : floor;
   }
 
   // Largest change of a motor's torque in the step of the last call of `share`, as a share of its cap; 0
@@ -78,6 +82,7 @@ class DriveEvents {
       move_on();
       return false;
     }
+    known_ = false;
     if (plant.stop_turned_back(v)) plant.evaluate(t, q, v, 0.0);
     start(plant, reference, t, q, v);
     return true;
@@ -95,6 +100,7 @@ class DriveEvents {
   void move_on() {
     std::swap(start_, end_);
     last_ = Crossing();
+    known_ = !changed_;
   }
 
  private:
@@ -103,9 +109,20 @@ class DriveEvents {
   static constexpr double kOvershootShare = 0.01;
   static constexpr double kLeastAim = 0.02, kMostAim = 0.5;  // of what is left of the step behind a switch
 
-  static bool any_saturated(const PlantT& plant) {
-    const auto at_limit = [](const DriveMode& mode) { return mode.limit != LimitMode::within; };
-    return std::any_of(plant.mode.begin(), plant.mode.end(), at_limit);
+  static bool any_hard(const PlantT& plant) {
+    const auto hard = [](const DriveMode& mode) {
+      return mode.limit != LimitMode::within || mode.friction == FrictionMode::forward ||
+             mode.friction == FrictionMode::backward;
+    };
+    return std::any_of(plant.mode.begin(), plant.mode.end(), hard);
+  }
+
+  // Whether the modes are those of this state already: the end of the last step, the set-points the same.
+  // What stuck joints hold depends on more than the joints.
+  bool is_known(const PlantT& plant, const VectorXd& q, const VectorXd& v) const {
+    return known_ && !plant.dry && next_.q == set_points_.q && next_.v == set_points_.v &&
+           next_.torque == set_points_.torque && q.tail(plant.joints()) == start_.angle &&
+           v.tail(plant.joints()) == start_.rate;
   }
 
   struct JointStates {
@@ -185,12 +202,12 @@ class DriveEvents {
   }
 
   ErrorNorm norm_;
-  SetPoints set_points_;
+  SetPoints set_points_, next_;
   JointStates start_, end_;  // of the step
   VectorXd rate_;
   Crossing last_;
   bool idle_ = false;  // nothing can switch
-  bool changed_ = false;
+  bool changed_ = false, known_ = false;
   double torque_change_ = 0.0;  // -
 };
 

@@ -68,7 +68,7 @@ class NdfDriver {
   using Newton = NdfNewton<PlantT>;
   static constexpr double kToleranceShare = 1.0 / 6.0;  // of the accuracy that one step may lose
   static constexpr double kLeastVelocityWeight = 0.03;  // s, of velocity errors
-  static constexpr double kSaturatedVelocityWeight = 0.3;  // s, where a joint is at its torque limit
+  static constexpr double kHardVelocityWeight = 0.3;  // s, where a joint is at its torque limit or slides
   // Tolerances that an error of order 1 or 2 counts for after a switch of the drives: there may be
   // hundreds of them a second, each with a start at low order.
   static constexpr double kRestartStrictness = 8.0;
@@ -114,7 +114,7 @@ class NdfDriver {
 
   // Accepts one step; false if none can be found.
   bool take_step(double horizon) {
-    drives_.weigh(flow_.plant, kLeastVelocityWeight, kSaturatedVelocityWeight, norm_);
+    drives_.weigh(flow_.plant, kLeastVelocityWeight, kHardVelocityWeight, norm_);
     if (h_ > step_limit_) resize(step_limit_);
     int located = 0, switched = 0;
     for (int tries = 0; tries < kMaxTries; ++tries) {

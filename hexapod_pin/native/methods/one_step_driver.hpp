@@ -46,7 +46,7 @@ class OneStepDriver {
       const double rest = stop - t, h = fit_step(step_, rest);
       flow_.begin(q, v, y0_);
       touch_.begin(flow_.plant);
-      drives_.weigh(flow_.plant, Method::kLeastVelocityWeight, Method::kSaturatedVelocityWeight, norm_);
+      drives_.weigh(flow_.plant, Method::kLeastVelocityWeight, Method::kHardVelocityWeight, norm_);
       method_.begin(flow_, t, y0_);
       const double done = step_from(t, h);
       if (done <= 0.0 || !(flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed)) return false;
