@@ -26,7 +26,7 @@ class NdfDriver {
  public:
   NdfDriver(PlantT& plant, Reference& reference, double accuracy,
             const std::vector<double>& /*memory*/, AcceptedStep& observer)
-      : flow_(plant, reference), observer_(observer), tolerance_(kToleranceShare * accuracy),
+      : flow_(plant, reference), observer_(observer), tolerance_((reference.jumps() ? kJumpingShare : 1.0) * kToleranceShare * accuracy),
         norm_{tolerance_, kLeastVelocityWeight, plant.law.friction.steepness()},
         newton_(flow_, norm_), drives_(plant, norm_), touch_(plant.feet.size(), kTouchTolerances * tolerance_) {}
 

@@ -28,7 +28,7 @@ class OneStepDriver {
   OneStepDriver(PlantT& plant, Reference& reference, double accuracy,
                 const std::vector<double>& memory, AcceptedStep& observer)
       : flow_(plant, reference), method_(plant), observer_(observer),
-        norm_{Method::tolerance_share(accuracy) * accuracy, Method::kLeastVelocityWeight,
+        norm_{(reference.jumps() ? kJumpingShare : 1.0) * Method::tolerance_share(accuracy) * accuracy, Method::kLeastVelocityWeight,
               Method::kWeightFollowsFriction ? plant.law.friction.steepness() : 0.0},
         touch_(plant.feet.size(), norm_.tolerance, Method::kLocatesLiftOff), drives_(plant, norm_),
         step_(kFirstStep) {

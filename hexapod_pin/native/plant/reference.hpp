@@ -24,6 +24,9 @@ class Reference {
       : time_(std::move(time)), position_(std::move(position)), rate_(std::move(rate)),
         torque_(VectorXd::Zero(position_.cols())), kind_(kind) {}
 
+  // Whether planned set-points jump from knot to knot.
+  bool jumps() const { return kind_ == Interpolation::held && time_.size() > 1; }
+
   Eigen::Index joints() const { return position_.cols(); }
 
   // From now on: from where the set-points are at time t straight to `position`, there at `arrival`
