@@ -73,7 +73,7 @@ def register_controller(kind: str, reader: Reader) -> None:
 
     Args:
         kind: what `to_dict()["kind"]` of the class is.
-        reader: makes a controller from what `to_dict` gave.
+        reader: makes a controller from what `to_dict` gave, one mapping with "kind" in it.
 
     Raises:
         ParameterError: another reader is registered for that kind.

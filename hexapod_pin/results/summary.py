@@ -40,7 +40,7 @@ class Summary:
         torque_peak_time: its time (n,) [s].
         torque_p99: size not exceeded for 99 % of the time, to 1 % (n,) [N m].
         torque_rms: (n,) [N m].
-        at_limit: share of the time at the torque limit (n,) [-].
+        at_limit: share of the time at the URDF's effort limit, a motor's not counted (n,) [-].
         speed_peak: rate of largest size, with its sign (n,) [rad/s].
         speed_peak_time: its time (n,) [s].
         speed_rms: (n,) [rad/s].

@@ -48,7 +48,8 @@ if TYPE_CHECKING:
 class Trace:
     """Samples of a simulation: T times, n joints, F feet; SI units, radians.
 
-    Arrays are read-only, copied where they were not. Two traces are equal when every bit is.
+    Arrays are read-only, copied where they were not. Two traces are equal when every bit is, that
+    of the wall-clock time in `meta` too: compare the arrays of two runs one by one.
 
     Attributes:
         time: (T,) [s], strictly increasing.
@@ -66,7 +67,7 @@ class Trace:
             "friction_loss" (losses >= 0), and "push_work" where something pushes the robot.
         counters: steps, evaluations, ...
         joint_names: n names.
-        foot_names: F names.
+        foot_names: F names: the feet, and after them the trunk's points with `body_contact`.
         meta: how the trace came about (scene and controller as TOML text, method, step, the URDF,
             what is assumed, ...); values that JSON can hold.
         foot_normal: (T, F, 3) [-], unit ground normal under each foot; or one (3,) for all, as
@@ -239,17 +240,24 @@ class Trace:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What happened, in the order of time: where the trunk came to touch the ground."""
+        """What happened, in the order of time: where the trunk came to touch the ground.
+
+        Empty where nothing did, with or without `Scene.body_contact`.
+        """
         return tuple(Event.from_dict(item) for item in self.meta.get("events", ()))
 
     @property
     def limits(self) -> tuple[JointLimits, ...]:
-        """How often and how long each joint was at its torque limit, or ran into a stop."""
+        """How often and how long each joint was at its torque limit, or ran into a stop.
+
+        Of the whole run, the motor's limits included: `joint`, `limit_count`, `limit_time` [s],
+        `stop_count` for each joint.
+        """
         return joint_limits(self.joint_names, self.meta)
 
     @property
     def digest(self) -> str:
-        """SHA-256 over every bit of the arrays, the names and `meta`."""
+        """SHA-256 over every bit of the arrays, the names and `meta`, wall-clock time included."""
         total = hashlib.sha256()
         for name, values in self._arrays().items():
             total.update(f"{name}{values.shape}".encode())

@@ -93,10 +93,12 @@ class Session:
             q: joint angles [rad]; None: where they are told to be now. Shape (n,).
             v: joint rates [rad/s]; None: 0, or those of the way where the command ramps. (n,).
             torque: added to the drives' own [N m]; None: 0. Shape (n,).
-            ramp: time in which the angles go to `q` [s]; 0: at once, as the limits allow.
+            ramp: time in which the angles go to `q` [s], longer where the limits ask for it; 0: at
+                once, as the limits allow.
 
         Raises:
-            ParameterError: wrong shape, not finite, or beyond a joint's range or velocity limit.
+            ParameterError: wrong shape, not finite, `q` beyond a joint's range or `v` beyond its
+                velocity limit.
         """
         if not (np.isfinite(ramp) and ramp >= 0.0):
             raise ParameterError("ramp", ramp, "finite and not negative [s]")
