@@ -29,6 +29,7 @@ FOLDER = Path(__file__).resolve().parent.parent / "benchmarks"
 STEP = 1e-3
 SHORT = {
     "batch": ["--cases", "6", "--diverging", "1", "--duration", "0.1", "--share", "2"],
+    "closed_loop_cost": ["--duration", "0.05", "--rounds", "1"],
     "constraint_drift": ["--duration", "0.02", "--rounds", "1"],
     "contact_cost": ["--duration", "0.05", "--rounds", "1"],
     "creep": ["--duration", "0.05"],
@@ -47,6 +48,7 @@ SHORT = {
         "--tight",
         "1e-5",
     ],
+    "plan_at_ticks": ["--quick"],
     "robust_cost": ["--quick"],
     "step_cost": ["--quick"],
     "walk_tracking": ["--quick"],

@@ -184,9 +184,12 @@ def test_lock_step_gives_every_case_its_bits():
 
 
 def test_one_that_diverges_leaves_the_others_alone():
-    """A step too long for stiff contact blows one case up; its neighbours do not notice."""
+    """A step too long for hard contact blows one case up; its neighbours do not notice."""
     soft = hp.Scene(robot())
-    stiff = hp.Scene(robot(), contact=hp.Contact.preset("s2"))
+    hard = hp.HuntCrossley(stiffness=1e13, exponent=1.5, dissipation=0.0)
+    stiff = hp.Scene(
+        robot(), contact=hp.Contact(normal=hard, friction=hp.TanhCoulomb(mu=0.7, slope=100.0))
+    )
     cases = [
         Case(scene, Yielding(), duration=0.1, method="rk4", step=2e-4)
         for scene in (soft, stiff, soft)
@@ -218,3 +221,33 @@ def test_a_bad_command_names_time_and_joint():
 def test_periods_and_delays_are_checked(fields):
     with pytest.raises(hp.errors.ParameterError, match=next(iter(fields))):
         run(Yielding(**fields), 0.01, accuracy=1e-4)
+
+
+def test_a_loop_may_begin_at_the_checkpoint_of_another_run():
+    """Ticks before it are missed: the next is at a whole number of periods."""
+    before = run(hp.HoldPosture(), 0.012, accuracy=1e-4)
+    spy = Spy(0.005)
+    run(spy, 0.02, initial=before.checkpoint, accuracy=1e-4)
+    assert [time for time, _, _ in spy.told] == pytest.approx([0.015, 0.02, 0.025, 0.03])
+
+
+@pytest.mark.parametrize(
+    ("controller", "words"),
+    [
+        (object(), "It has no period, start, update"),
+        (Spy, "a controller, not its class"),
+        (Spy(0.005, sensors="good ones"), "controller.sensors = 'str'"),
+    ],
+)
+def test_what_is_no_controller_is_told(controller, words):
+    with pytest.raises(hp.errors.ParameterError, match=words):
+        run(controller, 0.01, accuracy=1e-4)
+
+
+def test_an_answer_that_is_no_command_is_told():
+    class Forgetful(Yielding):
+        def update(self, time, m, state):
+            return super().update(time, m, state)[0]
+
+    with pytest.raises(hp.errors.ParameterError, match="Forgetful.update at t = 0 s = 'Command'"):
+        run(Forgetful(), 0.01, accuracy=1e-4)

@@ -70,6 +70,15 @@ def test_walk(run) -> None:
     assert hp.load_trace("out/walk.nc") == trace
 
 
+def test_height_hold(run) -> None:
+    """The servos give way by millimetres; the controller leaves a tenth of that."""
+    sag = run("height_hold")
+    for load in ("empty", "0.5 kg"):
+        assert 1e-3 < sag[f"{load}, posture held"] < 4e-3
+        assert abs(sag[f"{load}, height held"]) < 0.15 * sag[f"{load}, posture held"]
+    assert sag["0.5 kg, posture held"] > sag["empty, posture held"] + 2e-4
+
+
 def test_walk_on_terrain(run) -> None:
     traces = run("walk_on_terrain")
     way = {name: trace.com[-1] - trace.com[0] for name, trace in traces.items()}

@@ -42,11 +42,11 @@ def walk(normal: str, friction: str, ground: str, **how) -> hp.Trace:
 
 @pytest.mark.parametrize(("normal", "friction", "ground"), SOME)
 def test_x3_and_ndf_walk_alike_and_robust_near(normal: str, friction: str, ground: str) -> None:
-    """X3 keeps its 1e-5 against NDF at 1e-6; the robust step, of order 1, is 9e-4 off at most."""
+    """X3 keeps its 1e-5 against NDF at 1e-6; the robust step, of order 1, is less than 1e-3 off."""
     case = (normal, friction, ground)
     truth = walk(*case, method="ndf", accuracy=1e-6)
     assert np.abs(walk(*case, accuracy=1e-5).q - truth.q).max() < 1e-5
-    assert np.abs(walk(*case, method="robust", step=1e-3).q - truth.q).max() < 1e-3
+    assert np.abs(walk(*case, method="robust", step=5e-4).q - truth.q).max() < 1e-3
 
 
 @pytest.mark.parametrize("how", [{"accuracy": 1e-5}, {"method": "ndf"}, {"method": "robust"}])

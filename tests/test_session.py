@@ -180,3 +180,15 @@ def test_a_session_goes_on_from_its_checkpoint_to_the_same_bits(scene, method):
     rows = second.trace()
     same = np.isin(whole.trace().time, rows.time[1:])
     assert np.array_equal(whole.trace().foot_force[same], rows.foot_force[1:])
+
+
+def test_noise_of_sensors_is_drawn_anew_and_kept_by_checkpoints(scene):
+    sensors = hp.Sensors(q=hp.Sensor(noise=1e-3), seed=3)
+    session = hp.Session(scene, accuracy=1e-4, sensors=sensors)
+    first, second = session.measure().q, session.measure().q
+    error = np.concatenate([first, second]) - np.tile(scene.robot.posture, 2)
+    assert 5e-4 < error.std() < 2e-3 and not np.array_equal(first, second)
+    again = hp.Session(scene, accuracy=1e-4, sensors=sensors, initial=session.checkpoint())
+    assert np.array_equal(again.measure().q, session.measure().q)
+    with pytest.raises(hp.errors.ParameterError, match="sensors.delay"):
+        hp.Session(scene, sensors=hp.Sensors(delay=0.01))

@@ -12,7 +12,7 @@ WALKS = [
     ("kharagpur", 0.03, hp.Gait.tetrapod(stroke=0.06, cycle_time=1.6, heading=np.pi / 2)),
     ("kharagpur", None, hp.Gait.ripple(stroke=0.06, heading=np.radians(37), turn_rate=0.1)),
     ("athena", None, hp.Gait.tripod(stroke=0.06, heading=np.radians(-120))),
-    ("athena", 0.0, hp.Gait.wave(stroke=0.06, cycle_time=4.0, turn_rate=-0.1)),
+    ("athena", 0.0, hp.Gait.wave(stroke=0.06, cycle_time=4.0, turn_rate=-0.05)),
 ]
 
 

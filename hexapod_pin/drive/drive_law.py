@@ -50,6 +50,13 @@ def torque_cap(robot: Robot, servo: Servo) -> Array:
     return least
 
 
+def torque_limit(robot: Robot, servo: Servo) -> Array:
+    """Return the largest torque of each joint by effort, peak and stall torque (n,) [N m]."""
+    stall = [m.stall_torque * m.voltage_ratio if m else np.inf for m in servo.motors(robot)]
+    least: Array = np.minimum(np.minimum(torque_cap(robot, servo), robot.effort), stall)
+    return least
+
+
 def armature(robot: Robot, servo: Servo) -> Array:
     """Return what the rotors add to the joints' inertias (n,) [kg m^2]."""
     return np.array([motor.armature if motor else 0.0 for motor in servo.motors(robot)])

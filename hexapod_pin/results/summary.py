@@ -18,6 +18,8 @@ from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.case_text import case_toml
+from hexapod_pin.results.event import Event
+from hexapod_pin.results.joint_limits import JointLimits, joint_limits
 from hexapod_pin.results.plain_json import without_non_finite
 from hexapod_pin.results.summary_layout import LAYOUT, SCHEMA, SCHEMA_VERSION, shape_of
 from hexapod_pin.results.way import distance_per_cycle
@@ -40,7 +42,8 @@ class Summary:
         torque_peak_time: its time (n,) [s].
         torque_p99: size not exceeded for 99 % of the time, to 1 % (n,) [N m].
         torque_rms: (n,) [N m].
-        at_limit: share of the time at the URDF's effort limit, a motor's not counted (n,) [-].
+        at_limit: share of the time at the torque limit: effort, or what the motor gives at the
+            joint's speed (n,) [-].
         speed_peak: rate of largest size, with its sign (n,) [rad/s].
         speed_peak_time: its time (n,) [s].
         speed_rms: (n,) [rad/s].
@@ -211,9 +214,19 @@ class Summary:
 
     @property
     def torque_margin(self) -> Array:
-        """(n,) [N m]: effort limit less the largest torque of the whole run."""
+        """(n,) [N m]: torque limit at standstill less the largest torque of the whole run."""
         limit = np.asarray(self.meta.get("effort_limit", np.inf), dtype=float)
         return np.asarray(limit - np.fmax(np.abs(self.torque_peak), np.abs(self.outside_torque)))
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What happened, in the order of time, as `Trace.events`."""
+        return tuple(Event.from_dict(item) for item in self.meta.get("events", ()))
+
+    @property
+    def limits(self) -> tuple[JointLimits, ...]:
+        """How often and how long each joint was at its torque limit, as `Trace.limits`."""
+        return joint_limits(self.joint_names, self.meta)
 
     @property
     def case_toml(self) -> str:

@@ -48,8 +48,8 @@ if TYPE_CHECKING:
 class Trace:
     """Samples of a simulation: T times, n joints, F feet; SI units, radians.
 
-    Arrays are read-only, copied where they were not. Two traces are equal when every bit is, that
-    of the wall-clock time in `meta` too: compare the arrays of two runs one by one.
+    Arrays are read-only, copied where they were not. Two traces are equal when every bit is,
+    but for the wall-clock time in `meta`.
 
     Attributes:
         time: (T,) [s], strictly increasing.
@@ -257,12 +257,13 @@ class Trace:
 
     @property
     def digest(self) -> str:
-        """SHA-256 over every bit of the arrays, the names and `meta`, wall-clock time included."""
+        """SHA-256 over every bit of the arrays, the names and `meta` but the wall-clock time."""
         total = hashlib.sha256()
         for name, values in self._arrays().items():
             total.update(f"{name}{values.shape}".encode())
             total.update(values.astype("<f8").tobytes())
-        texts = [self.joint_names, self.foot_names, dict(self.counters), dict(self.meta)]
+        meta = {key: value for key, value in self.meta.items() if key != "wall_time"}
+        texts = [self.joint_names, self.foot_names, dict(self.counters), meta]
         total.update(json.dumps(texts, sort_keys=True).encode())
         return total.hexdigest()
 

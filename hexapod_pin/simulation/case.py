@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from hexapod_pin.control.feedback import FeedbackController
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.results.checkpoint import Checkpoint
+    from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.state import State
     from hexapod_pin.simulation.scene import Scene
 
@@ -137,6 +139,12 @@ class Case:
         except ParameterError:
             rest = (self.duration, self.accuracy, self.method, self.step, self.sample)
             return (id(self.scene), id(self.controller), id(self.initial), *rest)
+
+    def run(self, progress: Callable[[float], None] | None = None) -> Trace:
+        """Run the case; returns and raises as `simulate`."""
+        from hexapod_pin.simulation.run import run_case
+
+        return run_case(self, progress)
 
     def to_toml(self) -> str:
         """Return the case as TOML text; numbers keep every bit.

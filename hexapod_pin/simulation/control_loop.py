@@ -6,12 +6,14 @@ acts `delay` after it. All three are events of the run's clock: a step ends ther
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from hexapod_pin.control.check_controller import checked_answer
 from hexapod_pin.control.feedback import FeedbackController, Measurement
 from hexapod_pin.control.sensors import Sensors
 from hexapod_pin.errors import ParameterError
@@ -49,7 +51,9 @@ class ControlLoop:
         sensors: Sensors = getattr(controller, "sensors", None) or Sensors()
         self.reader = sensors.start([0] * len(runs) if numbers is None else numbers)
         self.sensor_delay = sensors.delay
-        self.measured = self.commanded = 0  # ticks
+        # a loop that begins later has missed the ticks before
+        first = math.ceil(self.together.time / self.period - SAME_INSTANT)
+        self.measured = self.commanded = max(0, first)  # ticks
         self.waiting: list[Measurement] = []
         self.state = controller.start(runs[0].scene, len(runs))
 
@@ -81,7 +85,8 @@ class ControlLoop:
     def _command(self) -> None:
         measurement = self.reader.read(self.commanded, self.waiting.pop(0))
         time = self.commanded * self.period
-        command, self.state = self.controller.update(time, measurement, self.state)
+        answer = self.controller.update(time, measurement, self.state)
+        command, self.state = checked_answer(self.controller, time, answer)
         self.together.command(command, self.period)
         self.commanded += 1
 
@@ -115,12 +120,14 @@ def resume(loop: ControlLoop, start: object) -> None:
     """
     if not isinstance(start, Checkpoint) or start.loop is None:
         return
-    if "state" not in start.loop:
+    if "runs" in start.loop:
         raise ParameterError(
-            "initial", f"a checkpoint of {start.loop.get('runs')} runs in lock-step",
+            "initial", f"a checkpoint of {start.loop['runs']} runs in lock-step",
             "that of a run of its own",
             "Run the case alone: its bits are the same, and its controller's state is kept.",
         )  # fmt: skip
+    if "state" not in start.loop:  # of a session: the controller starts anew
+        return
     loop.restore(start.loop)
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.drive.drive_law import torque_limit
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
@@ -98,7 +99,7 @@ class NativeRun:
             rate_limit=np.where(limit > 0.0, limit, np.inf),
             trunk=[(place, radius) for _, place, radius, _ in self.trunk_points],
             window=np.array(summary_window(points)),
-            torque_limit=LIMITED_TORQUE_SHARE * self.scene.robot.effort,
+            torque_limit=LIMITED_TORQUE_SHARE * torque_limit(self.scene.robot, self.scene.servos),
         )  # fmt: skip
         try:
             return _native.start(**settings)

@@ -5,13 +5,16 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.drive.drive_law import torque_limit
 from hexapod_pin.results.event import Event
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.summary_layout import from_native
 from hexapod_pin.simulation.case_data import run_to_toml
+from hexapod_pin.simulation.loaded_model import native_loads
 
 if TYPE_CHECKING:
     from hexapod_pin.simulation.native_run import NativeRun
+    from hexapod_pin.simulation.scene import Scene
 
 
 def run_summary(run: NativeRun) -> Summary:
@@ -43,10 +46,17 @@ def run_meta(run: NativeRun) -> dict[str, Any]:
         "checkpoint": run.checkpoint().to_dict(),
         "summary": run_summary(run).data,
         "urdf": robot.urdf,
-        "foot_radius": [float(foot.radius) for foot in robot.feet],
+        "foot_radius": contact_radii(run.scene),
         "velocity_limit": robot.velocity.tolist(),
         "versions": _versions(),
     }
+
+
+def contact_radii(scene: Scene) -> list[float]:
+    """Return the radii of all contact points, feet first [m]."""
+    body = native_loads(scene).body_points
+    radii = [foot.radius for foot in scene.robot.feet] + [radius for _, _, radius, _ in body]
+    return [float(radius) for radius in radii]
 
 
 def _common_meta(run: NativeRun) -> dict[str, Any]:
@@ -73,7 +83,7 @@ def _common_meta(run: NativeRun) -> dict[str, Any]:
         "robot_name": robot.name,
         "total_mass": scene.total_mass,
         "gravity": list(scene.gravity),
-        "effort_limit": robot.effort.tolist(),
+        "effort_limit": torque_limit(robot, scene.servos).tolist(),
         "assumed": list(scene.assumed),
         "provenance": robot.provenance,
         "model_digest": robot.digest,

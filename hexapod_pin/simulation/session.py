@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.feedback import Command, Measurement
+from hexapod_pin.control.sensors import Sensors
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.control_loop import without_time
 from hexapod_pin.simulation.lock_step import LockStep
@@ -47,6 +48,7 @@ class Session:
         accuracy: float | None = None,
         step: float | None = None,
         sample: float | None = None,
+        sensors: Sensors | None = None,
     ) -> None:
         """Set a run up; arguments as of `simulate`.
 
@@ -57,6 +59,8 @@ class Session:
             accuracy: of an adaptive method [m and rad].
             step: of a fixed-step method [s].
             sample: time between the samples of the trace [s].
+            sensors: what `measure` reads through; None: ideal ones. A session has no ticks to be
+                late by: their delay must be 0.
 
         Raises:
             ParameterError: a setting out of range, or a method that cannot do this scene.
@@ -66,6 +70,10 @@ class Session:
         start = starting_point(scene, scene.robot.posture, initial)
         self._run = live_run(scene, how, start)
         self._together = LockStep([self._run])
+        self._measured = int((start.loop or {}).get("measured", 0))
+        self._reader = (sensors or Sensors()).start([0])
+        if sensors is not None and sensors.delay > 0.0:
+            raise ParameterError("sensors.delay", sensors.delay, "0 s in a session")
 
     @property
     def time(self) -> float:
@@ -73,8 +81,14 @@ class Session:
         return self._run.time
 
     def measure(self) -> Measurement:
-        """Return what ideal sensors read now: arrays (n,), (3, 3), (3,), (F, 3), (F,)."""
-        return without_time(self._together.measure(), 0)
+        """Return what the sensors read now: arrays (n,), (3, 3), (3,), (F, 3), (F,).
+
+        Their noise is drawn anew in each call.
+        """
+        told = self._reader.read(self._measured, self._together.measure())
+        self._measured += 1
+        self._run.loop = {"measured": self._measured}
+        return without_time(told, 0)
 
     def command(
         self,

@@ -63,7 +63,7 @@ class JumpingSetPoints:
         return JointTrajectory(
             time=self.time, q=self.q, v=np.zeros_like(self.q), cycle_time=None, steady_from=0.0,
             steady_until=check_duration(duration), travel_direction=np.array([1.0, 0.0]),
-            speed=0.0, held=True,
+            speed=0.0, kind="held",
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:

@@ -51,7 +51,8 @@ class PlanAtTicks:
 
     def posture(self, scene: hp.Scene) -> Array:
         """Return the angles at the start [rad]. Shape (n,)."""
-        return self.plan.q[0]
+        first: Array = self.plan.q[0]
+        return first
 
     def start(self, scene: hp.Scene, batch: int) -> None:
         """Return no state."""
@@ -62,13 +63,15 @@ class PlanAtTicks:
         return hp.Command(np.repeat(row[None], len(m.q), axis=0), ramp=True), None
 
 
-def plan_at_ticks() -> StudyReport:
-    """Difference to the open-loop run, for every method and period of the ticks."""
+def plan_at_ticks(*, quick: bool = False) -> StudyReport:
+    """Difference to the open-loop run, for every method and period; `quick`: 0.1 s of each."""
     robot = hp.load_robot("kharagpur")
     control = hp.KinematicControl(hp.Gait.tetrapod(stroke=0.08, cycle_time=1.2))
     plan, scene = control.plan(robot, 2.0), hp.Scene(robot)
     rows = []
     for method, (how, duration) in METHODS.items():
+        if quick:
+            duration = 0.1
         settings: dict[str, Any] = {"method": method, "duration": duration, "sample": SAMPLE, **how}
         whole = hp.simulate(scene, control, **settings).q
         found = [

@@ -66,6 +66,9 @@ struct DriveLaw {
     line_torque[joint] = std::numeric_limits<double>::infinity();
   }
 
+  // Whether a motor's torque-speed line limits any joint.
+  bool has_lines() const { return line_slope.size() > 0 && line_slope.maxCoeff() > 0.0; }
+
   // PD torque before the limits, N m, for errors of angle [rad] and rate [rad/s].
   double demand(int joint, double error, double rate_error, double torque_ref) const {
     return kp[joint] * error + kd[joint] * rate_error + torque_ref;

@@ -78,6 +78,8 @@ class SampledRollout : public Rollout, protected AcceptedStep {
         interval_(setup.sample), sample_index_(setup.start.first), recorder_(plant_),
         trunk_(setup.trunk), summary_(plant_.joints(), plant_.mounts.size()),
         foot_loads_(plant_.mounts.size()), record_(setup.record), rate_limit_(setup.rate_limit),
+        torque_limit_(setup.torque_limit), limit_now_(setup.torque_limit),
+        has_lines_(torque_limit_.size() > 0 && plant_.drive.has_lines()),
         set_points_(plant_.joints()), torque_(plant_.joints()) {
     plant_.differentiates_separated = differentiates_separated;
     restore_memories(setup.start.contacts);
@@ -85,7 +87,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
     reference_.begin_step(time_);
     reference_.restore(setup.start.command, time_);
     summary_.set_window(setup.window.begin, setup.window.end, setup.window.cycle);
-    if (setup.torque_limit.size() > 0) summary_.set_limit(setup.torque_limit);
+    if (torque_limit_.size() > 0) summary_.set_limit(torque_limit_);
   }
 
   // After the first evaluation: the sample of the start.
@@ -149,10 +151,22 @@ class SampledRollout : public Rollout, protected AcceptedStep {
     plant_.servo_torque(q, v, set_points_, torque_);
   }
 
+  // Of motors whose torque falls with speed: the line at this speed where it is below the limit given.
+  void find_limits(const VectorXd& v) {
+    const DriveLaw& drive = plant_.drive;
+    for (int j = 0; j < plant_.joints(); ++j) {
+      const double rate = v[6 + j];
+      const double line = torque_[j] < 0.0 ? -drive.lower_line(j, rate) : drive.upper_line(j, rate);
+      limit_now_[j] = std::min(torque_limit_[j], kLimitShare * line);
+    }
+    summary_.set_limit(limit_now_);
+  }
+
   // A state that the method has accepted, the plant evaluated there.
   void see(double t, const VectorXd& q, const VectorXd& v) {
     trunk_.look(plant_.terrain, plant_.dynamics.base_rotation(), q.template head<3>(), v, t);
     find_torque(t, q, v);
+    if (has_lines_) find_limits(v);
     read_feet(plant_, foot_loads_);
     summary_.record(t, q, v, torque_, foot_loads_, q.template head<3>() + plant_.center_of_mass());
   }
@@ -187,7 +201,10 @@ class SampledRollout : public Rollout, protected AcceptedStep {
   RunSummary summary_;
   std::vector<FootLoad> foot_loads_;
   bool record_;
-  VectorXd rate_limit_;
+  // Share of a motor's line [-] from which a torque is on it, whatever the round-off.
+  static constexpr double kLimitShare = 0.999;
+  VectorXd rate_limit_, torque_limit_, limit_now_;
+  bool has_lines_;
   SetPoints set_points_;
   VectorXd torque_, acceleration_;
 };

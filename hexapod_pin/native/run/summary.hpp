@@ -57,7 +57,7 @@ class RunSummary {
     begin_ = next_edge_ = begin, end_ = end, period_ = cycle;
   }
 
-  // Torques from which a joint counts as being at its limit, N m. Before the first record.
+  // Torques from which a joint counts as being at its limit, N m, in the states that follow.
   void set_limit(const VectorXd& limit) { limit_ = limit.array(); }
 
   // An accepted state, the initial one included; times do not decrease.
@@ -106,7 +106,7 @@ class RunSummary {
     const Eigen::Index joints = torque.size();
     SummaryState& s = next();
     s.time = t;
-    s.angle = q.tail(joints), s.rate = v.tail(joints), s.torque = torque;
+    s.angle = q.tail(joints), s.rate = v.tail(joints), s.torque = torque, s.limit = limit_;
     s.base = q.head<3>(), s.quaternion = q.segment<4>(3), s.com = com;
     const auto& p = s.quaternion;  // last row of the rotation matrix times the base's velocity
     s.rise = 2.0 * (p[0] * p[2] - p[3] * p[1]) * v[0] +
@@ -132,7 +132,7 @@ class RunSummary {
   // The last state's share of time is known when the next one is.
   void settle(double half_step) {
     if (inside_) {
-      cycle_.add(last(), weight_ + half_step, limit_);
+      cycle_.add(last(), weight_ + half_step);
     } else {
       outside_torque_.see(last().torque, last().time);
       outside_force_.see(last().normal, last().time);

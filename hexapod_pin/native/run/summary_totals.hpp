@@ -47,7 +47,7 @@ struct Peaks {
 // What a summary looks at in one state; linear in time between two accepted ones.
 struct SummaryState {
   SummaryState(int joints, std::size_t feet)
-      : angle(ArrayXd::Zero(joints)), rate(angle), torque(angle),
+      : angle(ArrayXd::Zero(joints)), rate(angle), torque(angle), limit(angle),
         normal(ArrayXd::Zero(Eigen::Index(feet))), slip(normal), force(Eigen::Matrix3Xd::Zero(3, Eigen::Index(feet))) {}
 
   void interpolate(const SummaryState& a, const SummaryState& b, double share) {
@@ -55,6 +55,7 @@ struct SummaryState {
     time = (1.0 - share) * a.time + share * b.time;
     rise = (1.0 - share) * a.rise + share * b.rise;
     angle = mix(a.angle, b.angle), rate = mix(a.rate, b.rate), torque = mix(a.torque, b.torque);
+    limit = b.limit;
     normal = mix(a.normal, b.normal), slip = mix(a.slip, b.slip), force = mix(a.force, b.force);
     base = mix(a.base, b.base), com = mix(a.com, b.com);
     quaternion = mix(a.quaternion, b.quaternion);
@@ -79,6 +80,7 @@ struct SummaryState {
 
   double time = 0.0, rise = 0.0;  // s; vertical velocity of the trunk, m/s
   ArrayXd angle, rate, torque;    // per joint
+  ArrayXd limit;                  // torque from which a joint is at its limit, N m
   ArrayXd normal, slip;           // per foot: N; speed of the contact point on the ground, m/s
   Eigen::Matrix3Xd force;         // per foot, world axes, N
   Vec3 base = Vec3::Zero(), com = Vec3::Zero();  // m, world
@@ -97,7 +99,7 @@ class SummaryTotals {
     lowest.setConstant(joints, kFar), highest.setConstant(joints, -kFar);
   }
 
-  void add(const SummaryState& s, double weight, const ArrayXd& limit) {
+  void add(const SummaryState& s, double weight) {
     time += weight;
     power_ = s.torque * s.rate;
     size_ = s.torque.abs();
@@ -105,8 +107,8 @@ class SummaryTotals {
     sums_of_joints.col(1) += weight * s.rate.square();
     sums_of_joints.col(2) += weight * power_.max(0.0);
     sums_of_joints.col(3) += weight * power_.min(0.0);
-    if (size_.size() > 0 && (size_ - limit).maxCoeff() >= 0.0)
-      sums_of_joints.col(4) += weight * (size_ >= limit).cast<double>();
+    if (size_.size() > 0 && (size_ - s.limit).maxCoeff() >= 0.0)
+      sums_of_joints.col(4) += weight * (size_ >= s.limit).cast<double>();
     lowest = lowest.min(s.angle), highest = highest.max(s.angle);
     for (std::size_t j = 0; j < histogram.size(); ++j)
       histogram[j].add(size_[Eigen::Index(j)], weight);
