@@ -75,7 +75,9 @@ def test_commands_exist(page: Path) -> None:
     assert set(re.findall(r"`hexapod-pin ([a-z]+)", text)) <= known
 
 
-@pytest.mark.parametrize("page", ["terrain.md", "loads.md", "closed_loop.md", "cases.md"])
+@pytest.mark.parametrize(
+    "page", ["terrain.md", "loads.md", "closed_loop.md", "walking.md", "drive.md", "cases.md"]
+)
 def test_the_code_of_a_page_runs(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -14,17 +14,13 @@ import hexapod_pin as hp
 HEAVY = ("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h5py", "pydantic")
 
 PROMISED = """
-load_robot urdf_path Robot State Blueprint Contact HuntCrossley AdamsImpact KelvinVoigt Restitution
-TanhCoulomb AdamsCoulomb SmoothStep BrownMcPhee StickSlip Flat Slope Stairs Ledge Groove HeightField
-Patch PatchedGround ShakingGround Servo JointStops Scene Gait KinematicControl HoldPosture
-SampledTrajectory simulate simulate_batch iterate_batch Case load_case register_controller Summary
-load_summary Checkpoint Trace load_trace torque_budget
-TorqueBudget Measurement Command Sensor Sensors Payload Push LostLeg Session FeedbackController view
-errors __version__
-BodyMotion VelocityCommand Sine Waypoints
-Patch PatchedGround ShakingGround Servo Motor JointStops Scene Gait KinematicControl HoldPosture
-SampledTrajectory simulate simulate_batch Case Checkpoint Trace load_trace torque_budget
-TorqueBudget view errors __version__
+__version__ AdamsCoulomb AdamsImpact Blueprint BodyMotion BrownMcPhee Case Checkpoint Command
+Contact errors FeedbackController Flat Gait Groove HeightField HoldPosture HuntCrossley
+iterate_batch JointStops KelvinVoigt KinematicControl Ledge load_case load_robot load_summary
+load_trace LostLeg Measurement Motor Patch PatchedGround Payload Push register_controller
+Restitution Robot SampledTrajectory Scene Sensor Sensors Servo Session ShakingGround simulate
+simulate_batch Sine Slope SmoothStep Stairs State StickSlip Summary TanhCoulomb torque_budget
+TorqueBudget Trace urdf_path VelocityCommand view Waypoints
 """.split()
 
 

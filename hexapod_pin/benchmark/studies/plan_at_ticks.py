@@ -69,9 +69,8 @@ def plan_at_ticks(*, quick: bool = False) -> StudyReport:
     control = hp.KinematicControl(hp.Gait.tetrapod(stroke=0.08, cycle_time=1.2))
     plan, scene = control.plan(robot, 2.0), hp.Scene(robot)
     rows = []
-    for method, (how, duration) in METHODS.items():
-        if quick:
-            duration = 0.1
+    for method, (how, whole_duration) in METHODS.items():
+        duration = 0.1 if quick else whole_duration
         settings: dict[str, Any] = {"method": method, "duration": duration, "sample": SAMPLE, **how}
         whole = hp.simulate(scene, control, **settings).q
         found = [

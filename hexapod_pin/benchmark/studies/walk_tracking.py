@@ -25,8 +25,8 @@ HEADINGS = (0.0, 37.0, 90.0, -120.0)  # degrees
 STROKE = 0.06
 """What every gait can do in any direction, turning [m]."""
 
-TURN_RATE = 0.1
-"""Of the walks that turn [rad/s]."""
+TURN_PER_CYCLE = 0.24
+"""Of the walks that turn; more than that and athena's legs meet in its slow wave [rad]."""
 
 STIFF_SERVO_ERROR = 0.003
 """Joint error at which the servos would give the largest effort [rad]; they are not limited."""
@@ -99,7 +99,7 @@ def walk_tracking(*, quick: bool = False) -> StudyReport:
         [
             f"Largest errors over headings of {', '.join(f'{h:g}' for h in HEADINGS)} degrees, "
             f"stroke {STROKE} m, straight and "
-            f"turning at {TURN_RATE} rad/s, mean of {CYCLES} cycles; flat ground, "
+            f"turning by {TURN_PER_CYCLE} rad per cycle, mean of {CYCLES} cycles; flat ground, "
             f"default contact, servos with `from_effort(error={STIFF_SERVO_ERROR})`, not limited. "
             "Slip is that of loaded contact points, mean of the feet. On the right the same with "
             "feet planned as points, whose spheres roll all the same.",
@@ -121,7 +121,7 @@ def _gaits(quick: bool) -> Iterator[tuple[str, float | None, hp.Gait]]:
 
 def _directions(gait: hp.Gait, quick: bool) -> Iterator[hp.Gait]:
     for heading in np.radians(HEADINGS[1:2] if quick else HEADINGS):
-        for turn_rate in (0.0, TURN_RATE):
+        for turn_rate in (0.0, TURN_PER_CYCLE / gait.cycle_time):
             yield gait.with_changes(heading=float(heading), turn_rate=turn_rate)
 
 
