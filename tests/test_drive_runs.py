@@ -160,3 +160,22 @@ def test_limp_joint_with_friction_keeps_still() -> None:
     assert not still.v.any()
     moving = run("extrapolated-euler", rate=1.0, motor=friction(0.001))
     assert (np.diff(moving.v[:, -1]) <= 0.0).all()
+
+
+def test_summaries_and_tables_know_the_motor() -> None:
+    """A motor too weak for the walk: at its limit for the time the counters say."""
+    robot = hp.load_robot("kharagpur")
+    motor = hp.Motor(stall_torque=0.7, no_load_speed=6.0)
+    scene = hp.Scene(robot, servo=hp.Servo(kp=60.0, kd=1.2, motor=motor))
+    control = hp.KinematicControl(hp.Gait.tripod(stroke=0.06, cycle_time=1.2))
+    trace = hp.simulate(scene, control, duration=4.8, accuracy=1e-4)
+    summary = trace.summary
+    counted = np.array([one.limit_time for one in trace.limits])
+    worst = int(np.argmax(counted))
+    assert counted[worst] > 1.5
+    # the window is half the run: two of four cycles, alike but for the start
+    share = counted[worst] / 4.8
+    assert summary.at_limit[worst] == pytest.approx(share, rel=0.05)
+    assert summary.torque_margin.max() <= 0.7
+    assert trace.meta["effort_limit"] == [0.7] * 18
+    assert all(row.effort_limit == 0.7 for row in hp.torque_budget(trace).joints)

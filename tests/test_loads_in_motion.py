@@ -162,3 +162,15 @@ def test_a_trunk_on_the_ground_stands_with_body_contact_and_is_told_without(robo
     assert -0.01 < event.place[2] <= 0.0
     assert without.q[-1, 2] < lowest - 1e-3
     assert not hp.simulate(hp.Scene(robot), hp.HoldPosture(), duration=0.1).events
+
+
+def test_a_trace_with_body_contact_is_drawn(robot, tmp_path):
+    start = on_its_trunk(robot)
+    trace = hp.simulate(
+        hp.Scene(robot, body_contact=True),
+        hp.HoldPosture(start.q[7:]),
+        duration=0.05,
+        initial=start,
+    )
+    hp.view.write_html(trace, tmp_path / "trunk.html")
+    assert (tmp_path / "trunk.html").stat().st_size > 1e5

@@ -8,6 +8,7 @@ Where that is far above 1, no local error control can keep the accuracy, and ref
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -227,7 +228,7 @@ def drive_promise(
         cells = (f"{row.ratio:.2g}{' FAIL' if row.ratio > 1.0 else ''}" for row in own)
         apart = f"{uncertainty:.0e}{'' if sure else ' (!)'}"
         lines.append((scene.name, apart, f"{amplification:.2g}", *cells))
-        print(*lines[-1], sep=" | ", flush=True)
+        print(*lines[-1], sep=" | ", file=sys.stderr, flush=True)
     columns = [f"{name} {accuracy:.0e}" for name in names for accuracy in ACCURACIES[name]]
     head = ("scene", "references apart", "amplification", *columns)
     table = Table("Error over accuracy", head, tuple(lines))
