@@ -14,6 +14,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.study import StudyReport
 from hexapod_pin.control import FootPath, JointTrajectory
 from hexapod_pin.control.gait import GAITS
+from hexapod_pin.errors import GaitError
 from hexapod_pin.robot.scratch_data import scratch_data
 from hexapod_pin.validation.tables import Table
 
@@ -85,13 +86,19 @@ def walk_tracking(*, quick: bool = False) -> StudyReport:
     """Walk every gait on both robots; with `quick` one gait on one robot."""
     rows, worst = [], 0.0
     for name, radius, gait in _gaits(quick):
-        found = [measured(name, radius, one) for one in _directions(gait, quick)]
-        before = [measured(name, radius, one, centred=True) for one in _directions(gait, quick)]
+        found, before, refused = [], [], 0
+        for one in _directions(gait, quick):
+            try:
+                found.append(measured(name, radius, one))
+                before.append(measured(name, radius, one, centred=True))
+            except GaitError:  # with the largest feet neighbouring legs meet
+                refused += 1
         errors = _largest(found)
         worst = max(worst, *errors[:3])
         size = "URDF" if radius is None else f"{1e3 * radius:g}"
-        rows.append([name, size, gait.name, *_cells(errors), *_cells(_largest(before))])
-    head = ["robot", "radius [mm]", "gait"]
+        walks = f"{len(found)}" + (f", {refused} refused" if refused else "")
+        rows.append([name, size, gait.name, walks, *_cells(errors), *_cells(_largest(before))])
+    head = ["robot", "radius [mm]", "gait", "walks"]
     what = ["speed [%]", "heading [rad]", "turn rate [%]", "slip [mm/cycle]"]
     columns = [*head, *what, *(f"centres fixed: {one}" for one in what)]
     return StudyReport(
@@ -101,6 +108,7 @@ def walk_tracking(*, quick: bool = False) -> StudyReport:
             f"stroke {STROKE} m, straight and "
             f"turning by {TURN_PER_CYCLE} rad per cycle, mean of {CYCLES} cycles; flat ground, "
             f"default contact, servos with `from_effort(error={STIFF_SERVO_ERROR})`, not limited. "
+            "Refused: walks in which neighbouring legs would overlap. "
             "Slip is that of loaded contact points, mean of the feet. On the right the same with "
             "feet planned as points, whose spheres roll all the same.",
             Table("", columns, rows),
