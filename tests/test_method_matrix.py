@@ -46,7 +46,7 @@ def test_x3_and_ndf_walk_alike_and_robust_near(normal: str, friction: str, groun
     case = (normal, friction, ground)
     truth = walk(*case, method="ndf", accuracy=1e-6)
     assert np.abs(walk(*case, accuracy=1e-5).q - truth.q).max() < 1e-5
-    assert np.abs(walk(*case, method="robust", step=5e-4).q - truth.q).max() < 1e-3
+    assert np.abs(walk(*case, method="robust", step=2.5e-4).q - truth.q).max() < 1e-3
 
 
 @pytest.mark.parametrize("how", [{"accuracy": 1e-5}, {"method": "ndf"}, {"method": "robust"}])
