@@ -32,9 +32,9 @@ class OneStepDriver {
               Method::kWeightFollowsFriction ? plant.law.friction.steepness() : 0.0},
         touch_(plant.feet.size(), norm_.tolerance, Method::kLocatesLiftOff), drives_(plant, norm_),
         step_(kFirstStep) {
-    if (memory.size() != 1 + Method::kMemorySize) return;
-    step_ = memory[0];
-    method_.restore(memory.data() + 1);
+    if (memory.size() != 2 + Method::kMemorySize) return;
+    step_ = memory[0], watched_until_ = memory[1];
+    method_.restore(memory.data() + 2);
   }
 
   // From t to `stop`; the plant is evaluated at (t, q, v) before and at `stop` after. False: no step
@@ -62,7 +62,7 @@ class OneStepDriver {
 
   std::vector<double> memory() const {
     std::vector<double> all = method_.memory();
-    all.insert(all.begin(), step_);
+    all.insert(all.begin(), {step_, watched_until_});
     return all;
   }
 
@@ -77,8 +77,9 @@ class OneStepDriver {
  private:
   static constexpr double kFirstStep = 1e-4;  // s
   static constexpr int kMaxTries = 60, kMaxEventTries = 4, kMaxSwitchTries = 8;
-  // Steps show the peaks of torques: in one of them a torque changes by no more than this share of the
-  // joint's largest, unless the step is very short.
+  // Steps show the peaks of torques that touch-downs leave: for a while, a torque changes in one of them
+  // by no more than this share of the joint's largest, unless the step is very short.
+  static constexpr double kWatchedTime = 2e-3;  // s, after a touch-down
   static constexpr double kMostTorqueChange = 0.06;
   static constexpr double kTorqueAim = 0.6;        // of that share, in the next try or step
   static constexpr double kLeastTorqueStep = 1e-5;  // s
@@ -102,7 +103,7 @@ class OneStepDriver {
         const double touch = located < kMaxEventTries ? touch_.share(flow_.plant, h) : 1.0;
         double drive = drives_.share(flow_, t + h, y1_, h);
         if (switched == kMaxSwitchTries || h < least) drive = 1.0;
-        const double change = drives_.torque_change() / kMostTorqueChange;
+        const double change = t < watched_until_ ? drives_.torque_change() / kMostTorqueChange : 0.0;
         if (change > 1.0 && h > kLeastTorqueStep) {
           ++refined_;
           h = step_ = h * std::max(0.25, kTorqueAim / change);
@@ -111,6 +112,7 @@ class OneStepDriver {
         }
         if (touch == 1.0 && drive == 1.0) {
           accept(h, size, cut, located + switched > 0);
+          if (located > 0) watched_until_ = t + h + kWatchedTime;
           if (change > kTorqueAim) step_ = std::min(step_, h * kTorqueAim / change);
           return h;
         }
@@ -137,7 +139,7 @@ class OneStepDriver {
   ErrorNorm norm_;
   TouchDownLocator touch_;
   DriveEvents<PlantT> drives_;
-  double step_;
+  double step_, watched_until_ = 0.0;  // s
   VectorXd y0_, y1_, error_;
   long steps_ = 0, rejected_ = 0, events_ = 0, refined_ = 0;
   double largest_turn_ = 0.0, error_most_ = 0.0, error_sum_ = 0.0;
