@@ -40,7 +40,7 @@ walk: $(VENV)/.installed
 	@$(BIN)/hexapod-pin walk kharagpur --out walk.nc --html walk.html
 
 test: $(VENV)/.test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
