@@ -7,20 +7,13 @@ from functools import cache
 
 import numpy as np
 import pytest
+from method_settings import METHODS
 from scipy.interpolate import CubicHermiteSpline
 
 import hexapod_pin as hp
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.closed_loop import lock_step_runs
 
-METHODS = {
-    "extrapolated-euler": {"accuracy": 1e-5},
-    "ndf": {"accuracy": 1e-6},
-    "dop853": {"accuracy": 1e-6},
-    "robust": {"step": 1e-3},
-    "implicit-euler": {"step": 1e-3},
-    "rk4": {"step": 2e-5},
-}
 SHORT = ("dop853", "rk4")  # slow: 0.1 s of them
 
 

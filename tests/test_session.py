@@ -4,17 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from method_settings import METHODS
 
 import hexapod_pin as hp
-
-METHODS = {
-    "extrapolated-euler": {"accuracy": 1e-5},
-    "ndf": {"accuracy": 1e-6},
-    "dop853": {"accuracy": 1e-6},
-    "robust": {"step": 1e-3},
-    "implicit-euler": {"step": 1e-3},
-    "rk4": {"step": 2e-5},
-}
 
 
 @pytest.fixture(scope="module")

@@ -106,3 +106,8 @@ def check_duration(duration: float) -> float:
     if not (np.isfinite(duration) and duration > 0.0):
         raise ParameterError("duration", duration, "finite and above 0 s")
     return float(duration)
+
+
+def whole_cycles(time: float, period: float) -> float:
+    """Return the last whole cycle not after `time`, but not before 0 [s]."""
+    return max(0.0, float(np.floor(time / period + 1e-9)) * period)

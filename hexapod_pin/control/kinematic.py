@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from hexapod_pin.control.body_motion import BodyMotion
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.gait_refusal import refuse_impossible, refuse_impossible_command
-from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration
+from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration, whole_cycles
 from hexapod_pin.control.six_legs import six_legs, walking_legs
 from hexapod_pin.control.velocity_command import VelocityCommand
 from hexapod_pin.control.walk_knots import walk_knots
@@ -91,7 +89,7 @@ class KinematicControl:
             time, q, v = walk_knots(six, path, end)
         else:
             time, q, v = self._unrepeated_knots(robot, path, end)
-        until = _whole_cycles(min(end, path.steady_until), self.gait.cycle_time)
+        until = whole_cycles(min(end, path.steady_until), self.gait.cycle_time)
         return JointTrajectory(
             time=time,
             q=q,
@@ -134,8 +132,3 @@ class KinematicControl:
             if getattr(self, name) is not None:
                 settings[name] = getattr(self, name).model_dump(mode="json")
         return {**settings, "gait": {**gait, "phases": list(gait["phases"])}}
-
-
-def _whole_cycles(time: float, period: float) -> float:
-    """Return the last whole cycle not after `time`, but not before 0 [s]."""
-    return max(0.0, float(np.floor(time / period + 1e-9)) * period)

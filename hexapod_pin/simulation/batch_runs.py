@@ -15,7 +15,7 @@ from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.closed_loop import closed_loop_run, lock_step_runs
+from hexapod_pin.simulation.closed_loop import lock_step_runs
 from hexapod_pin.simulation.native_run import PROGRESS_INTERVAL, NativeRun, open_loop_run
 
 Result = tuple[int, Trace | Summary | Exception]
@@ -94,10 +94,7 @@ class BatchRuns:
         """Run cases with one feedback controller side by side; where that fails, one by one."""
         cases = [self.cases[k] for k in group]
         try:
-            if len(cases) == 1 and isinstance(cases[0].initial, Checkpoint):
-                runs = [closed_loop_run(cases[0], cases[0].settings)]
-            else:
-                runs = lock_step_runs(cases, cases[0].settings, record=self.record)
+            runs = lock_step_runs(cases, cases[0].settings, record=self.record)
         except SimulationInterrupted:
             raise
         except Exception as error:

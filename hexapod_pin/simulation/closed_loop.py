@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.control.check_controller import check_controller
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.simulation.control_loop import ControlLoop, resume
 from hexapod_pin.simulation.native_run import NativeRun, starting_point
 from hexapod_pin.simulation.session import live_run
 
 if TYPE_CHECKING:
-    from hexapod_pin.control.feedback import FeedbackController
     from hexapod_pin.simulation.case import Case
     from hexapod_pin.simulation.run_settings import RunSettings
 
@@ -25,18 +25,13 @@ def closed_loop_run(
     Raises:
         SimulationInterrupted: Ctrl-C; the samples so far are in the error.
     """
-    run = set_up(case, how)
-    loop = ControlLoop([run], case.controller)  # type: ignore[arg-type]
-    resume(loop, case.initial)
-    _run(loop, [run], run.time + how.duration, progress)
-    return run
+    return lock_step_runs([case], how, progress=progress)[0]
 
 
 def lock_step_runs(
     cases: Sequence[Case],
     how: RunSettings,
     *,
-    numbers: Sequence[int] | None = None,
     record: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> list[NativeRun]:
@@ -45,12 +40,11 @@ def lock_step_runs(
     Args:
         cases: what to run.
         how: method, duration and sampling.
-        numbers: of the cases, as in `ControlLoop`.
         record: whether samples are kept.
         progress: called with the finished fraction now and then.
     """
     runs = [set_up(case, how, record=record) for case in cases]
-    loop = ControlLoop(runs, cases[0].controller, numbers)  # type: ignore[arg-type]
+    loop = ControlLoop(runs, cases[0].controller)  # type: ignore[arg-type]
     if len(cases) == 1:
         resume(loop, cases[0].initial)
     _run(loop, runs, runs[0].time + how.duration, progress)
@@ -59,6 +53,7 @@ def lock_step_runs(
 
 def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
     """Return the run of a case with a feedback controller, where it starts."""
+    check_controller(case.controller)
     scene, controller, initial = case.scene, case.controller, case.initial
     begin = initial.time if isinstance(initial, Checkpoint) else 0.0
     posture = getattr(controller, "posture", None)
@@ -69,7 +64,7 @@ def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
         scene,
         how,
         start,
-        controller=described(controller),  # type: ignore[arg-type]
+        controller=described(controller),
         record=record,
         gait=getattr(controller, "gait", None),
         end=begin + how.duration,
@@ -78,7 +73,7 @@ def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
     return run
 
 
-def described(controller: FeedbackController) -> dict[str, Any]:
+def described(controller: object) -> dict[str, Any]:
     """Return the controller's settings, or at least what it is."""
     to_dict = getattr(controller, "to_dict", None)
     if to_dict is not None:

@@ -28,19 +28,8 @@ SAME_INSTANT = 1e-12
 class ControlLoop:
     """B runs in lock-step under one controller."""
 
-    def __init__(
-        self,
-        runs: Sequence[NativeRun],
-        controller: FeedbackController,
-        numbers: Sequence[int] | None = None,
-    ) -> None:
-        """Start the controller.
-
-        Args:
-            runs: of one kind of robot, at one time.
-            controller: of all of them.
-            numbers: of the runs, on which the errors of their sensors depend; None: 0 for each,
-                as in a run of its own.
+    def __init__(self, runs: Sequence[NativeRun], controller: FeedbackController) -> None:
+        """Start the controller of runs of one kind of robot, at one time.
 
         Raises:
             ParameterError: a period or delay out of range.
@@ -49,7 +38,7 @@ class ControlLoop:
         self.period = _time("period", controller.period, smallest=np.nextafter(0.0, 1.0))
         self.delay = _time("delay", getattr(controller, "delay", 0.0), smallest=0.0)
         sensors: Sensors = getattr(controller, "sensors", None) or Sensors()
-        self.reader = sensors.start([0] * len(runs) if numbers is None else numbers)
+        self.reader = sensors.start([0] * len(runs))  # each has the noise of a run of its own
         self.sensor_delay = sensors.delay
         # a loop that begins later has missed the ticks before
         first = math.ceil(self.together.time / self.period - SAME_INSTANT)

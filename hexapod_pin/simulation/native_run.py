@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.control.check_controller import check_controller
 from hexapod_pin.drive.drive_law import torque_limit
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
 from hexapod_pin.results.checkpoint import Checkpoint
@@ -26,13 +27,12 @@ from hexapod_pin.simulation.run_meta import plain_counters, run_meta, run_summar
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hexapod_pin.control.joint_trajectory import Controller
+    from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
     from hexapod_pin.results.summary import Summary
     from hexapod_pin.robot.state import State
     from hexapod_pin.simulation.case import Case
     from hexapod_pin.simulation.run_settings import RunSettings
     from hexapod_pin.simulation.scene import Scene
-    from hexapod_pin.simulation.set_points import SetPoints
 
 PROGRESS_INTERVAL = 0.2
 """Simulated time between two looks at the keyboard and the progress bar [s]."""
@@ -49,7 +49,7 @@ class NativeRun:
         scene: Scene,
         how: RunSettings,
         start: Checkpoint,
-        set_points: SetPoints,
+        set_points: JointTrajectory,
         *,
         controller: Mapping[str, Any] | None = None,
         record: bool = True,
@@ -200,6 +200,7 @@ class NativeRun:
 
 def open_loop_run(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
     """Plan a case whose controller knows its whole trajectory, and set its run up."""
+    check_controller(case.controller)
     scene, initial = case.scene, case.initial
     begin = initial.time if isinstance(initial, Checkpoint) else 0.0
     check_supported(how.choice, scene)
@@ -232,7 +233,7 @@ def starting_point(
     return Checkpoint(0.0, state.q, state.v, np.zeros((0, 6)))
 
 
-def summary_window(points: SetPoints) -> tuple[float, float, float]:
+def summary_window(points: JointTrajectory) -> tuple[float, float, float]:
     """Return begin, end and cycle of a summary [s]: whole cycles, else the second half of a run."""
     if points.cycle_time is not None:
         return points.steady_from, points.steady_until, points.cycle_time

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene
 
 
-def run_summary(run: NativeRun) -> Summary:
-    """Return what a run has come to so far."""
+def run_summary(run: NativeRun, meta: Mapping[str, Any] | None = None) -> Summary:
+    """Return what a run has come to so far; `meta` is its `SUMMARY_META`, if known."""
     from hexapod_pin.simulation.native_run import contact_names
 
     return Summary.from_data(
@@ -26,7 +27,7 @@ def run_summary(run: NativeRun) -> Summary:
         run.scene.robot.joint_names,
         contact_names(run.scene),
         plain_counters(run),
-        _common_meta(run),
+        _common_meta(run) if meta is None else meta,
     )
 
 
@@ -40,11 +41,11 @@ def plain_counters(run: NativeRun) -> dict[str, int | float]:
 
 def run_meta(run: NativeRun) -> dict[str, Any]:
     """Return the `Trace.meta` of a run where it stands."""
-    robot = run.scene.robot
+    robot, common = run.scene.robot, _common_meta(run)
     return {
-        **_common_meta(run),
+        **common,
         "checkpoint": run.checkpoint().to_dict(),
-        "summary": run_summary(run).data,
+        "summary": run_summary(run, common).data,
         "urdf": robot.urdf,
         "foot_radius": contact_radii(run.scene),
         "velocity_limit": robot.velocity.tolist(),

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,9 +17,10 @@ from hexapod_pin.simulation.control_loop import without_time
 from hexapod_pin.simulation.lock_step import LockStep
 from hexapod_pin.simulation.native_run import NativeRun, starting_point
 from hexapod_pin.simulation.run_settings import RunSettings
-from hexapod_pin.simulation.set_points import LiveSetPoints
+from hexapod_pin.simulation.set_points import waiting
 
 if TYPE_CHECKING:
+    from hexapod_pin.control.gait import Gait
     from hexapod_pin.results.checkpoint import Checkpoint
     from hexapod_pin.results.summary import Summary
     from hexapod_pin.results.trace import Trace
@@ -148,18 +150,29 @@ class Session:
         return self._run.checkpoint()
 
 
-def live_run(scene: Scene, how: RunSettings, start: Checkpoint, **options: object) -> NativeRun:
+def live_run(
+    scene: Scene,
+    how: RunSettings,
+    start: Checkpoint,
+    *,
+    controller: Mapping[str, Any] | None = None,
+    gait: Gait | None = None,
+    end: float = 0.0,
+    record: bool = True,
+) -> NativeRun:
     """Return a run that waits for commands, holding the joint angles of its start.
 
     Args:
         scene: what is simulated.
         how: method and sampling.
         start: where it starts.
-        options: `controller` and `record` of `NativeRun`; `gait` and `end` of `LiveSetPoints.at`.
+        controller: as of `NativeRun`.
+        gait: as of `waiting`.
+        end: as of `waiting` [s].
+        record: as of `NativeRun`.
     """
-    gait, end = options.pop("gait", None), options.pop("end", 0.0)
-    points = LiveSetPoints.at(start.time, start.q[7:], gait, end)  # type: ignore[arg-type]
-    run = NativeRun(scene, how, start, points, **options)  # type: ignore[arg-type]
+    points = waiting(start.q[7:], gait, end)
+    run = NativeRun(scene, how, start, points, controller=controller, record=record)
     if not start.command.size:
         LockStep([run]).command(Command(start.q[None, 7:]), 0.0)
     return run

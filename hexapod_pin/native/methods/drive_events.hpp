@@ -47,7 +47,6 @@ class DriveEvents {
     if (idle_) return 1.0;
     PlantT& plant = flow.plant;
     find_end(flow, t, y);
-    find_torque_change(plant);
     changed_ = false;
     Crossing first;
     for (int j = 0; j < plant.joints(); ++j) {
@@ -69,7 +68,16 @@ class DriveEvents {
 
   // Largest change of a motor's torque in the step of the last call of `share`, as a share of its cap; 0
   // where no torque is limited.
-  double torque_change() const { return idle_ ? 0.0 : torque_change_; }
+  double torque_change(const PlantT& plant) const {
+    const DriveLaw& drive = plant.drive;
+    double most = 0.0;
+    for (int j = 0; !idle_ && j < plant.joints(); ++j) {
+      const double before = drive.motor_torque(j, start_.demand[j], start_.rate[j]);
+      const double after = drive.motor_torque(j, end_.demand[j], end_.rate[j]);
+      most = std::max(most, std::abs(after - before) / drive.cap[j]);
+    }
+    return most;
+  }
 
   bool changed() const { return changed_; }  // whether a mode has ended in the step of the last call
 
@@ -150,16 +158,6 @@ class DriveEvents {
     end_.holding = plant.holding;
   }
 
-  void find_torque_change(const PlantT& plant) {
-    const DriveLaw& drive = plant.drive;
-    torque_change_ = 0.0;
-    for (int j = 0; j < plant.joints(); ++j) {
-      const double before = drive.motor_torque(j, start_.demand[j], start_.rate[j]);
-      const double after = drive.motor_torque(j, end_.demand[j], end_.rate[j]);
-      torque_change_ = std::max(torque_change_, std::abs(after - before) / drive.cap[j]);
-    }
-  }
-
   bool ends(const PlantT& plant, int j) const {
     const DriveMode& now = plant.mode[j];
     if (plant.drive.mode(j, end_.angle[j], end_.rate[j], end_.demand[j]) != now) return true;
@@ -208,7 +206,6 @@ class DriveEvents {
   Crossing last_;
   bool idle_ = false;  // nothing can switch
   bool changed_ = false, known_ = false;
-  double torque_change_ = 0.0;  // -
 };
 
 }  // namespace hexapod

@@ -103,7 +103,8 @@ class OneStepDriver {
         const double touch = located < kMaxEventTries ? touch_.share(flow_.plant, h) : 1.0;
         double drive = drives_.share(flow_, t + h, y1_, h);
         if (switched == kMaxSwitchTries || h < least) drive = 1.0;
-        const double change = t < watched_until_ ? drives_.torque_change() / kMostTorqueChange : 0.0;
+        const double change =
+            t < watched_until_ ? drives_.torque_change(flow_.plant) / kMostTorqueChange : 0.0;
         if (change > 1.0 && h > kLeastTorqueStep) {
           ++refined_;
           h = step_ = h * std::max(0.25, kTorqueAim / change);

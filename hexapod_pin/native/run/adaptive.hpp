@@ -54,7 +54,7 @@ class AdaptiveRollout final : public SampledRollout<PlantT> {
       if (stop == this->next_sample()) this->arrive_at_sample(stop);
       else time_ = stop;
       if (this->loads_change(begin)) {
-        plant_.begin_loads(time_);
+        this->begin_loads();
         evaluate();
       }
     }

@@ -30,7 +30,7 @@ class FixedStepRollout final : public SampledRollout<PlantT> {
       const double end = whole ? grid : event;
       if (!step(begin, whole && begin == double(step_index_) * h_ ? h_ : end - begin)) return false;
       time_ = end;
-      if (this->loads_change(begin)) plant_.begin_loads(time_);
+      if (this->loads_change(begin)) this->begin_loads();
       evaluate(h_);
       this->accepted(time_, q_, v_);
       if (whole && ++step_index_ % stride_ == 0) this->arrive_at_sample(time_);

@@ -28,6 +28,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
   double time() const override { return time_; }
 
   void command(const DriveCommand& c) override {
+    torque_time_ = kNever;
     reference_.begin_step(time_);
     set_points_.take(reference_, time_);
     double arrival = std::max(c.arrival, time_);
@@ -83,7 +84,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
         set_points_(plant_.joints()), torque_(plant_.joints()) {
     plant_.differentiates_separated = differentiates_separated;
     restore_memories(setup.start.contacts);
-    plant_.begin_loads(time_);
+    begin_loads();
     reference_.begin_step(time_);
     reference_.restore(setup.start.command, time_);
     summary_.set_window(setup.window.begin, setup.window.end, setup.window.cycle);
@@ -119,6 +120,12 @@ class SampledRollout : public Rollout, protected AcceptedStep {
     record(interval_);
   }
 
+  // Loads that begin or end now.
+  void begin_loads() {
+    plant_.begin_loads(time_);
+    torque_time_ = kNever;
+  }
+
   bool loads_change(double before) const {
     return Loads::reached(plant_.loads.next_change(before), time_);
   }
@@ -145,7 +152,11 @@ class SampledRollout : public Rollout, protected AcceptedStep {
   long sample_index_;
 
  private:
+  // Motor torques at t in (q, v); not again where the run's own state has not changed.
   void find_torque(double t, const VectorXd& q, const VectorXd& v) {
+    const bool own = &q == &q_;
+    if (own && t == torque_time_) return;
+    torque_time_ = own ? t : kNever;
     reference_.begin_sample(t);
     set_points_.take(reference_, t);
     plant_.servo_torque(q, v, set_points_, torque_);
@@ -206,6 +217,8 @@ class SampledRollout : public Rollout, protected AcceptedStep {
   VectorXd rate_limit_, torque_limit_, limit_now_;
   bool has_lines_;
   SetPoints set_points_;
+  static constexpr double kNever = -1.0;  // s
+  double torque_time_ = kNever;           // of torque_, in the run's own state, s
   VectorXd torque_, acceleration_;
 };
 
