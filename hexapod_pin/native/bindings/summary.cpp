@@ -20,21 +20,26 @@ void put_peaks(nb::dict& out, const std::string& name, const Peaks& peaks) {
   out[nb::str((name + "_time").c_str())] = VectorXd(peaks.time);
 }
 
-void put_joints(nb::dict& out, const SummaryTotals& totals) {
-  const auto& sums = totals.sums_of_joints;
-  const double time = totals.time;
-  out["torque_rms"] = VectorXd((sums.col(0) / time).sqrt());
-  out["speed_rms"] = VectorXd((sums.col(1) / time).sqrt());
-  out["positive_energy"] = VectorXd(sums.col(2));
-  out["negative_energy"] = VectorXd(sums.col(3));
-  out["at_limit"] = VectorXd(sums.col(4) / time);
-  out["angle_min"] = VectorXd(totals.lowest);
-  out["angle_max"] = VectorXd(totals.highest);
-  VectorXd p99(sums.rows());
-  for (Eigen::Index j = 0; j < p99.size(); ++j) {
-    const double found = totals.histogram[std::size_t(j)].quantile(0.99);
-    p99[j] = std::min(found, totals.torque_peak.size[j]);  // the top bin ends above it
-  }
+void put_joints(nb::dict& out, JointTotals& joints, double time) {
+  const auto column = [&](auto value) {
+    const std::vector<JointSums>& sums = joints.sums();
+    VectorXd values(Eigen::Index(sums.size()));
+    for (std::size_t j = 0; j < sums.size(); ++j) values[Eigen::Index(j)] = value(sums[j]);
+    return values;
+  };
+  put_peaks(out, "torque_peak", joints.torque_peak());
+  put_peaks(out, "speed_peak", joints.speed_peak());
+  put_peaks(out, "power_peak", joints.power_peak());
+  out["torque_rms"] = column([&](const JointSums& s) { return std::sqrt(s.torque_square / time); });
+  out["speed_rms"] = column([&](const JointSums& s) { return std::sqrt(s.rate_square / time); });
+  out["positive_energy"] = column([](const JointSums& s) { return s.positive_energy; });
+  out["negative_energy"] = column([](const JointSums& s) { return s.negative_energy; });
+  out["at_limit"] = column([&](const JointSums& s) { return s.at_limit / time; });
+  out["angle_min"] = column([](const JointSums& s) { return s.lowest; });
+  out["angle_max"] = column([](const JointSums& s) { return s.highest; });
+  VectorXd p99 = joints.torque_peak().size;  // the top bin of a histogram ends above it
+  for (Eigen::Index j = 0; j < p99.size(); ++j)
+    p99[j] = std::min(joints.histogram()[std::size_t(j)].quantile(0.99), p99[j]);
   out["torque_p99"] = p99;
 }
 
@@ -75,7 +80,7 @@ void record_state(RunSummary& summary, double t, const VectorXd& q, const Vector
 }  // namespace
 
 nb::dict summary_data(RunSummary& summary) {
-  const SummaryTotals& totals = summary.totals();
+  SummaryTotals& totals = summary.totals();
   nb::dict out;
   out["states"] = summary.states();
   out["cycles"] = summary.cycles();
@@ -90,11 +95,8 @@ nb::dict summary_data(RunSummary& summary) {
   put_peaks(out, "outside_torque", summary.outside_torque());
   put_peaks(out, "outside_force", summary.outside_force());
   if (totals.time <= 0.0) return out;  // no whole cycle
-  put_peaks(out, "torque_peak", totals.torque_peak);
-  put_peaks(out, "speed_peak", totals.speed_peak);
-  put_peaks(out, "power_peak", totals.power_peak);
+  put_joints(out, totals.joints, totals.time);
   put_peaks(out, "force_peak", totals.force_peak);
-  put_joints(out, totals);
   put_feet(out, totals);
   put_trunk(out, totals);
   return out;

@@ -70,7 +70,7 @@ class RunSummary {
   }
 
   // Everything below may be asked at any time.
-  const SummaryTotals& totals() {
+  SummaryTotals& totals() {
     if (period_ == 0.0 && inside_) settle(0.0), window_.take(cycle_);
     return window_;
   }
@@ -84,8 +84,8 @@ class RunSummary {
     else if (period_ > 0.0) points.resize(cycles_ > 0 ? std::size_t(2 * cycles_ + 1) : 0);
     return points;
   }
-  Peaks outside_torque() const {
-    return outside(outside_torque_, cycle_.torque_peak, last().torque);
+  Peaks outside_torque() {
+    return outside(outside_torque_, cycle_.joints.torque_peak(), last().torque);
   }
   Peaks outside_force() const {
     return outside(outside_force_, cycle_.force_peak, last().normal);

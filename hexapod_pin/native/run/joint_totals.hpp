@@ -1,0 +1,104 @@
+// Sums, extremes and histograms of the joints over states with a time weight each. States wait in a block that
+// is then taken joint by joint: a joint's sums stay in registers and its histogram in the nearest cache.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "run/magnitude_histogram.hpp"
+#include "run/peaks.hpp"
+#include "run/summary_state.hpp"
+
+namespace hexapod {
+
+// Of one joint: integrals over time, and the least and largest angle.
+struct JointSums {
+  double torque_square = 0.0, rate_square = 0.0;             // N^2 m^2 s, rad^2/s
+  double positive_energy = 0.0, negative_energy = 0.0;       // J
+  double at_limit = 0.0;                                     // s
+  double lowest = std::numeric_limits<double>::infinity();   // rad
+  double highest = -std::numeric_limits<double>::infinity();
+
+  void take(const JointSums& other) {
+    torque_square += other.torque_square, rate_square += other.rate_square;
+    positive_energy += other.positive_energy, negative_energy += other.negative_energy;
+    at_limit += other.at_limit;
+    lowest = std::min(lowest, other.lowest), highest = std::max(highest, other.highest);
+  }
+};
+
+class JointTotals {
+ public:
+  explicit JointTotals(int joints)
+      : torque_peak_(joints), speed_peak_(joints), power_peak_(joints), sums_(std::size_t(joints)),
+        histogram_(std::size_t(joints)), block_(std::size_t(joints)) {}
+
+  void add(const SummaryState& s, double weight) {
+    time_[waiting_] = s.time, weight_[waiting_] = weight;
+    for (std::size_t j = 0; j < block_.size(); ++j) {
+      const auto k = Eigen::Index(j);
+      block_[j][waiting_] = {s.torque[k], s.rate[k], s.angle[k], s.limit[k]};
+    }
+    if (++waiting_ == kBlock) settle();
+  }
+
+  void take(JointTotals& other) {  // and empties it
+    settle(), other.settle();
+    for (std::size_t j = 0; j < sums_.size(); ++j) {
+      sums_[j].take(other.sums_[j]);
+      histogram_[j].take(other.histogram_[j]);
+      other.sums_[j] = JointSums();
+    }
+    torque_peak_.take(other.torque_peak_), speed_peak_.take(other.speed_peak_);
+    power_peak_.take(other.power_peak_);
+  }
+
+  const std::vector<JointSums>& sums() { return settle(), sums_; }
+  const Peaks& torque_peak() { return settle(), torque_peak_; }
+  const Peaks& speed_peak() { return settle(), speed_peak_; }
+  const Peaks& power_peak() { return settle(), power_peak_; }
+  const std::vector<MagnitudeHistogram>& histogram() { return settle(), histogram_; }  // of |torque|
+
+ private:
+  static constexpr std::size_t kBlock = 16;
+
+  struct Entry {
+    double torque, rate, angle, limit;
+  };
+
+  void settle() {
+    for (std::size_t j = 0; j < block_.size(); ++j) settle(j);
+    waiting_ = 0;
+  }
+
+  void settle(std::size_t j) {
+    JointSums sums = sums_[j];
+    const auto index = Eigen::Index(j);
+    for (std::size_t i = 0; i < waiting_; ++i) {
+      const Entry& e = block_[j][i];
+      const double weight = weight_[i], size = std::abs(e.torque), power = e.torque * e.rate;
+      sums.torque_square += weight * (size * size);
+      sums.rate_square += weight * (e.rate * e.rate);
+      sums.positive_energy += weight * std::max(power, 0.0);
+      sums.negative_energy += weight * std::min(power, 0.0);
+      if (size >= e.limit) sums.at_limit += weight;
+      sums.lowest = std::min(sums.lowest, e.angle), sums.highest = std::max(sums.highest, e.angle);
+      histogram_[j].add(size, weight);
+      torque_peak_.see(index, e.torque, time_[i]), speed_peak_.see(index, e.rate, time_[i]);
+      power_peak_.see(index, power, time_[i]);
+    }
+    sums_[j] = sums;
+  }
+
+  Peaks torque_peak_, speed_peak_, power_peak_;
+  std::vector<JointSums> sums_;
+  std::vector<MagnitudeHistogram> histogram_;
+  std::size_t waiting_ = 0;  // states in the block
+  std::array<double, kBlock> time_, weight_;
+  std::vector<std::array<Entry, kBlock>> block_;
+};
+
+}  // namespace hexapod

@@ -1,0 +1,48 @@
+// The largest magnitudes seen, with their signs and times.
+#pragma once
+
+#include <cmath>
+
+#include "laws/vectors.hpp"
+
+namespace hexapod {
+
+using Eigen::ArrayXd;
+
+struct Peak {
+  double size = -1.0, value = 0.0, time = 0.0;  // |value|; < 0: nothing seen
+
+  void see(double x, double t) {
+    const double magnitude = std::abs(x);
+    if (magnitude > size) size = magnitude, value = x, time = t;
+  }
+};
+
+// A peak per joint or foot.
+struct Peaks {
+  explicit Peaks(Eigen::Index count) { clear(count); }
+  void clear(Eigen::Index count) {
+    size.setConstant(count, -1.0), value.setZero(count), time.setZero(count);
+  }
+
+  void see(const ArrayXd& x, double t) {
+    if (x.size() == 0 || (x.abs() - size).maxCoeff() <= 0.0) return;
+    for (Eigen::Index k = 0; k < x.size(); ++k) see(k, x[k], t);
+  }
+  void see(Eigen::Index k, double x, double t) {
+    const double magnitude = std::abs(x);
+    if (magnitude > size[k]) size[k] = magnitude, value[k] = x, time[k] = t;
+  }
+  void see(const Peaks& other) {
+    for (Eigen::Index k = 0; k < size.size(); ++k)
+      if (other.size[k] > size[k]) see(k, other.value[k], other.time[k]);
+  }
+  void take(Peaks& other) {  // and empties it
+    see(other);
+    other.clear(size.size());
+  }
+
+  ArrayXd size, value, time;  // |value|, < 0 where nothing was seen
+};
+
+}  // namespace hexapod
