@@ -128,6 +128,33 @@ def test_energy_account_closes() -> None:
         assert np.abs(trace.energy_residual).max() < bound * lost
 
 
+@pytest.mark.parametrize(
+    ("method", "accuracy"),
+    [("extrapolated-euler", 1e-6), ("ndf", 1e-8), ("dop853", 1e-7), ("dop853", 1e-9)],
+)
+@pytest.mark.parametrize("amplitude", [0.301, 0.3015, 0.303])
+def test_limit_touched_for_a_moment(method: str, accuracy: float, amplitude: float) -> None:
+    """An oscillator that meets its torque limit for 5 to 9 % of its period, within single steps.
+
+    Beyond the angle c of the limit it moves on parabolas: with amplitude A it passes zero again
+    after T / 2 = 2 (sqrt(2 (A - c) I / cap) + atan(w c / v_c) / w). Steps over the moment at the
+    limit miss 1e-7 by a factor of 5000.
+    """
+    kp, cap = 1.0, 0.30
+    w, c = np.sqrt(kp / INERTIA), cap / kp
+    rise = np.sqrt(2.0 * (amplitude - c) * INERTIA / cap)
+    at_limit = cap / INERTIA * rise
+    half = 2.0 * (rise + np.arctan2(w * c, at_limit) / w)
+    rate = float(np.hypot(at_limit, w * c))
+    motor = hp.Motor(stall_torque=1e6, no_load_speed=1e6, peak_torque=cap)
+    trace = run(
+        method, kp=kp, rate=rate, duration=2 * half, sample=2 * half, motor=motor,
+        settings={"accuracy": accuracy},
+    )  # fmt: skip
+    assert abs(trace.q[-1, -1]) < 5.0 * accuracy  # nothing damps the errors of a period
+    assert trace.v[-1, -1] == pytest.approx(rate, abs=10.0 * accuracy * w)
+
+
 def scene_with_everything(method: str, settings: dict[str, float]) -> np.ndarray:
     """Return the angle at the samples of a joint that meets its cap, line, stops and friction."""
     motor = hp.Motor(stall_torque=0.05, no_load_speed=4.0, dry_friction=0.004)

@@ -49,6 +49,18 @@ class BackwardDifferences {
     }
   }
 
+  // The same with the new point, d away from the predicted, before it is appended; x counts from it.
+  void at_with(const VectorXd& d, double x, VectorXd& y) {
+    std::array<double, kMaxOrder + 2> product{1.0};
+    for (int j = 1; j <= order_; ++j) product[j] = product[j - 1] * (x + j - 1.0) / j;
+    difference_ = d;
+    y.setZero(d.size());
+    for (int j = order_; j >= 0; --j) {
+      difference_ += d_.col(j);
+      y += product[j] * difference_;
+    }
+  }
+
   // Appends the new point, d away from the predicted.
   void accept(const VectorXd& d) {
     d_.col(order_ + 2) = d - d_.col(order_ + 1);
@@ -87,6 +99,7 @@ class BackwardDifferences {
   }
 
   Eigen::Matrix<double, Eigen::Dynamic, kMaxOrder + 3> d_;
+  VectorXd difference_;
   int order_ = 1;
 };
 

@@ -9,6 +9,13 @@
 
 namespace hexapod {
 
+// Told of the states that a method passes through within a step.
+class InsideStep {
+ public:
+  virtual ~InsideStep() = default;
+  virtual void passed(double t, const VectorXd& y) = 0;
+};
+
 template <class PlantT>
 class ChartFlow {
  public:
@@ -132,6 +139,7 @@ class ChartFlow {
 
   PlantT& plant;
   Reference& reference;
+  InsideStep* inside = nullptr;
   const int nv, nz, nw;
 
  private:

@@ -39,6 +39,7 @@ class DormandPrince853 {
       sum(kDopRow[s], s);
       y_ = y0 + h * sum_;
       flow.rate(t + kDopNode[s] * h, y_, k_[s]);
+      if (s >= kFirstAccurateStage) flow.inside->passed(t + kDopNode[s] * h, y_);
     }
     sum(kDopWeight, kDopStages);
     y1 = y0 + h * sum_;
@@ -49,6 +50,8 @@ class DormandPrince853 {
   int order() const { return 8; }  // of the error in the step, for the controller
 
  private:
+  static constexpr int kFirstAccurateStage = 4;
+
   void sum(const double* weight, int count) {
     sum_ = weight[0] * k_[0];
     for (int s = 1; s < count; ++s)

@@ -14,15 +14,24 @@
 namespace hexapod {
 
 template <class PlantT>
-class DriveEvents {
+class DriveEvents final : public InsideStep {
  public:
-  DriveEvents(PlantT& plant, const ErrorNorm& norm)
-      : norm_(norm), set_points_(plant.joints()), next_(plant.joints()), start_(plant.joints()), end_(plant.joints()) {
+  DriveEvents(ChartFlow<PlantT>& flow, const ErrorNorm& norm)
+      : flow_(flow), norm_(norm), set_points_(flow.plant.joints()), next_(set_points_),
+        start_(flow.plant.joints()), end_(start_), inside_(start_) {
+    flow.inside = this;
+    PlantT& plant = flow.plant;
     plant.modes_frozen = true;
     const DriveLaw& drive = plant.drive;
     const auto finite = [](const VectorXd& x) { return x.size() > 0 && x.minCoeff() < kNeverReached; };
     idle_ = !(plant.dry || drive.stops.present() || finite(drive.cap) || finite(drive.line_torque) ||
               !plant.loads.lost.empty());
+  }
+
+  // Share of its usual tolerance that a step may lose.
+  static double tolerance_share(const PlantT& plant, const Reference& reference) {
+    const bool hard = reference.jumps() || plant.dry || plant.drive.has_lines();
+    return hard ? kHardDriveShare : 1.0;
   }
 
   // Finds the modes at a state where the plant is evaluated; set-points may have jumped there.
@@ -41,22 +50,39 @@ class DriveEvents {
     last_ = Crossing();
   }
 
+  // A step from t, or another try of it, begins.
+  void begin(double t) {
+    begin_ = t;
+    seen_inside_ = kNeverReached;
+  }
+
+  // Notices switches there and back again within a step.
+  void passed(double t, const VectorXd& y) override {
+    if (idle_ || seen_inside_ < kNeverReached) return;
+    find_state(t, y, inside_);
+    Crossing first;
+    const PlantT& plant = flow_.plant;
+    for (int j = 0; j < plant.joints(); ++j)
+      if (mode_at(inside_, j) != plant.mode[j]) find_crossing(j, inside_, t - begin_, first);
+    if (first.share < 1.0) seen_inside_ = first.share * (t - begin_);
+  }
+
   // Share of the step h, which ended at y with the plant evaluated there, at which it should end for the
   // first switch to be just behind it; 1 where the step may end here.
-  double share(ChartFlow<PlantT>& flow, double t, const VectorXd& y, double h) {
+  double share(double t, const VectorXd& y, double h) {
     if (idle_) return 1.0;
-    PlantT& plant = flow.plant;
-    find_end(flow, t, y);
+    const PlantT& plant = flow_.plant;
+    find_end(t, y);
     changed_ = false;
     Crossing first;
     for (int j = 0; j < plant.joints(); ++j) {
       if (!ends(plant, j)) continue;
       changed_ = true;
-      find_crossing(plant, j, h, first);
+      find_crossing(j, end_, h, first);
     }
     first.step = h;
     last_ = first;
-    return first.share;
+    return first.share < 1.0 ? first.share : std::min(1.0, seen_inside_ / h);
   }
 
   // Velocity errors of joints at their torque limit are not damped by their servos, and those of joints
@@ -79,6 +105,7 @@ class DriveEvents {
     return most;
   }
 
+  bool idle() const { return idle_; }        // nothing can switch
   bool changed() const { return changed_; }  // whether a mode has ended in the step of the last call
 
   // Takes over the end of an accepted step of h. Joints that have turned back under dry friction are at
@@ -142,25 +169,33 @@ class DriveEvents {
     int joint = -1, index = -1;
   };
 
-  void find_end(ChartFlow<PlantT>& flow, double t, const VectorXd& y) {
-    const PlantT& plant = flow.plant;
-    set_points_.take(flow.reference, t);
-    for (int j = 0; j < plant.joints(); ++j) {
-      end_.angle[j] = flow.joint_angle(y, j);
-      end_.rate[j] = flow.v(y)[6 + j];
-      end_.demand[j] = plant.drive.demand(j, set_points_.q[j] - end_.angle[j],
-                                          set_points_.v[j] - end_.rate[j], set_points_.torque[j]);
+  void find_state(double t, const VectorXd& y, JointStates& at) {
+    set_points_.take(flow_.reference, t);
+    for (int j = 0; j < flow_.plant.joints(); ++j) {
+      at.angle[j] = flow_.joint_angle(y, j);
+      at.rate[j] = flow_.v(y)[6 + j];
+      at.demand[j] = flow_.plant.drive.demand(j, set_points_.q[j] - at.angle[j],
+                                              set_points_.v[j] - at.rate[j], set_points_.torque[j]);
     }
+  }
+
+  void find_end(double t, const VectorXd& y) {
+    find_state(t, y, end_);
+    const PlantT& plant = flow_.plant;
     if (!plant.dry) return;
     const auto stuck = [](const DriveMode& mode) { return mode.stuck(); };
     if (!std::any_of(plant.mode.begin(), plant.mode.end(), stuck)) return;
-    flow.rate_here(t, y, rate_);
+    flow_.rate_here(t, y, rate_);
     end_.holding = plant.holding;
+  }
+
+  DriveMode mode_at(const JointStates& at, int j) const {
+    return flow_.plant.drive.mode(j, at.angle[j], at.rate[j], at.demand[j]);
   }
 
   bool ends(const PlantT& plant, int j) const {
     const DriveMode& now = plant.mode[j];
-    if (plant.drive.mode(j, end_.angle[j], end_.rate[j], end_.demand[j]) != now) return true;
+    if (mode_at(end_, j) != now) return true;
     return now.stuck() && std::abs(end_.holding[j]) > plant.drive.friction[j];
   }
 
@@ -170,8 +205,10 @@ class DriveEvents {
                                 at.holding[j]);
   }
 
-  void find_crossing(const PlantT& plant, int j, double h, Crossing& first) const {
-    const auto before = switches(plant, j, start_), after = switches(plant, j, end_);
+  // Of joint j between the start of the step and a state h later.
+  void find_crossing(int j, const JointStates& end, double h, Crossing& first) const {
+    const PlantT& plant = flow_.plant;
+    const auto before = switches(plant, j, start_), after = switches(plant, j, end);
     const double most = kOvershootShare * norm_.tolerance / norm_.weight(h);
     for (int k = 0; k < DriveLaw::kSwitches; ++k) {
       if (!(after[k] < 0.0)) continue;
@@ -199,12 +236,16 @@ class DriveEvents {
     return root > 0.0 && root < 1.0 ? root : linear;
   }
 
+  ChartFlow<PlantT>& flow_;
   ErrorNorm norm_;
   SetPoints set_points_, next_;
   JointStates start_, end_;  // of the step
+  JointStates inside_;       // where it passed through
+  double begin_ = 0.0;       // of the step, s
+  double seen_inside_ = kNeverReached;  // where a mode seems to end and to come back, s from the start
   VectorXd rate_;
   Crossing last_;
-  bool idle_ = false;  // nothing can switch
+  bool idle_ = false;
   bool changed_ = false, known_ = false;
 };
 

@@ -84,6 +84,7 @@ class ExtrapolatedEuler {
     for (int k = 1; k < n; ++k) {
       last_ = end_[n - 1];
       flow.evaluate(t + k * s, last_);
+      flow.inside->passed(t + k * s, last_);
       substep(flow, t + k * s, s, last_, end_[n - 1]);
     }
   }

@@ -26,9 +26,9 @@ class NdfDriver {
  public:
   NdfDriver(PlantT& plant, Reference& reference, double accuracy,
             const std::vector<double>& /*memory*/, AcceptedStep& observer)
-      : flow_(plant, reference), observer_(observer), tolerance_((reference.jumps() ? kJumpingShare : 1.0) * kToleranceShare * accuracy),
+      : flow_(plant, reference), observer_(observer), tolerance_(DriveEvents<PlantT>::tolerance_share(plant, reference) * kToleranceShare * accuracy),
         norm_{tolerance_, kLeastVelocityWeight, plant.law.friction.steepness()},
-        newton_(flow_, norm_), drives_(plant, norm_), touch_(plant.feet.size(), kTouchTolerances * tolerance_) {}
+        newton_(flow_, norm_), drives_(flow_, norm_), touch_(plant.feet.size(), kTouchTolerances * tolerance_) {}
 
   // From t to `stop`, in steps that may end beyond it but not beyond `horizon`, the set-points' next
   // jump. The plant is evaluated at (t, q, v) before and at `stop` after. False: no step of a
@@ -137,7 +137,8 @@ class NdfDriver {
         const double size = strictness * error_of(history_.order(), newton_.correction());
         if (size <= 1.0) {
           if (flow_.plant.dry) flow_.evaluate(end, y_);
-          const double share = drives_.share(flow_, end, y_, h);
+          look_inside(end, h);
+          const double share = drives_.share(end, y_, h);
           if (share < 1.0 && switched < kMaxSwitchTries && h > kLeastEventStep * std::max(1.0, end)) {
             ++switched;
             resize(h * share);
@@ -152,6 +153,14 @@ class NdfDriver {
       }
     }
     return false;
+  }
+
+  // Shows the drives the middle of the step that ends there.
+  void look_inside(double end, double h) {
+    drives_.begin(end - h);
+    if (drives_.idle()) return;
+    history_.at_with(newton_.correction(), -0.5, middle_);
+    drives_.passed(end - 0.5 * h, middle_);
   }
 
   double error_of(int order, const VectorXd& d) const {
@@ -253,7 +262,7 @@ class NdfDriver {
   DriveEvents<PlantT> drives_;
   TouchDownLocator touch_;
   BackwardDifferences history_;
-  VectorXd y_, rate_, booked_works_, q_, v_;
+  VectorXd y_, middle_, rate_, booked_works_, q_, v_;
   double time_ = 0.0, h_ = 0.0, step_limit_ = 0.0;  // s
   double strictness_ = 1.0;  // -, of orders 1 and 2
   int equal_steps_ = 0;                             // of this size and order

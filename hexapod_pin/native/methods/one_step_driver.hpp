@@ -28,9 +28,11 @@ class OneStepDriver {
   OneStepDriver(PlantT& plant, Reference& reference, double accuracy,
                 const std::vector<double>& memory, AcceptedStep& observer)
       : flow_(plant, reference), method_(plant), observer_(observer),
-        norm_{(reference.jumps() ? kJumpingShare : 1.0) * Method::tolerance_share(accuracy) * accuracy, Method::kLeastVelocityWeight,
+        norm_{DriveEvents<PlantT>::tolerance_share(plant, reference) * Method::tolerance_share(accuracy) *
+                  accuracy,
+              Method::kLeastVelocityWeight,
               Method::kWeightFollowsFriction ? plant.law.friction.steepness() : 0.0},
-        touch_(plant.feet.size(), norm_.tolerance, Method::kLocatesLiftOff), drives_(plant, norm_),
+        touch_(plant.feet.size(), norm_.tolerance, Method::kLocatesLiftOff), drives_(flow_, norm_),
         step_(kFirstStep) {
     if (memory.size() != 2 + Method::kMemorySize) return;
     step_ = memory[0], watched_until_ = memory[1];
@@ -93,6 +95,7 @@ class OneStepDriver {
     int located = 0, switched = 0;
     const double least = kLeastEventStep * std::max(1.0, std::abs(t));
     for (int tries = 0; tries < kMaxTries && t + h > t; ++tries) {
+      drives_.begin(t);
       const double found = method_.attempt(flow_, t, h, y0_, norm_, y1_, error_);
       const double size = y1_.allFinite() ? found : std::numeric_limits<double>::infinity();
       if (!(size <= 1.0)) {
@@ -101,7 +104,7 @@ class OneStepDriver {
       } else {
         flow_.evaluate(t + h, y1_);
         const double touch = located < kMaxEventTries ? touch_.share(flow_.plant, h) : 1.0;
-        double drive = drives_.share(flow_, t + h, y1_, h);
+        double drive = drives_.share(t + h, y1_, h);
         if (switched == kMaxSwitchTries || h < least) drive = 1.0;
         const double change =
             t < watched_until_ ? drives_.torque_change(flow_.plant) / kMostTorqueChange : 0.0;
@@ -111,14 +114,15 @@ class OneStepDriver {
           flow_.restore_evaluation(y0_);
           continue;
         }
-        if (touch == 1.0 && drive == 1.0) {
+        const double first = std::min(touch, drive);
+        if (first == 1.0) {
           accept(h, size, cut, located + switched > 0);
           if (located > 0) watched_until_ = t + h + kWatchedTime;
           if (change > kTorqueAim) step_ = std::min(step_, h * kTorqueAim / change);
           return h;
         }
         ++(drive < touch ? switched : located);
-        h *= std::max(std::min(touch, drive), kLeastShare);
+        h *= std::max(first, kLeastShare);
       }
       flow_.restore_evaluation(y0_);
     }
