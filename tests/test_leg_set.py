@@ -166,3 +166,56 @@ def test_one_leg_without_closed_form_makes_all_go_one_by_one(tmp_path: Path) -> 
     q = mixed.inverse(p_BF)
     for leg, own, target in zip((plain, odd), q, p_BF, strict=True):
         np.testing.assert_allclose(leg.forward(own), target, atol=1e-9)
+
+
+def test_the_core_solves_as_the_stacked_legs_do(legs: SixLegs) -> None:
+    """Unrelated targets of 12 robots: as leg by leg, near angles a turn away."""
+    p_BF, _ = paths(legs, 12)
+    feet = np.swapaxes(p_BF, 0, 1)
+    rng = np.random.default_rng(3)
+    turns = 2.0 * np.pi * rng.integers(-1, 2, (12, len(legs.posture)))
+    for near in (np.tile(legs.posture, (12, 1)), legs.posture + turns):
+        start = np.swapaxes(near[:, legs.joint_index], 0, 1)
+        try:
+            wanted = legs.joint_rows(legs.kinematics.inverse_each(p_BF, start), near)
+        except ReachError:
+            with pytest.raises(ReachError):
+                legs.joint_angles(feet, near)
+            continue
+        np.testing.assert_allclose(legs.joint_angles(feet, near), wanted, rtol=0.0, atol=1e-12)
+
+
+def test_one_robot_has_the_bits_of_many(robot: Robot) -> None:
+    legs = six_legs(robot)
+    feet = np.swapaxes(paths(legs, 64)[0], 0, 1)
+    together = legs.joint_angles(feet)
+    alone = np.concatenate([legs.joint_angles(row[None]) for row in feet])
+    np.testing.assert_array_equal(together, alone)
+
+
+def test_what_a_leg_cannot_reach_is_refused(robot: Robot) -> None:
+    """Out of reach, on the yaw axis, not a number: the leg is named."""
+    legs = six_legs(robot)
+    form = legs.kinematics.closed_form
+    assert form is not None
+    far, axis, nothing = (legs.neutral_feet[None].copy() for _ in range(3))
+    far[0, 2, :2] *= 10.0
+    axis[0, 2, :2] = form.geometry.p_BH[2, 0, :2]
+    nothing[0, 2, 0] = np.nan
+    for feet in (far, axis, nothing):
+        with pytest.raises(ReachError, match=LEG_ORDER[2]):
+            legs.joint_angles(feet)
+
+
+def test_beyond_a_limit_another_branch_serves(robot: Robot) -> None:
+    """A yaw angle beyond its limit: the leg folds over its yaw axis, or it is refused."""
+    legs = six_legs(robot)
+    leg, feet = legs.legs[2], legs.neutral_feet[None].copy()
+    feet[0, 2] = leg.forward(leg.upper * [1.0, 0.0, 0.5] + [0.05, 0.0, 0.0])
+    try:
+        q = legs.joint_angles(feet)[0, legs.joint_index[2]]
+    except ReachError as refused:
+        assert LEG_ORDER[2] in str(refused)
+    else:
+        np.testing.assert_allclose(leg.forward(q), feet[0, 2], atol=1e-12)
+        assert (q >= leg.lower - 1e-9).all() and (q <= leg.upper + 1e-9).all()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -73,6 +74,11 @@ class SixLegs:
         rows[:, self.joint_index.ravel()] = np.swapaxes(values, 0, 1).reshape(len(rows), -1)
         return rows
 
+    @cached_property
+    def _solve_rows(self) -> Callable[[Array, Array], bool] | None:
+        form = self.kinematics.closed_form
+        return None if form is None else form.row_solver(self.joint_index)
+
     def joint_angles(self, feet: ArrayLike, near: ArrayLike | None = None) -> Array:
         """Return the joint angles that put the feet at given places: inverse kinematics.
 
@@ -87,8 +93,16 @@ class SixLegs:
         Raises:
             ReachError: of the first leg that cannot reach a place inside its joint limits.
         """
-        p_BF = np.ascontiguousarray(np.swapaxes(np.asarray(feet, dtype=float), 0, 1))
-        rows = np.tile(self.posture, (p_BF.shape[1], 1)) if near is None else np.array(near)
+        p_BF = np.ascontiguousarray(feet, dtype=float)
+        begin = np.tile(self.posture, (len(p_BF), 1)) if near is None else near
+        rows = np.array(begin, dtype=float, order="C")
+        if self._solve_rows is not None and self._solve_rows(p_BF, rows):
+            return rows
+        return self._joint_angles(p_BF, np.array(begin, dtype=float))
+
+    def _joint_angles(self, feet: Array, rows: Array) -> Array:
+        """Return the same for legs of any shape, or raise what says why a leg cannot."""
+        p_BF = np.ascontiguousarray(np.swapaxes(feet, 0, 1))
         start = np.swapaxes(rows[:, self.joint_index], 0, 1)
         return self.joint_rows(self.kinematics.inverse_each(p_BF, start), rows)
 

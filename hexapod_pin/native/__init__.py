@@ -1,6 +1,6 @@
 """The C++17 inner loop: plant, contact, integrators, rollouts; compiled into `_core`.
 
-One header per concept: `laws/`, `plant/`, `methods/`, `robust/`, `fused/`, `run/`;
+One header per concept: `kinematics/`, `laws/`, `plant/`, `methods/`, `robust/`, `fused/`, `run/`;
 `bindings/` is the border.
 """
 
@@ -11,6 +11,7 @@ from hexapod_pin.native._core import DriveMode as DriveMode
 from hexapod_pin.native._core import FrictionKind as FrictionKind
 from hexapod_pin.native._core import FrictionLaw as FrictionLaw
 from hexapod_pin.native._core import FrictionMode as FrictionMode
+from hexapod_pin.native._core import LegsInverse as LegsInverse
 from hexapod_pin.native._core import LimitMode as LimitMode
 from hexapod_pin.native._core import NormalKind as NormalKind
 from hexapod_pin.native._core import NormalLaw as NormalLaw
@@ -25,6 +26,7 @@ from hexapod_pin.native._core import checkpoint as checkpoint
 from hexapod_pin.native._core import command_together as command_together
 from hexapod_pin.native._core import drive_law as drive_law
 from hexapod_pin.native._core import evaluate as evaluate
+from hexapod_pin.native._core import first_outside as first_outside
 from hexapod_pin.native._core import height_field as height_field
 from hexapod_pin.native._core import plane as plane
 from hexapod_pin.native._core import plant_settings as plant_settings

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -139,7 +139,7 @@ class LegSet:
         Raises:
             ReachError: of the first leg that cannot reach a target inside its joint limits.
         """
-        if self.closed_form is not None:
+        if self.closed_form is not None and np.isfinite(p_BF).all():
             q, failed = self.closed_form.solve_each(p_BF, near)
             if not failed.any():
                 return q
@@ -202,6 +202,34 @@ class StackedClosedForm:
             lower=lower[:, None] - ANGLE_TOLERANCE,
             upper=upper[:, None] + ANGLE_TOLERANCE,
         )
+
+    def row_solver(self, joints: NDArray[np.intp]) -> Callable[[Array, Array], bool]:
+        """Return `solve_each` of the core, for control at ticks, on rows of joint angles.
+
+        Args:
+            joints: places of the legs' joints in a row. Shape (L, 3).
+
+        Returns:
+            A function of feet (B, L, 3) [m] and rows (B, n) [rad], contiguous: the legs' angles
+            replace those in the rows, by whole turns nearest to them. False where a leg cannot:
+            the rows are not to be used.
+        """
+        from hexapod_pin.native import LegsInverse
+
+        legs, geometry = LegsInverse(), self.geometry
+        for k, (first, second, third) in enumerate(joints.tolist()):
+            p_BH, lengths, sign, offset = (
+                row[k, 0]
+                for row in (geometry.p_BH, geometry.lengths, geometry.sign, geometry.offset)
+            )
+            fold, knee, tolerance = (
+                float(row[k, 0]) for row in (self.fold, self.knee, self.tolerance)
+            )
+            legs.add(
+                geometry.r_BH[k], p_BH, lengths, sign, offset, fold, knee, tolerance,
+                self.lower[k, 0], self.upper[k, 0], [first, second, third],
+            )  # fmt: skip
+        return legs.solve
 
     def angles(self, p_BF: Array) -> Array:
         """Return joint angles (L, N, 3) [rad] without any check, whole turns left as they are."""

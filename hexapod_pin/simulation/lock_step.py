@@ -16,7 +16,6 @@ ROUNDING = 1e-9
 """How far a set-point may be beyond its range for rounding [rad, rad/s]."""
 
 NO_ROWS = np.zeros((0, 0))
-NO_LIMITS = (-np.inf, np.inf)
 UNITS = {"q": "rad", "v": "rad/s", "torque": "N m"}
 
 
@@ -37,6 +36,7 @@ class LockStep:
         self._limits = {
             "q": (self.robot.lower - ROUNDING, self.robot.upper + ROUNDING),
             "v": (-self.robot.velocity - ROUNDING, self.robot.velocity + ROUNDING),
+            "torque": (np.full(self._shape[1], -np.inf), np.full(self._shape[1], np.inf)),
         }
         self._points = len(contact_names(self.runs[0].scene))
         self._width = 3 * self._shape[1] + 15 + 4 * self._points
@@ -103,6 +103,8 @@ class LockStep:
 
     def _rows(self, name: str, given: Any) -> Array:
         """Return the checked set-points of the runs that go on; no rows for None."""
+        from hexapod_pin import native as _native
+
         if given is None:
             return NO_ROWS
         rows = np.ascontiguousarray(given, dtype=float)
@@ -111,19 +113,14 @@ class LockStep:
             raise ParameterError(f"Command.{name}", rows.shape, allowed)
         if len(self._going) < len(self.runs):
             rows = rows[self._going]
-        lower, upper = self._limits.get(name, NO_LIMITS)
-        good = (rows >= lower) & (rows <= upper) & (np.abs(rows) < np.inf)
-        if not good.all():
-            raise self._refusal(name, rows, good)
+        bad = _native.first_outside(rows, *self._limits[name])
+        if bad >= 0:
+            raise self._refusal(name, rows, *divmod(bad, self._shape[1]))
         return rows
 
-    def _refusal(self, name: str, rows: Array, good: Any) -> ParameterError:
-        """Return the error that names the first set-point that is not good."""
-        row, joint = (int(k) for k in np.argwhere(~good)[0])
-        lower, upper = (
-            np.broadcast_to(limit, self._shape[1:])[joint]
-            for limit in self._limits.get(name, NO_LIMITS)
-        )
+    def _refusal(self, name: str, rows: Array, row: int, joint: int) -> ParameterError:
+        """Return the error that names a set-point that is not good."""
+        lower, upper = (limit[joint] for limit in self._limits[name])
         return ParameterError(
             f"command at t = {self.time:g} s: {name} of {self.robot.joint_names[joint]}",
             float(rows[row, joint]),

@@ -11,6 +11,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "bindings/bindings.hpp"
@@ -110,6 +111,19 @@ void command_together(const Runs& runs, const RowMatrix& position, const RowMatr
   }
 }
 
+// Which of the values (B, n), row by row, is the first that is not finite or not between the limits (n);
+// -1: none.
+long first_outside(const RowMatrix& values, const VectorXd& lower, const VectorXd& upper) {
+  if (lower.size() != values.cols() || upper.size() != values.cols())
+    throw std::invalid_argument("one limit per column needed");
+  for (Eigen::Index k = 0; k < values.size(); ++k) {
+    const double x = values.data()[k];
+    const Eigen::Index j = k % values.cols();
+    if (!(std::isfinite(x) && x >= lower[j] && x <= upper[j])) return long(k);
+  }
+  return -1;
+}
+
 using Rows = nb::ndarray<double, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
 
 // A row of `out` per run: angles, rates and torques of the joints, rotation of the trunk row by row,
@@ -145,6 +159,8 @@ void bind_several(nb::module_& m) {
         nb::call_guard<nb::gil_scoped_release>(), "All to one time [s]; False: that run has diverged.");
   m.def("command_together", &command_together, "runs"_a, "position"_a, "rate"_a, "torque"_a,
         "arrival"_a, "A row of set-points for each run, from its time on.");
+  m.def("first_outside", &first_outside, "values"_a, "lower"_a, "upper"_a,
+        "Index, row by row, of the first value that is not finite or outside its column's limits; -1: none.");
   m.def("read_together", &read_together, "runs"_a, "out"_a,
         "What sensors could read, into a row for each run: q, v, torque, rotation, angular velocity, "
         "acceleration, forces, loaded.");
