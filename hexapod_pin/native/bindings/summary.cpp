@@ -27,9 +27,9 @@ void put_joints(nb::dict& out, JointTotals& joints, double time) {
     for (std::size_t j = 0; j < sums.size(); ++j) values[Eigen::Index(j)] = value(sums[j]);
     return values;
   };
-  put_peaks(out, "torque_peak", joints.torque_peak());
-  put_peaks(out, "speed_peak", joints.speed_peak());
-  put_peaks(out, "power_peak", joints.power_peak());
+  put_peaks(out, "torque_peak", joints.peaks(&JointSums::torque));
+  put_peaks(out, "speed_peak", joints.peaks(&JointSums::speed));
+  put_peaks(out, "power_peak", joints.peaks(&JointSums::power));
   out["torque_rms"] = column([&](const JointSums& s) { return std::sqrt(s.torque_square / time); });
   out["speed_rms"] = column([&](const JointSums& s) { return std::sqrt(s.rate_square / time); });
   out["positive_energy"] = column([](const JointSums& s) { return s.positive_energy; });
@@ -37,7 +37,7 @@ void put_joints(nb::dict& out, JointTotals& joints, double time) {
   out["at_limit"] = column([&](const JointSums& s) { return s.at_limit / time; });
   out["angle_min"] = column([](const JointSums& s) { return s.lowest; });
   out["angle_max"] = column([](const JointSums& s) { return s.highest; });
-  VectorXd p99 = joints.torque_peak().size;  // the top bin of a histogram ends above it
+  VectorXd p99 = joints.peaks(&JointSums::torque).size;  // the top bin of a histogram ends above it
   for (Eigen::Index j = 0; j < p99.size(); ++j)
     p99[j] = std::min(joints.histogram()[std::size_t(j)].quantile(0.99), p99[j]);
   out["torque_p99"] = p99;

@@ -14,27 +14,28 @@
 
 namespace hexapod {
 
-// Of one joint: integrals over time, and the least and largest angle.
+// Of one joint: integrals over time, peaks, and the least and largest angle.
 struct JointSums {
   double torque_square = 0.0, rate_square = 0.0;             // N^2 m^2 s, rad^2/s
   double positive_energy = 0.0, negative_energy = 0.0;       // J
   double at_limit = 0.0;                                     // s
   double lowest = std::numeric_limits<double>::infinity();   // rad
   double highest = -std::numeric_limits<double>::infinity();
+  Peak torque, speed, power;
 
   void take(const JointSums& other) {
     torque_square += other.torque_square, rate_square += other.rate_square;
     positive_energy += other.positive_energy, negative_energy += other.negative_energy;
     at_limit += other.at_limit;
     lowest = std::min(lowest, other.lowest), highest = std::max(highest, other.highest);
+    torque.see(other.torque), speed.see(other.speed), power.see(other.power);
   }
 };
 
 class JointTotals {
  public:
   explicit JointTotals(int joints)
-      : torque_peak_(joints), speed_peak_(joints), power_peak_(joints), sums_(std::size_t(joints)),
-        histogram_(std::size_t(joints)), block_(std::size_t(joints)) {}
+      : sums_(std::size_t(joints)), histogram_(std::size_t(joints)), block_(std::size_t(joints)) {}
 
   void add(const SummaryState& s, double weight) {
     time_[waiting_] = s.time, weight_[waiting_] = weight;
@@ -52,14 +53,15 @@ class JointTotals {
       histogram_[j].take(other.histogram_[j]);
       other.sums_[j] = JointSums();
     }
-    torque_peak_.take(other.torque_peak_), speed_peak_.take(other.speed_peak_);
-    power_peak_.take(other.power_peak_);
   }
 
   const std::vector<JointSums>& sums() { return settle(), sums_; }
-  const Peaks& torque_peak() { return settle(), torque_peak_; }
-  const Peaks& speed_peak() { return settle(), speed_peak_; }
-  const Peaks& power_peak() { return settle(), power_peak_; }
+  Peaks peaks(Peak JointSums::*which) {
+    settle();
+    Peaks found{Eigen::Index(sums_.size())};
+    for (std::size_t j = 0; j < sums_.size(); ++j) found.set(Eigen::Index(j), sums_[j].*which);
+    return found;
+  }
   const std::vector<MagnitudeHistogram>& histogram() { return settle(), histogram_; }  // of |torque|
 
  private:
@@ -76,7 +78,7 @@ class JointTotals {
 
   void settle(std::size_t j) {
     JointSums sums = sums_[j];
-    const auto index = Eigen::Index(j);
+    MagnitudeHistogram& histogram = histogram_[j];
     for (std::size_t i = 0; i < waiting_; ++i) {
       const Entry& e = block_[j][i];
       const double weight = weight_[i], size = std::abs(e.torque), power = e.torque * e.rate;
@@ -86,14 +88,13 @@ class JointTotals {
       sums.negative_energy += weight * std::min(power, 0.0);
       if (size >= e.limit) sums.at_limit += weight;
       sums.lowest = std::min(sums.lowest, e.angle), sums.highest = std::max(sums.highest, e.angle);
-      histogram_[j].add(size, weight);
-      torque_peak_.see(index, e.torque, time_[i]), speed_peak_.see(index, e.rate, time_[i]);
-      power_peak_.see(index, power, time_[i]);
+      histogram.add(size, weight);
+      sums.torque.see(e.torque, time_[i]), sums.speed.see(e.rate, time_[i]);
+      sums.power.see(power, time_[i]);
     }
     sums_[j] = sums;
   }
 
-  Peaks torque_peak_, speed_peak_, power_peak_;
   std::vector<JointSums> sums_;
   std::vector<MagnitudeHistogram> histogram_;
   std::size_t waiting_ = 0;  // states in the block

@@ -16,6 +16,9 @@ struct Peak {
     const double magnitude = std::abs(x);
     if (magnitude > size) size = magnitude, value = x, time = t;
   }
+  void see(const Peak& other) {
+    if (other.size > size) *this = other;
+  }
 };
 
 // A peak per joint or foot.
@@ -36,6 +39,9 @@ struct Peaks {
   void see(const Peaks& other) {
     for (Eigen::Index k = 0; k < size.size(); ++k)
       if (other.size[k] > size[k]) see(k, other.value[k], other.time[k]);
+  }
+  void set(Eigen::Index k, const Peak& peak) {
+    size[k] = peak.size, value[k] = peak.value, time[k] = peak.time;
   }
   void take(Peaks& other) {  // and empties it
     see(other);

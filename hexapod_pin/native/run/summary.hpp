@@ -85,7 +85,7 @@ class RunSummary {
     return points;
   }
   Peaks outside_torque() {
-    return outside(outside_torque_, cycle_.joints.torque_peak(), last().torque);
+    return outside(outside_torque_, cycle_.joints.peaks(&JointSums::torque), last().torque);
   }
   Peaks outside_force() const {
     return outside(outside_force_, cycle_.force_peak, last().normal);
