@@ -7,6 +7,7 @@ import pytest
 import vehicles
 
 import hexapod_pin as hp
+from hexapod_pin.arrays import Array
 
 CASES = {"soft": (1e5, 1e2), "mid": (1e6, 1e3), "stiff": (1e8, 1e4)}
 
@@ -119,3 +120,23 @@ def test_a_walk_agrees_with_the_explicit_method(preset: str) -> None:
     error = np.abs(found.q - truth.q).max()
     assert error < 1e-5
     assert error < found.error_estimate
+
+
+@pytest.mark.parametrize("height", [0.003, 0.005, 0.007])
+def test_touch_speed_does_not_depend_on_the_step(height: float) -> None:
+    """Restitution takes the speed at the surface, however short the step behind it (six feet)."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    state = scene.robot.stand()
+    q = state.q.copy()
+    q[2] += height
+
+    def fallen(method: str, accuracy: float) -> Array:
+        trace = hp.simulate(
+            scene, hp.HoldPosture(), duration=0.08, sample=0.02, method=method, accuracy=accuracy,
+            initial=scene.robot.check_state(q, state.v),
+        )  # fmt: skip
+        return trace.q
+
+    exact = fallen("dop853", 1e-10)
+    assert np.abs(fallen("dop853", 1e-12) - exact).max() < 1e-10  # a step too late: 1e-7
+    assert np.abs(fallen("ndf", 1e-9) - exact).max() < 1e-9  # 9e-9
