@@ -153,8 +153,23 @@ def test_a_motion_beyond_reach_is_refused_with_its_time() -> None:
     shaking = hp.BodyMotion(height=hp.Sine(amplitude=0.02, period=0.05))
     with pytest.raises(GaitError, match=r"at t = .* s .*joint \w+ would turn at"):
         hp.KinematicControl(GAIT, body=shaking).plan(robot, 5.0)
-    with pytest.raises(GaitError, match="leg lf"):
-        hp.KinematicControl(GAIT, body=hp.BodyMotion(height=-0.2)).plan(robot, 5.0)
+
+
+@pytest.mark.parametrize(
+    "offsets", [{"height": 0.3}, {"height": -0.2}, {"height": -0.05, "pitch": 0.9}]
+)
+def test_constant_offsets_beyond_reach_say_how_far_they_can_go(offsets: dict[str, float]) -> None:
+    robot = hp.load_robot("kharagpur")
+    with pytest.raises(GaitError, match=r"with BodyMotion\(height=.*leg \w\w: .*furthest") as far:
+        hp.KinematicControl(GAIT, body=hp.BodyMotion(**offsets)).plan(robot, 5.0)
+    if len(offsets) > 1:
+        assert far.value.quantity == "body"
+        return
+    assert far.value.quantity == "height" and far.value.limit is not None
+    limit = float(far.value.limit)
+    hp.KinematicControl(GAIT, body=hp.BodyMotion(height=limit)).plan(robot, 5.0)
+    with pytest.raises(GaitError):
+        hp.KinematicControl(GAIT, body=hp.BodyMotion(height=1.002 * limit)).plan(robot, 5.0)
 
 
 # --- velocity commands --------------------------------------------------------------------------

@@ -83,6 +83,45 @@ def test_walk_leaves_the_trace_that_the_library_gives(trace_file: Path):
     assert (stored.torque == direct.torque).all()
 
 
+OWN_CONTROLLER = """
+import numpy as np
+import hexapod_pin as hp
+
+class Stand:
+    period = 0.01
+    def start(self, scene, batch):
+        return scene.robot.posture
+    def update(self, time, m, posture):
+        return hp.Command(np.tile(posture, (len(m.q), 1))), posture
+    def to_dict(self):
+        return {"kind": "stand-of-ones-own"}
+
+hp.register_controller("stand-of-ones-own", lambda data: Stand())
+"""
+
+
+def test_a_case_with_a_controller_of_ones_own(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "own.py").write_text(OWN_CONTROLLER)
+    (tmp_path / "broken.py").write_text("1 / 0")
+    case = tmp_path / "case.toml"
+    hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.1).save(case)
+    text = case.read_text()
+    begin = text.index("[controller]")
+    end = text.find("\n[", begin)
+    case.write_text(
+        text[:begin]
+        + '[controller]\nkind = "stand-of-ones-own"\n'
+        + (text[end:] if end > 0 else "")
+    )
+    unknown = run("run", "case.toml", "--no-html")
+    assert unknown.status == 2 and "stand-of-ones-own" in unknown.err
+    for file in ("none.py", "broken.py"):
+        refused = run("run", "case.toml", "--no-html", "--import", file)
+        assert refused.status == 2 and "--import" in refused.err and file in refused.err
+    assert run("run", "case.toml", "--no-html", "--import", "own.py").status == 0
+    assert hp.load_trace(tmp_path / "run.nc").time[-1] == pytest.approx(0.1)
+
+
 def test_a_saved_case_repeats_the_walk_to_the_bit(run: Run):
     words = (
         "--duration",

@@ -129,7 +129,8 @@ def test_a_ramp_arrives_when_it_says(scene):
     [
         ({"q": np.full(18, 9.0)}, "q of .* = 9.0: must be finite and from"),
         ({"q": np.full(18, np.nan)}, "= nan"),
-        ({"q": np.zeros(4)}, r"Command.q = \(1, 4\)"),
+        ({"q": np.zeros(4)}, r"command.q = \(4,\): must be of shape \(18,\)"),
+        ({"v": np.zeros((1, 18))}, r"command.v = \(1, 18\): must be of shape \(18,\)"),
         ({"v": np.full(18, 99.0)}, "v of .* rad/s"),
         ({"torque": np.full(18, np.inf)}, "torque of .* N m"),
         ({"ramp": -1.0}, "ramp"),

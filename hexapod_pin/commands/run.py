@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hexapod_pin.commands.options import NoHtml
+from hexapod_pin.commands.options import NoHtml, OptionalPath
 
 
 def run(
@@ -15,15 +15,22 @@ def run(
     out: Annotated[Path, typer.Option(help="Trace file to write.")] = Path("run.nc"),
     html: Annotated[Path, typer.Option(help="Playback file to write.")] = Path("run.html"),
     no_html: NoHtml = False,
+    code: Annotated[
+        OptionalPath,
+        typer.Option("--import", help="A Python file that registers the case's own controller."),
+    ] = None,
 ) -> None:
     """Run a case from its file; print its torque table; leave a trace and a playback."""
     from hexapod_pin.commands.case_report import run_and_report
+    from hexapod_pin.commands.import_file import import_file
     from hexapod_pin.commands.output_files import distinct, writable
     from hexapod_pin.simulation.case import load_case
 
     trace_path = writable("--out", out)
     html_path = None if no_html else writable("--html", html)
     distinct(trace_path, html_path)
+    if code is not None:
+        import_file("--import", code)
     found = load_case(case)
     settings = found.settings
     robot = found.scene.robot

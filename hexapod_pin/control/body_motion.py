@@ -43,6 +43,16 @@ class BodyMotion(Spec):
         return not self._functions
 
     @property
+    def offsets(self) -> dict[str, float]:
+        """The constant offsets that are not 0, by name [m, rad]."""
+        found = {name: getattr(self, name) for name in (*SWAY, *TILT)}
+        return {name: float(x) for name, x in found.items() if isinstance(x, int | float) and x}
+
+    def scaled(self, share: float) -> BodyMotion:
+        """Return the motion with its constant offsets times `share`."""
+        return self.model_copy(update={name: share * x for name, x in self.offsets.items()})
+
+    @property
     def kinks(self) -> Array:
         """Times at which a derivative jumps, ascending [s]."""
         return np.unique([time for one in self._functions for time in one.kinks]).astype(float)

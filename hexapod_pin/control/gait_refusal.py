@@ -42,9 +42,32 @@ def refuse_impossible(robot: Robot, gait: Gait, motion: BodyMotion | None = None
     Raises:
         GaitError: naming leg, joint, value and limit, and the largest request that works.
     """
-    found = _find_refusal(six_legs(robot), leg_bodies(robot), gait, motion)
-    if found is not None:
-        raise GaitError(*found)
+    six, bodies = six_legs(robot), leg_bodies(robot)
+    found = _find_refusal(six, bodies, gait, motion)
+    if found is None:
+        return
+    if motion is not None and _find_refusal(six, bodies, gait, None) is None:
+        raise _refuse_motion(six, bodies, gait, motion)
+    raise GaitError(*found)
+
+
+def _refuse_motion(six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion) -> GaitError:
+    """Return the error of offsets with which a gait fails that works without them."""
+
+    def reaches(share: float) -> bool:
+        return violation(six, gait, motion.scaled(share)) is None
+
+    found = violation(six, gait, motion) or collision(six, bodies, gait, motion)
+    asked = ", ".join(f"{name}={value:g}" for name, value in motion.offsets.items())
+    reason = f"gait {gait.name} with BodyMotion({asked}): "
+    reason += "" if found is None else f"{found.text.rstrip('.')}."
+    largest = bisect(reaches, good=0.0, bad=1.0) if not reaches(1.0) else 0.0
+    if largest == 0.0 or collision(six, bodies, gait, motion.scaled(largest)) is not None:
+        return GaitError(f"{reason} The gait works without these offsets.", "body", None)
+    most = ", ".join(f"{name}={largest * value:.4g}" for name, value in motion.offsets.items())
+    hint = f" With the rest unchanged the furthest that works is BodyMotion({most})."
+    alone = largest * next(iter(motion.offsets.values())) if len(motion.offsets) == 1 else None
+    return GaitError(reason + hint, next(iter(motion.offsets)) if alone else "body", alone)
 
 
 def refuse_impossible_command(

@@ -118,9 +118,23 @@ class Session:
         """
         if not (np.isfinite(ramp) and ramp >= 0.0):
             raise ParameterError("ramp", ramp, "finite and not negative [s]")
-        told = self._run.rollout.set_points() if q is None else q
-        rate, more = (None if x is None else _row(x) for x in (v, torque))
-        self._together.command(Command(_row(told), rate, more, ramp=ramp > 0.0), ramp)
+        told = self._run.rollout.set_points() if q is None else self._row("q", q)
+        rate = None if v is None else self._row("v", v)[None]
+        more = None if torque is None else self._row("torque", torque)[None]
+        self._together.command(Command(told[None], rate, more, ramp=ramp > 0.0), ramp)
+
+    def _row(self, name: str, values: ArrayLike) -> Array:
+        """Return values of the joints.
+
+        Raises:
+            ParameterError: wrong shape.
+        """
+        row: Array = np.asarray(values, dtype=float)
+        joints = len(self._run.scene.robot.joint_names)
+        if row.shape != (joints,):
+            allowed = f"of shape ({joints},): joints of the robot"
+            raise ParameterError(f"command.{name}", row.shape, allowed)
+        return row
 
     def advance(self, until: float) -> None:
         """Simulate to a time [s].
@@ -176,9 +190,3 @@ def live_run(
     if not start.command.size:
         LockStep([run]).command(Command(start.q[None, 7:]), 0.0)
     return run
-
-
-def _row(values: ArrayLike) -> Array:
-    """Return values of the joints with the leading axis of one run."""
-    row: Array = np.asarray(values, dtype=float)[None]
-    return row
