@@ -28,11 +28,6 @@ struct ErrorNorm {
   }
 };
 
-// Share of its usual tolerance that a step may lose where set-points jump or motors have a torque-speed line
-// or dry friction: nothing damps the errors of joints at their limits, and robots that are thrown about add
-// them up to ten times those of walks (benchmarks/results/drive_promise.md).
-constexpr double kHardDriveShare = 0.1;
-
 // Next step after an error of `size` tolerances.
 inline double next_step(double h, double size, int order, bool accepted) {
   const double factor = size > 0.0 ? 0.9 * std::pow(size, -1.0 / order) : 5.0;  // 0 if size is inf

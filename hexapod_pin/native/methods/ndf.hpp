@@ -26,7 +26,9 @@ class NdfDriver {
  public:
   NdfDriver(PlantT& plant, Reference& reference, double accuracy,
             const std::vector<double>& /*memory*/, AcceptedStep& observer)
-      : flow_(plant, reference), observer_(observer), tolerance_(DriveEvents<PlantT>::tolerance_share(plant, reference) * kToleranceShare * accuracy),
+      : flow_(plant, reference), observer_(observer), 
+        tolerance_((DriveEvents<PlantT>::hard(plant, reference) ? kHardDriveShare : 1.0) * kToleranceShare *
+                   accuracy),
         norm_{tolerance_, kLeastVelocityWeight, plant.law.friction.steepness()},
         newton_(flow_, norm_), drives_(flow_, norm_), touch_(plant.feet.size(), kTouchTolerances * tolerance_) {}
 
@@ -67,6 +69,7 @@ class NdfDriver {
  private:
   using Newton = NdfNewton<PlantT>;
   static constexpr double kToleranceShare = 1.0 / 6.0;  // of the accuracy that one step may lose
+  static constexpr double kHardDriveShare = 0.03;  // of that, with hard drives
   static constexpr double kLeastVelocityWeight = 0.03;  // s, of velocity errors
   static constexpr double kHardVelocityWeight = 0.3;  // s, where a joint is at its torque limit or slides
   // Tolerances that an error of order 1 or 2 counts for after a switch of the drives: there may be

@@ -28,8 +28,8 @@ class OneStepDriver {
   OneStepDriver(PlantT& plant, Reference& reference, double accuracy,
                 const std::vector<double>& memory, AcceptedStep& observer)
       : flow_(plant, reference), method_(plant), observer_(observer),
-        norm_{DriveEvents<PlantT>::tolerance_share(plant, reference) * Method::tolerance_share(accuracy) *
-                  accuracy,
+        norm_{(DriveEvents<PlantT>::hard(plant, reference) ? kHardDriveShare : 1.0) *
+                  Method::tolerance_share(accuracy) * accuracy,
               Method::kLeastVelocityWeight,
               Method::kWeightFollowsFriction ? plant.law.friction.steepness() : 0.0},
         touch_(plant.feet.size(), norm_.tolerance, Method::kLocatesLiftOff), drives_(flow_, norm_),
@@ -78,6 +78,7 @@ class OneStepDriver {
 
  private:
   static constexpr double kFirstStep = 1e-4;  // s
+  static constexpr double kHardDriveShare = 0.1;  // of the usual tolerance, with hard drives
   static constexpr int kMaxTries = 60, kMaxEventTries = 4, kMaxSwitchTries = 8;
   // Steps show the peaks of torques that touch-downs leave: for a while, a torque changes in one of them
   // by no more than this share of the joint's largest, unless the step is very short.
