@@ -207,15 +207,15 @@ def test_what_a_leg_cannot_reach_is_refused(robot: Robot) -> None:
             legs.joint_angles(feet)
 
 
-def test_beyond_a_limit_another_branch_serves(robot: Robot) -> None:
-    """A yaw angle beyond its limit: the leg folds over its yaw axis, or it is refused."""
+def test_an_angle_beyond_its_limit_is_refused_with_the_joint(robot: Robot) -> None:
+    """0.05 rad beyond the coxa's limit in reach: the core passes it on to what names the joint."""
     legs = six_legs(robot)
     leg, feet = legs.legs[2], legs.neutral_feet[None].copy()
-    feet[0, 2] = leg.forward(leg.upper * [1.0, 0.0, 0.5] + [0.05, 0.0, 0.0])
-    try:
-        q = legs.joint_angles(feet)[0, legs.joint_index[2]]
-    except ReachError as refused:
-        assert LEG_ORDER[2] in str(refused)
-    else:
-        np.testing.assert_allclose(leg.forward(q), feet[0, 2], atol=1e-12)
-        assert (q >= leg.lower - 1e-9).all() and (q <= leg.upper + 1e-9).all()
+    for beyond, works in ((-0.05, True), (0.05, False)):
+        feet[0, 2] = leg.forward(leg.upper * [1.0, 0.0, 0.5] + [beyond, 0.0, 0.0])
+        if works:
+            q = legs.joint_angles(feet)[0, legs.joint_index[2]]
+            np.testing.assert_allclose(leg.forward(q), feet[0, 2], atol=1e-12)
+            continue
+        with pytest.raises(ReachError, match=rf"{leg.joints[0]} would need 1\.0972 rad"):
+            legs.joint_angles(feet)

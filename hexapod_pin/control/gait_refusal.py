@@ -57,17 +57,20 @@ def _refuse_motion(six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMoti
     def reaches(share: float) -> bool:
         return violation(six, gait, motion.scaled(share)) is None
 
-    found = violation(six, gait, motion) or collision(six, bodies, gait, motion)
+    beyond = violation(six, gait, motion)
+    found = beyond or collision(six, bodies, gait, motion)
     asked = ", ".join(f"{name}={value:g}" for name, value in motion.offsets.items())
     reason = f"gait {gait.name} with BodyMotion({asked}): "
     reason += "" if found is None else f"{found.text.rstrip('.')}."
-    largest = bisect(reaches, good=0.0, bad=1.0) if not reaches(1.0) else 0.0
+    largest = 0.0 if beyond is None else bisect(reaches, good=0.0, bad=1.0)
     if largest == 0.0 or collision(six, bodies, gait, motion.scaled(largest)) is not None:
         return GaitError(f"{reason} The gait works without these offsets.", "body", None)
     most = ", ".join(f"{name}={largest * value:.4g}" for name, value in motion.offsets.items())
     hint = f" With the rest unchanged the furthest that works is BodyMotion({most})."
-    alone = largest * next(iter(motion.offsets.values())) if len(motion.offsets) == 1 else None
-    return GaitError(reason + hint, next(iter(motion.offsets)) if alone else "body", alone)
+    if len(motion.offsets) > 1:
+        return GaitError(reason + hint, "body", None)
+    ((name, value),) = motion.offsets.items()
+    return GaitError(reason + hint, name, largest * value)
 
 
 def refuse_impossible_command(
