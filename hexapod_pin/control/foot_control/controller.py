@@ -35,6 +35,9 @@ PARTS = {
 }  # fmt: skip
 """The parts of foot control that are parameter sets."""
 
+NUMBERS = ("compensation", "load_time", "period", "delay")
+"""Its other settings."""
+
 
 @dataclass(frozen=True, eq=False)
 class FootControl:
@@ -64,6 +67,8 @@ class FootControl:
     levelling: Levelling | None = field(default=None, kw_only=True)
     force: FootForceSensing = field(default_factory=FootForceSensing, kw_only=True)
     sensors: Sensors | None = field(default=None, kw_only=True)
+    compensation: bool = field(default=False, kw_only=True)
+    load_time: float = field(default=0.1, kw_only=True)
     period: float = field(default=0.005, kw_only=True)
     delay: float = field(default=0.0, kw_only=True)
     _ready: OrderedDict[str, ReadyLaw] = field(
@@ -131,9 +136,8 @@ class FootControl:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the settings as TOML-able data."""
-        settings: dict[str, Any] = {"kind": "foot-control", "period": self.period}
-        if self.delay:
-            settings["delay"] = self.delay
+        settings: dict[str, Any] = {"kind": "foot-control"}
+        settings |= {name: getattr(self, name) for name in NUMBERS}
         settings["walk"] = self.walk.to_dict()
         settings["gait"] = settings["walk"].get("gait", {})
         for name in PARTS:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hexapod_pin.control.foot_control.leg_model import leg_chains
+from hexapod_pin.control.foot_control.leg_model import leg_chains, standing_centre
 from hexapod_pin.control.foot_control.loop_gains import slip_gains
 from hexapod_pin.control.foot_control.planned_walk import PlannedWalk
 from hexapod_pin.control.six_legs import SixLegs, six_legs
@@ -145,9 +145,15 @@ def _settings(control: FootControl, scene: Any) -> FootControlSettings:
         gains = native.SlipGains()
         gains.kp, gains.ki, gains.kd = kp, ki, kd
         gains.derivative_time, gains.limit = control.slip.derivative_time, control.slip.limit
-        out.slip = gains
+        out.slip, out.free_share = gains, control.slip.free_share
+    out.weight, out.centre = weight, standing_centre(robot)
+    out.load_time = control.load_time
+    kp = scene.servos.gains(robot)[0]
+    import os
+    out.along, out.across = float(os.environ.get("ALONG", "1")), float(os.environ.get("ACROSS", "1"))
+    out.compensated, out.give = control.compensation, list(1.0 / kp[six_legs(robot).joint_index])
     if control.suspension is not None:
-        _suspend(out, control, scene, weight)
+        _suspend(out, control)
     if control.touch_down is not None:
         _react(out, control)
     if control.levelling is not None:
@@ -155,10 +161,9 @@ def _settings(control: FootControl, scene: Any) -> FootControlSettings:
     return out
 
 
-def _suspend(out: Any, control: FootControl, scene: Any, weight: float) -> None:
+def _suspend(out: Any, control: FootControl) -> None:
     """Fill in the virtual suspension."""
     from hexapod_pin import native
-    from hexapod_pin.control.foot_control.leg_model import standing_centre
 
     suspension = control.suspension
     assert suspension is not None
@@ -167,8 +172,6 @@ def _suspend(out: Any, control: FootControl, scene: Any, weight: float) -> None:
     gains.stiffness, gains.limit = suspension.stiffness, suspension.limit
     out.suspended, out.suspension = True, gains
     out.nominal_load = 0.0 if suspension.load == "split" else float(suspension.load)
-    out.weight, out.centre = weight, standing_centre(scene.robot)
-    out.load_time = suspension.load_time
 
 
 def _react(out: Any, control: FootControl) -> None:
@@ -182,6 +185,7 @@ def _react(out: Any, control: FootControl) -> None:
     settings.earliest = given.earliest
     settings.search_speed, settings.search_depth = given.search_speed, given.search_depth
     settings.rise_speed, settings.rise_limit = given.rise_speed, given.rise_limit
+    settings.patience = given.patience
     settings.retreat, settings.lost_after = given.retreat_speed, given.lost_after
     out.touch_down = settings
     out.follow_height, out.follow_tilt = 1.0 / given.height_time, 1.0 / given.tilt_time

@@ -43,6 +43,7 @@ class SlipPid(Spec):
     kd: NonNegativeFloat | None = None
     bandwidth: PositiveFloat = 2.0
     derivative_time: PositiveFloat = 0.01
+    free_share: NonNegativeFloat = 0.0
     limit: PositiveFloat = 0.03
 
     @property

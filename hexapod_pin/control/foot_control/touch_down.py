@@ -21,6 +21,7 @@ class TouchDown(Spec):
         rise_speed: of a swinging foot that runs against something [m/s].
         rise_limit: how far above the plan it rises [m].
         retreat_speed: of such a foot, back from what it met [m/s].
+        patience: longest time that the walk waits for a foot that finds no ground; 0: none [s].
         lost_after: time without load after which a standing foot searches [s].
         height_time: in which the trunk's height follows the mean of the standing feet [s].
         tilt_time: in which the trunk's tilt follows the plane of the standing feet [s].
@@ -33,6 +34,7 @@ class TouchDown(Spec):
     rise_speed: PositiveFloat = 0.2
     rise_limit: NonNegativeFloat = 0.04
     retreat_speed: NonNegativeFloat = 0.05
+    patience: NonNegativeFloat = 0.3
     lost_after: PositiveFloat = 0.03
     height_time: PositiveFloat = 0.5
     tilt_time: PositiveFloat = 1.5

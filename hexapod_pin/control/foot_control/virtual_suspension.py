@@ -22,17 +22,14 @@ class VirtualSuspension(Spec):
         frequency: of the undamped mass on its spring [Hz]. The default is *assumed*.
         damping: zeta, 1 is critical [-]. The default is *assumed*.
         load: "split" of the weight, or the same for every standing foot [N].
-        load_time: in which a foot takes up its share, and gives it back before it lifts [s].
-            *Assumed*.
         limit: largest travel either way [m]. *Assumed*.
     """
 
     kind: Literal["virtual-suspension"] = "virtual-suspension"
-    stiffness: PositiveFloat = 2.5e3
+    stiffness: PositiveFloat = 1.2e3
     frequency: PositiveFloat = 4.0
     damping: PositiveFloat = 0.8
     load: Literal["split"] | PositiveFloat = "split"
-    load_time: PositiveFloat = 0.1
     limit: PositiveFloat = 0.03
 
     @property

@@ -27,11 +27,15 @@ struct FootControlSettings {
   double threshold = 1.0;    // force of a foot that touches, N
   SlipSignal signal = SlipSignal::none;
   SlipGains slip;
+  double free_share = 0.0;    // tangential force over the normal one that is let be, -
   bool suspended = false;
   SuspensionGains suspension;
   double nominal_load = 0.0;  // of a standing foot, N; 0: the split of `weight`
   double weight = 0.0;        // N
   Vec3 centre = Vec3::Zero(); // of mass, trunk frame, standing, m
+  bool compensated = false;   // whether the feet's commands anticipate how servos give way to the load
+  double along = 1.0, across = 1.0;
+  std::array<Vec3, kLegs> give = {};  // of the servos, 1 / kp, rad/(N m)
   double load_time = 0.05;    // in which a foot takes up its share, and gives it back, s
   TouchDownSettings touch_down;
   double follow_height = 0.0, follow_tilt = 0.0;  // rates at which the trunk follows the ground, 1/s
@@ -62,37 +66,49 @@ class FootControlLaw {
 
   // Targets of the feet [m] at the end of the tick's command, and the memory after it.
   void update(const WalkTable& table, double time, const Readings& in, ControlMemory& m, LegVectors& out) const {
-    const WalkPlan plan = table.at(time + set_.lead);
+    const double now = time + set_.lead - m.lag;
+    const WalkPlan plan = slowed(table.at(now), m.pace);
     Felt felt;
     sense(in, m, felt);
     level(felt, m);
     for (int l = 0; l < kLegs; ++l) {
       LegMemory& leg = m.leg[l];
       const bool stood = leg.phase.on_ground();
-      const FootTouch touch{leg.force, leg.force.norm() > set_.threshold, felt.up};
+      const FootTouch touch{leg.force, felt.touches[l], felt.up};
       const Vec3 p = plan[l].foot + leg.phase.offset;
       if (stood && !plan[l].down && leg.phase.mode == LegMode::down) leave(leg);
-      reflex_.step(plan[l], touch, table.ground_velocity(time + set_.lead, p), leg.phase);
+      reflex_.step(plan[l], touch, m.pace * table.ground_velocity(now, p), leg.phase);
     }
+    keep_time(plan, m);
     follow_ground(plan, m);
     share_load(plan, m);
     if (set_.signal != SlipSignal::none) correct(felt, m);
     if (set_.suspended) suspend(plan, felt, m);
+    const LegNumbers load = nominal_loads(plan, felt, m, &LegMemory::share);
     for (int l = 0; l < kLegs; ++l) {
       const LegMemory& leg = m.leg[l];
       out[l] = plan[l].foot + leg.phase.offset + leg.correction + leg.suspension.travel * felt.up;
       out[l].z() += m.pitch * plan[l].foot.x() + m.roll * plan[l].foot.y();
+      if (set_.compensated) {
+        const Vec3 give = felt.give[l] * (load[l] * felt.up);
+        const Vec3 upwards = felt.up * felt.up.dot(give);
+        out[l] -= set_.along * (give - upwards) + set_.across * upwards;
+      }
     }
     m.begun = 1.0;
   }
 
  private:
+  static constexpr double kPaceTime = 0.02;  // in which the plan's clock stops or starts, s
+
   struct Felt {
     Vec3 down = -Vec3::UnitZ();  // direction of gravity, trunk axes
     Vec3 up = Vec3::UnitZ();     // normal of the plane of the standing feet, trunk axes
     Vec3 rate;                   // of the trunk, rad/s
     double roll = 0.0, pitch = 0.0;
     LegVectors foot, moved;      // measured places, and their change since the last tick, m
+    std::array<bool, kLegs> touches;
+    std::array<Mat3, kLegs> give;  // of a foot to the force on it: J diag(1/kp) J^T, m/N
   };
 
   static Vec3 vector(const double* at) { return {at[0], at[1], at[2]}; }
@@ -116,6 +132,7 @@ class FootControlLaw {
       const Vec3 v = of_leg(in.v, l);
       const LegPose pose = legs_[l].pose(of_leg(in.q, l));
       felt.foot[l] = pose.foot;
+      felt.give[l] = pose.jacobian * set_.give[l].asDiagonal() * pose.jacobian.transpose();
       felt.moved[l] = m.begun > 0.0 ? Vec3(pose.foot - leg.foot) : Vec3::Zero();
       leg.foot = pose.foot;
       const Vec3 force = set_.source == ForceSource::foot
@@ -123,6 +140,7 @@ class FootControlLaw {
                              : estimated(l, in, pose, trunk, v, leg, m.begun > 0.0);
       leg.rates = v;
       leg.force = m.begun > 0.0 ? Vec3(keep * leg.force + (1.0 - keep) * force) : force;
+      felt.touches[l] = leg.force.norm() > set_.threshold;
       standing[l] = leg.phase.on_ground() ? 1.0 : 0.0;
     }
     const Vec3 plane = fitted_plane(felt.foot, standing);
@@ -136,6 +154,22 @@ class FootControlLaw {
     Vec3 torque = of_leg(in.torque, l);
     if (set_.source == ForceSource::torque) torque -= legs_[l].friction(v);
     return pose.jacobian.transpose().inverse() * (legs_[l].own_torque(pose, trunk, v, a) - torque);
+  }
+
+  static WalkPlan slowed(WalkPlan plan, double pace) {
+    for (LegPlan& leg : plan) leg.velocity *= pace;
+    return plan;
+  }
+
+  // The plan's clock stands while a foot that should be down looks for the ground: none lifts off before.
+  void keep_time(const WalkPlan& plan, ControlMemory& m) const {
+    bool waits = false;
+    for (int l = 0; l < kLegs; ++l)
+      waits = waits || (m.leg[l].phase.mode == LegMode::search && m.leg[l].phase.searched < set_.touch_down.patience &&
+                        plan[l].since_down < set_.touch_down.patience);
+    const double step = set_.period / kPaceTime;
+    m.pace = std::clamp(waits ? 0.0 : 1.0, m.pace - step, m.pace + step);
+    m.lag += set_.period * (1.0 - m.pace);
   }
 
   // Tilts the plane of the feet until the trunk is level.
@@ -171,13 +205,19 @@ class FootControlLaw {
     }
   }
 
+  // A foot takes up its share of the load, and gives it back, around the times of the plan; one that finds
+  // no ground has none, one that finds it early takes it up at once.
   void share_load(const WalkPlan& plan, ControlMemory& m) const {
-    const double step = set_.period / set_.load_time;
+    const double half = 0.5 * set_.load_time, step = set_.period / half;
+    const auto ramp = [half](double after) { return swing_share(std::clamp(0.5 + 0.5 * after / half, 0.0, 1.0)); };
     for (int l = 0; l < kLegs; ++l) {
       LegMemory& leg = m.leg[l];
-      const bool stands = leg.phase.on_ground();
-      const double most = !stands ? 0.0 : plan[l].down ? std::min(1.0, plan[l].until_lift / set_.load_time) : 1.0;
-      leg.share = std::min(leg.share + step, most);
+      const double planned = plan[l].down ? std::min(ramp(plan[l].since_down), ramp(plan[l].until_lift))
+                                          : std::max(ramp(-plan[l].since_lift), ramp(-plan[l].until_down));
+      const double wanted = leg.phase.mode == LegMode::search  ? 0.0
+                            : leg.phase.mode == LegMode::early ? 1.0
+                                                               : planned;
+      leg.share = std::clamp(wanted, leg.share - step, leg.share + step);
     }
   }
 
@@ -191,11 +231,22 @@ class FootControlLaw {
       load[l] = leg.phase.on_ground() && normal > set_.threshold ? normal : 0.0;
       error[l] = leg.force - normal * felt.up;
     }
-    if (set_.signal == SlipSignal::force) error = internal_forces(felt.foot, error, load, felt.up);
-    else slide(felt, load, m, error);
+    if (set_.signal == SlipSignal::force) {
+      error = internal_forces(felt.foot, error, load, felt.up);
+      for (int l = 0; l < kLegs; ++l) error[l] = beyond(error[l], set_.free_share * load[l]);
+    }
+    else {
+      slide(felt, load, m, error);
+    }
     for (int l = 0; l < kLegs; ++l)
       if (load[l] > 0.0)
         m.leg[l].correction = slip_correction(set_.slip, set_.period, error[l], m.leg[l].pid);
+  }
+
+  // What of a vector lies outside a circle.
+  static Vec3 beyond(const Vec3& v, double radius) {
+    const double size = v.norm();
+    return size > radius ? Vec3(v * (1.0 - radius / size)) : Vec3::Zero();
   }
 
   // How far feet have slid on the ground since touch-down, the trunk's own motion taken out; negative, as
@@ -217,24 +268,38 @@ class FootControlLaw {
     }
   }
 
-  void suspend(const WalkPlan& plan, const Felt& felt, ControlMemory& m) const {
+  // What each foot ought to bear along the normal, N.
+  LegNumbers nominal_loads(const WalkPlan& plan, const Felt& felt, const ControlMemory& m,
+                           double LegMemory::*part) const {
     LegVectors place;
     LegNumbers share, load;
     double height = 0.0, all = 0.0;
     for (int l = 0; l < kLegs; ++l) {
       place[l] = plan[l].foot + m.leg[l].phase.offset;
-      share[l] = m.leg[l].share;
+      share[l] = m.leg[l].*part;
       height += share[l] * place[l].z(), all += share[l];
     }
     if (set_.nominal_load > 0.0) {
       for (int l = 0; l < kLegs; ++l) load[l] = share[l] * set_.nominal_load;
-    } else {
-      const double depth = (all > 0.0 ? height / all : 0.0) - set_.centre.z();
-      const Vec3 under = set_.centre + felt.down * (depth / felt.down.z());
-      load = weight_split(place, share, set_.weight * -felt.down.dot(felt.up), under.head<2>());
+      return load;
     }
+    const double depth = (all > 0.0 ? height / all : 0.0) - set_.centre.z();
+    const Vec3 under = set_.centre + felt.down * (depth / felt.down.z());
+    return weight_split(place, share, set_.weight * -felt.down.dot(felt.up), under.head<2>());
+  }
+
+  // A foot that touches takes up its part of the load as time goes on, one that does not bears nothing.
+  void suspend(const WalkPlan& plan, const Felt& felt, ControlMemory& m) const {
     for (int l = 0; l < kLegs; ++l) {
-      const double normal = std::max(0.0, m.leg[l].force.dot(felt.up));
+      LegMemory& leg = m.leg[l];
+      const double grown = leg.bearing + set_.period / set_.load_time;
+      const double most = plan[l].down ? std::clamp(plan[l].until_lift / set_.load_time, 0.0, 1.0)
+                          : leg.phase.on_ground() ? 1.0 : 0.0;
+      leg.bearing = std::min(grown, most);
+    }
+    const LegNumbers load = nominal_loads(plan, felt, m, &LegMemory::bearing);
+    for (int l = 0; l < kLegs; ++l) {
+      const double normal = felt.touches[l] ? std::max(0.0, m.leg[l].force.dot(felt.up)) : 0.0;
       yield(set_.suspension, set_.period, normal - load[l], m.leg[l].suspension);
     }
   }

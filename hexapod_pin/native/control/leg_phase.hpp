@@ -18,6 +18,7 @@ struct TouchDownSettings {
   double rise_speed = 0.0;    // of a foot that runs against something, m/s
   double rise_limit = 0.0;    // above the plan, m
   double retreat = 0.0;       // speed at which such a foot gives way, m/s
+  double patience = 0.0;      // longest time that the plan waits for a foot, s
   double lost_after = 0.0;    // time without load after which a foot has lost the ground, s
 };
 
@@ -27,6 +28,7 @@ enum class LegMode { down, swing, early, search };
 struct LegPhase {
   LegMode mode = LegMode::down;
   double without_load = 0.0;        // s
+  double searched = 0.0;            // how long it has looked for the ground, s
   Vec3 offset = Vec3::Zero();       // from the plan, trunk axes, m
   Vec3 left_with = Vec3::Zero();    // the offset at lift-off, m
   Vec3 lag = Vec3::Zero();          // horizontal, of a foot that was held up, m
@@ -60,6 +62,7 @@ class LegReflex {
   void stand(const LegPlan&, const FootTouch& felt, LegPhase& leg) const {
     const bool has_stood = leg.mode == LegMode::down && leg.without_load <= set_.lost_after;
     leg.mode = felt.touches || has_stood || !set_.reacts ? LegMode::down : LegMode::search;
+    leg.searched = leg.mode == LegMode::search ? leg.searched + period_ : 0.0;
     if (leg.mode == LegMode::search)
       leg.offset.z() = std::max(leg.offset.z() - period_ * set_.search_speed,
                                 std::min(leg.offset.z(), -set_.search_depth));

@@ -18,7 +18,8 @@ struct LegPlan {
   Vec3 foot, velocity;  // of the foot's centre, trunk frame, m, m/s
   bool down;            // whether it stands
   double share;         // of its swing that is over, 0 to 1
-  double until_lift;    // time until it lifts off, while it stands, s
+  double since_down, until_lift;  // while it stands, s
+  double since_lift, until_down;  // while it swings, s
 };
 
 using WalkPlan = std::array<LegPlan, kLegs>;
@@ -71,6 +72,8 @@ class WalkTable {
   }
 
  private:
+  static constexpr double kLong = 1e9;  // s
+
   struct Row {
     std::array<Vec3, kLegs> foot, velocity;
     std::array<bool, kLegs> still;
@@ -92,12 +95,14 @@ class WalkTable {
     const double aloft = 1.0 - duty_;
     leg.down = age < duty_;
     leg.share = leg.down ? 0.0 : (age - duty_) / aloft;
-    leg.until_lift = leg.down ? (duty_ - age) * cycle_ : 0.0;
+    leg.since_down = age * cycle_, leg.until_lift = (duty_ - age) * cycle_;
+    leg.since_lift = -leg.until_lift, leg.until_down = (1.0 - age) * cycle_;
+    if (leg.since_down >= time) leg.since_down = kLong;  // since before the walk
     if (leg.down) return;
     const auto [row, s] = place(time + (0.5 - leg.share) * aloft * cycle_);
     if (!rows_[row].still[l]) return;
     leg.down = true;
-    leg.share = 0.0, leg.until_lift = (1.0 - age + duty_) * cycle_;
+    leg.share = 0.0, leg.since_down = kLong, leg.until_lift = (1.0 - age + duty_) * cycle_;
   }
 
   std::array<double, kLegs> phases_;
