@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hexapod_pin import errors as errors
     from hexapod_pin import view as view
+    from hexapod_pin.control.arc_walk import ArcWalk as ArcWalk
     from hexapod_pin.control.body_motion import BodyMotion as BodyMotion
     from hexapod_pin.control.feedback import Command as Command
     from hexapod_pin.control.feedback import FeedbackController as FeedbackController
@@ -82,6 +83,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "AdamsCoulomb": "ground.contact",
     "AdamsImpact": "ground.contact",
+    "ArcWalk": "control.arc_walk",
     "BodyMotion": "control.body_motion",
     "Sine": "control.time_function",
     "Waypoints": "control.time_function",

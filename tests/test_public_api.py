@@ -14,7 +14,7 @@ import hexapod_pin as hp
 HEAVY = ("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h5py", "pydantic")
 
 PROMISED = """
-__version__ AdamsCoulomb AdamsImpact Blueprint BodyMotion BrownMcPhee Case Checkpoint Command
+__version__ AdamsCoulomb AdamsImpact ArcWalk Blueprint BodyMotion BrownMcPhee Case Checkpoint Command
 Contact errors FeedbackController Flat Gait Groove HeightField HoldPosture HuntCrossley
 iterate_batch JointStops KelvinVoigt KinematicControl Ledge load_case load_robot load_summary
 load_trace LostLeg Measurement Motor Patch PatchedGround Payload Push register_controller
