@@ -52,9 +52,11 @@ if TYPE_CHECKING:
     from hexapod_pin.ground.terrain import Ledge as Ledge
     from hexapod_pin.ground.terrain import Patch as Patch
     from hexapod_pin.ground.terrain import PatchedGround as PatchedGround
+    from hexapod_pin.ground.terrain import Ramp as Ramp
     from hexapod_pin.ground.terrain import ShakingGround as ShakingGround
     from hexapod_pin.ground.terrain import Slope as Slope
     from hexapod_pin.ground.terrain import Stairs as Stairs
+    from hexapod_pin.ground.terrain import study_grounds as study_grounds
     from hexapod_pin.results.checkpoint import Checkpoint as Checkpoint
     from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
     from hexapod_pin.results.summary import Summary as Summary
@@ -113,6 +115,7 @@ _MODULES = {
     "PatchedGround": "ground.terrain",
     "Payload": "simulation.loads",
     "Push": "simulation.loads",
+    "Ramp": "ground.terrain",
     "Restitution": "ground.contact",
     "Robot": "robot.robot",
     "Scene": "simulation.scene",
@@ -138,6 +141,7 @@ _MODULES = {
     "register_controller": "control.registry",
     "simulate": "simulation.run",
     "simulate_batch": "simulation.batch",
+    "study_grounds": "ground.terrain",
     "torque_budget": "results.torque_budget",
     "urdf_path": "robot.robot",
 }
