@@ -76,9 +76,12 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.loads import LostLeg as LostLeg
     from hexapod_pin.simulation.loads import Payload as Payload
     from hexapod_pin.simulation.loads import Push as Push
+    from hexapod_pin.simulation.objective import RelativeObjective as RelativeObjective
     from hexapod_pin.simulation.run import simulate as simulate
     from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session
+    from hexapod_pin.simulation.tuning import tune as tune
+    from hexapod_pin.simulation.tuning_result import TuningResult as TuningResult
 
     __version__: str
 
@@ -116,6 +119,7 @@ _MODULES = {
     "Payload": "simulation.loads",
     "Push": "simulation.loads",
     "Ramp": "ground.terrain",
+    "RelativeObjective": "simulation.objective",
     "Restitution": "ground.contact",
     "Robot": "robot.robot",
     "Scene": "simulation.scene",
@@ -132,6 +136,7 @@ _MODULES = {
     "Summary": "results.summary",
     "TanhCoulomb": "ground.contact",
     "TorqueBudget": "results.robot_budget",
+    "TuningResult": "simulation.tuning_result",
     "Trace": "results.trace",
     "iterate_batch": "simulation.batch",
     "load_case": "simulation.case",
@@ -143,6 +148,7 @@ _MODULES = {
     "simulate_batch": "simulation.batch",
     "study_grounds": "ground.terrain",
     "torque_budget": "results.torque_budget",
+    "tune": "simulation.tuning",
     "urdf_path": "robot.robot",
 }
 
