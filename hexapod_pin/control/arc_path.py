@@ -22,20 +22,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.control.arc_profile import BLEND_SHARE, adams_step, arc_senses, blend
 from hexapod_pin.control.body_path import RAMP_CYCLES, BodyPath
 from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES, TRANSIENT_CYCLES, FootPath
 from hexapod_pin.control.footholds import COINCIDENT, Footholds
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.six_legs import SixLegs
-from hexapod_pin.errors import GaitError, ParameterError
+from hexapod_pin.errors import ParameterError
 
 StanceProfile = Literal["constant", "step"]
-
-BLEND_SHARE = 0.1
-"""Share of a swing in which its rate passes from, or to, that of the stance (*assumed*)."""
-
-MAX_SKEW = 0.02
-"""Largest angle between a foot's motion about its yaw axis and straight ahead [rad], *assumed*."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +71,7 @@ class ArcPath:
 
     def __post_init__(self) -> None:
         """Find radius and sense of each leg, then the body's motion."""
-        radius, sense = _senses(self.six)
+        radius, sense = arc_senses(self.six)
         stroke = 2.0 * float(radius.mean()) * float(np.sin(self.amplitude))
         raised = np.array(self.six.kinematics.posture)
         raised[:, 1] += sense[:, 1] * self.lift_angle
@@ -230,7 +225,7 @@ class ArcPath:
         begin = np.where(middle > 0.0, placed, 0.0)
         length = np.maximum(lifted - begin, np.finfo(float).tiny)
         first, travel = here - self._turned(begin), self._turned(begin) - self._turned(lifted)
-        h, dh = _step((time[:, None] - begin) / length)
+        h, dh = adams_step((time[:, None] - begin) / length)
         return first + travel * h, travel * dh / length
 
     def _down_rate(self, time: Array) -> Array:
@@ -252,10 +247,10 @@ class ArcPath:
             rates: yaw rates there [rad/s]. Shape (K, 6) each.
         """
         length = (1.0 - self.gait.duty) * self.gait.cycle_time
-        h, dh = _step(s)
-        up, dup = _step(1.0 - np.abs(2.0 * s - 1.0))
-        first, slope = _blend(s)
-        last, fall = _blend(1.0 - s)
+        h, dh = adams_step(s)
+        up, dup = adams_step(1.0 - np.abs(2.0 * s - 1.0))
+        first, slope = blend(s)
+        last, fall = blend(1.0 - s)
         travel = ends[1] - ends[0]
         yaw = ends[0] + travel * h + length * (rates[0] * first - rates[1] * last)
         yaw_rate = travel * dh / length + rates[0] * slope + rates[1] * fall
@@ -265,42 +260,3 @@ class ArcPath:
             np.stack([yaw, self.lift_angle * up, zero], axis=-1),
             np.stack([yaw_rate, self.lift_angle * lift_rate, zero], axis=-1),
         )
-
-
-def _step(s: Array) -> tuple[Array, Array]:
-    """Return ADAMS' STEP from 0 to 1, s^2 (3 - 2 s) inside 0..1, and its derivative."""
-    x = np.clip(s, 0.0, 1.0)
-    return x**2 * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x)
-
-
-def _blend(s: Array) -> tuple[Array, Array]:
-    """Return s (1 - s/b)^2 inside 0..b, b = BLEND_SHARE, and its derivative: 1 at 0, 0 at b."""
-    left = 1.0 - np.clip(s, 0.0, BLEND_SHARE) / BLEND_SHARE
-    x = BLEND_SHARE * (1.0 - left)
-    return x * left**2, left**2 - 2.0 * x * left / BLEND_SHARE
-
-
-def _senses(six: SixLegs) -> tuple[Array, Array]:
-    """Return R (6,) [m] and the signs (6, 3) that move feet ahead (joint 1) and up (joint 2).
-
-    Raises:
-        GaitError: a leg does not point straight sideways.
-    """
-    posture = np.array(six.kinematics.posture)[:, None]
-    jacobian = six.kinematics.jacobian(posture)[:, 0]
-    about_yaw = jacobian[:, :, 0]
-    radius = np.linalg.norm(about_yaw, axis=-1)
-    skew = np.arccos(np.clip(np.abs(about_yaw[:, 0]) / np.maximum(radius, COINCIDENT), 0.0, 1.0))
-    worst = int(np.argmax(skew))
-    if skew[worst] > MAX_SKEW:
-        leg = six.legs[worst]
-        raise GaitError(
-            f"leg {leg.name}: about {leg.joints[0]} the standing foot moves "
-            f"{np.degrees(skew[worst]):.3g} deg off straight ahead, at most "
-            f"{np.degrees(MAX_SKEW):.3g} deg; an arc walk needs legs that point sideways. "
-            "KinematicControl walks with legs of any direction.",
-            "posture",
-            None,
-        )
-    sense = np.sign(np.stack([about_yaw[:, 0], jacobian[:, 2, 1], np.zeros(6)], axis=-1))
-    return radius, sense

@@ -30,7 +30,7 @@ from hexapod_pin.robot.leg_geometry import ANGLE_TOLERANCE
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
 
-CHECK_SPACING_CYCLES = 1.0 / 120.0
+CHECK_SPACING_CYCLES = 1.0 / 60.0
 """Largest spacing of the checked times; the extremes of the angles are among them [cycles]."""
 
 NEGLIGIBLE_ANGLE = 1e-4
@@ -125,7 +125,9 @@ def _violation(
     end = CHECKED_CYCLES * gait.cycle_time
     path = ArcPath(six, gait, amplitude, lift_angle, profile, end)
     events = np.array([0.0, *path.events(end), end])
-    q, v = path.joints(knot_times(events, CHECK_SPACING_CYCLES * gait.cycle_time)[0])
+    time = knot_times(events, CHECK_SPACING_CYCLES * gait.cycle_time)[0]
+    once = path.steady_from + gait.cycle_time  # of the steady part one cycle is enough
+    q, v = path.joints(time[(time <= once) | (time >= path.steady_until)])
     found = _out_of_range(six, q)
     if found is not None:
         return found
