@@ -127,6 +127,20 @@ class SimulationInterrupted(HexapodError):
         super().__init__(message)
 
 
+class TuningInterrupted(SimulationInterrupted):
+    """Ctrl-C while parameters are tuned.
+
+    Attributes:
+        result: the `TuningResult` of what was done, without held-out scenes; None if not even the
+            baseline was.
+    """
+
+    def __init__(self, message: str, result: Any) -> None:
+        """Keep what was done up to the interruption."""
+        self.result = result
+        super().__init__(message, None)
+
+
 class TraceFileError(HexapodError):
     """A result file cannot be written or read: missing, truncated, or of another schema."""
 
