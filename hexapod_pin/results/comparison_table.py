@@ -61,7 +61,7 @@ def failures(comparison: Comparison) -> list[str]:
     """Return a line for each run that has no numbers."""
     return [
         f"{run.controller} on {run.scene}{_variant(comparison, run.scene, run.number)}: "
-        f"{run.outcome.value} ({run.reason})"
+        f"{run.outcome.value} ({_first_line(run.reason)})"
         for run in comparison.runs
         if run.outcome is not Outcome.WALKED
     ]
@@ -122,6 +122,10 @@ def _variants(comparison: Comparison, scene: str) -> int:
 
 def _variant(comparison: Comparison, scene: str, number: int) -> str:
     return f" #{number}" if _variants(comparison, scene) > 1 else ""
+
+
+def _first_line(text: str) -> str:
+    return text.partition("\n")[0]
 
 
 def _escaped(text: str) -> str:
