@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -57,6 +58,8 @@ def test_numbers_are_those_of_summary_and_budget(summary: hp.Summary) -> None:
 def test_every_number_has_a_unit_and_a_line(summary: hp.Summary) -> None:
     metrics = hp.WalkMetrics.of(summary)
     assert list(METRICS) == [field.name for field in fields(hp.WalkMetrics)]
+    page = (Path(__file__).parents[1] / "docs" / "compare.md").read_text(encoding="utf-8")
+    assert all(f"`{name}`" in page for name in METRICS)
     lines = metrics.table().splitlines()
     assert len(lines) == len(METRICS) and "NaN" not in metrics.table()
     for line, metric in zip(lines, METRICS.values(), strict=True):
