@@ -58,12 +58,14 @@ if TYPE_CHECKING:
     from hexapod_pin.ground.terrain import Stairs as Stairs
     from hexapod_pin.ground.terrain import study_grounds as study_grounds
     from hexapod_pin.results.checkpoint import Checkpoint as Checkpoint
+    from hexapod_pin.results.comparison import Comparison as Comparison
     from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
     from hexapod_pin.results.summary import Summary as Summary
     from hexapod_pin.results.summary import load_summary as load_summary
     from hexapod_pin.results.torque_budget import torque_budget as torque_budget
     from hexapod_pin.results.trace import Trace as Trace
     from hexapod_pin.results.trace_file import load_trace as load_trace
+    from hexapod_pin.results.walk_metrics import WalkMetrics as WalkMetrics
     from hexapod_pin.robot.description.blueprint import Blueprint as Blueprint
     from hexapod_pin.robot.robot import Robot as Robot
     from hexapod_pin.robot.robot import load_robot as load_robot
@@ -82,6 +84,7 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.session import Session as Session
     from hexapod_pin.simulation.tuning import tune as tune
     from hexapod_pin.simulation.tuning_result import TuningResult as TuningResult
+    from hexapod_pin.sweep.compare import compare as compare
 
     __version__: str
 
@@ -98,6 +101,7 @@ _MODULES = {
     "Case": "simulation.case",
     "Checkpoint": "results.checkpoint",
     "Command": "control.feedback",
+    "Comparison": "results.comparison",
     "Contact": "ground.contact",
     "FeedbackController": "control.feedback",
     "Flat": "ground.terrain",
@@ -138,6 +142,8 @@ _MODULES = {
     "TorqueBudget": "results.robot_budget",
     "TuningResult": "simulation.tuning_result",
     "Trace": "results.trace",
+    "WalkMetrics": "results.walk_metrics",
+    "compare": "sweep.compare",
     "iterate_batch": "simulation.batch",
     "load_case": "simulation.case",
     "load_robot": "robot.robot",

@@ -119,11 +119,18 @@ class SimulationInterrupted(HexapodError):
     Attributes:
         trace: what a single run had done; None of a batch.
         results: what a batch had done, in the order of its cases, None for the rest; else None.
+        comparison: the `Comparison` of what was done, of controllers being compared; else None.
     """
 
-    def __init__(self, message: str, trace: Any, results: list[Any] | None = None) -> None:
+    def __init__(
+        self,
+        message: str,
+        trace: Any,
+        results: list[Any] | None = None,
+        comparison: Any = None,
+    ) -> None:
         """Keep what was done up to the interruption."""
-        self.trace, self.results = trace, results
+        self.trace, self.results, self.comparison = trace, results, comparison
         super().__init__(message)
 
 

@@ -15,13 +15,13 @@ HEAVY = ("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h
 
 PROMISED = """
 __version__ AdamsCoulomb AdamsImpact ArcWalk Blueprint BodyMotion BrownMcPhee Case Checkpoint
-Command Contact errors FeedbackController Flat Gait Groove HeightField HoldPosture HuntCrossley
-iterate_batch JointStops KelvinVoigt KinematicControl Ledge load_case load_robot load_summary
-load_trace LostLeg Measurement Motor Patch PatchedGround Payload Push Ramp register_controller
-RelativeObjective Restitution Robot SampledTrajectory Scene Sensor Sensors Servo Session
-ShakingGround simulate simulate_batch Sine Slope SmoothStep Stairs State StickSlip study_grounds
-Summary TanhCoulomb torque_budget TorqueBudget Trace tune TuningResult urdf_path
-VelocityCommand view Waypoints
+Command compare Comparison Contact errors FeedbackController Flat Gait Groove HeightField
+HoldPosture HuntCrossley iterate_batch JointStops KelvinVoigt KinematicControl Ledge load_case
+load_robot load_summary load_trace LostLeg Measurement Motor Patch PatchedGround Payload Push Ramp
+register_controller RelativeObjective Restitution Robot SampledTrajectory Scene Sensor Sensors
+Servo Session ShakingGround simulate simulate_batch Sine Slope SmoothStep Stairs State StickSlip
+study_grounds Summary TanhCoulomb torque_budget TorqueBudget Trace tune TuningResult urdf_path
+VelocityCommand view WalkMetrics Waypoints
 """.split()
 
 
@@ -81,7 +81,9 @@ def test_simulation_loads_no_viewer():
     assert not loaded & {"meshcat", "yourdfpy", "matplotlib", "xarray"}
 
 
-ROOMS = ("robot drive control simulation results view ground ground.contact ground.terrain").split()
+ROOMS = """
+robot drive control simulation results sweep view ground ground.contact ground.terrain
+""".split()
 
 
 @pytest.mark.parametrize("room", ROOMS)

@@ -41,6 +41,8 @@ class Motion:
         self.normal = np.where(wave > 0.0, 30.0 * wave, 0.0)
         self.slip = np.where(wave > 0.0, 0.01 * wave**2, 0.0)
         self.omega = omega
+        self.spin = np.stack([0.3 * np.sin(omega[0] * time), 0.5 * np.cos(omega[1] * time)], axis=1)
+        self.rubbing = 0.5 * self.normal * self.slip
 
     def feed(self, summary: Any) -> dict[str, Any]:
         """Record every state and return what was gathered."""
@@ -49,7 +51,7 @@ class Motion:
             force[:, 2], force[:, 0] = self.normal[k], -0.5 * self.normal[k]
             summary.record(
                 t, self.q(k), self.v(k), self.torque[k], force, self.normal[k], self.slip[k],
-                np.array([*self.way[k], self.height[k]]),
+                np.array([*self.way[k], self.height[k]]), self.rubbing[k],
             )  # fmt: skip
         data: dict[str, Any] = summary.data()
         return data
@@ -63,11 +65,11 @@ class Motion:
         return np.array([*base, *pin.Quaternion(turn).coeffs(), *self.angle[k]])
 
     def v(self, k: int) -> Array:
-        """Return the velocity; the trunk moves straight up with `rise`."""
+        """Return the velocity; the trunk moves straight up with `rise`, and spins (own axes)."""
         import pinocchio as pin
 
         turn = pin.rpy.rpyToMatrix(self.roll[k], self.pitch[k], self.yaw[k])
-        return np.array([*(turn.T @ [0.0, 0.0, self.rise[k]]), 0.0, 0.0, 0.0, *self.rate[k]])
+        return np.array([*(turn.T @ [0.0, 0.0, self.rise[k]]), *self.spin[k], 7.0, *self.rate[k]])
 
 
 def weighted_p99(time: Array, values: Array) -> Array:
@@ -126,6 +128,8 @@ def test_integrals_follow_closed_forms(gathered: Any) -> None:
     assert data["impulse"][:, 2] == pytest.approx(np.full(2, impulse), rel=1e-4)
     assert data["impulse"][:, 0] == pytest.approx(np.full(2, -0.5 * impulse), rel=1e-4)
     assert data["slip_path"] == pytest.approx(np.full(2, 3 * CYCLE * 0.01 / 4), rel=1e-3)
+    work = 3 * 0.5 * 30.0 * 0.01 * CYCLE * 2 / (3 * np.pi)  # mean of sin^3 over half a wave
+    assert data["friction_work"] == pytest.approx(np.full(2, work), rel=1e-3)
     assert data["loaded_time"] == pytest.approx(np.full(2, 1.5 * CYCLE), rel=2e-3)
     assert data["at_limit"][1] == pytest.approx(np.arccos(3.5 / 4.0) / np.pi, abs=2e-3)
 
@@ -141,10 +145,33 @@ def test_the_trunk(gathered: Any) -> None:
     acceleration = 0.01 * motion.omega[1] ** 2 / np.sqrt(2)
     assert data["vertical_acceleration_rms"] == pytest.approx(acceleration, rel=1e-4)
     edges = 0.5 + 0.5 * CYCLE * np.arange(7)
+    assert data["height_rms"] == pytest.approx(0.01 / np.sqrt(2), rel=1e-4)
+    # the line through n = 6 whole waves sin(.. + p) takes 6 cos^2(p) / (pi n)^2 of their variance
+    share = 6.0 * np.cos(0.5 * motion.omega[1]) ** 2 / (6.0 * np.pi) ** 2
+    assert data["heave_rms"] == pytest.approx(0.01 * np.sqrt(0.5 * (1.0 - share)), rel=1e-4)
+    assert data["roll_rate_rms"] == pytest.approx(0.3 / np.sqrt(2), rel=1e-4)
+    assert data["pitch_rate_rms"] == pytest.approx(0.5 / np.sqrt(2), rel=1e-4)
     assert data["way"][:, 0] == pytest.approx(edges, abs=1e-12)
     assert data["way"][:, 1] == pytest.approx(0.2 * edges, abs=1e-9)
     assert data["way"][:, 2] == pytest.approx(0.05 * edges**2, abs=1e-6)
     assert data["way"][:, 3] == pytest.approx(0.3 * edges, abs=1e-6)
+
+
+def test_the_height_of_a_climb_is_told_from_the_heave_on_it() -> None:
+    """A ramp of 0.5 m/s far from the origin, with a sine on it, in cycles that are put together."""
+    summary = native.RunSummary(1, 0)
+    summary.set_window(3600.0, 1e9, 1.0)
+    time, zero = 3600.0 + 1e-3 * np.arange(4001), np.zeros(0)
+    q, v = np.array([0, 0, 0, 0, 0, 0, 1, 0.0]), np.zeros(7)
+    height = 1e3 + 0.5 * (time - 3600.0) + 0.01 * np.cos(2.0 * np.pi * time)
+    for t, z in zip(time, height, strict=True):
+        q[2] = z
+        summary.record(t, q, v, np.zeros(1), np.zeros((0, 3)), zero, zero, np.zeros(3))
+    data = summary.data()
+    assert data["cycles"] == 4
+    assert data["heave_rms"] == pytest.approx(0.01 / np.sqrt(2), rel=1e-4)
+    climb = 0.5 * 4.0 / np.sqrt(12.0)
+    assert data["height_rms"] == pytest.approx(np.hypot(climb, 0.01 / np.sqrt(2)), rel=1e-4)
 
 
 def test_the_99th_percentile_is_within_half_a_percent(gathered: Any) -> None:

@@ -45,6 +45,15 @@ def test_a_summary_agrees_with_samples_at_every_accepted_step(trace: hp.Trace) -
     assert (summary.torque_p99 >= 0.99 * low).all() and (summary.torque_p99 <= 1.01 * high).all()
     assert np.array_equal(summary.angle_max, trace.q[inside, 7:].max(axis=0))
     assert summary.height_max == trace.q[inside, 2].max()
+    trunk = {"height_rms": trace.q[inside, 2] - summary.height_mean}
+    trunk |= {"roll_rate_rms": trace.v[inside, 3], "pitch_rate_rms": trace.v[inside, 4]}
+    for name, values in trunk.items():
+        assert getattr(summary, name) == pytest.approx(rms(time, values), rel=1e-9), name
+    weight = np.ones(len(time))
+    weight[[0, -1]] = np.sqrt(0.5)  # the trapezoidal rule's
+    line = np.polyfit(time, trace.q[inside, 2], 1, w=weight)
+    heave = rms(time, trace.q[inside, 2] - np.polyval(line, time))
+    assert summary.heave_rms == pytest.approx(heave, rel=1e-8)
     assert summary.height_mean == pytest.approx(trace.q[inside, 2].mean(), rel=1e-4)
 
 
@@ -72,6 +81,48 @@ def test_feet_and_way(trace: hp.Trace) -> None:
 def without_summary(trace: hp.Trace) -> dict[str, object]:
     """Return the meta data of a trace as former releases wrote it."""
     return {key: value for key, value in trace.meta.items() if key not in ("summary", "run")}
+
+
+def test_friction_work_is_what_sliding_takes_from_the_robot() -> None:
+    """A robot slides to rest on still legs: v = v0 - mu g t, and what is left of m v^2 / 2 is work.
+
+    The window is the second half of the run; trunk and legs sway a little while they slide.
+    """
+    mu, speed = 0.2, 2.0
+    scene = hp.Scene(SCENE.robot, contact=hp.Contact.accurate().with_mu(mu))
+    still = hp.simulate(scene, hp.HoldPosture(), duration=0.5)
+    v = np.zeros(len(still.v[-1]))
+    v[0] = speed
+    state = hp.State(still.q[-1], v)
+    trace = hp.simulate(scene, hp.HoldPosture(), duration=1.2, initial=state, accuracy=1e-5)
+    begin, end = trace.summary.begin, trace.summary.end
+    time, power = friction_power(trace)
+    inside = (time >= begin - 1e-9) & (time <= end + 1e-9)
+    work = np.trapezoid(power[inside], time[inside], axis=0)
+    assert trace.summary.friction_work == pytest.approx(work, rel=0.01)
+    left = 0.5 * SCENE.robot.total_mass * (speed - mu * 9.81 * begin) ** 2
+    assert trace.summary.friction_work.sum() == pytest.approx(left, rel=0.02)
+
+
+def friction_power(trace: hp.Trace) -> tuple[np.ndarray, np.ndarray]:
+    """Return times (T,) and |friction force . velocity of the foot| (T, F) on level ground [W].
+
+    Still legs do not roll: the velocity of the contact point is that of the foot's centre.
+    """
+    velocity = np.gradient(trace.foot_position[..., :2], trace.time, axis=0)
+    return trace.time, np.abs(np.sum(trace.foot_force[..., :2] * velocity, axis=-1))
+
+
+def test_a_summary_of_a_former_release_is_read(trace: hp.Trace, tmp_path: Path) -> None:
+    """Numbers that it did not gather are NaN."""
+    newer = ("friction_work", "height_rms", "heave_rms", "roll_rate_rms", "pitch_rate_rms")
+    found = json.loads(trace.summary.to_json())
+    for name in newer:
+        del found["data"][name]
+    old = hp.load_summary(write(tmp_path / "old.json", json.dumps(found)))
+    assert all(np.isnan(getattr(old, name)).all() for name in newer)
+    assert np.array_equal(old.slip_path, trace.summary.slip_path)
+    assert hp.torque_budget(old).joints == hp.torque_budget(trace.summary).joints
 
 
 def test_a_budget_takes_a_trace_a_summary_or_an_older_trace(trace: hp.Trace) -> None:

@@ -1,4 +1,4 @@
-"""The commands: `hexapod-pin walk | run | view | budget | check | contact | bench | verify`.
+"""The commands of `hexapod-pin`: walk, run, compare, view, budget, check, contact, bench, verify.
 
 Only what a command needs is imported, when it runs, so that `--help` is quick.
 """
@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 from hexapod_pin.commands.bench import bench
 from hexapod_pin.commands.budget import budget
 from hexapod_pin.commands.check import check
+from hexapod_pin.commands.compare import compare
 from hexapod_pin.commands.contact import contact
 from hexapod_pin.commands.run import run
 from hexapod_pin.commands.status import FAILED, INTERRUPTED, fail
@@ -64,7 +65,7 @@ def _root(
     pass
 
 
-for _command in (walk, run, view, budget, check, contact, bench, verify):
+for _command in (walk, run, compare, view, budget, check, contact, bench, verify):
     app.command()(_command)
 
 

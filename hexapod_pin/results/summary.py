@@ -61,17 +61,24 @@ class Summary:
         impulse: of the force on the robot per cycle, world axes (F, 3) [N s].
         slip_path: way of the contact point on the ground, while loaded, per cycle (F,) [m].
         loaded_time: time on the ground per cycle (F,) [s].
+        friction_work: integral of |friction force . velocity of the contact point| while loaded,
+            per cycle (F,) [J]; of `StickSlip`, what its bristles store and return counts too.
         outside_force: largest normal force before and after the window (F,) [N].
         outside_force_time: its time (F,) [s].
         height_min: least height of the trunk's origin [m].
         height_max: its largest [m].
         height_mean: its mean [m].
+        height_rms: square root of its mean square about the mean [m].
+        heave_rms: the same about the straight line in time that fits best, so that a slope does
+            not count [m].
         roll_mean: mean roll of the trunk, of Rz(yaw) Ry(pitch) Rx(roll) [rad].
         roll_rms: square root of its mean square [rad].
         roll_peak: roll of largest size [rad].
         pitch_mean: the same of the pitch [rad].
         pitch_rms: the same of the pitch [rad].
         pitch_peak: the same of the pitch [rad].
+        roll_rate_rms: of the trunk's angular velocity about its own x axis [rad/s].
+        pitch_rate_rms: the same about its own y axis [rad/s].
         vertical_acceleration_rms: of the trunk's origin [m/s^2].
         way: time [s], x and y of the centre of mass [m], yaw of the trunk [rad], at the edges and
             middles of the cycles, or at both ends of the window (W, 4).
@@ -107,17 +114,22 @@ class Summary:
     impulse: Array
     slip_path: Array
     loaded_time: Array
+    friction_work: Array
     outside_force: Array
     outside_force_time: Array
     height_min: float
     height_max: float
     height_mean: float
+    height_rms: float
+    heave_rms: float
     roll_mean: float
     roll_rms: float
     roll_peak: float
     pitch_mean: float
     pitch_rms: float
     pitch_peak: float
+    roll_rate_rms: float
+    pitch_rate_rms: float
     vertical_acceleration_rms: float
     way: Array
     first_yaw: float

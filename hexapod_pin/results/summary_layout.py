@@ -36,17 +36,22 @@ LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
     "impulse": (("foot", "axis"), "N s", "impulse per cycle, world axes"),
     "slip_path": (FOOT, "m", "way of the contact point on the ground per cycle"),
     "loaded_time": (FOOT, "s", "time on the ground per cycle"),
+    "friction_work": (FOOT, "J", "work of friction by its size per cycle"),
     "outside_force": (FOOT, "N", "largest normal force outside the window"),
     "outside_force_time": (FOOT, "s", "its time"),
     "height_min": (SCALAR, "m", "least height of the trunk"),
     "height_max": (SCALAR, "m", "largest height of the trunk"),
     "height_mean": (SCALAR, "m", "mean height of the trunk"),
+    "height_rms": (SCALAR, "m", "RMS height of the trunk about its mean"),
+    "heave_rms": (SCALAR, "m", "RMS height of the trunk about its straight line in time"),
     "roll_mean": (SCALAR, "rad", "mean roll"),
     "roll_rms": (SCALAR, "rad", "RMS roll"),
     "roll_peak": (SCALAR, "rad", "roll of largest size"),
     "pitch_mean": (SCALAR, "rad", "mean pitch"),
     "pitch_rms": (SCALAR, "rad", "RMS pitch"),
     "pitch_peak": (SCALAR, "rad", "pitch of largest size"),
+    "roll_rate_rms": (SCALAR, "rad/s", "RMS angular velocity about the trunk's x axis"),
+    "pitch_rate_rms": (SCALAR, "rad/s", "RMS angular velocity about the trunk's y axis"),
     "vertical_acceleration_rms": (SCALAR, "m/s^2", "RMS vertical acceleration of the trunk"),
     "way": (("edge", "way"), "s, m, m, rad", "time, centre of mass, yaw at half cycles"),
     "first_yaw": (SCALAR, "rad", "yaw at the start"),
@@ -63,6 +68,7 @@ SUMMARY_META = (
 
 PER_CYCLE = (
     "positive_energy", "negative_energy", "normal_impulse", "impulse", "slip_path", "loaded_time",
+    "friction_work",
 )  # fmt: skip
 """What the core sums over all cycles."""
 

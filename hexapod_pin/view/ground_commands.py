@@ -31,37 +31,60 @@ EDGE_COLOR = (0.42, 0.43, 0.42, 1.0)
 PATCH_COLOR = (0.2, 0.4, 0.8, 1.0)
 
 
-def ground_commands(trace: Trace, sizes: Sizes) -> list[Command]:
+MARGIN = 5.0  # ground around the path, reaches of the robot
+
+
+def ground_rectangle(
+    trace: Trace, sizes: Sizes, margin: tuple[float, float] = (MARGIN, MARGIN)
+) -> tuple[Array, Array, float]:
+    """Return two corners (2,) of the ground around the path and the spacing of its grid [m].
+
+    Args:
+        trace: what is drawn.
+        sizes: lengths that fit it.
+        margin: around the path along x and y, in reaches of the robot.
+    """
+    spacing = float(10.0 ** round(math.log10(0.5 * sizes.reach)))
+    around = sizes.reach * np.asarray(margin)
+    low = np.floor((trace.q[:, :2].min(axis=0) - around) / spacing) * spacing
+    high = np.ceil((trace.q[:, :2].max(axis=0) + around) / spacing) * spacing
+    return low, high, spacing
+
+
+def ground_commands(
+    trace: Trace,
+    sizes: Sizes,
+    *,
+    root: str = ROOT,
+    margin: tuple[float, float] = (MARGIN, MARGIN),
+) -> list[Command]:
     """Return the ground under the whole path: a slab with a grid if level, else its surface."""
-    spacing = 10.0 ** round(math.log10(0.5 * sizes.reach))
-    margin = 5.0 * sizes.reach
-    low = np.floor((trace.q[:, :2].min(axis=0) - margin) / spacing) * spacing
-    high = np.ceil((trace.q[:, :2].max(axis=0) + margin) / spacing) * spacing
+    low, high, spacing = ground_rectangle(trace, sizes, margin)
     spacing *= math.ceil(float(np.max(high - low)) / spacing / 500)
     terrain, above = terrain_of(trace), 2e-3 * sizes.reach
     if terrain is None:
-        return _slab(low, high, spacing, sizes)
+        return _slab(low, high, spacing, sizes, root)
     lines = {
         "edges": (profile_edges(terrain, low, high, 0.5 * above), EDGE_COLOR),
         "patches": (patch_outlines(terrain, above), PATCH_COLOR),
     }
     drawn = [
-        line_segments(f"{ROOT}/ground/{k}", ends, c) for k, (ends, c) in lines.items() if len(ends)
+        line_segments(f"{root}/ground/{k}", ends, c) for k, (ends, c) in lines.items() if len(ends)
     ]
     if is_level(terrain):
-        return [*_slab(low, high, spacing, sizes), *drawn]
+        return [*_slab(low, high, spacing, sizes, root), *drawn]
     vertices, triangles = ground_mesh(terrain, low, high)
-    return [triangle_mesh(f"{ROOT}/ground/surface", vertices, triangles), *drawn]
+    return [triangle_mesh(f"{root}/ground/surface", vertices, triangles), *drawn]
 
 
-def _slab(low: Array, high: Array, spacing: float, sizes: Sizes) -> list[Command]:
+def _slab(low: Array, high: Array, spacing: float, sizes: Sizes, root: str) -> list[Command]:
     """Return a slab with its top at the ground, and a grid on it."""
     centre, size, thick = 0.5 * (low + high), high - low, 0.1 * sizes.reach
     position = np.array([*centre, sizes.ground - 0.5 * thick])
     slab = DrawnShape(box([*size, thick]), np.eye(3), position, GROUND_COLOR)
     z = sizes.ground + 1e-3 * sizes.reach
     grid = _grid(low, high, spacing, z)
-    return [mesh_object(f"{ROOT}/ground/slab", slab), line_segments(f"{ROOT}/ground/grid", grid)]
+    return [mesh_object(f"{root}/ground/slab", slab), line_segments(f"{root}/ground/grid", grid)]
 
 
 def _grid(low: Array, high: Array, spacing: float, z: float, *, pieces: int = 12) -> Array:

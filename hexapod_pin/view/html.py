@@ -8,61 +8,20 @@ from __future__ import annotations
 
 import contextlib
 import html
-import json
 import threading
 import webbrowser
-from collections.abc import Iterator, Sequence
-from importlib.util import find_spec
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import ViewerError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.view.page import folded_list, write_page
 from hexapod_pin.view.scene_graph import animation_command, scene_commands
 from hexapod_pin.view.view_sizes import Sizes
 
 if TYPE_CHECKING:
     from hexapod_pin.view.live import LiveViewer
-
-_POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
-    "img-src data: blob:; connect-src data: blob:; worker-src blob:; font-src data:"
-)
-
-_PAGE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{policy}">
-<title>{title}</title>
-<!-- The viewer below is MeshCat:
-{license}
--->
-<style>
-body {{ margin: 0; font: 14px/1.4 sans-serif; }}
-#view {{ width: 100vw; height: 100vh; overflow: hidden; }}
-#caption {{ position: absolute; left: 12px; top: 8px; max-width: 60vw; color: #223; }}
-</style>
-</head>
-<body>
-<div id="view"></div>
-<div id="caption">{caption}</div>
-<script id="embedded-json"></script>
-<script>
-{viewer}
-</script>
-<script id="trace" type="application/json">{data}</script>
-<script>
-const data = JSON.parse(document.getElementById("trace").textContent);
-const viewer = new MeshCat.Viewer(document.getElementById("view"));
-for (const clip of data.animation.animations)
-  for (const track of clip.clip.tracks) track.times = data.times;
-for (const command of [...data.scene, data.animation]) viewer.handle_command(command);
-</script>
-</body>
-</html>
-"""
 
 
 def write_html(
@@ -88,22 +47,13 @@ def write_html(
         ParameterError: `fps` or `force_scale` is not positive.
         TraceFileError: the file cannot be written.
     """
-    animation = animation_command(trace, fps=fps, force_scale=force_scale)
-    times = [clip["clip"]["tracks"][0]["times"] for clip in animation["animations"]][0]
-    for clip in animation["animations"]:
-        for track in clip["clip"]["tracks"]:
-            del track["times"]
-    scene = scene_commands(trace, force_scale=force_scale)
-    data = {"scene": scene, "times": times, "animation": animation}
-    page = _PAGE.format(
-        policy=_POLICY,
-        title=html.escape(f"{trace.meta.get('robot_name', 'robot')} walking"),
+    return write_page(
+        path,
+        title=f"{trace.meta.get('robot_name', 'robot')} walking",
         caption=_caption(trace, force_scale),
-        license=viewer_file("LICENSE").replace("--", "- -"),
-        viewer=viewer_file("dist/main.min.js"),
-        data=_script_text(data),
+        animation=animation_command(trace, fps=fps, force_scale=force_scale),
+        scene=scene_commands(trace, force_scale=force_scale),
     )
-    return write_atomically(path, page.encode())
 
 
 def view(
@@ -168,33 +118,10 @@ def live_viewer(
         yield viewer
 
 
-def _script_text(data: Any) -> str:
-    """Return JSON that cannot end the script element it stands in."""
-    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
-    return text.replace("<", "\\u003c")
-
-
 def _caption(trace: Trace, force_scale: float | None) -> str:
     """Return, as HTML, what the picture shows, and folded up what of it is assumed."""
     scale = Sizes.of(trace, force_scale).force_scale
     span = trace.time[-1] - trace.time[0]
     first = html.escape(f"{trace.meta.get('robot_name', 'robot')}, {span:.4g} s")
     arrows = f"red: foot forces, 0.1 m is {0.1 / scale:.3g} N"
-    items = "".join(f"<li>{html.escape(text)}</li>" for text in trace.meta.get("assumed", ()))
-    folded = f"<details><summary>assumed</summary><ul>{items}</ul></details>" if items else ""
-    return f"{first}<br>{arrows}{folded}"
-
-
-def viewer_file(name: str) -> str:
-    """Return the text of a file of meshcat's viewer, without importing meshcat.
-
-    Raises:
-        ViewerError: meshcat is not installed, or is of another make.
-    """
-    spec = find_spec("meshcat")
-    folders: Sequence[str] = (spec.submodule_search_locations or []) if spec else []
-    for folder in folders:
-        file = Path(folder) / "viewer" / name
-        if file.is_file():
-            return file.read_text(encoding="utf-8")
-    raise ViewerError(f"meshcat's viewer/{name} is not installed: `pip install meshcat`.")
+    return f"{first}<br>{arrows}{folded_list('assumed', trace.meta.get('assumed', ()))}"

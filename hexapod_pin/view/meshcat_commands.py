@@ -62,6 +62,23 @@ def line_segments(
     return _set_object(path, "LineSegments", geometry, material, np.eye(4))
 
 
+def text_object(path: str, text: str, side: float, rotation: Array) -> Command:
+    """Return the command that writes a text on a transparent square of `side` [m].
+
+    The square's normal is its z axis, the text's upward direction its y axis; `rotation` (3, 3)
+    takes them to the axes of the path.
+    """
+    pose = np.eye(4)
+    pose[:3, :3] = rotation
+    texture: Command = {"uuid": f"{path}#texture", "type": "_text", "text": text}
+    texture |= {"font_size": 48, "font_face": "sans-serif"}
+    material = {"type": "MeshBasicMaterial", "map": texture["uuid"], "transparent": True, "side": 2}
+    geometry = {"type": "PlaneGeometry", "width": side, "height": side}
+    command = _set_object(path, "Mesh", geometry, material, pose)
+    command["object"]["textures"] = [texture]
+    return command
+
+
 def _attribute(points: Array) -> Command:
     """Return points (N, 3) [m] as three.js takes them."""
     array = np.round(points, DIGITS).ravel().tolist()

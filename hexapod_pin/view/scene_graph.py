@@ -15,15 +15,14 @@ import numpy.typing as npt
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, ViewerError
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.view.force_arrows import arrow, arrow_tracks
 from hexapod_pin.view.ground_commands import ground_commands
 from hexapod_pin.view.ground_mesh import shaking, terrain_of
 from hexapod_pin.view.meshcat_commands import DIGITS, ROOT, Command, mesh_object, set_property
-from hexapod_pin.view.robot_shapes import Y_TO_Z, DrawnShape, RobotShapes, cylinder
+from hexapod_pin.view.robot_shapes import RobotShapes
 from hexapod_pin.view.view_sizes import Sizes
 
-HIDDEN_ARROW_SCALE = 1e-6  # scale of an arrow without force; 0 would have no inverse
 LOOP_REPETITIONS = 10**9  # repetitions of a looped animation
-ARROW_COLOR = (0.9, 0.15, 0.1, 0.9)
 SKY = ((0.80, 0.88, 0.95), (0.97, 0.98, 1.0))  # top, bottom
 
 
@@ -39,19 +38,32 @@ def scene_commands(trace: Trace, *, force_scale: float | None = None) -> list[Co
         ParameterError: `force_scale` is not positive.
     """
     sizes = Sizes.of(trace, force_scale)
-    commands = [
+    r = sizes.reach
+    sky = backdrop((1.3 * r, -2.0 * r, 1.1 * r))  # seen from ahead, from the right and from above
+    return [*sky, *robot_commands(trace, sizes), *ground_commands(trace, sizes)]
+
+
+def backdrop(camera: tuple[float, float, float]) -> list[Command]:
+    """Return the sky, and a camera at a place [m] that looks at the origin."""
+    x, y, z = camera
+    return [
         set_property("/Grid", "visible", False),
         set_property("/Axes", "visible", False),
         set_property("/Background", "top_color", list(SKY[0])),
         set_property("/Background", "bottom_color", list(SKY[1])),
-        _camera(sizes.reach),
+        set_property("/Cameras/default/rotated/<object>", "position", [x, z, -y]),
     ]
+
+
+def robot_commands(trace: Trace, sizes: Sizes, *, root: str = ROOT) -> list[Command]:
+    """Return the robot's links and the arrows of its forces, not yet in place."""
+    commands = []
     for body, shapes in _robot(trace).bodies.items():
         for k, shape in enumerate(shapes):
-            commands.append(mesh_object(f"{_body_path(body)}/{k}", shape))
+            commands.append(mesh_object(f"{_body_path(root, body)}/{k}", shape))
     for foot in trace.foot_names:
-        commands += _arrow(_arrow_path(foot), 0.02 * sizes.reach)
-    return [*commands, *ground_commands(trace, sizes)]
+        commands += arrow(_arrow_path(root, foot), 0.02 * sizes.reach)
+    return commands
 
 
 def animation_command(
@@ -75,16 +87,63 @@ def animation_command(
         ViewerError: a sample is not finite, or the trace's URDF cannot be drawn.
         ParameterError: `fps`, `speed` or `force_scale` is not positive.
     """
-    for name, value in (("fps", fps), ("speed", speed)):
-        if not (math.isfinite(value) and value > 0.0):
-            raise ParameterError(name, value, "positive and finite")
+    require_positive(fps=fps, speed=speed)
     index = frame_samples(trace, fps)
-    _require_finite(trace, index)
     times = np.round((trace.time[index] - trace.time[0]) / speed, DIGITS)
     if len(index) == 1:
         index, times = np.repeat(index, 2), np.array([0.0, 1.0 / fps])
-    motion = _motion(trace, index, Sizes.of(trace, force_scale))
-    clips = [_clip(path, times, tracks) for path, tracks in motion.items()]
+    clips = motion_clips(trace, index, times, Sizes.of(trace, force_scale))
+    return animation_of(clips, loop=loop)
+
+
+def require_positive(**values: float) -> None:
+    """Refuse numbers that are not positive and finite.
+
+    Raises:
+        ParameterError: names the number.
+    """
+    for name, value in values.items():
+        if not (math.isfinite(value) and value > 0.0):
+            raise ParameterError(name, value, "positive and finite")
+
+
+def motion_clips(
+    trace: Trace,
+    index: npt.NDArray[np.intp],
+    times: Array,
+    sizes: Sizes,
+    *,
+    root: str = ROOT,
+    place: Array | None = None,
+) -> list[Command]:
+    """Return the motion of everything in a run, a clip per path.
+
+    Args:
+        trace: what moves.
+        index: samples to show. Shape (K,).
+        times: when [s]. Shape (K,).
+        sizes: lengths that fit the picture.
+        root: path of everything in the run.
+        place: of the run's world in the picture [m], shape (K, 3); None keeps the trunk at the
+            origin, but for its height.
+
+    Raises:
+        ViewerError: a sample is not finite, or the trace's URDF cannot be drawn.
+    """
+    require_finite(trace, index)
+    motion = _motion(trace, index, sizes, root)
+    motion[root] = {"position": -trunk_focus(trace, index) if place is None else place}
+    return [clip(path, times, tracks) for path, tracks in motion.items()]
+
+
+def trunk_focus(trace: Trace, index: npt.NDArray[np.intp]) -> Array:
+    """Return x and y of the trunk at some samples, and its first height (K, 3) [m]."""
+    q = trace.q[index]
+    return np.column_stack([q[:, 0], q[:, 1], np.full(len(index), q[0, 2])])
+
+
+def animation_of(clips: list[Command], *, loop: bool = True) -> Command:
+    """Return the command that plays clips."""
     options = {"play": True, "repetitions": LOOP_REPETITIONS if loop else 1}
     return {"type": "set_animation", "path": "", "animations": clips, "options": options}
 
@@ -92,17 +151,25 @@ def animation_command(
 def frame_samples(trace: Trace, fps: float) -> npt.NDArray[np.intp]:
     """Return the indices of the samples nearest to the picture times, each once."""
     time = trace.time
-    wanted = np.arange(time[0], time[-1] + 0.5 / fps, 1.0 / fps)
-    right = np.clip(np.searchsorted(time, wanted), 1, max(len(time) - 1, 1))
-    left = right - 1
     if len(time) == 1:
         return np.zeros(1, dtype=np.intp)
-    nearest = np.where(wanted - time[left] <= time[right] - wanted, left, right)
-    return np.unique(nearest)
+    return np.unique(nearest_samples(time, np.arange(time[0], time[-1] + 0.5 / fps, 1.0 / fps)))
 
 
-def _require_finite(trace: Trace, index: npt.NDArray[np.intp]) -> None:
-    """Refuse samples that a viewer cannot draw."""
+def nearest_samples(time: Array, wanted: Array) -> npt.NDArray[np.intp]:
+    """Return the index of the sample nearest to each wanted time; the last one after the end."""
+    right = np.clip(np.searchsorted(time, wanted), 1, max(len(time) - 1, 1))
+    left = right - 1
+    right = np.minimum(right, len(time) - 1)
+    return np.where(wanted - time[left] <= time[right] - wanted, left, right)
+
+
+def require_finite(trace: Trace, index: npt.NDArray[np.intp]) -> None:
+    """Refuse samples that a viewer cannot draw.
+
+    Raises:
+        ViewerError: names the first that is not finite.
+    """
     for name in ("q", "foot_position", "foot_force"):
         values = getattr(trace, name)[index]
         good = np.isfinite(values).reshape(len(index), -1).all(axis=1)
@@ -114,37 +181,25 @@ def _require_finite(trace: Trace, index: npt.NDArray[np.intp]) -> None:
             )
 
 
-def _motion(trace: Trace, index: npt.NDArray[np.intp], sizes: Sizes) -> dict[str, dict[str, Array]]:
-    """Return the tracks (K, 3 or 4) of everything that moves, by path."""
-    q = trace.q[index]
-    focus = -np.column_stack([q[:, 0], q[:, 1], np.full(len(index), q[0, 2])])
-    motion = {ROOT: {"position": focus}}
+def _motion(
+    trace: Trace, index: npt.NDArray[np.intp], sizes: Sizes, root: str
+) -> dict[str, dict[str, Array]]:
+    """Return the tracks (K, 3 or 4) of everything that moves in a run's world, by path."""
+    q, motion = trace.q[index], {}
     lift = shaking(terrain_of(trace), trace.time[index])
     if lift is not None:
-        motion[f"{ROOT}/ground"] = {"position": lift[:, None] * (0.0, 0.0, 1.0)}
+        motion[f"{root}/ground"] = {"position": lift[:, None] * (0.0, 0.0, 1.0)}
     for body, (position, attitude) in _robot(trace).poses(q, trace.joint_names).items():
-        motion[_body_path(body)] = {"position": position, "quaternion": attitude}
+        motion[_body_path(root, body)] = {"position": position, "quaternion": attitude}
     radii = trace.meta.get("foot_radius") or [0.0] * len(trace.foot_names)
     for f, foot in enumerate(trace.foot_names):
         contact = trace.foot_position[index, f] - radii[f] * trace.foot_normal[index, f]
-        arrow = _arrow_tracks(trace.foot_force[index, f] * sizes.force_scale)
-        motion[_arrow_path(foot)] = {"position": contact, **arrow}
+        pointing = arrow_tracks(trace.foot_force[index, f] * sizes.force_scale)
+        motion[_arrow_path(root, foot)] = {"position": contact, **pointing}
     return motion
 
 
-def _arrow_tracks(vector: Array) -> dict[str, Array]:
-    """Return attitude and scale of a unit arrow along z that is to show `vector` (K, 3) [m]."""
-    length = np.linalg.norm(vector, axis=1)
-    shown = length > 1e-4
-    unit = np.where(shown[:, None], vector, (0.0, 0.0, 1.0))
-    unit = unit / np.linalg.norm(unit, axis=1, keepdims=True)
-    turn = np.column_stack([-unit[:, 1], unit[:, 0], np.zeros(len(unit)), 1.0 + unit[:, 2]])
-    turn[unit[:, 2] < -1.0 + 1e-9] = (1.0, 0.0, 0.0, 0.0)
-    scale = np.where(shown[:, None], np.column_stack([shown, shown, length]), HIDDEN_ARROW_SCALE)
-    return {"quaternion": turn / np.linalg.norm(turn, axis=1, keepdims=True), "scale": scale}
-
-
-def _clip(path: str, times: Array, tracks: Mapping[str, Array]) -> Command:
+def clip(path: str, times: Array, tracks: Mapping[str, Array]) -> Command:
     """Return one object's animation; three.js takes times in seconds and values in a row."""
     kinds = {"quaternion": "quaternion"}
     rows = [
@@ -166,27 +221,9 @@ def _robot(trace: Trace) -> RobotShapes:
     return RobotShapes(trace.meta.get("urdf", ""), feet)
 
 
-def _body_path(body: str) -> str:
-    return f"{ROOT}/robot/{body.replace('/', '_')}"
+def _body_path(root: str, body: str) -> str:
+    return f"{root}/robot/{body.replace('/', '_')}"
 
 
-def _arrow_path(foot: str) -> str:
-    return f"{ROOT}/forces/{foot.replace('/', '_')}"
-
-
-def _camera(reach: float) -> Command:
-    """Return a camera ahead, to the right and above, looking at the trunk (three.js axes)."""
-    x, y, z = 1.3 * reach, -2.0 * reach, 1.1 * reach
-    return set_property("/Cameras/default/rotated/<object>", "position", [x, z, -y])
-
-
-def _arrow(path: str, width: float) -> list[Command]:
-    """Return an arrow of unit length along z that shows through the robot."""
-    shaft = DrawnShape(cylinder(width, 0.75), Y_TO_Z, np.array([0.0, 0.0, 0.375]), ARROW_COLOR)
-    point = cylinder(2.2 * width, 0.25, top_radius=0.0)
-    head = DrawnShape(point, Y_TO_Z, np.array([0.0, 0.0, 0.875]), ARROW_COLOR)
-    see_through = {"depthTest": False, "transparent": True}
-    return [
-        mesh_object(f"{path}/shaft", shaft, see_through),
-        mesh_object(f"{path}/head", head, see_through),
-    ]
+def _arrow_path(root: str, foot: str) -> str:
+    return f"{root}/forces/{foot.replace('/', '_')}"

@@ -49,6 +49,7 @@ void put_feet(nb::dict& out, const SummaryTotals& totals) {
   out["impulse"] = RowMatrix(sums.middleCols(1, 3).matrix());
   out["slip_path"] = VectorXd(sums.col(4));
   out["loaded_time"] = VectorXd(sums.col(5));
+  out["friction_work"] = VectorXd(sums.col(6));
 }
 
 void put_trunk(nb::dict& out, const SummaryTotals& totals) {
@@ -60,6 +61,10 @@ void put_trunk(nb::dict& out, const SummaryTotals& totals) {
   out["pitch_mean"] = totals.pitch / time;
   out["roll_rms"] = std::sqrt(totals.roll_square / time);
   out["pitch_rms"] = std::sqrt(totals.pitch_square / time);
+  out["height_rms"] = totals.heave.rms_about_mean();
+  out["heave_rms"] = totals.heave.rms_about_line();
+  out["roll_rate_rms"] = std::sqrt(totals.roll_rate_square / time);
+  out["pitch_rate_rms"] = std::sqrt(totals.pitch_rate_square / time);
   out["roll_peak"] = totals.roll_peak.value;
   out["pitch_peak"] = totals.pitch_peak.value;
   out["vertical_acceleration_rms"] = std::sqrt(totals.acceleration_square / time);
@@ -68,11 +73,11 @@ void put_trunk(nb::dict& out, const SummaryTotals& totals) {
 // For tests: feet as arrays.
 void record_state(RunSummary& summary, double t, const VectorXd& q, const VectorXd& v,
                   const VectorXd& torque, const RowMatrix& force, const VectorXd& normal,
-                  const VectorXd& slip, const Vec3& com) {
+                  const VectorXd& slip, const Vec3& com, const VectorXd& rubbing) {
   std::vector<FootLoad> feet(std::size_t(normal.size()));
   for (std::size_t f = 0; f < feet.size(); ++f) {
     const auto i = Eigen::Index(f);
-    feet[f] = {force.row(i).transpose(), normal[i], slip[i]};
+    feet[f] = {force.row(i).transpose(), normal[i], slip[i], rubbing.size() ? rubbing[i] : 0.0};
   }
   summary.record(t, q, v, torque, feet, com);
 }
@@ -108,7 +113,7 @@ void bind_summary(nb::module_& m) {
       .def("set_window", &RunSummary::set_window, "begin"_a, "end"_a, "cycle"_a)
       .def("set_limit", &RunSummary::set_limit, "limit"_a)
       .def("record", &record_state, "t"_a, "q"_a, "v"_a, "torque"_a, "force"_a, "normal"_a, "slip"_a,
-           "com"_a, "An accepted state.")
+           "com"_a, "rubbing"_a = VectorXd(), "An accepted state; `rubbing`: friction powers of the feet, W.")
       .def("data", &summary_data, nb::sig("def data(self) -> dict[str, object]"),
            "Arrays and numbers by name; without peaks and means where no cycle is whole.");
 }

@@ -17,6 +17,7 @@ struct FootLoad {
   Vec3 force = Vec3::Zero();  // on the robot, world axes, N
   double normal = 0.0;        // along the ground's normal, N
   double slip = 0.0;          // speed of the contact point along the ground where loaded, m/s
+  double rubbing = 0.0;       // |friction force . velocity of the contact point|, W
 };
 
 // The feet of an evaluated plant; of two contacts of a foot, the more loaded one slips.
@@ -32,9 +33,11 @@ void read_feet(const PlantT& plant, std::vector<FootLoad>& out) {
       const double normal = up.dot(foot.contact.force);
       out[f].force += foot.contact.force;
       out[f].normal += normal;
+      const Vec3 slip = foot.velocity - up * up.dot(foot.velocity);
+      out[f].rubbing += std::abs(foot.contact.force.dot(slip));
       if (normal <= most) continue;
       most = normal;
-      out[f].slip = (foot.velocity - up * up.dot(foot.velocity)).norm();
+      out[f].slip = slip.norm();
     }
   }
 }
@@ -112,9 +115,10 @@ class RunSummary {
     s.rise = 2.0 * (p[0] * p[2] - p[3] * p[1]) * v[0] +
              2.0 * (p[1] * p[2] + p[3] * p[0]) * v[1] +
              (1.0 - 2.0 * (p[0] * p[0] + p[1] * p[1])) * v[2];
+    s.roll_rate = v[3], s.pitch_rate = v[4];
     for (std::size_t f = 0; f < feet.size(); ++f) {
       const auto i = Eigen::Index(f);
-      s.normal[i] = feet[f].normal, s.slip[i] = feet[f].slip;
+      s.normal[i] = feet[f].normal, s.slip[i] = feet[f].slip, s.rubbing[i] = feet[f].rubbing;
       s.force.col(i) = feet[f].force;
     }
   }

@@ -13,7 +13,8 @@ using Eigen::ArrayXd;
 struct SummaryState {
   SummaryState(int joints, std::size_t feet)
       : angle(ArrayXd::Zero(joints)), rate(angle), torque(angle), limit(angle),
-        normal(ArrayXd::Zero(Eigen::Index(feet))), slip(normal), force(Eigen::Matrix3Xd::Zero(3, Eigen::Index(feet))) {}
+        normal(ArrayXd::Zero(Eigen::Index(feet))), slip(normal), rubbing(normal),
+        force(Eigen::Matrix3Xd::Zero(3, Eigen::Index(feet))) {}
 
   void interpolate(const SummaryState& a, const SummaryState& b, double share) {
     const auto mix = [share](const auto& x, const auto& y) { return ((1.0 - share) * x + share * y).eval(); };
@@ -21,7 +22,10 @@ struct SummaryState {
     rise = (1.0 - share) * a.rise + share * b.rise;
     angle = mix(a.angle, b.angle), rate = mix(a.rate, b.rate), torque = mix(a.torque, b.torque);
     limit = b.limit;
-    normal = mix(a.normal, b.normal), slip = mix(a.slip, b.slip), force = mix(a.force, b.force);
+    normal = mix(a.normal, b.normal), slip = mix(a.slip, b.slip);
+    rubbing = mix(a.rubbing, b.rubbing), force = mix(a.force, b.force);
+    roll_rate = (1.0 - share) * a.roll_rate + share * b.roll_rate;
+    pitch_rate = (1.0 - share) * a.pitch_rate + share * b.pitch_rate;
     base = mix(a.base, b.base), com = mix(a.com, b.com);
     quaternion = mix(a.quaternion, b.quaternion);
   }
@@ -44,9 +48,11 @@ struct SummaryState {
   }
 
   double time = 0.0, rise = 0.0;  // s; vertical velocity of the trunk, m/s
+  double roll_rate = 0.0, pitch_rate = 0.0;  // of the trunk about its own x and y axes, rad/s
   ArrayXd angle, rate, torque;    // per joint
   ArrayXd limit;                  // torque from which a joint is at its limit, N m
   ArrayXd normal, slip;           // per foot: N; speed of the contact point on the ground, m/s
+  ArrayXd rubbing;                // per foot: |friction force . velocity of the contact point|, W
   Eigen::Matrix3Xd force;         // per foot, world axes, N
   Vec3 base = Vec3::Zero(), com = Vec3::Zero();  // m, world
   Eigen::Vector4d quaternion{0.0, 0.0, 0.0, 1.0};  // x y z w

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "run/joint_totals.hpp"
+#include "run/line_fit.hpp"
 #include "run/peaks.hpp"
 #include "run/summary_state.hpp"
 
@@ -14,7 +15,7 @@ class SummaryTotals {
 
  public:
   SummaryTotals(int joints_, std::size_t feet) : joints(joints_), force_peak(Eigen::Index(feet)) {
-    sums_of_feet.setZero(Eigen::Index(feet), 6);
+    sums_of_feet.setZero(Eigen::Index(feet), 7);
   }
 
   void add(const SummaryState& s, double weight) {
@@ -33,8 +34,10 @@ class SummaryTotals {
     time += other.time, acceleration_square += other.acceleration_square;
     joints.take(other.joints);
     sums_of_feet += other.sums_of_feet;
+    heave += other.heave;
     height += other.height, roll += other.roll, pitch += other.pitch;
     roll_square += other.roll_square, pitch_square += other.pitch_square;
+    roll_rate_square += other.roll_rate_square, pitch_rate_square += other.pitch_rate_square;
     least_height = std::min(least_height, other.least_height);
     most_height = std::max(most_height, other.most_height);
     if (other.roll_peak.size > roll_peak.size) roll_peak = other.roll_peak;
@@ -45,10 +48,12 @@ class SummaryTotals {
 
   double time = 0.0, acceleration_square = 0.0;  // s; m^2/s^3
   JointTotals joints;
-  // columns per foot: integrals of normal force, force (3, world), slip speed; time loaded
+  // columns per foot: integrals of normal force, force (3, world), slip speed; time loaded; friction power
   Eigen::ArrayXXd sums_of_feet;
   Peaks force_peak;
   double height = 0.0, roll = 0.0, pitch = 0.0, roll_square = 0.0, pitch_square = 0.0;  // integrals
+  double roll_rate_square = 0.0, pitch_rate_square = 0.0;  // rad^2/s
+  LineFit heave;  // of the height over time
   double least_height = kFar, most_height = -kFar;
   Peak roll_peak, pitch_peak;
 
@@ -61,6 +66,7 @@ class SummaryTotals {
       for (int k = 0; k < 3; ++k) sums_of_feet(i, 1 + k) += weight * s.force(k, i);
       sums_of_feet(i, 4) += weight * s.slip[i];
       sums_of_feet(i, 5) += weight;
+      sums_of_feet(i, 6) += weight * s.rubbing[i];
     }
   }
 
@@ -68,12 +74,17 @@ class SummaryTotals {
     const double z = s.base.z(), r = s.roll(), p = s.pitch();
     height += weight * z, roll += weight * r, pitch += weight * p;
     roll_square += weight * r * r, pitch_square += weight * p * p;
+    roll_rate_square += weight * s.roll_rate * s.roll_rate;
+    pitch_rate_square += weight * s.pitch_rate * s.pitch_rate;
+    heave.add(s.time, z, weight);
     least_height = std::min(least_height, z), most_height = std::max(most_height, z);
     roll_peak.see(r, s.time), pitch_peak.see(p, s.time);
   }
 
   void clear() {  // joints and forces are empty already
     time = acceleration_square = height = roll = pitch = roll_square = pitch_square = 0.0;
+    roll_rate_square = pitch_rate_square = 0.0;
+    heave.clear();
     sums_of_feet.setZero();
     least_height = kFar, most_height = -kFar;
     roll_peak = pitch_peak = Peak();

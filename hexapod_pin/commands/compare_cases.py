@@ -1,0 +1,105 @@
+"""Case files as the runs of a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hexapod_pin.errors import ParameterError
+
+if TYPE_CHECKING:
+    from hexapod_pin.simulation.case import Case
+    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.sweep.compare import PlannedRun
+
+DEFAULT_WAVELENGTH = 0.4  # m
+DEFAULT_SEEDS = 8
+
+
+def read_cases(paths: Sequence[Path]) -> dict[str, Case]:
+    """Return cases by the names of their files, without folder and ending.
+
+    Raises:
+        ParameterError: a file cannot be read, two have one name, or a case has no duration.
+    """
+    from hexapod_pin.simulation.case import load_case
+
+    found: dict[str, Case] = {}
+    for path in paths:
+        if path.stem in found:
+            raise ParameterError("CASES", str(path), "files of different names",
+                                 f"There are two of {path.stem!r}.")  # fmt: skip
+        found[path.stem] = load_case(path)
+        if found[path.stem].duration is None:
+            raise ParameterError(f"{path}: duration", None, "given [s]")
+    return found
+
+
+def bumpy(
+    cases: dict[str, Case],
+    *,
+    amplitude: float | None,
+    wavelength: float | None,
+    seeds: int | None,
+    length: float | None,
+    own_scenes: bool,
+) -> dict[str, list[Scene]]:
+    """Return the variants of the first case's scene by name: itself, or random bumps.
+
+    Raises:
+        ParameterError: an option of bumps without bumps, bumps with scenes of their own, or a
+            number out of range.
+    """
+    from hexapod_pin.sweep.random_bumps import random_bumps
+
+    name, first = next(iter(cases.items()))
+    if amplitude is None:
+        options = {"--wavelength": wavelength, "--seeds": seeds, "--length": length}
+        for option, value in options.items():
+            if value is not None:
+                raise ParameterError(option, value, "given with --bumps only")
+        return {f"scene of {name}": [first.scene]}
+    if own_scenes:
+        raise ParameterError("--bumps", amplitude, "given without --own-scenes")
+    if seeds is not None and seeds < 1:
+        raise ParameterError("--seeds", seeds, "at least 1")
+    spacing = DEFAULT_WAVELENGTH if wavelength is None else wavelength
+    way = max(map(planned_way, cases.values())) if length is None else length
+    if not (np.isfinite(way) and way > 0.0):
+        raise ParameterError("--length", way, "positive and finite [m]")
+    numbers = range(DEFAULT_SEEDS if seeds is None else seeds)
+    drawn = random_bumps(first.scene, numbers, amplitude=amplitude, wavelength=spacing, length=way)
+    return {f"bumps of {amplitude:g} m, {spacing:g} m apart": drawn}
+
+
+def planned_way(case: Case) -> float:
+    """Return how far a controller with a gait is to walk, at least 1 m [m]."""
+    gait = getattr(case.controller, "gait", None)
+    velocity = getattr(case.controller, "velocity", None)
+    speed = 0.0 if gait is None else abs(float(gait.speed))
+    if velocity is not None:
+        speed = float(np.max(np.hypot(velocity.forward, velocity.lateral)))
+    return max(1.0, speed * (case.duration or 0.0))
+
+
+def shared_runs(cases: dict[str, Case], scenes: dict[str, list[Scene]]) -> list[PlannedRun]:
+    """Return the runs of all controllers on the same scenes, in the first case's settings."""
+    from hexapod_pin.sweep.compare import plan_runs
+
+    first = next(iter(cases.values()))
+    return plan_runs(
+        scenes,
+        {name: case.controller for name, case in cases.items()},
+        initial=first.initial, duration=first.duration, accuracy=first.accuracy,
+        method=first.method, step=first.step,
+    )  # fmt: skip
+
+
+def own_runs(cases: dict[str, Case]) -> list[PlannedRun]:
+    """Return the runs of cases as they are."""
+    from hexapod_pin.sweep.compare import PlannedRun
+
+    return [PlannedRun("own scenes", 0, name, case) for name, case in cases.items()]

@@ -1,0 +1,202 @@
+"""What a walk is judged by when controllers are compared: numbers read from a summary."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.robot_budget import TorqueBudget
+from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.torque_budget import torque_budget
+from hexapod_pin.results.way import path_error
+from hexapod_pin.spec import read_toml
+
+
+class Metric(NamedTuple):
+    """Unit and meaning of one number of `WalkMetrics`."""
+
+    unit: str
+    meaning: str
+
+
+METRICS: dict[str, Metric] = {
+    "slip_path": Metric("m", "slip path of all feet per cycle"),
+    "slip_per_metre": Metric("m/m", "slip path of all feet per metre travelled"),
+    "friction_work_per_metre": Metric("J/m", "friction work of all feet per metre travelled"),
+    "height_rms": Metric("m", "trunk height, RMS about its mean"),
+    "heave_rms": Metric("m", "trunk height, RMS about its straight line in time"),
+    "roll_rms": Metric("rad", "roll, RMS"),
+    "pitch_rms": Metric("rad", "pitch, RMS"),
+    "roll_rate_rms": Metric("rad/s", "trunk angular velocity about its x axis, RMS"),
+    "pitch_rate_rms": Metric("rad/s", "trunk angular velocity about its y axis, RMS"),
+    "vertical_acceleration_rms": Metric("m/s^2", "trunk vertical acceleration, RMS"),
+    "force_peak": Metric("N", "largest normal force of a foot"),
+    "normal_impulse": Metric("N s", "normal impulse per cycle of the foot with the largest"),
+    "torque_rms": Metric("N m", "joint torque, RMS over all joints and time"),
+    "torque_peak": Metric("N m", "largest joint torque"),
+    "energy_per_metre": Metric("J/m", "absolute mechanical energy per metre travelled"),
+    "positive_energy_per_metre": Metric("J/m", "positive mechanical energy per metre travelled"),
+    "cost_of_transport": Metric("1", "absolute energy / (weight x distance)"),
+    "cost_of_transport_positive": Metric("1", "positive energy / (weight x distance)"),
+    "speed": Metric("m/s", "speed along the heading"),
+    "path_deviation": Metric("m", "lateral distance from the planned path, RMS"),
+    "heading_error": Metric("rad", "size of the yaw error at the end"),
+}
+"""Name: unit and meaning of every number, in the order of tables."""
+
+
+@dataclass(frozen=True)
+class WalkMetrics:
+    """One walk in the numbers by which controllers are compared; units and meanings: `METRICS`.
+
+    Over the whole cycles of the summary's window. None stands for what a run does not have: way
+    and cycles where nothing repeats, energies per metre where it makes no way forward, numbers
+    that the summary's release did not gather. Energies are mechanical, at the joints.
+
+    Attributes:
+        slip_path: way of the contact points on the ground while loaded, all feet, per cycle [m].
+        slip_per_metre: the same per metre travelled [m/m].
+        friction_work_per_metre: integral of |friction force . slip velocity|, all feet [J/m].
+        height_rms: RMS of the trunk's height about its mean [m].
+        heave_rms: the same about its straight line in time: without a slope's climb [m].
+        roll_rms: RMS roll [rad].
+        pitch_rms: RMS pitch [rad].
+        roll_rate_rms: RMS of the trunk's angular velocity about its own x axis [rad/s].
+        pitch_rate_rms: the same about its own y axis [rad/s].
+        vertical_acceleration_rms: of the trunk's origin [m/s^2].
+        force_peak: largest normal force on any foot, of all accepted steps [N].
+        normal_impulse: of the normal force per cycle, of the foot with the largest [N s]. The sum
+            over all feet on level ground is weight times cycle time.
+        torque_rms: root of the mean square over all joints and the time [N m].
+        torque_peak: largest torque of any joint, of all accepted steps [N m].
+        energy_per_metre: integral of |torque * rate| over all joints per metre [J/m].
+        positive_energy_per_metre: that of the positive power only [J/m].
+        cost_of_transport: absolute energy / (weight * distance) [-].
+        cost_of_transport_positive: positive energy / (weight * distance) [-].
+        speed: along the heading [m/s].
+        path_deviation: RMS lateral distance of the centre of mass, at the edges of the cycles, from
+            the planned path through its place at the first edge: the line of planned heading, or
+            the arc of a turning gait [m].
+        heading_error: |yaw - planned yaw| at the end of the last cycle [rad].
+    """
+
+    slip_path: float | None
+    slip_per_metre: float | None
+    friction_work_per_metre: float | None
+    height_rms: float | None
+    heave_rms: float | None
+    roll_rms: float | None
+    pitch_rms: float | None
+    roll_rate_rms: float | None
+    pitch_rate_rms: float | None
+    vertical_acceleration_rms: float | None
+    force_peak: float | None
+    normal_impulse: float | None
+    torque_rms: float | None
+    torque_peak: float | None
+    energy_per_metre: float | None
+    positive_energy_per_metre: float | None
+    cost_of_transport: float | None
+    cost_of_transport_positive: float | None
+    speed: float | None
+    path_deviation: float | None
+    heading_error: float | None
+
+    @classmethod
+    def of(cls, summary: Summary, *, turn_rate: float | None = None) -> WalkMetrics:
+        """Read the numbers from the summary of a run.
+
+        Args:
+            summary: of a run with at least one whole cycle.
+            turn_rate: planned yaw rate [rad/s]; None: that of the gait in the summary's
+                controller, 0 where it has none.
+
+        Raises:
+            ParameterError: the run is too short for one whole cycle; says how long it must be.
+        """
+        budget = torque_budget(summary)
+        planned = gait_turn_rate(summary.meta) if turn_rate is None else turn_rate
+        found = {**_feet(summary, budget), **_trunk(summary), **_drives(summary, budget)}
+        found |= _way(summary, planned)
+        return cls(**{field.name: _finite(found[field.name]) for field in fields(cls)})
+
+    def to_dict(self) -> dict[str, float | None]:
+        """Return all numbers by name."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def table(self) -> str:
+        """Return a plain text table with units."""
+        rows = [(m.meaning, getattr(self, name), m.unit) for name, m in METRICS.items()]
+        width = max(len(meaning) for meaning, _, _ in rows)
+        return "\n".join(
+            f"{meaning:{width}}  {'-' if value is None else f'{value:.4g}'} {unit}"
+            for meaning, value, unit in rows
+        )
+
+
+def gait_turn_rate(meta: Mapping[str, Any]) -> float:
+    """Return the planned yaw rate of the gait that a run's controller names [rad/s], or 0."""
+    text = str(meta.get("controller", ""))
+    try:
+        gait = read_toml(text).get("gait", {}) if text else {}
+    except ParameterError:
+        return 0.0
+    return float(gait.get("turn_rate", 0.0)) if isinstance(gait, Mapping) else 0.0
+
+
+def _feet(summary: Summary, budget: TorqueBudget) -> dict[str, float | None]:
+    slip = float(summary.slip_path.sum())
+    return {
+        "slip_path": slip,
+        "slip_per_metre": _per_way(slip, budget),
+        "friction_work_per_metre": _per_way(float(summary.friction_work.sum()), budget),
+        "force_peak": _largest(summary.force_peak),
+        "normal_impulse": _largest(summary.normal_impulse),
+    }
+
+
+def _trunk(summary: Summary) -> dict[str, float | None]:
+    names = ("height_rms", "heave_rms", "roll_rms", "pitch_rms", "roll_rate_rms", "pitch_rate_rms")
+    return {name: getattr(summary, name) for name in (*names, "vertical_acceleration_rms")}
+
+
+def _drives(summary: Summary, budget: TorqueBudget) -> dict[str, float | None]:
+    return {
+        "torque_rms": float(np.sqrt(np.mean(summary.torque_rms**2))),
+        "torque_peak": _largest(summary.torque_peak),
+        "energy_per_metre": _per_way(budget.absolute_energy, budget),
+        "positive_energy_per_metre": _per_way(budget.positive_energy, budget),
+        "cost_of_transport": budget.cost_of_transport,
+        "cost_of_transport_positive": budget.cost_of_transport_positive,
+    }
+
+
+def _way(summary: Summary, turn_rate: float) -> dict[str, float | None]:
+    if not summary.cycles:
+        return {"speed": None, "path_deviation": None, "heading_error": None}
+    along = np.asarray(summary.meta.get("travel_direction", (1.0, 0.0)), dtype=float)
+    speed = float(summary.meta.get("nominal_speed") or 0.0)
+    deviation, heading = path_error(
+        summary.way[::2], along, first_yaw=summary.first_yaw, speed=speed, turn_rate=turn_rate
+    )
+    return {"speed": summary.speed, "path_deviation": deviation, "heading_error": abs(heading)}
+
+
+def _per_way(value: float, budget: TorqueBudget) -> float | None:
+    """Return a number per cycle as one per metre; None where the robot makes no way forward."""
+    if budget.distance is None or budget.distance <= 0.0:
+        return None
+    return value / budget.distance
+
+
+def _largest(values: Any) -> float | None:
+    return float(np.max(np.abs(values))) if len(values) else None
+
+
+def _finite(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(value)

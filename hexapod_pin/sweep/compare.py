@@ -1,0 +1,165 @@
+"""Any number of controllers on the same scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hexapod_pin.errors import ParameterError, SimulationInterrupted
+from hexapod_pin.results.compared_run import ComparedRun
+from hexapod_pin.results.comparison import Comparison
+from hexapod_pin.results.summary import Summary
+from hexapod_pin.simulation.batch import simulate_batch
+from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.scene import Scene
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.feedback import FeedbackController
+    from hexapod_pin.control.joint_trajectory import Controller
+
+    AnyController = Controller | FeedbackController
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """A run of a comparison before it is run.
+
+    Attributes:
+        scene: name of the scene.
+        number: which of its variants.
+        controller: name of the controller.
+        case: what is run.
+    """
+
+    scene: str
+    number: int
+    controller: str
+    case: Case
+
+
+def compare(
+    scenes: Scene | Sequence[Scene] | Mapping[str, Scene | Sequence[Scene]],
+    controllers: Mapping[str, AnyController],
+    *,
+    duration: float,
+    accuracy: float | None = None,
+    method: str | None = None,
+    step: float | None = None,
+    threads: int = 1,
+    progress: Callable[[float], None] | None = None,
+) -> Comparison:
+    """Run every controller on every scene and compare their walks; the first is the baseline.
+
+    No samples are kept. Feedback controllers run in lock-step over the variants of the scenes.
+
+    Args:
+        scenes: by name; a sequence holds variants of one scene, such as terrain of several seeds,
+            over which means and confidence intervals are taken.
+        controllers: by name.
+        duration: simulated time [s]; at least the start-up and one whole cycle.
+        accuracy: as in `simulate` [m and rad].
+        method: as in `simulate`.
+        step: as in `simulate` [s].
+        threads: as in `simulate_batch`.
+        progress: called with the finished fraction (0..1) as runs finish.
+
+    Raises:
+        ParameterError: no scene or controller, or a setting out of range. What goes wrong in one
+            run is told in its row.
+        SimulationInterrupted: Ctrl-C; `.comparison` holds what was done.
+
+    Example:
+        >>> scenes = {"flat": Scene(robot), "bumps": random_bumps(...)}
+        >>> walks = {"slow": KinematicControl(slow), "fast": KinematicControl(fast)}
+        >>> print(compare(scenes, walks, duration=6.0).table())
+    """
+    planned = plan_runs(
+        scenes, controllers,
+        duration=duration, accuracy=accuracy, method=method, step=step,
+    )  # fmt: skip
+    return compare_runs(planned, threads=threads, progress=progress)
+
+
+def plan_runs(
+    scenes: Scene | Sequence[Scene] | Mapping[str, Scene | Sequence[Scene]],
+    controllers: Mapping[str, AnyController],
+    **settings: Any,
+) -> list[PlannedRun]:
+    """Return a run of every controller on every scene; `settings` are those of `Case`.
+
+    Raises:
+        ParameterError: no scene or controller, or a setting out of range.
+    """
+    if not isinstance(controllers, Mapping) or not controllers:
+        raise ParameterError("controllers", controllers, "a mapping of at least one name")
+    return [
+        PlannedRun(name, number, controller, Case(scene, control, **settings))
+        for name, variants in _by_name(scenes).items()
+        for number, scene in enumerate(variants)
+        for controller, control in controllers.items()
+    ]
+
+
+def compare_runs(
+    planned: Sequence[PlannedRun],
+    *,
+    threads: int = 1,
+    progress: Callable[[float], None] | None = None,
+) -> Comparison:
+    """Run and compare; returns and raises as `compare`. Cases have settings of their own."""
+    cases = [run.case for run in planned]
+    try:
+        results = simulate_batch(cases, threads=threads, keep="summary", progress=progress)
+    except SimulationInterrupted as error:
+        found = _comparison(planned, error.results or [None] * len(planned))
+        raise SimulationInterrupted(str(error), None, error.results, found) from None
+    return _comparison(planned, results)
+
+
+def _by_name(
+    scenes: Scene | Sequence[Scene] | Mapping[str, Scene | Sequence[Scene]],
+) -> dict[str, list[Scene]]:
+    """Return the variants of each scene by its name."""
+    named = scenes if isinstance(scenes, Mapping) else {"scene": scenes}
+    found = {
+        str(name): [given] if isinstance(given, Scene) else list(given)
+        for name, given in named.items()
+    }
+    if not found or not all(found.values()):
+        raise ParameterError("scenes", scenes, "at least one scene, and one per name")
+    for name, variants in found.items():
+        for number, scene in enumerate(variants):
+            if not isinstance(scene, Scene):
+                raise ParameterError(f"scenes[{name!r}][{number}]", scene, "a Scene")
+    return found
+
+
+def _comparison(planned: Sequence[PlannedRun], results: Sequence[Any]) -> Comparison:
+    runs = tuple(
+        ComparedRun.of(
+            plan.scene, plan.number, plan.controller, result, turn_rate=_turn_rate(plan.case)
+        )
+        for plan, result in zip(planned, results, strict=True)
+    )
+    summaries = [result for result in results if isinstance(result, Summary)]
+    assumed = (text for summary in summaries for text in summary.meta.get("assumed", ()))
+    return Comparison(runs, settings=_settings(planned), assumed=tuple(dict.fromkeys(assumed)))
+
+
+def _turn_rate(case: Case) -> float | None:
+    """Return the planned yaw rate of a controller that says its gait [rad/s]."""
+    gait = getattr(case.controller, "gait", None)
+    return None if gait is None else float(gait.turn_rate)
+
+
+def _settings(planned: Sequence[PlannedRun]) -> tuple[str, ...]:
+    """Return what all runs share, or each kind once."""
+    lines: dict[str, None] = {}
+    for plan in planned:
+        settings, robot = plan.case.settings, plan.case.scene.robot
+        choice = settings.choice
+        how = f"accuracy {choice.accuracy:g}" if choice.accuracy else f"step {choice.step:g} s"
+        text = f"{robot.name}, {settings.duration:g} s, {choice.method.name}, {how}"
+        lines[text] = None
+    return tuple(lines)

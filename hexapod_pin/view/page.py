@@ -1,0 +1,111 @@
+"""One offline HTML page that plays commands of meshcat: the viewer, the scene and its motion."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from hexapod_pin.errors import ViewerError
+from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.view.meshcat_commands import Command
+
+_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
+    "img-src data: blob:; connect-src data: blob:; worker-src blob:; font-src data:"
+)
+
+_PAGE = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<title>{title}</title>
+<!-- The viewer below is MeshCat:
+{license}
+-->
+<style>
+body {{ margin: 0; font: 14px/1.4 sans-serif; }}
+#view {{ width: 100vw; height: 100vh; overflow: hidden; }}
+#caption {{ position: absolute; left: 12px; top: 8px; max-width: 60vw; color: #223; }}
+</style>
+</head>
+<body>
+<div id="view"></div>
+<div id="caption">{caption}</div>
+<script id="embedded-json"></script>
+<script>
+{viewer}
+</script>
+<script id="trace" type="application/json">{data}</script>
+<script>
+const data = JSON.parse(document.getElementById("trace").textContent);
+const viewer = new MeshCat.Viewer(document.getElementById("view"));
+for (const clip of data.animation.animations)
+  for (const track of clip.clip.tracks) track.times = data.times;
+for (const command of [...data.scene, data.animation]) viewer.handle_command(command);
+</script>
+</body>
+</html>
+"""
+
+
+def write_page(
+    path: str | Path, *, title: str, caption: str, scene: Sequence[Command], animation: Command
+) -> Path:
+    """Write a page, wholly or not at all, and return its path.
+
+    Args:
+        path: the file; an old one is replaced, or left alone where anything fails.
+        title: plain text.
+        caption: HTML, its texts escaped.
+        scene: the still picture.
+        animation: its motion; all tracks have the same times, which the page holds once.
+
+    Raises:
+        ViewerError: meshcat's files are missing.
+        TraceFileError: the file cannot be written.
+    """
+    times = [clip["clip"]["tracks"][0]["times"] for clip in animation["animations"]][0]
+    for clip in animation["animations"]:
+        for track in clip["clip"]["tracks"]:
+            del track["times"]
+    page = _PAGE.format(
+        policy=_POLICY,
+        title=html.escape(title),
+        caption=caption,
+        license=viewer_file("LICENSE").replace("--", "- -"),
+        viewer=viewer_file("dist/main.min.js"),
+        data=_script_text({"scene": list(scene), "times": times, "animation": animation}),
+    )
+    return write_atomically(path, page.encode())
+
+
+def folded_list(title: str, texts: Sequence[str]) -> str:
+    """Return, as HTML, texts that unfold under a title; nothing of no texts."""
+    items = "".join(f"<li>{html.escape(text)}</li>" for text in texts)
+    return f"<details><summary>{title}</summary><ul>{items}</ul></details>" if items else ""
+
+
+def _script_text(data: Any) -> str:
+    """Return JSON that cannot end the script element it stands in."""
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c")
+
+
+def viewer_file(name: str) -> str:
+    """Return the text of a file of meshcat's viewer, without importing meshcat.
+
+    Raises:
+        ViewerError: meshcat is not installed, or is of another make.
+    """
+    spec = find_spec("meshcat")
+    folders: Sequence[str] = (spec.submodule_search_locations or []) if spec else []
+    for folder in folders:
+        file = Path(folder) / "viewer" / name
+        if file.is_file():
+            return file.read_text(encoding="utf-8")
+    raise ViewerError(f"meshcat's viewer/{name} is not installed: `pip install meshcat`.")

@@ -1,0 +1,193 @@
+"""Several runs played next to each other in one offline HTML file."""
+
+from __future__ import annotations
+
+import contextlib
+import html
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import ParameterError, ViewerError
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.view.ground_commands import MARGIN, ground_commands, ground_rectangle
+from hexapod_pin.view.meshcat_commands import DIGITS, ROOT, Command, text_object
+from hexapod_pin.view.page import folded_list, write_page
+from hexapod_pin.view.scene_graph import (
+    animation_of,
+    backdrop,
+    motion_clips,
+    nearest_samples,
+    require_finite,
+    require_positive,
+    robot_commands,
+    trunk_focus,
+)
+from hexapod_pin.view.scene_graph import clip as motion_clip
+from hexapod_pin.view.view_sizes import Sizes
+
+ASIDE = 1.6  # ground beside a run's path, reaches of the robot
+GAP = 0.1  # between two grounds, reaches of the robot
+LABEL_HEIGHT = 1.4  # of a label above the trunk, reaches of the robot
+CAMERA = (-2.2, -0.5, 1.4)  # behind the runs and above, in reaches of the picture
+LABEL_SIDE = 2.4  # of the square a label is written on, reaches of the robot
+
+
+def write_side_by_side(
+    traces: Mapping[str, Trace],
+    path: str | Path,
+    *,
+    fps: float = 30.0,
+    force_scale: float | None = None,
+) -> Path:
+    """Write one HTML file that plays several runs next to each other, in step, offline.
+
+    Each run has a lane of its own, with its ground and its name; the first is on the left. Lanes
+    lie beside each other in y, or in x where the runs go further along y. The camera looks from
+    behind and follows the mean of all trunks horizontally, so that who is ahead is seen to be. A
+    run that ends before the others stands still from then on. Guarantees are those of `write_html`.
+
+    Args:
+        traces: what to show, by name.
+        path: the file; an old one is replaced, or left alone where anything fails.
+        fps: pictures per simulated second.
+        force_scale: length of a force arrow [m/N], the same in all runs; None fits it to the
+            first robot's weight.
+
+    Returns:
+        The path written to.
+
+    Raises:
+        ViewerError: a trace cannot be drawn (the message names the run), or meshcat's files are
+            missing.
+        ParameterError: no trace, or `fps` or `force_scale` is not positive.
+        TraceFileError: the file cannot be written.
+    """
+    require_positive(fps=fps)
+    for name, trace in traces.items():
+        with _naming(name):
+            require_finite(trace, np.arange(len(trace.time)))
+    travel = _travel(traces)
+    lanes = _lanes(traces, travel, force_scale)
+    times = np.arange(0.0, max(_length(trace) for trace in traces.values()) + 0.5 / fps, 1.0 / fps)
+    if len(times) == 1:
+        times = np.array([0.0, 1.0 / fps])
+    samples = [nearest_samples(lane.trace.time - lane.trace.time[0], times) for lane in lanes]
+    focus = np.mean(
+        [trunk_focus(lane.trace, index) for lane, index in zip(lanes, samples, strict=True)],
+        axis=0,
+    )
+    scene, clips = backdrop(_camera(lanes, travel)), []
+    for lane, index in zip(lanes, samples, strict=True):
+        with _naming(lane.name):
+            scene += lane.still()
+            clips += lane.moving(index, np.round(times, DIGITS), focus)
+    title = f"{', '.join(traces)} side by side"
+    return write_page(
+        path, title=title, caption=_caption(lanes), scene=scene, animation=animation_of(clips)
+    )
+
+
+@contextlib.contextmanager
+def _naming(run: str) -> Iterator[None]:
+    """Put the run's name in front of what a viewer says of it."""
+    try:
+        yield
+    except ViewerError as error:
+        raise ViewerError(f"run {run!r}: {error}") from error
+
+
+@dataclass(frozen=True)
+class _Lane:
+    """A run and its place in the picture."""
+
+    name: str
+    trace: Trace
+    root: str
+    sizes: Sizes
+    ahead: Array  # axis of travel. Shape (3,).
+    offset: Array  # of the run's world [m]. Shape (3,).
+    margin: tuple[float, float]
+
+    def still(self) -> list[Command]:
+        """Return the run's robot, ground and label."""
+        size = LABEL_SIDE * self.sizes.reach
+        return [
+            *robot_commands(self.trace, self.sizes, root=self.root),
+            *ground_commands(self.trace, self.sizes, root=self.root, margin=self.margin),
+            text_object(f"{self.root}/label", self.name, size, _upright(-self.ahead)),
+        ]
+
+    def moving(self, index: npt.NDArray[np.intp], times: Array, focus: Array) -> list[Command]:
+        """Return the run's motion; `focus` (K, 3) is what the camera looks at [m]."""
+        place = self.offset - focus
+        clips = motion_clips(self.trace, index, times, self.sizes, root=self.root, place=place)
+        above = trunk_focus(self.trace, index) + (0.0, 0.0, LABEL_HEIGHT * self.sizes.reach)
+        return [*clips, motion_clip(f"{self.root}/label", times, {"position": above})]
+
+
+def _travel(traces: Mapping[str, Trace]) -> Array:
+    """Return the axis along which the runs go furthest: x or y, forth or back. Shape (3,)."""
+    if not traces:
+        raise ParameterError("traces", traces, "at least one, by name")
+    path = np.concatenate([trace.q[:, :2] for trace in traces.values()])
+    axis = int(np.ptp(path[:, 1]) > np.ptp(path[:, 0]))
+    way = sum(float(trace.q[-1, axis] - trace.q[0, axis]) for trace in traces.values())
+    return np.asarray(np.eye(3)[axis] * (-1.0 if way < 0.0 else 1.0))
+
+
+def _lanes(traces: Mapping[str, Trace], ahead: Array, force_scale: float | None) -> list[_Lane]:
+    """Return the runs in their places: grounds do not overlap, the first is on the left."""
+    scale = Sizes.of(next(iter(traces.values())), force_scale).force_scale
+    sizes = {name: Sizes.of(trace, scale) for name, trace in traces.items()}
+    margin = (MARGIN, ASIDE) if ahead[0] else (ASIDE, MARGIN)
+    left = np.cross((0.0, 0.0, 1.0), ahead)
+    axis = int(np.argmax(np.abs(left)))
+    grounds = [ground_rectangle(trace, sizes[name], margin) for name, trace in traces.items()]
+    width = max(high[axis] for _, high, _ in grounds) - min(low[axis] for low, _, _ in grounds)
+    step = (width + GAP * max(size.reach for size in sizes.values())) * left
+    middle = 0.5 * (len(traces) - 1)
+    return [
+        _Lane(name, trace, f"{ROOT}/run{k}", sizes[name], ahead, (middle - k) * step, margin)
+        for k, (name, trace) in enumerate(traces.items())
+    ]
+
+
+def _length(trace: Trace) -> float:
+    return float(trace.time[-1] - trace.time[0])
+
+
+def _camera(lanes: list[_Lane], ahead: Array) -> tuple[float, float, float]:
+    """Return a place behind all runs and above them [m]."""
+    size = max(lane.sizes.reach for lane in lanes) + float(np.linalg.norm(lanes[0].offset))
+    left = np.cross((0.0, 0.0, 1.0), ahead)
+    x, y, z = size * (CAMERA[0] * ahead + CAMERA[1] * left + CAMERA[2] * np.eye(3)[2])
+    return float(x), float(y), float(z)
+
+
+def _upright(normal: Array) -> Array:
+    """Return the rotation (3, 3) of a square with a horizontal normal, its y axis upwards."""
+    up = np.array([0.0, 0.0, 1.0])
+    return np.column_stack([np.cross(up, normal), up, normal])
+
+
+def _caption(lanes: list[_Lane]) -> str:
+    """Return, as HTML, who is where, what the picture shows, and what of it is assumed."""
+    longest = max(_length(lane.trace) for lane in lanes)
+    names = []
+    for lane in lanes:
+        length = _length(lane.trace)
+        short = f" (ends at {length:.4g} s)" if length < longest - 1e-9 else ""
+        names.append(f"{html.escape(lane.name)}{short}")
+    robots = dict.fromkeys(str(lane.trace.meta.get("robot_name", "robot")) for lane in lanes)
+    scale = lanes[0].sizes.force_scale
+    assumed = dict.fromkeys(text for lane in lanes for text in lane.trace.meta.get("assumed", ()))
+    return (
+        f"{html.escape(', '.join(robots))}, {longest:.4g} s<br>"
+        f"from left to right: {', '.join(names)}<br>"
+        f"red: foot forces, 0.1 m is {0.1 / scale:.3g} N{folded_list('assumed', tuple(assumed))}"
+    )

@@ -1,0 +1,284 @@
+"""Controllers on the same scenes: `hp.compare`, its figure, and `hexapod-pin compare`."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.container import ErrorbarContainer
+
+import hexapod_pin as hp
+from hexapod_pin.commands.app import main
+from hexapod_pin.control import six_legs
+from hexapod_pin.errors import GaitError, ParameterError, SimulationInterrupted, UnknownNameError
+from hexapod_pin.results.compared_run import Outcome
+from hexapod_pin.results.walk_metrics import METRICS
+from hexapod_pin.sweep import random_bumps
+from hexapod_pin.view import write_comparison_figure
+from hexapod_pin.view.comparison_figure import draw_comparison
+
+CYCLE = 0.8
+DURATION = 2.5  # two cycles to start, one steady one
+ROBOT = hp.load_robot("kharagpur")
+SCENE = hp.Scene(ROBOT)
+GAIT = hp.Gait.tripod(stroke=0.05, cycle_time=CYCLE)
+PLAIN = hp.KinematicControl(GAIT)
+FAST = hp.KinematicControl(GAIT.model_copy(update={"stroke": 0.06}))
+BUMPS = random_bumps(SCENE, range(3), amplitude=0.005, wavelength=0.3, length=0.4)
+
+
+class Steps:
+    """A feedback controller that walks what `PLAIN` plans, from its ticks."""
+
+    period = 0.01
+    gait = GAIT
+
+    def __init__(self) -> None:
+        """Plan the walk."""
+        self.plan = PLAIN.plan(ROBOT, DURATION + 0.1)
+        self.batches: list[int] = []
+
+    def start(self, scene: hp.Scene, batch: int) -> None:
+        """Remember how many run side by side."""
+        self.batches.append(batch)
+
+    def posture(self, scene: hp.Scene) -> np.ndarray:
+        """Start as the plan does."""
+        return np.array(self.plan.q[0])
+
+    def update(self, time: float, m: hp.Measurement, state: None) -> tuple[hp.Command, None]:
+        """Go to where the plan is at the next tick."""
+        at = time + self.period
+        q = np.array([np.interp(at, self.plan.time, column) for column in self.plan.q.T])
+        return hp.Command(np.repeat(q[None], len(m.q), axis=0), ramp=True), None
+
+
+class Crouch:
+    """Lets its trunk down to the ground, legs drawn up."""
+
+    period = 0.05
+    gait = GAIT
+
+    def start(self, scene: hp.Scene, batch: int) -> None:
+        """Nothing to remember."""
+
+    def update(self, time: float, m: hp.Measurement, state: None) -> tuple[hp.Command, None]:
+        """Raise all feet by what the trunk is above the ground, and more."""
+        legs = six_legs(ROBOT)
+        up = min(1.0, time) * (0.02 - legs.neutral_feet[:, 2].min())
+        feet = np.repeat(legs.neutral_feet[None], len(m.q), axis=0) + np.array([0.0, 0.0, up])
+        return hp.Command(legs.joint_angles(feet)), None
+
+
+class TooFar:
+    """A plan that no robot can walk."""
+
+    def plan(self, robot: hp.Robot, duration: float) -> Any:
+        """Refuse."""
+        raise GaitError("stroke 9 m: must be at most 0.1 m", "stroke", 0.1)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the kind."""
+        return {"kind": "too-far"}
+
+
+@pytest.fixture(scope="module")
+def found() -> hp.Comparison:
+    """Two walks and one that is refused, on two scenes."""
+    return hp.compare(
+        {"flat": SCENE, "bumps": BUMPS},
+        {"plain": PLAIN, "fast": FAST, "far": TooFar()},
+        duration=DURATION,
+        threads=2,
+    )
+
+
+def test_numbers_are_those_of_single_runs(found: hp.Comparison) -> None:
+    assert found.scenes == ("flat", "bumps") and found.controllers == ("plain", "fast", "far")
+    for number, scene in enumerate(BUMPS):
+        alone = hp.simulate(scene, FAST, duration=DURATION).summary
+        run = found.of("bumps", "fast")[number]
+        assert run.metrics == hp.WalkMetrics.of(alone) and run.summary.data == alone.data
+    speeds = [run.metrics.speed for run in found.of("bumps", "fast")]
+    assert found.mean("bumps", "fast", "speed").value == pytest.approx(np.mean(speeds), rel=1e-12)
+    change = found.change("flat", "fast", "speed")
+    assert change.value == pytest.approx(0.2, abs=0.01)  # stroke 0.06 against 0.05 m
+    assert change.half_width is None and change.count == 1
+    assert found.change("bumps", "fast", "speed").differs_from(0.0)
+
+
+def test_a_run_that_is_refused_is_a_row_that_says_so(found: hp.Comparison) -> None:
+    runs = found.of("bumps", "far")
+    assert [run.outcome for run in runs] == [Outcome.REFUSED] * 3
+    assert found.mean("bumps", "far", "speed") is None
+    text = found.table()
+    assert "0 of 3: refused" in text and "far on bumps #2: refused (" in text
+    assert "nan" not in text.lower() and "kharagpur, 2.5 s, extrapolated-euler" in text
+    for metric in METRICS.values():
+        assert f"{metric.meaning} [{metric.unit}]" in text
+    rows = found.to_markdown().splitlines()
+    widths = {row.count(" | ") for row in rows if row.startswith("| ") and "---" not in row}
+    assert widths == {3}
+
+
+def test_feedback_controllers_go_in_lock_step_and_may_fall() -> None:
+    steps = Steps()
+    found = hp.compare(
+        {"bumps": BUMPS}, {"plain": PLAIN, "steps": steps, "crouch": Crouch()}, duration=DURATION
+    )
+    assert steps.batches == [3]
+    change = found.change("bumps", "steps", "speed")
+    assert change.value == pytest.approx(0.0, abs=0.02)  # the same plan, cut into ticks
+    assert [run.outcome for run in found.of("bumps", "crouch")] == [Outcome.FELL] * 3
+    assert "the trunk touched the ground" in found.of("bumps", "crouch")[0].reason
+
+
+def test_a_bare_scene_or_a_list_will_do() -> None:
+    short = hp.compare(SCENE, {"plain": PLAIN}, duration=1.0)
+    [run] = short.runs
+    assert run.outcome is Outcome.TOO_SHORT and "2.4 s" in run.reason
+    assert "0 of 1: too short" in short.table()
+
+
+@pytest.mark.parametrize(
+    ("scenes", "controllers", "culprit"),
+    [
+        ({}, {"plain": PLAIN}, "scenes"),
+        ({"a": []}, {"plain": PLAIN}, "scenes"),
+        ({"a": [3]}, {"plain": PLAIN}, r"scenes\['a'\]\[0\]"),
+        (SCENE, {}, "controllers"),
+        (SCENE, PLAIN, "controllers"),
+    ],
+)
+def test_nothing_to_compare_is_refused(scenes: Any, controllers: Any, culprit: str) -> None:
+    with pytest.raises(ParameterError, match=culprit):
+        hp.compare(scenes, controllers, duration=DURATION)
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Ctrl-C raises KeyboardInterrupt, also where the tests run in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_keeps_what_was_done() -> None:
+    with pytest.raises(SimulationInterrupted) as caught:
+        hp.compare(
+            {"bumps": BUMPS},
+            {"plain": PLAIN, "fast": FAST},
+            duration=DURATION,
+            progress=lambda _: signal.raise_signal(signal.SIGINT),
+        )
+    kept = caught.value.comparison
+    assert not kept.finished and len(kept.runs) == 6
+    outcomes = [run.outcome for run in kept.runs]
+    assert outcomes.count(Outcome.WALKED) == 1 and outcomes.count(Outcome.NOT_RUN) == 5
+    assert "not run" in kept.table()
+
+
+# --- the figure ---------------------------------------------------------------------------------
+
+
+def test_bars_are_changes_with_their_intervals(found: hp.Comparison) -> None:
+    shown = ["speed", "torque_peak"]
+    figure = draw_comparison(found, metrics=shown)
+    panels = figure.axes
+    assert [axes.get_title().split(" (")[0] for axes in panels] == ["flat", "bumps"]
+    for axes, scene in zip(panels, found.scenes, strict=True):
+        widths = [bar.get_width() for bar in axes.patches]
+        expected = [100.0 * found.change(scene, "fast", metric).value for metric in shown]
+        assert widths == pytest.approx(expected)
+        intervals = [c for c in axes.containers if isinstance(c, ErrorbarContainer)]
+        assert len(intervals) == (scene == "bumps")  # one run has none
+    assert [text.get_text() for text in panels[0].get_yticklabels()] == [
+        METRICS[name].meaning for name in shown
+    ]
+
+
+def test_figures_are_written_or_refused(found: hp.Comparison, tmp_path: Path) -> None:
+    assert b"<svg" in write_comparison_figure(found, tmp_path / "bars.svg").read_bytes()
+    with pytest.raises(UnknownNameError, match="beauty"):
+        write_comparison_figure(found, tmp_path / "none.svg", metrics=["beauty"])
+    with pytest.raises(ParameterError, match=r"\.png, \.svg"):
+        write_comparison_figure(found, tmp_path / "none.gif")
+    alone = hp.Comparison(found.of("flat", "plain"))
+    with pytest.raises(ParameterError, match="two controllers"):
+        write_comparison_figure(alone, tmp_path / "none.svg")
+    assert [path.name for path in tmp_path.iterdir()] == ["bars.svg"]
+
+
+# --- the command --------------------------------------------------------------------------------
+
+Run = Callable[..., SimpleNamespace]
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run a command in a folder with two cases; give its status, stdout, stderr."""
+    monkeypatch.chdir(tmp_path)
+    hp.Case(SCENE, PLAIN, duration=DURATION).save("plain.toml")
+    slippery = hp.Scene(ROBOT, contact=hp.Contact.accurate().with_mu(0.1))
+    hp.Case(slippery, FAST, duration=2.6).save("fast.toml")
+
+    def command(*words: str) -> SimpleNamespace:
+        with pytest.raises(SystemExit) as exit_:
+            main(("compare", *words))
+        out, err = capsys.readouterr()
+        return SimpleNamespace(status=exit_.value.code, out=out, err=err)
+
+    return command
+
+
+def test_the_command_prints_and_leaves_files(run: Run, found: hp.Comparison) -> None:
+    files = ("--html", "runs.html", "--figure", "bars.svg", "--json", "numbers.json")
+    done = run("plain.toml", "fast.toml", *files)
+    assert done.status == 0, done.err
+    assert "change against plain" in done.out and "scene of plain" in done.out
+    numbers = json.loads(Path("numbers.json").read_text())
+    by_name = {entry["controller"]: entry["metrics"] for entry in numbers["runs"]}
+    for name in ("plain", "fast"):  # on the first one's scene, in its settings
+        assert by_name[name] == found.of("flat", name)[0].metrics.to_dict()
+    page = Path("runs.html").read_text()
+    assert "from left to right: plain, fast" in page and "<svg" in Path("bars.svg").read_text()
+
+
+def test_own_scenes_and_bumps(run: Run) -> None:
+    own = run("plain.toml", "fast.toml", "--own-scenes", "--markdown")
+    assert own.status == 0 and "| plain | fast |" in own.out
+    assert "2.5 s" in own.out and "2.6 s" in own.out
+    words = ("--bumps", "0.005", "--wavelength", "0.3", "--seeds", "3", "--length", "0.4")
+    bumps = run("plain.toml", "fast.toml", *words, "--json", "numbers.json")
+    assert bumps.status == 0 and "bumps of 0.005 m, 0.3 m apart (3 variants)" in bumps.out
+    runs = json.loads(Path("numbers.json").read_text())["runs"]
+    expected = hp.simulate(BUMPS[2], PLAIN, duration=DURATION).summary
+    assert runs[4]["metrics"] == hp.WalkMetrics.of(expected).to_dict()
+
+
+@pytest.mark.parametrize(
+    ("words", "culprit"),
+    [
+        (("none.toml",), "none.toml"),
+        (("plain.toml", "plain.toml"), "two of 'plain'"),
+        (("plain.toml", "--seeds", "3"), "--seeds"),
+        (("plain.toml", "--bumps", "0.01", "--seeds", "0"), "--seeds"),
+        (("plain.toml", "--bumps", "0.01", "--length", "-1"), "--length"),
+        (("plain.toml", "--bumps", "0.01", "--own-scenes"), "--bumps"),
+        (("plain.toml", "--figure", "bars.svg"), "--figure"),
+        (("plain.toml", "fast.toml", "--figure", "bars.gif"), ".png"),
+        (("plain.toml", "--html", "none/a.html"), "none"),
+        (("plain.toml", "--html", "same", "--json", "same"), "different files"),
+        (("plain.toml", "--import", "none.py"), "--import"),
+    ],
+)
+def test_refusals_are_one_message(run: Run, words: tuple[str, ...], culprit: str) -> None:
+    done = run(*words)
+    assert done.status == 2 and culprit in done.err and done.err.count("\n") == 1

@@ -1,0 +1,222 @@
+"""Numbers of one walk, what became of a run, and the statistics of a comparison."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import hexapod_pin as hp
+from hexapod_pin.errors import DivergenceError, GaitError, ParameterError, UnknownNameError
+from hexapod_pin.results.compared_run import ComparedRun, Outcome
+from hexapod_pin.results.estimate import mean_estimate, relative_change
+from hexapod_pin.results.walk_metrics import METRICS
+from hexapod_pin.results.way import path_error
+
+CYCLE = 0.8
+SCENE = hp.Scene(hp.load_robot("kharagpur"))
+GAIT = hp.Gait.tripod(stroke=0.05, cycle_time=CYCLE)
+
+
+def summary_of(gait: hp.Gait, duration: float = 3.3) -> hp.Summary:
+    """Walk two whole cycles."""
+    return hp.simulate(SCENE, hp.KinematicControl(gait), duration=duration).summary
+
+
+@pytest.fixture(scope="module")
+def summary() -> hp.Summary:
+    """A straight walk."""
+    return summary_of(GAIT)
+
+
+def test_numbers_are_those_of_summary_and_budget(summary: hp.Summary) -> None:
+    """The robot goes 0.05 m per half cycle: what is per cycle is a tenth of what is per metre."""
+    metrics, budget = hp.WalkMetrics.of(summary), hp.torque_budget(summary)
+    way = 2 * GAIT.stroke
+    assert metrics.speed == pytest.approx(way / CYCLE, rel=5e-3)
+    assert metrics.slip_path == pytest.approx(summary.slip_path.sum())
+    assert metrics.slip_per_metre == pytest.approx(metrics.slip_path / way, rel=5e-3)
+    work = summary.friction_work.sum() / way
+    assert metrics.friction_work_per_metre == pytest.approx(work, rel=5e-3)
+    assert metrics.energy_per_metre == pytest.approx(budget.absolute_energy / way, rel=5e-3)
+    weight = 9.81 * SCENE.robot.total_mass
+    assert metrics.cost_of_transport == pytest.approx(metrics.energy_per_metre / weight, rel=1e-9)
+    assert metrics.cost_of_transport_positive == budget.cost_of_transport_positive
+    assert metrics.torque_rms == pytest.approx(math.sqrt(np.mean(summary.torque_rms**2)))
+    assert metrics.torque_peak == np.abs(summary.torque_peak).max()
+    assert metrics.force_peak == summary.force_peak.max()
+    assert weight * CYCLE / 6 < metrics.normal_impulse < weight * CYCLE / 2
+    assert metrics.path_deviation < 1e-3 and metrics.heading_error < 1e-3
+
+
+def test_every_number_has_a_unit_and_a_line(summary: hp.Summary) -> None:
+    metrics = hp.WalkMetrics.of(summary)
+    assert list(METRICS) == [field.name for field in fields(hp.WalkMetrics)]
+    page = (Path(__file__).parents[1] / "docs" / "compare.md").read_text(encoding="utf-8")
+    assert all(f"`{name}`" in page for name in METRICS)
+    lines = metrics.table().splitlines()
+    assert len(lines) == len(METRICS) and "NaN" not in metrics.table()
+    for line, metric in zip(lines, METRICS.values(), strict=True):
+        assert line.startswith(metric.meaning) and line.endswith(metric.unit)
+
+
+def test_what_a_run_does_not_have_is_none(summary: hp.Summary) -> None:
+    """A posture makes no way; a summary of a former release has no friction work."""
+    still = hp.WalkMetrics.of(hp.simulate(SCENE, hp.HoldPosture(), duration=0.4).summary)
+    assert still.speed is still.slip_per_metre is still.cost_of_transport is still.path_deviation
+    assert still.speed is None and still.torque_peak is not None
+    older = replace(summary, friction_work=np.full(6, np.nan), heave_rms=math.nan)
+    metrics = hp.WalkMetrics.of(older)
+    assert metrics.friction_work_per_metre is None and metrics.heave_rms is None
+    assert metrics.table().count(" - ") == 2
+    with pytest.raises(ParameterError, match="at least"):
+        hp.WalkMetrics.of(summary_of(GAIT, duration=1.0))
+
+
+def edges(x: Any, y: Any, yaw: Any) -> np.ndarray:
+    """Return edges 1 s apart from 5 s on."""
+    time = 5.0 + np.arange(len(np.atleast_1d(x)))
+    return np.column_stack([time, x, y, np.broadcast_to(yaw, time.shape)])
+
+
+def test_path_error_of_a_line() -> None:
+    """A line 3 degrees to the left of its plan; forward and sideways gaits, any starting yaw."""
+    s = np.arange(5.0)
+    tilt = math.radians(3.0)
+    aside = s * math.sin(tilt)
+    for travel in (0.0, 0.5 * math.pi, -2.0):
+        way = travel + tilt
+        place = edges(1.0 + s * np.cos(way), 2.0 + s * np.sin(way), 0.4 + tilt)
+        along = np.array([math.cos(travel), math.sin(travel)])
+        deviation, error = path_error(place, along, first_yaw=0.4, speed=1.0, turn_rate=0.0)
+        assert deviation == pytest.approx(math.sqrt(np.mean(aside**2)), rel=1e-12)
+        assert error == pytest.approx(tilt, abs=1e-12)
+
+
+@pytest.mark.parametrize("turn_rate", [0.3, -0.3])
+def test_path_error_of_an_arc(turn_rate: float) -> None:
+    """On the planned circle nothing is off; one of radius R that is d wider is off by up to 2 d."""
+    angle = turn_rate * np.arange(12.0)  # more than half a turn
+    for wider in (0.0, 0.02):
+        radius = 0.5 / turn_rate + math.copysign(wider, turn_rate)
+        place = edges(radius * np.sin(angle), radius * (1.0 - np.cos(angle)), 0.9 + angle)
+        c, s = math.cos(0.9), math.sin(0.9)
+        turned = place.copy()
+        turned[:, 1:3] = place[:, 1:3] @ np.array([[c, s], [-s, c]])
+        along = np.array([1.0, 0.0])
+        deviation, error = path_error(turned, along, first_yaw=0.0, speed=0.5, turn_rate=turn_rate)
+        assert error == pytest.approx(0.0, abs=1e-12)
+        away = np.hypot(radius * np.sin(angle), radius * (1.0 - np.cos(angle)) - 0.5 / turn_rate)
+        expected = math.sqrt(np.mean((away - 0.5 / abs(turn_rate)) ** 2))
+        assert deviation == pytest.approx(expected, abs=1e-12)
+        assert deviation <= 2 * wider + 1e-12
+
+
+def test_a_turning_walk_is_held_against_its_arc() -> None:
+    """0.2 rad/s for 1.6 s turn 0.32 rad: a straight plan would be missed by 3 cm."""
+    metrics = hp.WalkMetrics.of(summary_of(GAIT.model_copy(update={"turn_rate": 0.2})))
+    assert metrics.path_deviation < 2e-3 and metrics.heading_error < 5e-3
+
+
+# --- what became of a run -----------------------------------------------------------------------
+
+
+def test_runs_that_did_not_walk_say_so(summary: hp.Summary) -> None:
+    touch = {"time": 1.5, "kind": "trunk-contact", "what": "corner", "place": [0.0, 0.0, 0.0]}
+    fallen = replace(summary, meta={**summary.meta, "events": [touch]})
+    tilted = replace(summary, pitch_peak=-1.5)
+    for result, outcome, word in (
+        (summary, Outcome.WALKED, ""),
+        (fallen, Outcome.FELL, "corner at 1.5 s"),
+        (tilted, Outcome.FELL, "pitch of 85.9 degrees"),
+        (summary_of(GAIT, duration=1.0), Outcome.TOO_SHORT, "at least 2.4 s"),
+        (DivergenceError("left at 0.3 s", None), Outcome.DIVERGED, "left at 0.3 s"),
+        (GaitError("too long", "stroke", 0.1), Outcome.REFUSED, "too long"),
+        (ValueError("bad"), Outcome.FAILED, "ValueError: bad"),
+        (None, Outcome.NOT_RUN, "interrupted"),
+    ):
+        run = ComparedRun.of("flat", 0, "plain", result)
+        assert run.outcome is outcome and word in run.reason
+        assert (run.metrics is not None) == (outcome is Outcome.WALKED)
+        json.dumps(run.to_dict(), allow_nan=False)
+
+
+# --- statistics ---------------------------------------------------------------------------------
+
+
+def test_means_have_students_interval() -> None:
+    values = [1.0, 2.0, 4.0, 4.5]
+    low, high = stats.t.interval(0.95, 3, np.mean(values), stats.sem(values))
+    found = mean_estimate(values)
+    assert (found.value - found.half_width, found.value + found.half_width) == pytest.approx(
+        (low, high)
+    )
+    assert mean_estimate([2.0]).half_width is None and mean_estimate([]) is None
+
+
+def test_changes_are_paired() -> None:
+    """What both runs of a pair share cancels: 10 % more on each terrain has no width."""
+    baseline = np.array([1.0, 5.0, 20.0])
+    same = relative_change(list(1.1 * baseline), list(baseline))
+    assert same.value == pytest.approx(0.1) and same.half_width == pytest.approx(0.0, abs=1e-12)
+    assert same.differs_from(0.0)
+    assert relative_change([1.0], [0.0]) is None and relative_change([], []) is None
+
+
+def test_the_interval_of_a_change_covers_the_truth() -> None:
+    """95 of 100 intervals hold the true ratio: 2000 draws, so 94.9 to within three sigma of 1.5 %.
+
+    The ratio estimator is exact for large samples; with 8 pairs it falls a little short.
+    """
+    dice, truth, hits, draws = np.random.default_rng(4), 0.8, 0, 2000
+    for _ in range(draws):
+        base = dice.normal(10.0, 1.0, 8)
+        mine = truth * base + dice.normal(0.0, 0.5, 8)
+        hits += not relative_change(list(mine), list(base)).differs_from(truth - 1.0)
+    assert 0.93 < hits / draws < 0.97
+
+
+# --- the comparison as data ---------------------------------------------------------------------
+
+
+def made(scene: str, number: int, controller: str, speed: float | None) -> ComparedRun:
+    """Return a run with one number, or one that fell."""
+    if speed is None:
+        return ComparedRun(scene, number, controller, Outcome.FELL, "fell at 1 s")
+    numbers = dict.fromkeys(METRICS)
+    metrics = hp.WalkMetrics(**{**numbers, "speed": speed})
+    return ComparedRun(scene, number, controller, Outcome.WALKED, metrics=metrics)
+
+
+def test_pairs_that_one_did_not_walk_do_not_count() -> None:
+    runs = [made("bumps", k, "plain", speed) for k, speed in enumerate((1.0, 2.0, 3.0))]
+    runs += [made("bumps", k, "new|er", speed) for k, speed in enumerate((1.2, None, 3.6))]
+    found = hp.Comparison(tuple(runs))
+    assert found.baseline == "plain" and found.controllers == ("plain", "new|er")
+    assert found.mean("bumps", "plain", "speed").value == pytest.approx(2.0)
+    assert found.mean("bumps", "new|er", "speed").count == 2
+    change = found.change("bumps", "new|er", "speed")
+    assert change.value == pytest.approx(0.2) and change.count == 2
+    assert found.change("bumps", "plain", "speed") is None
+    text = found.table()
+    assert "2 of 3: fell" in text and "new|er on bumps #1: fell (fell at 1 s)" in text
+    assert "2.4 +- 15 (+20 +- " in text and "[m/s]" in text and "nan" not in text.lower()
+    assert "new\\|er" in found.to_markdown()
+    assert json.loads(found.to_json())["changes"]["bumps"]["new|er"]["speed"]["count"] == 2
+
+
+def test_unknown_names_and_doubles_are_refused() -> None:
+    run = made("flat", 0, "plain", 1.0)
+    found = hp.Comparison((run,))
+    for place in (("hill", "plain", "speed"), ("flat", "x", "speed"), ("flat", "plain", "beauty")):
+        with pytest.raises(UnknownNameError):
+            found.mean(*place)
+    for runs in ((), (run, run)):
+        with pytest.raises(ParameterError):
+            hp.Comparison(runs)
