@@ -74,7 +74,8 @@ class FootControlLaw {
     for (int l = 0; l < kLegs; ++l) {
       LegMemory& leg = m.leg[l];
       const bool stood = leg.phase.on_ground();
-      const FootTouch touch{leg.force, felt.touches[l], felt.up};
+      const FootTouch touch{leg.force, felt.touches[l],
+                            leg.force.norm() < kFreeShare * set_.threshold, felt.up};
       const Vec3 p = plan[l].foot + leg.phase.offset;
       if (stood && !plan[l].down && leg.phase.mode == LegMode::down) leave(leg);
       reflex_.step(plan[l], touch, m.pace * table.ground_velocity(now, p), leg.phase);
@@ -99,6 +100,7 @@ class FootControlLaw {
   }
 
  private:
+  static constexpr double kFreeShare = 0.25;  // of the threshold: less than that is no contact, -
   static constexpr double kPaceTime = 0.02;  // in which the plan's clock stops or starts, s
 
   struct Felt {

@@ -41,6 +41,7 @@ struct LegPhase {
 struct FootTouch {
   Vec3 force;    // of the ground on it, N
   bool touches;  // whether that is one
+  bool free;     // whether there is none; in between a foot stays as it is
   Vec3 up;       // normal of the support
 };
 
@@ -53,7 +54,7 @@ class LegReflex {
 
   // The next tick of a leg; `ground`: velocity of the ground at the foot as the trunk sees it, m/s.
   void step(const LegPlan& plan, const FootTouch& felt, const Vec3& ground, LegPhase& leg) const {
-    leg.without_load = felt.touches ? 0.0 : leg.without_load + period_;
+    leg.without_load = felt.free ? leg.without_load + period_ : 0.0;
     if (plan.down) stand(plan, felt, leg);
     else fly(plan, felt, ground, leg);
   }
@@ -63,7 +64,7 @@ class LegReflex {
     const bool has_stood = leg.mode == LegMode::down && leg.without_load <= set_.lost_after;
     leg.mode = felt.touches || has_stood || !set_.reacts ? LegMode::down : LegMode::search;
     leg.searched = leg.mode == LegMode::search ? leg.searched + period_ : 0.0;
-    if (leg.mode == LegMode::search)
+    if (leg.mode == LegMode::search && felt.free)
       leg.offset.z() = std::max(leg.offset.z() - period_ * set_.search_speed,
                                 std::min(leg.offset.z(), -set_.search_depth));
   }
