@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hexapod_pin import errors as errors
     from hexapod_pin import view as view
+    from hexapod_pin.control.arc_walk import ArcWalk as ArcWalk
     from hexapod_pin.control.body_motion import BodyMotion as BodyMotion
     from hexapod_pin.control.feedback import Command as Command
     from hexapod_pin.control.feedback import FeedbackController as FeedbackController
@@ -51,9 +52,11 @@ if TYPE_CHECKING:
     from hexapod_pin.ground.terrain import Ledge as Ledge
     from hexapod_pin.ground.terrain import Patch as Patch
     from hexapod_pin.ground.terrain import PatchedGround as PatchedGround
+    from hexapod_pin.ground.terrain import Ramp as Ramp
     from hexapod_pin.ground.terrain import ShakingGround as ShakingGround
     from hexapod_pin.ground.terrain import Slope as Slope
     from hexapod_pin.ground.terrain import Stairs as Stairs
+    from hexapod_pin.ground.terrain import study_grounds as study_grounds
     from hexapod_pin.results.checkpoint import Checkpoint as Checkpoint
     from hexapod_pin.results.comparison import Comparison as Comparison
     from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
@@ -75,9 +78,12 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.loads import LostLeg as LostLeg
     from hexapod_pin.simulation.loads import Payload as Payload
     from hexapod_pin.simulation.loads import Push as Push
+    from hexapod_pin.simulation.objective import RelativeObjective as RelativeObjective
     from hexapod_pin.simulation.run import simulate as simulate
     from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session
+    from hexapod_pin.simulation.tuning import tune as tune
+    from hexapod_pin.simulation.tuning_result import TuningResult as TuningResult
     from hexapod_pin.sweep.compare import compare as compare
 
     __version__: str
@@ -85,6 +91,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "AdamsCoulomb": "ground.contact",
     "AdamsImpact": "ground.contact",
+    "ArcWalk": "control.arc_walk",
     "BodyMotion": "control.body_motion",
     "Sine": "control.time_function",
     "Waypoints": "control.time_function",
@@ -115,6 +122,8 @@ _MODULES = {
     "PatchedGround": "ground.terrain",
     "Payload": "simulation.loads",
     "Push": "simulation.loads",
+    "Ramp": "ground.terrain",
+    "RelativeObjective": "simulation.objective",
     "Restitution": "ground.contact",
     "Robot": "robot.robot",
     "Scene": "simulation.scene",
@@ -131,6 +140,7 @@ _MODULES = {
     "Summary": "results.summary",
     "TanhCoulomb": "ground.contact",
     "TorqueBudget": "results.robot_budget",
+    "TuningResult": "simulation.tuning_result",
     "Trace": "results.trace",
     "WalkMetrics": "results.walk_metrics",
     "compare": "sweep.compare",
@@ -142,7 +152,9 @@ _MODULES = {
     "register_controller": "control.registry",
     "simulate": "simulation.run",
     "simulate_batch": "simulation.batch",
+    "study_grounds": "ground.terrain",
     "torque_budget": "results.torque_budget",
+    "tune": "simulation.tuning",
     "urdf_path": "robot.robot",
 }
 

@@ -53,6 +53,25 @@ class StateError(HexapodError, ValueError):
     """A state (q, v) has the wrong shape, is not finite, or its quaternion is off unit norm."""
 
 
+class SensorError(HexapodError, ValueError):
+    """A reading that a controller cannot use.
+
+    Attributes:
+        reading: which quantity, of which joint or foot.
+        value: what was read.
+        time: of the measurement [s].
+        row: of the run in lock-step.
+    """
+
+    def __init__(self, reading: str, value: float, time: float, row: int) -> None:
+        """Compose the message from its parts."""
+        self.reading, self.value, self.time, self.row = reading, value, time, row
+        super().__init__(
+            f"{reading} reads {value:g} at t = {time:g} s (run {row} of the lock-step): must be "
+            "finite. Mend the sensor, or let the controller that wraps it hold the last good value."
+        )
+
+
 class ReachError(HexapodError, ValueError):
     """A foot target is outside a leg's reach or its joint limits.
 
@@ -113,6 +132,20 @@ class SimulationInterrupted(HexapodError):
         """Keep what was done up to the interruption."""
         self.trace, self.results, self.comparison = trace, results, comparison
         super().__init__(message)
+
+
+class TuningInterrupted(SimulationInterrupted):
+    """Ctrl-C while parameters are tuned.
+
+    Attributes:
+        result: the `TuningResult` of what was done, without held-out scenes; None if not even the
+            baseline was.
+    """
+
+    def __init__(self, message: str, result: Any) -> None:
+        """Keep what was done up to the interruption."""
+        self.result = result
+        super().__init__(message, None)
 
 
 class TraceFileError(HexapodError):

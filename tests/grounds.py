@@ -13,6 +13,7 @@ STAIRS = hp.Stairs(rise=0.1, run=0.2, count=3, start=0.1, heading=0.7)
 DOWN = hp.Stairs(rise=0.1, run=0.2, count=3, start=-1.2, heading=math.pi)
 LEDGE = hp.Ledge(height=0.1, edge=0.2, heading=-2.0)
 GROOVE = hp.Groove(angle_left=0.5, angle_right=1.0, depth=0.1, heading=2.2, bottom=0.3)
+RAMP = hp.Ramp(angle=0.4, run=0.5, start=0.1, heading=-1.1, height=0.05)
 HILLS = hp.HeightField.random(3, amplitude=0.02, wavelength=0.3, size=2.0)
 SLOPE = hp.Slope(angle=0.3, heading=-0.8, point=(0.1, 0.2, 0.3))
 PATCHED = hp.PatchedGround(
@@ -23,7 +24,7 @@ PATCHED = hp.PatchedGround(
     ),
 )
 SHAKEN = hp.ShakingGround(ground=PATCHED, amplitude=0.01, frequency=3.0)
-PROFILES = {"stairs": STAIRS, "down": DOWN, "ledge": LEDGE, "groove": GROOVE}
+PROFILES = {"stairs": STAIRS, "down": DOWN, "ledge": LEDGE, "groove": GROOVE, "ramp": RAMP}
 ALL = {
     **PROFILES, "flat": hp.Flat(height=0.1), "slope": SLOPE, "hills": HILLS, "patched": PATCHED,
     "shaken": SHAKEN,

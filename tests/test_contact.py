@@ -13,6 +13,7 @@ from contact_formulas import FRICTION, NORMAL, numpy_friction, numpy_normal
 import hexapod_pin as hp
 from hexapod_pin import native as _native
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.spec import read_toml
 
@@ -100,7 +101,7 @@ def test_hc33_denormal_state_of_every_pair(tmp_path) -> None:
                 assert np.isfinite(found[name]).all()
 
 
-@pytest.mark.parametrize("name", ["accurate", "s1", "s1-printed", "s2"])
+@pytest.mark.parametrize("name", PRESETS)
 def test_preset_survives_toml(name: str) -> None:
     contact = hp.Contact.preset(name)
     assert hp.Contact(**read_toml(tomli_w.dumps(contact.model_dump()))) == contact
@@ -121,12 +122,7 @@ def test_presets_by_name() -> None:
 
 def test_presets_mark_what_is_assumed() -> None:
     """Only S2 prints its numbers."""
-    assert [bool(hp.Contact.preset(n).assumed) for n in ("accurate", "s1", "s1-printed", "s2")] == [
-        True,
-        True,
-        True,
-        False,
-    ]
+    assert [name for name in PRESETS if not hp.Contact.preset(name).assumed] == ["s2"]
 
 
 def test_first_papers_equation_with_and_without_the_exponent() -> None:

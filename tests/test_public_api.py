@@ -14,13 +14,14 @@ import hexapod_pin as hp
 HEAVY = ("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h5py", "pydantic")
 
 PROMISED = """
-__version__ AdamsCoulomb AdamsImpact Blueprint BodyMotion BrownMcPhee Case Checkpoint Command
-compare Comparison Contact errors FeedbackController Flat Gait Groove HeightField HoldPosture
-HuntCrossley iterate_batch JointStops KelvinVoigt KinematicControl Ledge load_case load_robot
-load_summary load_trace LostLeg Measurement Motor Patch PatchedGround Payload Push
-register_controller Restitution Robot SampledTrajectory Scene Sensor Sensors Servo Session
-ShakingGround simulate simulate_batch Sine Slope SmoothStep Stairs State StickSlip Summary
-TanhCoulomb torque_budget TorqueBudget Trace urdf_path VelocityCommand view WalkMetrics Waypoints
+__version__ AdamsCoulomb AdamsImpact ArcWalk Blueprint BodyMotion BrownMcPhee Case Checkpoint
+Command compare Comparison Contact errors FeedbackController Flat Gait Groove HeightField
+HoldPosture HuntCrossley iterate_batch JointStops KelvinVoigt KinematicControl Ledge load_case
+load_robot load_summary load_trace LostLeg Measurement Motor Patch PatchedGround Payload Push Ramp
+register_controller RelativeObjective Restitution Robot SampledTrajectory Scene Sensor Sensors Servo
+Session ShakingGround simulate simulate_batch Sine Slope SmoothStep Stairs State StickSlip
+study_grounds Summary TanhCoulomb torque_budget TorqueBudget Trace tune TuningResult urdf_path
+VelocityCommand view WalkMetrics Waypoints
 """.split()
 
 

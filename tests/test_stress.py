@@ -37,7 +37,7 @@ def test_the_set_is_fixed_by_its_seed() -> None:
     assert few[0].scene.contact != next(iter(stress_scenes(1, seed=6))).scene.contact
 
 
-PRESETS = ("accurate", "s1", "s1-printed", "s2")
+PRESETS = ("accurate", "s1", "s1-printed", "s2", "soil")
 
 
 @pytest.mark.parametrize("preset", PRESETS)

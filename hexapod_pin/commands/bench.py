@@ -86,7 +86,7 @@ def bench(
     ] = None,
     contact: Annotated[
         OptionalText,
-        typer.Option(help="accurate, s1, s1-printed or s2; default accurate."),
+        typer.Option(help="accurate, s1, s1-printed, s2 or soil; default accurate."),
     ] = None,
     mu: Annotated[OptionalFloat, typer.Option(help="Friction coefficient.")] = None,
     kp: Annotated[

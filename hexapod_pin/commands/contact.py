@@ -15,7 +15,7 @@ from hexapod_pin.errors import ParameterError
 def contact(
     law: Annotated[
         OptionalText,
-        typer.Argument(help="accurate, s1, s1-printed, s2, or a kind such as kelvin-voigt."),
+        typer.Argument(help="accurate, s1, s1-printed, s2, soil, or a kind such as kelvin-voigt."),
     ] = None,
     parameters: Annotated[
         Optional[list[str]],  # noqa: UP045

@@ -48,7 +48,7 @@ def walk(
         str,
         typer.Option(
             help="accurate: exact restitution, stick-slip; s1: Hertz + tanh friction; s1-printed: "
-            "linear (all three assumed rubber); s2: ADAMS IMPACT."
+            "linear (all three assumed rubber); s2: ADAMS IMPACT; soil: feet sink into sand."
         ),
     ] = "accurate",
     mu: Annotated[

@@ -1,5 +1,7 @@
 """Controllers: gaits, foot paths, joint trajectories; feedback controllers and their sensors."""
 
+from hexapod_pin.control.arc_path import ArcPath
+from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.body_motion import BodyMotion
 from hexapod_pin.control.feasible_gait import feasible_gait
 from hexapod_pin.control.feedback import Command, FeedbackController, Measurement
@@ -18,6 +20,8 @@ from hexapod_pin.control.time_function import Sine, Waypoints
 from hexapod_pin.control.velocity_command import VelocityCommand
 
 __all__ = [
+    "ArcPath",
+    "ArcWalk",
     "BodyMotion",
     "Clearance",
     "Command",

@@ -79,6 +79,10 @@ class BodyPath:
         velocity = pace * self.gait.speed * full_speed
         return pose, np.concatenate([velocity, pace * self.gait.turn_rate], axis=-1)
 
+    def twist(self, time: Array) -> Array:
+        """Return the forward and lateral speed [m/s] and yaw rate [rad/s]. (K,) -> (K, 3)."""
+        return self.pose_and_twist(time)[1]
+
     @property
     def kinks(self) -> Array:
         """Times at which a third derivative of the pose jumps [s]."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.body_motion import BodyMotion
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.hold_posture import HoldPosture
@@ -53,6 +54,15 @@ def _kinematic(data: Mapping[str, Any]) -> KinematicControl:
     return KinematicControl(**made, stop_at=given.get("stop_at"))
 
 
+def _arc(data: Mapping[str, Any]) -> ArcWalk:
+    angles = ("amplitude", "lift_angle", "profile", "stop_at")
+    given = table(data, "controller", required=("kind", "gait"), optional=angles)
+    if not isinstance(given["gait"], Mapping):
+        raise ParameterError("controller.gait", given["gait"], "a table")
+    settings = {name: given[name] for name in angles if name in given}
+    return ArcWalk(Gait(**given["gait"]), **settings)
+
+
 def _hold(data: Mapping[str, Any]) -> HoldPosture:
     return HoldPosture(table(data, "controller", required=("kind",), optional=("q",)).get("q"))
 
@@ -65,7 +75,9 @@ def _held(data: Mapping[str, Any]) -> SampledTrajectory:
     return SampledTrajectory(given["time"], given["q"], limited=limited)
 
 
-_READERS: dict[str, Reader] = {"kinematic": _kinematic, "hold": _hold, "held": _held}
+_READERS: dict[str, Reader] = {
+    "kinematic": _kinematic, "arc": _arc, "hold": _hold, "held": _held,
+}  # fmt: skip
 
 
 def register_controller(kind: str, reader: Reader) -> None:

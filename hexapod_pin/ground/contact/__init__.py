@@ -21,6 +21,7 @@ from hexapod_pin.ground.contact.restitution import (
     delivered_restitution,
     exact_damping_ratio,
 )
+from hexapod_pin.ground.contact.soil import SOILS, Soil
 from hexapod_pin.ground.contact.stick_slip import StickSlip
 
 __all__ = [
@@ -33,7 +34,9 @@ __all__ = [
     "KelvinVoigt",
     "NormalLaw",
     "Restitution",
+    "SOILS",
     "SmoothStep",
+    "Soil",
     "StickSlip",
     "TanhCoulomb",
     "delivered_restitution",

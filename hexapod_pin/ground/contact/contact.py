@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Annotated
 
@@ -21,6 +22,7 @@ from hexapod_pin.ground.contact.regularised_friction import (
     TanhCoulomb,
 )
 from hexapod_pin.ground.contact.restitution import Restitution
+from hexapod_pin.ground.contact.soil import soil_named
 from hexapod_pin.ground.contact.stick_slip import StickSlip
 from hexapod_pin.spec import Spec
 
@@ -102,6 +104,31 @@ class Contact(Spec):
             ),
         )
 
+    @classmethod
+    def soil(cls, name: str = "sand", *, radius: float = 0.020, load: float = 10.0) -> Contact:
+        """A foot on soil (S1's further work): Bekker's sinkage, next to no rebound, mu = tan phi.
+
+        The soil's constants are measured; radius, load, dissipation 100 s/m and the tangential
+        spring of `accurate` are *assumed*. Left out: cohesion, the way in which shear builds up,
+        and footprints that stay.
+
+        Args:
+            name: one of `SOILS`: "sand", "loose-sand", "clay".
+            radius: of the foot [m].
+            load: on the foot, at which force and slope are those of the soil [N].
+
+        Raises:
+            UnknownNameError: there is no such soil.
+            ParameterError: radius or load is out of range.
+        """
+        soil = soil_named(name)
+        return cls(
+            normal=HuntCrossley.soil(soil, radius=radius, load=load),
+            friction=StickSlip(mu=math.tan(soil.friction_angle), stiffness=2e4, damping=60.0),
+            assumed=f"{soil.source}; foot R {1e3 * radius:g} mm under {load:g} N, "
+            "dissipation 100 s/m, tangential 2e4 N/m and 60 N s/m",
+        )
+
     def with_mu(self, mu: float | None) -> Contact:
         """Return the same laws with another friction coefficient; None changes nothing.
 
@@ -133,5 +160,6 @@ PRESETS: dict[str, Callable[[], Contact]] = {
     "s1": Contact.s1,
     "s1-printed": Contact.s1_printed,
     "s2": Contact.s2,
+    "soil": Contact.soil,
 }
 """The named contacts."""

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.ground.contact.soil import Soil
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
@@ -110,6 +111,28 @@ class HuntCrossley(NormalLaw):
         """Build from the sphere's material [Pa, -] and radius [m], and a dissipation [s/m]."""
         stiffness = hertz_stiffness(young=young, poisson=poisson, radius=radius)
         return cls(stiffness=stiffness, dissipation=dissipation)
+
+    @classmethod
+    def soil(
+        cls, soil: Soil, *, radius: float, load: float | None = None, dissipation: float = 100.0
+    ) -> HuntCrossley:
+        """Build what a sphere feels on soil: Bekker's force as K d^n, and next to no rebound.
+
+        Soil keeps its footprint; here it comes back slowly, with a force that is next to nothing
+        while the foot leaves faster than 1/(1.5 a), 7 mm/s.
+
+        Args:
+            soil: its pressure-sinkage relation.
+            radius: of the sphere [m].
+            load: at which force and slope are those of the soil [N]; None: the limit of small
+                depths, for a soil without cohesive modulus.
+            dissipation: a [s/m]. The default is *assumed*: restitution 0.07 at 0.1 m/s.
+
+        Raises:
+            ParameterError: see `Soil.power_law`.
+        """
+        stiffness, exponent = soil.power_law(radius, load)
+        return cls(stiffness=stiffness, exponent=exponent, dissipation=dissipation)
 
     def native(self) -> Any:
         """Return the native law."""

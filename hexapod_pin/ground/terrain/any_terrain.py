@@ -9,13 +9,25 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain.height_field import HeightField
 from hexapod_pin.ground.terrain.overlay import PatchedGround, ShakingGround
 from hexapod_pin.ground.terrain.plane import Flat, Slope
-from hexapod_pin.ground.terrain.profile import Groove, Ledge, Stairs
+from hexapod_pin.ground.terrain.profile import Groove, Ledge, Ramp, Stairs
 
-AnyTerrain = Flat | Slope | Stairs | Ledge | Groove | HeightField | PatchedGround | ShakingGround
+AnyTerrain = (
+    Flat | Slope | Stairs | Ramp | Ledge | Groove | HeightField | PatchedGround | ShakingGround
+)
 
 KINDS: dict[str, type[AnyTerrain]] = {
     str(cls.model_fields["kind"].default): cls
-    for cls in (Flat, Slope, Stairs, Ledge, Groove, HeightField, PatchedGround, ShakingGround)
+    for cls in (
+        Flat,
+        Slope,
+        Stairs,
+        Ramp,
+        Ledge,
+        Groove,
+        HeightField,
+        PatchedGround,
+        ShakingGround,
+    )
 }
 
 

@@ -132,6 +132,9 @@ class HeightField(Ground):
         amplitude: float = 0.02,
         wavelength: float = 0.4,
         size: float | Lengths = 4.0,
+        *,
+        center: Lengths = (0.0, 0.0),
+        flat_radius: float = 0.0,
     ) -> HeightField:
         """Build smooth hills: a sum of plane waves of random direction, phase and length.
 
@@ -139,10 +142,14 @@ class HeightField(Ground):
             seed: the same seed gives the same hills.
             amplitude: largest |z| [m].
             wavelength: typical distance between hills [m]; waves are 0.7 to 1.4 of it.
-            size: of the field along x and y [m], centred on the world's origin.
+            size: of the field along x and y [m].
+            center: x, y of the middle of the field [m].
+            flat_radius: the ground is level at z = 0 up to this distance from the world's origin
+                [m]; the hills rise to their height over a wavelength from there. 0: hills all over.
 
         Raises:
-            ParameterError: a length is not positive, or the hills are steeper than 60 degrees.
+            ParameterError: a length is not positive, the hills are steeper than 60 degrees, or
+                nothing of them is left beside the level place.
         """
         extent = _pair("size", size)
         for name, value in (("wavelength", wavelength), ("size", extent[0]), ("size", extent[1])):
@@ -150,11 +157,21 @@ class HeightField(Ground):
                 raise ParameterError(name, value, "positive and finite [m]")
         if not (np.isfinite(amplitude) and amplitude >= 0.0):
             raise ParameterError("amplitude", amplitude, "finite, not negative [m]")
+        if not (np.isfinite(flat_radius) and flat_radius >= 0.0):
+            raise ParameterError("flat_radius", flat_radius, "finite, not negative [m]")
+        if not np.isfinite(center).all():
+            raise ParameterError("center", center, "finite [m]")
         spacing = wavelength / MIN_POINTS_PER_WAVELENGTH
         columns, rows = (max(2, int(np.ceil(length / spacing)) + 1) for length in extent)
         _require_size(rows * columns)
         z = _waves(seed, spacing / wavelength, (rows, columns))
-        return cls.from_array(amplitude / np.abs(z).max() * z, spacing)
+        first = (center[0] - 0.5 * (columns - 1) * spacing, center[1] - 0.5 * (rows - 1) * spacing)
+        if flat_radius != 0.0:
+            z *= _faded_in(first, spacing, z.shape, flat_radius, wavelength)
+        largest = np.abs(z).max()
+        if largest == 0.0:
+            raise ParameterError("flat_radius", flat_radius, "smaller: no hill is left [m]")
+        return cls.from_array(amplitude / largest * z, spacing, first)
 
 
 def _waves(seed: int, step: float, shape: tuple[int, int]) -> Array:
@@ -167,6 +184,19 @@ def _waves(seed: int, step: float, shape: tuple[int, int]) -> Array:
     for k, a, p in zip(number, turn, phase, strict=True):
         z += np.cos(k * (np.cos(a) * x[None, :] + np.sin(a) * y[:, None]) + p)
     return z
+
+
+def _faded_in(
+    first: Lengths, spacing: float, shape: tuple[int, int], radius: float, width: float
+) -> Array:
+    """Return factors of a grid: 0 up to a radius and two cells more, then smoothly to 1.
+
+    Catmull-Rom splines reach two points to either side, so the surface is level inside the radius.
+    """
+    y, x = (o + spacing * np.arange(n) for o, n in zip(first[::-1], shape, strict=True))
+    beyond = np.hypot(x[None, :], y[:, None]) - (radius + 2.0 * np.sqrt(2.0) * spacing)
+    s = np.clip(beyond / width, 0.0, 1.0)
+    return np.asarray(s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
 
 
 def _pair(name: str, value: float | Lengths) -> Lengths:

@@ -10,7 +10,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 from hexapod_pin.ground.terrain.ground import Ground, Surface
 from hexapod_pin.ground.terrain.height_field import HeightField
 from hexapod_pin.ground.terrain.plane import Flat, Slope
-from hexapod_pin.ground.terrain.profile import Groove, Ledge, Stairs
+from hexapod_pin.ground.terrain.profile import Groove, Ledge, Ramp, Stairs
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
     from hexapod_pin.arrays import Array
 
-Shape = Annotated[Flat | Slope | Stairs | Ledge | Groove | HeightField, Field(discriminator="kind")]
+Shape = Annotated[
+    Flat | Slope | Stairs | Ramp | Ledge | Groove | HeightField, Field(discriminator="kind")
+]
 
 
 class Patch(Spec):
@@ -90,7 +92,7 @@ class ShakingGround(Ground):
 
     kind: Literal["shaken"] = "shaken"
     ground: Annotated[
-        Flat | Slope | Stairs | Ledge | Groove | HeightField | PatchedGround,
+        Flat | Slope | Stairs | Ramp | Ledge | Groove | HeightField | PatchedGround,
         Field(discriminator="kind"),
     ] = Flat()
     amplitude: NonNegativeFloat

@@ -1,4 +1,4 @@
-"""Stairs, ledges and grooves: ground that changes along one heading only.
+"""Stairs, ramps, ledges and grooves: ground that changes along one heading only.
 
 `heading` is the direction of the profile in the horizontal plane, from x to y [rad]; places along
 it are measured from the world's origin [m].
@@ -47,6 +47,30 @@ class Stairs(Ground):
         s = [place for place in places for _ in range(2)]
         z = [level for k in range(self.count) for level in (levels[k], levels[k + 1])]
         return Polyline(self.heading, tuple(s), tuple(z))
+
+
+class Ramp(Ground):
+    """Level ground, a slope, and level ground again.
+
+    Attributes:
+        angle: inclination [rad], positive: it rises along the heading. 60 degrees at most.
+        run: level length of the slope [m].
+        start: where the slope begins along the heading [m].
+        heading: [rad].
+        height: z of the ground before the slope [m].
+    """
+
+    kind: Literal["ramp"] = "ramp"
+    angle: Annotated[float, Field(ge=-MAX_FACE_ANGLE_RAD, le=MAX_FACE_ANGLE_RAD)]
+    run: PositiveFloat
+    start: float = 0.0
+    heading: float = 0.0
+    height: float = 0.0
+
+    def surface(self) -> Polyline:
+        """Return the polyline of the level parts and the slope."""
+        top = self.height + self.run * math.tan(self.angle)
+        return Polyline(self.heading, (self.start, self.start + self.run), (self.height, top))
 
 
 class Ledge(Ground):

@@ -7,6 +7,7 @@ namespace hexapod {
 
 class RunSummary;
 
+void bind_foot_control(nanobind::module_& m);
 void bind_kinematics(nanobind::module_& m);
 void bind_laws(nanobind::module_& m);
 void bind_terrain(nanobind::module_& m);

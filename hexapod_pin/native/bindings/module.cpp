@@ -4,6 +4,7 @@
 
 NB_MODULE(_core, m) {
   m.doc() = "Inner loop of hexapod_pin: plant, contact, integrators, rollouts.";
+  hexapod::bind_foot_control(m);
   hexapod::bind_kinematics(m);
   hexapod::bind_laws(m);
   hexapod::bind_terrain(m);

@@ -1,0 +1,262 @@
+r"""Foot paths of [S2]'s motion: stance legs turn about their yaw axes alone, feet go along arcs.
+
+With R the foot's distance from the yaw axis and A the amplitude, a stance foot goes from A ahead of
+its standing direction to A behind it: the stroke is 2 R sin A, and on a straight course the foot
+has to slide R (1 - cos A) sideways and back. The yaw angle falls at a constant rate, or in one
+ADAMS STEP, h(s) = s^2 (3 - 2 s). In swing it returns with h while the femur lifts with h in the
+first half and sets down with h in the second; the tibia stays.
+
+A constant rate and h meet with a jump of the rate. It is taken out of the swing: u (1 - u/b)^2
+times the stance rate is added where a swing has lasted, or will last, u < b. So the foot lifts off
+and touches down with the stance rate, and the joint references are continuously differentiable.
+
+The body starts and stops as in `body_path`; the middle of each stance is the standing direction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.arc_profile import BLEND_SHARE, adams_step, arc_senses, blend
+from hexapod_pin.control.body_path import RAMP_CYCLES, BodyPath
+from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES, TRANSIENT_CYCLES, FootPath
+from hexapod_pin.control.footholds import COINCIDENT, Footholds
+from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.six_legs import SixLegs
+from hexapod_pin.errors import ParameterError
+
+StanceProfile = Literal["constant", "step"]
+
+
+@dataclass(frozen=True, eq=False)
+class ArcPath:
+    """The planned motion of six feet on arcs, relative to a level base at its standing height.
+
+    It answers what `FootPath` answers.
+
+    Attributes:
+        six: the legs.
+        table: order, duty and cycle time of the steps; its stroke and lift are not used.
+        amplitude: A, largest yaw angle from the standing direction [rad].
+        lift_angle: largest rise of the femur in swing [rad].
+        profile: of the yaw angle in stance: "constant" rate, or one "step".
+        stop_at: time at which the robot stands still again [s]; None walks on.
+        gait: the table with the stroke and the lift that the arcs have on this robot.
+        body: the planned motion of the base.
+        radius: R of each leg [m]. Shape (6,).
+
+    Raises:
+        GaitError: a leg's foot does not move straight ahead about its first joint where the robot
+            stands.
+        ParameterError: a stop too early for starting and stopping.
+    """
+
+    six: SixLegs
+    table: Gait
+    amplitude: float
+    lift_angle: float
+    profile: StanceProfile = "constant"
+    stop_at: float | None = None
+    gait: Gait = field(init=False, repr=False)
+    body: BodyPath = field(init=False, repr=False)
+    radius: Array = field(init=False, repr=False)
+    _sense: Array = field(init=False, repr=False)
+    _times: Footholds = field(init=False, repr=False)
+    _halt: float = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Find radius and sense of each leg, then the body's motion."""
+        radius, sense = arc_senses(self.six)
+        stroke = 2.0 * float(radius.mean()) * float(np.sin(self.amplitude))
+        raised = np.array(self.six.kinematics.posture)
+        raised[:, 1] += sense[:, 1] * self.lift_angle
+        up = self.six.kinematics.chain.forward(raised[:, None])[:, 0] - self.six.neutral_feet
+        gait = self.table.with_changes(stroke=stroke, lift=max(0.0, float(up[:, 2].min())))
+        halt = np.inf
+        if self.stop_at is not None:
+            earliest = FootPath.earliest_stop(gait)
+            if not (np.isfinite(self.stop_at) and self.stop_at >= earliest * (1.0 - COINCIDENT)):
+                raise ParameterError(
+                    "stop_at", self.stop_at, f"at least {earliest:g} s",
+                    "Starting, stopping and the last steps take that long at this cycle time.",
+                )  # fmt: skip
+            halt = self.stop_at - self._settling
+        body = BodyPath(gait, halt=halt)
+        feet = Footholds(gait, self.six.neutral_feet, body)
+        for name, value in (
+            ("gait", gait), ("body", body), ("radius", radius), ("_sense", sense),
+            ("_times", feet), ("_halt", halt),
+        ):  # fmt: skip
+            object.__setattr__(self, name, value)
+
+    @property
+    def _settling(self) -> float:
+        return (1.0 - self.table.duty / 2.0) * self.table.cycle_time
+
+    @property
+    def periodic(self) -> bool:
+        """Whether the paths repeat every cycle from `steady_from` to `steady_until`: they do."""
+        return True
+
+    @property
+    def steady_from(self) -> float:
+        """Time from which the paths repeat every cycle [s]."""
+        return TRANSIENT_CYCLES * self.gait.cycle_time
+
+    @property
+    def steady_until(self) -> float:
+        """Time at which the first leg prepares for the stop; infinite without one [s]."""
+        return self._halt - RAMP_CYCLES * self.gait.cycle_time - self._settling
+
+    @property
+    def speed(self) -> float:
+        """Mean speed, 2 R sin A / (duty * cycle_time) with the mean R [m/s]."""
+        return self.gait.speed
+
+    @property
+    def direction(self) -> Array:
+        """Direction of travel. Shape (2,)."""
+        return np.array([1.0, 0.0])
+
+    @property
+    def stance_rate(self) -> float:
+        """Mean yaw rate of the legs in stance, 2 A / (duty * cycle_time) [rad/s]."""
+        return 2.0 * self.amplitude / (self.gait.duty * self.gait.cycle_time)
+
+    @property
+    def scrub(self) -> float:
+        """How far each stance foot has to slide sideways, twice a stance: R (1 - cos A) [m]."""
+        return float(self.radius.mean() * (1.0 - np.cos(self.amplitude)))
+
+    def events(self, until: float, since: float = 0.0) -> Array:
+        """Return the times in (since, until) at which a second derivative may jump [s]."""
+        duty, period = self.gait.duty, self.gait.cycle_time
+        swing = 1.0 - duty
+        marks = np.array(
+            [0.0, duty, *(duty + swing * np.array([BLEND_SHARE, 0.5, 1 - BLEND_SHARE]))]
+        )
+        cycles = np.arange(int(since / period) - 1, int(until / period) + 2)
+        placed = cycles[:, None] + np.array(self.gait.phases)
+        times = period * (placed[..., None] + marks).ravel()
+        times = np.sort(np.concatenate([times, self.body.kinks]))
+        margin = EVENT_SEPARATION_CYCLES * period
+        times = times[(times > since + margin) & (times < until - margin)]
+        return times[np.diff(times, prepend=-np.inf) > margin]
+
+    def body_pose(self, time: ArrayLike) -> Array:
+        """Return x, y [m] and yaw [rad] of the base in the world, from 0 at t = 0. (K, 3)."""
+        return self.body.pose(np.asarray(time, dtype=float))
+
+    def stance(self, time: ArrayLike) -> NDArray[np.bool_]:
+        """Return which feet are planned to be on the ground. Shape (K,) -> (K, 6)."""
+        return self._arc(np.asarray(time, dtype=float))[2]
+
+    def joints(self, time: ArrayLike) -> tuple[Array, Array]:
+        """Return joint angles [rad] and rates [rad/s] of the legs, (6, K, 3) each."""
+        angle, rate, _ = self._arc(np.asarray(time, dtype=float))
+        posture = self.six.kinematics.posture[:, None]
+        turn = self._sense[:, None] * np.moveaxis(angle, 0, 1)
+        return posture + turn, self._sense[:, None] * np.moveaxis(rate, 0, 1)
+
+    def positions(self, time: ArrayLike) -> Array:
+        """Return foot centres in the base frame [m]. Shape (K,) -> (K, 6, 3)."""
+        return self.positions_and_velocities(time)[0]
+
+    def velocities(self, time: ArrayLike) -> Array:
+        """Return d/dt of `positions`, base axes [m/s]. Shape (K,) -> (K, 6, 3)."""
+        return self.positions_and_velocities(time)[1]
+
+    def positions_and_velocities(self, time: ArrayLike) -> tuple[Array, Array]:
+        """Return foot centres in the base frame [m] and their rates of change [m/s]. (K, 6, 3)."""
+        q, v = self.joints(time)
+        p, jacobian = self.six.kinematics.chain.forward_and_jacobian(q)
+        velocity = (jacobian @ v[..., None])[..., 0]
+        return np.swapaxes(p, 0, 1), np.swapaxes(velocity, 0, 1)
+
+    def _turned(self, time: Array) -> Array:
+        """Return how far the legs would have turned without stepping [rad]. Shape of `time`."""
+        walked = self.body.pose(time.ravel())[:, 0].reshape(time.shape)
+        turned: Array = self.stance_rate / self.gait.speed * walked
+        return turned
+
+    def _arc(self, time: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Return (yaw, lift, 0) angles [rad] and rates [rad/s], (K, 6, 3), and which are down."""
+        duty, period = self.gait.duty, self.gait.cycle_time
+        phases = np.array(self.gait.phases)
+        cycles = time[:, None] / period - phases
+        placement = np.floor(cycles)
+        age = cycles - placement
+        middle, later = self._times.middle(placement), self._times.middle(placement + 1.0)
+        here, there = self._turned(middle), self._turned(later)
+        moving = (age >= duty) & (np.abs(there - here) > COINCIDENT)
+        placed = (placement + phases + np.where(moving | (age < duty), 0.0, 1.0)) * period
+        angle, rate = np.zeros((*age.shape, 3)), np.zeros((*age.shape, 3))
+        angle[..., 0], rate[..., 0] = self._stance(time, here, placed, middle)
+        lifted, touched = placed + duty * period, placed + period
+        swing = self._swing(
+            (age - duty) / (1.0 - duty),
+            (here - self._turned(lifted), there - self._turned(touched)),
+            (self._down_rate(lifted), self._down_rate(touched)),
+        )
+        for total, part in zip((angle, rate), swing, strict=True):
+            total[moving] = part[moving]
+        return angle, rate, ~moving
+
+    def _stance(
+        self, time: Array, here: Array, placed: Array, middle: Array
+    ) -> tuple[Array, Array]:
+        """Return yaw angle and rate of legs that stand, (K, 6) each.
+
+        Args:
+            time: [s]. Shape (K,).
+            here: what `_turned` is when the leg is in its standing direction [rad]. Shape (K, 6).
+            placed: when the foot was placed [s]. Shape (K, 6).
+            middle: middle of the stance, 0 for a leg that stood from the start [s]. Shape (K, 6).
+        """
+        if self.profile == "constant":
+            rate = self._down_rate(time)[:, None]
+            return here - self._turned(time)[:, None], np.broadcast_to(rate, here.shape)
+        lifted = np.minimum(placed + self.gait.duty * self.gait.cycle_time, self._halt)
+        begin = np.where(middle > 0.0, placed, 0.0)
+        length = np.maximum(lifted - begin, np.finfo(float).tiny)
+        first, travel = here - self._turned(begin), self._turned(begin) - self._turned(lifted)
+        h, dh = adams_step((time[:, None] - begin) / length)
+        return first + travel * h, travel * dh / length
+
+    def _down_rate(self, time: Array) -> Array:
+        """Return the yaw rate of a leg in stance at constant rate; 0 in a step's ends. (...)."""
+        if self.profile == "step":
+            return np.zeros(time.shape)
+        forward = self.body.twist(time.ravel())[:, 0].reshape(time.shape)
+        rate: Array = -self.stance_rate / self.gait.speed * forward
+        return rate
+
+    def _swing(
+        self, s: Array, ends: tuple[Array, Array], rates: tuple[Array, Array]
+    ) -> tuple[Array, Array]:
+        """Return (yaw, lift, 0) angles and rates of legs in the air, (K, 6, 3) each.
+
+        Args:
+            s: share of the swing that is over; where it is not in 0..1 the leg stands. (K, 6).
+            ends: yaw angles of lift-off and touch-down [rad]. Shape (K, 6) each.
+            rates: yaw rates there [rad/s]. Shape (K, 6) each.
+        """
+        length = (1.0 - self.gait.duty) * self.gait.cycle_time
+        h, dh = adams_step(s)
+        up, dup = adams_step(1.0 - np.abs(2.0 * s - 1.0))
+        first, slope = blend(s)
+        last, fall = blend(1.0 - s)
+        travel = ends[1] - ends[0]
+        yaw = ends[0] + travel * h + length * (rates[0] * first - rates[1] * last)
+        yaw_rate = travel * dh / length + rates[0] * slope + rates[1] * fall
+        lift_rate = 2.0 * np.sign(0.5 - s) * dup / length
+        zero = np.zeros_like(s)
+        return (
+            np.stack([yaw, self.lift_angle * up, zero], axis=-1),
+            np.stack([yaw_rate, self.lift_angle * lift_rate, zero], axis=-1),
+        )

@@ -1,0 +1,1 @@
+"""Foot control after S1: slip correction, virtual suspension, and what a robot needs beside them."""

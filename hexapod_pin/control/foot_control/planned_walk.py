@@ -1,0 +1,64 @@
+"""The plan that foot control starts from: a walk's feet as a table for the native core."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from hexapod_pin.native import WalkTable
+    from hexapod_pin.robot.robot import Robot
+
+ROWS_PER_CYCLE = 512
+"""Rows of a cycle: cubics between them are off by less than 1e-6 m."""
+
+CYCLES_AT_ONCE = 16
+"""By which the table of a walk that does not repeat grows."""
+
+
+class PlannedWalk:
+    """Feet, speed and schedule of a walk at any time.
+
+    Attributes:
+        table: for the core.
+    """
+
+    def __init__(self, robot: Robot, control: Any) -> None:
+        """Tabulate a walk.
+
+        Args:
+            robot: whose walk it is.
+            control: has `path(robot)` and a `gait`.
+
+        Raises:
+            GaitError, ReachError: the robot cannot walk it.
+        """
+        from hexapod_pin.native import WalkTable
+
+        self._path, gait = control.path(robot), control.gait
+        self._cycle = gait.cycle_time
+        self._spacing = self._cycle / ROWS_PER_CYCLE
+        self.repeats = bool(self._path.periodic and getattr(control, "stop_at", None) is None)
+        steady = self._cycle * np.ceil(self._path.steady_from / self._cycle - 1e-9)
+        self.table: WalkTable = WalkTable(
+            list(gait.phases), gait.duty, self._cycle, self._spacing,
+            steady if self.repeats else -1.0,
+        )  # fmt: skip
+        self._rows = 0
+        self._grow(round(steady / self._cycle) + 1)
+
+    def reach(self, time: float) -> None:
+        """See to it that the table covers a time [s]."""
+        while not self.repeats and time > self.table.end - self._spacing:
+            self._grow(CYCLES_AT_ONCE)
+
+    def _grow(self, cycles: int) -> None:
+        """Append cycles to the table."""
+        count = cycles * ROWS_PER_CYCLE + (2 if self._rows == 0 else 0)
+        time = self._spacing * np.arange(self._rows, self._rows + count)
+        feet, velocity = self._path.positions_and_velocities(time)
+        still = np.ascontiguousarray(self._path.stance(time))
+        twist = self._path.body.pose_and_twist(time)[1]
+        self.table.append(*map(np.ascontiguousarray, (feet, velocity)), still, np.ascontiguousarray(twist))
+        self._rows += count

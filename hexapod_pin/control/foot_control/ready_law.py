@@ -1,0 +1,191 @@
+"""Foot control made ready for one robot and scene: numbers for the native core."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hexapod_pin.control.foot_control.leg_model import leg_chains, standing_centre
+from hexapod_pin.control.foot_control.loop_gains import slip_gains
+from hexapod_pin.control.foot_control.planned_walk import PlannedWalk
+from hexapod_pin.control.six_legs import SixLegs, six_legs
+from hexapod_pin.errors import ReachError, SensorError
+
+if TYPE_CHECKING:
+    from hexapod_pin.arrays import Array
+    from hexapod_pin.control.feedback import Measurement
+    from hexapod_pin.control.foot_control.controller import FootControl
+    from hexapod_pin.native import FootControlLaw, FootControlSettings
+
+TOUCH_SHARE = 0.04
+"""Force of a foot that touches, over the robot's weight (*assumed*)."""
+
+FIELDS = ("q", "v", "torque", "rotation", "angular_velocity", "acceleration", "foot_force")
+"""Readings in the order in which the core checks them."""
+
+SHARES = (0.75, 0.5, 0.25, 0.0)
+"""Of what moves a foot from its plan, tried in turn where a leg cannot reach all of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReadyLaw:
+    """The law of one controller on one robot.
+
+    Attributes:
+        law: in the core.
+        walk: the plan.
+        six: the legs.
+        lead: from a tick until its command has arrived [s].
+        names: of the joints and feet, for messages.
+    """
+
+    law: FootControlLaw
+    walk: PlannedWalk
+    six: SixLegs
+    lead: float
+    joint_names: tuple[str, ...]
+    foot_names: tuple[str, ...]
+
+    def first_memory(self, batch: int) -> Array:
+        """Return the memory before the first tick. Shape (B, N)."""
+        return np.tile(self.law.first_memory(), (batch, 1))
+
+    def tick(self, time: float, m: Measurement, memory: Array) -> tuple[Array, Array]:
+        """Return targets of the feet (B, 6, 3) [m] and the memory after the tick at `time` [s].
+
+        Raises:
+            SensorError: a reading is not finite.
+        """
+        self.walk.reach(time + self.lead)
+        feet, after = np.empty((len(memory), 6, 3)), np.empty_like(memory)
+        readings = [np.ascontiguousarray(getattr(m, name)) for name in FIELDS]
+        row, (field, place) = self.law.update(
+            self.walk.table, time, *readings, memory, after, feet
+        )
+        if row >= 0:
+            raise self._fault(m, int(row), FIELDS[field], int(place))
+        return feet, after
+
+    def joint_angles(self, time: float, feet: Array) -> Array:
+        """Return joint angles (B, n) [rad]; a foot out of reach goes part of the way to its target.
+
+        Raises:
+            ReachError: of a leg that cannot even reach its planned place.
+        """
+        try:
+            return self.six.joint_angles(feet)
+        except ReachError:
+            return np.concatenate([self._within_reach(time, row) for row in feet])
+
+    def _within_reach(self, time: float, feet: Array) -> Array:
+        """Return the angles (1, n) of one robot, legs out of reach nearer to their plan."""
+        plan = self.walk.table.at(time + self.lead)[:, :3]
+        wanted = feet.copy()
+        for leg in range(6):
+            for share in (1.0, *SHARES):
+                wanted[leg] = plan[leg] + share * (feet[leg] - plan[leg])
+                try:
+                    self.six.legs[leg].inverse(wanted[leg])
+                except ReachError:
+                    continue
+                break
+        return self.six.joint_angles(wanted[None])
+
+    def _fault(self, m: Measurement, row: int, field: str, place: int) -> SensorError:
+        """Return the error that names a reading that is not finite."""
+        names = {"q": self.joint_names, "v": self.joint_names, "torque": self.joint_names}
+        if field == "foot_force":
+            of = f" of {self.foot_names[place // 3]}"
+        else:
+            of = f" of {names[field][place]}" if field in names else ""
+        value = np.asarray(getattr(m, field))[row].ravel()[place]
+        return SensorError(f"{field}{of}", float(value), m.time, row)
+
+
+def ready_law(control: FootControl, scene: Any) -> ReadyLaw:
+    """Return the law of a controller for a scene.
+
+    Raises:
+        ParameterError: gains with which the loop would be unstable.
+        GaitError, ReachError: the robot cannot walk the plan.
+    """
+    from hexapod_pin.native import FootControlLaw
+
+    robot, six = scene.robot, six_legs(scene.robot)
+    lead = control.period + control.delay
+    settings = _settings(control, scene)
+    feet = [[foot.name for foot in robot.feet].index(robot.leg(leg.name).foot) for leg in six.legs]
+    law = FootControlLaw(settings, leg_chains(scene), six.joint_index.tolist(), feet)
+    return ReadyLaw(
+        law=law,
+        walk=PlannedWalk(robot, control.walk),
+        six=six,
+        lead=lead,
+        joint_names=tuple(robot.joint_names),
+        foot_names=tuple(foot.name for foot in robot.feet),
+    )
+
+
+def _settings(control: FootControl, scene: Any) -> FootControlSettings:
+    """Return the numbers of a controller for a scene."""
+    from hexapod_pin import native
+
+    robot, force = scene.robot, control.force
+    weight = robot.total_mass * float(np.linalg.norm(scene.gravity))
+    out = native.FootControlSettings()
+    out.period, out.lead = control.period, control.period + control.delay
+    out.source = getattr(native.ForceSource, force.source)
+    out.filter_time = force.filter_time
+    out.threshold = TOUCH_SHARE * weight if force.threshold is None else force.threshold
+    if control.slip is not None:
+        out.signal = getattr(native.SlipSignal, control.slip.signal)
+        kp, ki, kd = slip_gains(control, scene)
+        gains = native.SlipGains()
+        gains.kp, gains.ki, gains.kd = kp, ki, kd
+        gains.derivative_time, gains.limit = control.slip.derivative_time, control.slip.limit
+        out.slip, out.free_share = gains, control.slip.free_share
+    out.weight, out.centre = weight, standing_centre(robot)
+    out.load_time = control.load_time
+    kp = scene.servos.gains(robot)[0]
+    import os
+    out.along, out.across = float(os.environ.get("ALONG", "1")), float(os.environ.get("ACROSS", "1"))
+    out.compensated, out.give = control.compensation, list(1.0 / kp[six_legs(robot).joint_index])
+    if control.suspension is not None:
+        _suspend(out, control)
+    if control.touch_down is not None:
+        _react(out, control)
+    if control.levelling is not None:
+        out.level_rate, out.level_limit = control.levelling.rate, control.levelling.limit
+    return out
+
+
+def _suspend(out: Any, control: FootControl) -> None:
+    """Fill in the virtual suspension."""
+    from hexapod_pin import native
+
+    suspension = control.suspension
+    assert suspension is not None
+    gains = native.SuspensionGains()
+    gains.mass, gains.damping = suspension.mass, suspension.damper
+    gains.stiffness, gains.limit = suspension.stiffness, suspension.limit
+    out.suspended, out.suspension = True, gains
+    out.nominal_load = 0.0 if suspension.load == "split" else float(suspension.load)
+
+
+def _react(out: Any, control: FootControl) -> None:
+    """Fill in what legs do at touch-down."""
+    from hexapod_pin import native
+
+    given = control.touch_down
+    assert given is not None
+    settings = native.TouchDownSettings()
+    settings.reacts = True
+    settings.earliest = given.earliest
+    settings.search_speed, settings.search_depth = given.search_speed, given.search_depth
+    settings.rise_speed, settings.rise_limit = given.rise_speed, given.rise_limit
+    settings.patience = given.patience
+    settings.retreat, settings.lost_after = given.retreat_speed, given.lost_after
+    out.touch_down = settings
+    out.follow_height, out.follow_tilt = 1.0 / given.height_time, 1.0 / given.tilt_time

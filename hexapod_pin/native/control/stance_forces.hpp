@@ -1,0 +1,85 @@
+// What the feet that stand ought to bear, and what of their forces serves nothing: the split of the
+// weight, and the tangential forces with which feet work against each other.
+#pragma once
+
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+
+#include "control/walk_table.hpp"
+#include "laws/vectors.hpp"
+
+namespace hexapod {
+
+using LegVectors = std::array<Vec3, kLegs>;
+using LegNumbers = std::array<double, kLegs>;
+
+// Least-squares plane z = a + b x + c y through points with weights; (a, b, c). Slopes are drawn to 0
+// where the points do not determine them: as by a further point's worth at `kNear` from the middle.
+inline Vec3 fitted_plane(const LegVectors& points, const LegNumbers& weight) {
+  constexpr double kNear = 0.01;  // m
+  Mat3 normal = Mat3::Zero();
+  Vec3 right = Vec3::Zero();
+  for (int l = 0; l < kLegs; ++l) {
+    const Vec3 row(1.0, points[l].x(), points[l].y());
+    normal += weight[l] * row * row.transpose();
+    right += weight[l] * points[l].z() * row;
+  }
+  if (!(normal(0, 0) > 0.0)) return Vec3::Zero();
+  const Vec3 mean = normal.col(0) / normal(0, 0);  // 1 and the middle
+  Mat2 spread = normal.bottomRightCorner<2, 2>() - normal(0, 0) * mean.tail<2>() * mean.tail<2>().transpose();
+  spread.diagonal().array() += kNear * kNear;
+  const double height = right[0] / normal(0, 0);
+  const Vec2 slope = spread.inverse() * (right.tail<2>() - right[0] * mean.tail<2>());
+  return {height - slope.dot(mean.tail<2>()), slope[0], slope[1]};
+}
+
+// Normal forces that hold a weight at a point of the plane, N: of all sets that balance force and
+// moments that of least sum f^2 / share. A foot is not asked to pull.
+inline LegNumbers weight_split(const LegVectors& feet, const LegNumbers& share, double weight, const Vec2& at) {
+  Mat3 balance = Mat3::Zero();
+  double all = 0.0;
+  for (int l = 0; l < kLegs; ++l) {
+    const Vec3 row(1.0, feet[l].x() - at.x(), feet[l].y() - at.y());
+    balance += share[l] * row * row.transpose();
+    all += share[l];
+  }
+  LegNumbers load{};
+  if (!(all > 0.0)) return load;
+  constexpr double kLine = 1e-5;  // m^2: feet nearer to one line than 3 mm do not fix the split
+  balance(1, 1) += kLine * all, balance(2, 2) += kLine * all;
+  const Vec3 pressure = balance.inverse().col(0) * weight;
+  for (int l = 0; l < kLegs; ++l) {
+    const Vec3 row(1.0, feet[l].x() - at.x(), feet[l].y() - at.y());
+    load[l] = std::max(0.0, share[l] * row.dot(pressure));
+  }
+  return load;
+}
+
+// Tangential forces less those that feet would need which share the sum and the moment about the normal
+// in proportion to their loads: what is left drives the trunk nowhere, N.
+inline LegVectors internal_forces(const LegVectors& feet, const LegVectors& tangential,
+                                  const LegNumbers& load, const Vec3& normal) {
+  double all = 0.0, spread = 0.0, moment = 0.0;
+  Vec3 sum = Vec3::Zero(), middle = Vec3::Zero();
+  for (int l = 0; l < kLegs; ++l) {
+    if (!(load[l] > 0.0)) continue;
+    all += load[l], sum += tangential[l], middle += load[l] * feet[l];
+  }
+  LegVectors out;
+  out.fill(Vec3::Zero());
+  if (!(all > 0.0)) return out;
+  middle /= all;
+  for (int l = 0; l < kLegs; ++l) {
+    if (!(load[l] > 0.0)) continue;
+    const Vec3 arm = normal.cross(feet[l] - middle);
+    spread += load[l] * arm.squaredNorm(), moment += arm.dot(tangential[l]);
+  }
+  const double turn = spread > 0.0 ? moment / spread : 0.0;
+  for (int l = 0; l < kLegs; ++l)
+    if (load[l] > 0.0)
+      out[l] = tangential[l] - load[l] * (sum / all + turn * normal.cross(feet[l] - middle));
+  return out;
+}
+
+}  // namespace hexapod

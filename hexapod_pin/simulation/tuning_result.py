@@ -1,0 +1,143 @@
+"""What tuning found: the best parameters, every candidate, and the gain on scenes not tuned on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One set of parameters that was tried.
+
+    Attributes:
+        values: of the parameters, by name.
+        score: of the objective; the penalty where a run failed.
+        failure: what the first run that failed says; empty if all went well.
+        generation: 0 for the first.
+    """
+
+    values: Mapping[str, float]
+    score: float
+    failure: str
+    generation: int
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Scores of baseline, start and best on a set of scenes; less is better.
+
+    Attributes:
+        baseline: of the baseline itself.
+        start: of the parameters the search began with.
+        best: of the best found.
+        by_scene: of each scene alone, in this order, by its name.
+        failures: what failed in runs of start or best, by scene; those scores are the penalty.
+    """
+
+    baseline: float
+    start: float
+    best: float
+    by_scene: Mapping[str, tuple[float, float, float]]
+    failures: Mapping[str, str]
+
+    @property
+    def gain(self) -> float:
+        """Share of the baseline's score that the best is below it; negative where it is worse.
+
+        NaN where the baseline's score is not positive.
+        """
+        return _gain(self.baseline, self.best)
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """Numbers for a file."""
+        scenes = {name: list(row) for name, row in self.by_scene.items()}
+        return {
+            "baseline": self.baseline, "start": self.start, "best": self.best, "gain": self.gain,
+            "by_scene": scenes, "failures": dict(self.failures),
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class TuningResult:
+    """Parameters that were tuned, with what they are worth.
+
+    Attributes:
+        start: the parameters the search began with.
+        best: those with the smallest score of all that did not fail, the first of equal ones.
+        bounds: of each parameter.
+        logarithmic: parameters that were searched on a logarithmic scale.
+        tuned: scores on the scenes that were tuned on.
+        held_out: scores on the others; None where tuning was interrupted.
+        history: candidates in the order in which they were tried, the start first.
+        penalty: score of a candidate of which a run fails.
+        seed: of the search.
+    """
+
+    start: Mapping[str, float]
+    best: Mapping[str, float]
+    bounds: Mapping[str, tuple[float, float]]
+    logarithmic: tuple[str, ...]
+    tuned: Scores
+    held_out: Scores | None
+    history: tuple[Candidate, ...]
+    penalty: float
+    seed: int
+
+    @property
+    def failed(self) -> int:
+        """How many candidates failed."""
+        return sum(bool(one.failure) for one in self.history)
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """Everything as plain data, for JSON or TOML."""
+        held = None if self.held_out is None else self.held_out.data
+        return {
+            "start": dict(self.start), "best": dict(self.best),
+            "bounds": {name: list(pair) for name, pair in self.bounds.items()},
+            "logarithmic": list(self.logarithmic), "tuned": self.tuned.data, "held_out": held,
+            "penalty": self.penalty, "seed": self.seed, "failed": self.failed,
+            "history": [
+                {"values": dict(one.values), "score": one.score, "failure": one.failure,
+                 "generation": one.generation} for one in self.history
+            ],
+        }  # fmt: skip
+
+    def table(self) -> str:
+        """Return parameters and scores as two tables (Markdown)."""
+        lines = ["| parameter | start | best | bounds |", "|---|---:|---:|---|"]
+        for name, value in self.best.items():
+            low, high = self.bounds[name]
+            scale = ", log" if name in self.logarithmic else ""
+            lines.append(
+                f"| {name} | {self.start[name]:.6g} | {value:.6g} | {low:g}..{high:g}{scale} |"
+            )
+        lines += ["", "| scenes | baseline | start | best | gain |", "|---|---:|---:|---:|---:|"]
+        lines += _rows("tuned on", self.tuned)
+        if self.held_out is None:
+            lines.append("| held out | | | | not run: interrupted |")
+        else:
+            lines += _rows("held out", self.held_out)
+        counts = f"{len(self.history)} candidates, {self.failed} failed (score {self.penalty:g})"
+        return "\n".join([*lines, "", f"Less is better. {counts}, seed {self.seed}."])
+
+
+def _gain(baseline: float, best: float) -> float:
+    return 1.0 - best / baseline if baseline > 0.0 else math.nan
+
+
+def _rows(label: str, scores: Scores) -> list[str]:
+    """Return the rows of a set of scenes: all together, then each."""
+    rows = [_row(f"**{label}**", (scores.baseline, scores.start, scores.best))]
+    return rows + [_row(f"{label}: {name}", row) for name, row in scores.by_scene.items()]
+
+
+def _row(label: str, values: tuple[float, float, float]) -> str:
+    baseline, start, best = values
+    gain = _gain(baseline, best)
+    text = f"{100.0 * gain:+.1f} %" if math.isfinite(gain) else "-"
+    return f"| {label} | {baseline:.4g} | {start:.4g} | {best:.4g} | {text} |"

@@ -1,0 +1,168 @@
+"""Walking on arcs as S2 does: geometry in closed form, rates, signs, refusals, and a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.control import six_legs
+from hexapod_pin.errors import GaitError, ParameterError
+
+ROBOT = hp.load_robot("kharagpur")
+R = 0.20284
+"""[S2] table 2: coxa and femur, m."""
+DENSE = np.linspace(4.8, 7.2, 2401)
+"""The third cycle, steady [s]."""
+
+
+def test_geometry_is_that_of_the_paper() -> None:
+    """S2 with +-20 degrees: stroke 138.75 mm, scrub 12.2 mm, lift 13.0 mm; speed by the stroke."""
+    path = hp.ArcWalk().path(ROBOT)
+    assert path.gait.stroke == pytest.approx(2 * R * np.sin(np.radians(20.0)), abs=1e-6)
+    assert path.gait.stroke == pytest.approx(0.13875, abs=1e-5)
+    assert path.scrub == pytest.approx(R * (1 - np.cos(np.radians(20.0))), abs=1e-7)
+    assert path.scrub == pytest.approx(0.0122, abs=5e-5)
+    assert path.gait.lift == pytest.approx(0.0130, abs=5e-5)
+    assert path.speed == pytest.approx(0.13875 / 1.6, rel=1e-4)
+
+
+def test_stance_feet_move_on_arcs_about_their_hips() -> None:
+    """Measured on the path: distance to the yaw axis R, height level, sideways R (1 - cos A)."""
+    path = hp.ArcWalk(profile="step").path(ROBOT)
+    feet, down = path.positions(DENSE), path.stance(DENSE)
+    for k, leg in enumerate(six_legs(ROBOT).legs):
+        held = feet[down[:, k], k]
+        assert np.hypot(*(held - leg.origins[0])[:, :2].T) == pytest.approx(R, abs=1e-9)
+        assert np.ptp(held[:, 2]) < 1e-12
+        assert np.ptp(held[:, 1]) == pytest.approx(path.scrub, abs=1e-5)
+        assert np.ptp(held[:, 0]) == pytest.approx(path.gait.stroke, abs=1e-5)
+        assert feet[~down[:, k], k, 2].max() - held[0, 2] == pytest.approx(0.0130, abs=5e-5)
+
+
+@pytest.mark.parametrize("profile", ["constant", "step"])
+def test_rates_are_those_of_the_paper(profile: str) -> None:
+    """Stance 25 deg/s (STEP: 1.5 times in its middle), swing 75 deg/s, femur 6 deg in 0.4 s."""
+    path = hp.ArcWalk(profile=profile).path(ROBOT)
+    q, v = (np.degrees(x) for x in path.joints(DENSE))
+    down = path.stance(DENSE).T
+    largest = 25.0 if profile == "constant" else 37.5
+    assert np.abs(v[down][:, 0]).max() == pytest.approx(largest, rel=1e-4)
+    assert np.abs(v[~down][:, 0]).max() == pytest.approx(75.0, rel=1e-4)
+    assert np.abs(v[..., 1]).max() == pytest.approx(1.5 * 6.0 / 0.4, rel=1e-4)
+    assert np.abs(v[..., 2]).max() == 0.0
+    ahead = 20.0 + (0.22 if profile == "constant" else 0.0)  # the blend overshoots
+    assert np.abs(q[..., 0]).max() == pytest.approx(ahead, abs=0.01)
+
+
+@pytest.mark.parametrize("robot", ["kharagpur", "athena"])
+def test_all_stance_feet_go_backwards_and_all_femora_lift(robot: str) -> None:
+    """A wrong sign on either side fails: joint axes of left and right differ."""
+    loaded = hp.load_robot(robot)
+    path = hp.ArcWalk(amplitude=0.3).path(loaded)
+    p, v, down = path.positions(DENSE), path.velocities(DENSE), path.stance(DENSE)
+    assert (v[down][:, 0] < 0.0).all()
+    assert v[down][:, 0].mean() == pytest.approx(-path.speed, rel=1e-3)
+    sole = six_legs(loaded).neutral_feet[:, 2]
+    assert (np.where(down, 0.0, p[..., 2] - sole).min() > -1e-12).all()
+    assert ((p[..., 2] - sole).max(axis=0) > 0.01).all()
+
+
+def test_stance_and_swing_follow_the_gait() -> None:
+    """Once it is steady, the schedule is the gait's own."""
+    gait = hp.Gait.wave(2 / 3, cycle_time=2.0)
+    path = hp.ArcWalk(gait, amplitude=0.2).path(ROBOT)
+    time = 4.0 + np.linspace(0.0, 2.0, 402)[1:-1]
+    assert np.array_equal(path.stance(time), gait.feet_down(time / 2.0))
+
+
+@pytest.mark.parametrize("profile", ["constant", "step"])
+@pytest.mark.parametrize("gait", [hp.Gait.tetrapod(), hp.Gait.tripod(), hp.Gait.wave(0.8)])
+def test_motion_is_smooth_from_rest_to_rest(profile: str, gait: hp.Gait) -> None:
+    """Rates are the derivative of angles and do not jump; start and end stand in the posture."""
+    walk = hp.ArcWalk(gait, amplitude=0.2, profile=profile, stop_at=12.0)
+    path, h = walk.path(ROBOT), 1e-5
+    time = np.linspace(2 * h, 11.99, 5001)
+    (before, _), (after, _), (_, v) = (path.joints(time + k * h) for k in (-1, 1, 0))
+    assert np.abs((after - before) / (2 * h) - v).max() < 2e-4  # 4e1 rad/s^2 jumps times h/2
+    plan = walk.plan(ROBOT, 20.0)
+    for row in (0, -1):
+        assert plan.q[row] == pytest.approx(ROBOT.posture, abs=1e-12)
+        assert plan.v[row] == pytest.approx(0.0, abs=1e-12)
+    assert plan.time[-1] == 12.0
+    moved = path.body_pose(np.array([12.0, 20.0]))
+    assert moved[0, 0] == pytest.approx(moved[1, 0])
+    assert path.body.twist(np.array([5.0, 12.5]))[:, 0] == pytest.approx([path.speed, 0.0])
+
+
+def test_plan_repeats_and_does_not_depend_on_the_duration() -> None:
+    walk = hp.ArcWalk()
+    long, short = walk.plan(ROBOT, 14.0), walk.plan(ROBOT, 5.0)
+    count = len(short.time)
+    assert count < len(long.time) and np.array_equal(long.q[:count], short.q)
+    assert (short.steady_from, short.steady_until, short.cycle_time) == (4.8, 4.8, 2.4)
+    path = walk.path(ROBOT)
+    (q, v), (later, rate) = path.joints(DENSE), path.joints(DENSE + 4.8)
+    assert np.abs(q - later).max() < 1e-11 and np.abs(v - rate).max() < 1e-9
+    mean = 0.5 * (long.time[1:] + long.time[:-1])
+    eighth = np.diff(long.time)[:, None] / 8.0
+    cubic = 0.5 * (long.q[1:] + long.q[:-1]) + eighth * (long.v[:-1] - long.v[1:])
+    asked = six_legs(ROBOT).joint_rows(path.joints(mean)[0], ROBOT.posture)
+    assert np.abs(cubic - asked).max() < 1e-9
+
+
+def test_a_run_goes_ahead_at_its_speed_and_scrubs() -> None:
+    """Within 1 %; every foot slides twice the scrub or more, in all 221 mm a cycle; IK 5 mm."""
+    walk = hp.ArcWalk()
+    gait = hp.Gait.tetrapod(stroke=walk.path(ROBOT).gait.stroke)
+    arcs, straight = (
+        hp.simulate(hp.Scene(ROBOT), control, duration=7.2, accuracy=1e-3)
+        for control in (walk, hp.KinematicControl(gait))
+    )
+    travelled = arcs.q[-1, :2] - arcs.q[np.searchsorted(arcs.time, 4.8 - 1e-9), :2]
+    assert travelled[0] / 2.4 == pytest.approx(walk.path(ROBOT).speed, rel=0.01)
+    assert abs(travelled[1]) < 0.05 * travelled[0]
+    assert (arcs.summary.slip_path > 2.0 * walk.path(ROBOT).scrub).all()
+    assert straight.summary.slip_path.sum() < 0.05 * arcs.summary.slip_path.sum()
+
+
+def test_case_round_trips(tmp_path: Path) -> None:
+    walk = hp.ArcWalk(hp.Gait.tripod(), amplitude=0.2, lift_angle=0.15, profile="step", stop_at=9.0)
+    for control in (hp.ArcWalk(), walk):
+        case = hp.Case(hp.Scene(ROBOT), control, duration=1.0)
+        case.save(tmp_path / "case.toml")
+        assert hp.load_case(tmp_path / "case.toml").controller == control
+
+
+def test_what_the_robot_cannot_do_is_refused_with_what_it_can() -> None:
+    """Rates, ranges, and legs in each other's way; the limit works, a little more does not."""
+    with pytest.raises(GaitError, match="rad/s") as fast:
+        hp.ArcWalk(hp.Gait.tetrapod(cycle_time=0.2)).plan(ROBOT, 1.0)
+    assert fast.value.quantity == "cycle_time"
+    hp.ArcWalk(hp.Gait.tetrapod(cycle_time=fast.value.limit * 1.001)).plan(ROBOT, 1.0)
+    with pytest.raises(GaitError) as wide:
+        hp.ArcWalk(amplitude=1.2).plan(ROBOT, 1.0)
+    assert wide.value.quantity == "amplitude"
+    hp.ArcWalk(amplitude=wide.value.limit).plan(ROBOT, 1.0)
+    with pytest.raises(GaitError):
+        hp.ArcWalk(amplitude=wide.value.limit * 1.01).plan(ROBOT, 1.0)
+    with pytest.raises(GaitError, match="overlap"):
+        hp.ArcWalk().plan(hp.load_robot("athena"), 1.0)
+    with pytest.raises(GaitError) as high:
+        hp.ArcWalk(lift_angle=1.5).plan(ROBOT, 1.0)
+    assert high.value.quantity == "lift_angle"
+
+
+def test_wrong_settings_are_refused() -> None:
+    for settings in (
+        {"amplitude": 0.0}, {"amplitude": np.nan}, {"lift_angle": 2.0}, {"profile": "smooth"},
+    ):  # fmt: skip
+        with pytest.raises(ParameterError, match=next(iter(settings))):
+            hp.ArcWalk(**settings)
+    for course in ({"heading": 0.1}, {"turn_rate": 0.1}):
+        with pytest.raises(ParameterError, match=next(iter(course))):
+            hp.ArcWalk(hp.Gait.tetrapod(**course))
+    with pytest.raises(ParameterError, match="stop_at"):
+        hp.ArcWalk(stop_at=2.0).plan(ROBOT, 1.0)
