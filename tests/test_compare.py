@@ -17,7 +17,7 @@ import hexapod_pin as hp
 from hexapod_pin.commands.app import main
 from hexapod_pin.control import six_legs
 from hexapod_pin.errors import GaitError, ParameterError, SimulationInterrupted, UnknownNameError
-from hexapod_pin.results.compared_run import Outcome
+from hexapod_pin.results.compared_run import ComparedRun, Outcome
 from hexapod_pin.results.walk_metrics import METRICS
 from hexapod_pin.sweep import random_bumps
 from hexapod_pin.view import write_comparison_figure
@@ -204,6 +204,18 @@ def test_bars_are_changes_with_their_intervals(found: hp.Comparison) -> None:
     ]
 
 
+def test_a_bar_beyond_the_axis_says_how_long_it_is() -> None:
+    numbers = dict.fromkeys(METRICS)
+    runs = [
+        ComparedRun("flat", 0, name, Outcome.WALKED, metrics=hp.WalkMetrics(**numbers | values))
+        for name, values in (("a", {"speed": 1.0, "roll_rms": 1.0}),
+                             ("b", {"speed": 5.0, "roll_rms": 1.5}))
+    ]  # fmt: skip
+    [axes] = draw_comparison(hp.Comparison(tuple(runs))).axes
+    assert axes.get_xlim()[1] == pytest.approx(150.0)
+    assert [text.get_text() for text in axes.texts] == ["+400 %"]
+
+
 def test_figures_are_written_or_refused(found: hp.Comparison, tmp_path: Path) -> None:
     assert b"<svg" in write_comparison_figure(found, tmp_path / "bars.svg").read_bytes()
     with pytest.raises(UnknownNameError, match="beauty"):
@@ -270,6 +282,8 @@ def test_own_scenes_and_bumps(run: Run) -> None:
         (("plain.toml", "plain.toml"), "two of 'plain'"),
         (("plain.toml", "--seeds", "3"), "--seeds"),
         (("plain.toml", "--bumps", "0.01", "--seeds", "0"), "--seeds"),
+        (("plain.toml", "--level", "0.1"), "--level"),
+        (("plain.toml", "--bumps", "0.01", "--level", "-1"), "flat_radius"),
         (("plain.toml", "--bumps", "0.01", "--length", "-1"), "--length"),
         (("plain.toml", "--bumps", "0.01", "--own-scenes"), "--bumps"),
         (("plain.toml", "--figure", "bars.svg"), "--figure"),

@@ -37,6 +37,12 @@ def compare(
         OptionalFloat,
         typer.Option(help="Way that the bumps reach [m]; default: as far as the gaits go."),
     ] = None,
+    level: Annotated[
+        OptionalFloat,
+        typer.Option(
+            help="Distance from the start up to which the ground is level [m]; default 0."
+        ),
+    ] = None,
     html: Annotated[
         OptionalPath, typer.Option(help="Playback of the first ground, side by side, to write.")
     ] = None,
@@ -65,7 +71,7 @@ def compare(
         import_file("--import", code)
     found = read_cases(cases)
     scenes = bumpy(
-        found, amplitude=bumps, wavelength=wavelength, seeds=seeds, length=length,
+        found, amplitude=bumps, wavelength=wavelength, seeds=seeds, length=length, level=level,
         own_scenes=own_scenes,
     )  # fmt: skip
     planned = own_runs(found) if own_scenes else shared_runs(found, scenes)

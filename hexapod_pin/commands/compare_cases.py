@@ -45,6 +45,7 @@ def bumpy(
     wavelength: float | None,
     seeds: int | None,
     length: float | None,
+    level: float | None,
     own_scenes: bool,
 ) -> dict[str, list[Scene]]:
     """Return the variants of the first case's scene by name: itself, or random bumps.
@@ -58,6 +59,7 @@ def bumpy(
     name, first = next(iter(cases.items()))
     if amplitude is None:
         options = {"--wavelength": wavelength, "--seeds": seeds, "--length": length}
+        options |= {"--level": level}
         for option, value in options.items():
             if value is not None:
                 raise ParameterError(option, value, "given with --bumps only")
@@ -71,7 +73,14 @@ def bumpy(
     if not (np.isfinite(way) and way > 0.0):
         raise ParameterError("--length", way, "positive and finite [m]")
     numbers = range(DEFAULT_SEEDS if seeds is None else seeds)
-    drawn = random_bumps(first.scene, numbers, amplitude=amplitude, wavelength=spacing, length=way)
+    drawn = random_bumps(
+        first.scene,
+        numbers,
+        amplitude=amplitude,
+        wavelength=spacing,
+        length=way,
+        flat_radius=level or 0.0,
+    )
     return {f"bumps of {amplitude:g} m, {spacing:g} m apart": drawn}
 
 

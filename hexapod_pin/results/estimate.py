@@ -48,8 +48,8 @@ def relative_change(values: Sequence[float], baseline: Sequence[float]) -> Estim
     """Return the relative change of the mean, value / baseline - 1, of runs in pairs.
 
     The ratio estimator with its linearised variance: residuals are (x - r b) / mean(b), r the ratio
-    of the means [Cochran1977, section 6.3], so that what
-    a terrain does to both runs of a pair cancels. None of no pairs, or of a mean baseline of 0.
+    of the means [Cochran1977, section 6.3], so that what a terrain does to both runs of a pair
+    cancels. None of no pairs, or of a mean baseline of 0.
     """
     x, b = np.asarray(values, dtype=float), np.asarray(baseline, dtype=float)
     if len(x) == 0 or not (scale := float(np.mean(b))):

@@ -10,7 +10,13 @@ from hexapod_pin.simulation.scene import Scene
 
 
 def random_bumps(
-    scene: Scene, seeds: Iterable[int], *, amplitude: float, wavelength: float, length: float
+    scene: Scene,
+    seeds: Iterable[int],
+    *,
+    amplitude: float,
+    wavelength: float,
+    length: float,
+    flat_radius: float = 0.0,
 ) -> list[Scene]:
     """Return the scene on a new random ground for each seed.
 
@@ -20,6 +26,7 @@ def random_bumps(
         amplitude: largest height and depth [m].
         wavelength: typical distance between bumps [m].
         length: way to be walked from the origin, in any direction [m]; the ground is 1 m larger.
+        flat_radius: the ground is level up to this distance from the origin [m].
 
     Raises:
         ParameterError: a length is not positive, the bumps are steeper than 60 degrees, or the
@@ -29,7 +36,9 @@ def random_bumps(
     return [
         replace(
             scene,
-            terrain=HeightField.random(seed, amplitude=amplitude, wavelength=wavelength, size=size),
+            terrain=HeightField.random(
+                seed, amplitude=amplitude, wavelength=wavelength, size=size, flat_radius=flat_radius
+            ),
         )
         for seed in seeds
     ]
