@@ -35,7 +35,7 @@ PARTS = {
 }  # fmt: skip
 """The parts of foot control that are parameter sets."""
 
-NUMBERS = ("compensation", "load_time", "period", "delay")
+NUMBERS = ("load_time", "period", "delay")
 """Its other settings."""
 
 
@@ -53,11 +53,13 @@ class FootControl:
         levelling: keeps the trunk level.
         force: what the robot takes for the forces on its feet.
         sensors: through which it reads; None: ideal ones.
+        load_time: in which a foot takes up its share of the weight about its touch-down, and gives
+            it back about its lift-off [s]. The default is *assumed*.
         period: time between ticks [s].
         delay: time from a tick until its command acts [s].
 
     Raises:
-        ParameterError: a part of another type, or a period or delay out of range.
+        ParameterError: a part of another type, or a time out of range.
     """
 
     walk: Any
@@ -67,7 +69,6 @@ class FootControl:
     levelling: Levelling | None = field(default=None, kw_only=True)
     force: FootForceSensing = field(default_factory=FootForceSensing, kw_only=True)
     sensors: Sensors | None = field(default=None, kw_only=True)
-    compensation: bool = field(default=False, kw_only=True)
     load_time: float = field(default=0.1, kw_only=True)
     period: float = field(default=0.005, kw_only=True)
     delay: float = field(default=0.0, kw_only=True)
@@ -83,6 +84,8 @@ class FootControl:
                 raise ParameterError(f"FootControl.{name}", part, f"{kind.__name__} or None")
         if not (math.isfinite(self.period) and self.period > 0.0):
             raise ParameterError("FootControl.period", self.period, "finite and above 0 s")
+        if not (math.isfinite(self.load_time) and self.load_time > 0.0):
+            raise ParameterError("FootControl.load_time", self.load_time, "finite and above 0 s")
         if not (math.isfinite(self.delay) and self.delay >= 0.0):
             raise ParameterError("FootControl.delay", self.delay, "finite and not negative [s]")
         if isinstance(self.walk, Gait):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import PositiveFloat, model_serializer
-from pydantic import SerializerFunctionWrapHandler
 
 from hexapod_pin.spec import Spec
+
+if TYPE_CHECKING:
+    from pydantic import SerializerFunctionWrapHandler
 
 
 class FootForceSensing(Spec):

@@ -145,13 +145,12 @@ def _settings(control: FootControl, scene: Any) -> FootControlSettings:
         gains = native.SlipGains()
         gains.kp, gains.ki, gains.kd = kp, ki, kd
         gains.derivative_time, gains.limit = control.slip.derivative_time, control.slip.limit
-        out.slip, out.free_share = gains, control.slip.free_share
+        out.slip = gains
     out.weight, out.centre = weight, standing_centre(robot)
     out.load_time = control.load_time
     kp = scene.servos.gains(robot)[0]
-    import os
-    out.along, out.across = float(os.environ.get("ALONG", "1")), float(os.environ.get("ACROSS", "1"))
-    out.compensated, out.give = control.compensation, list(1.0 / kp[six_legs(robot).joint_index])
+    out.give = list(1.0 / kp[six_legs(robot).joint_index])
+    out.anticipates = control.slip is not None and control.slip.anticipates
     if control.suspension is not None:
         _suspend(out, control)
     if control.touch_down is not None:
@@ -168,8 +167,8 @@ def _suspend(out: Any, control: FootControl) -> None:
     suspension = control.suspension
     assert suspension is not None
     gains = native.SuspensionGains()
-    gains.mass, gains.damping = suspension.mass, suspension.damper
-    gains.stiffness, gains.limit = suspension.stiffness, suspension.limit
+    gains.mass, gains.damping, gains.stiffness = suspension.gains(out.weight)
+    gains.limit = suspension.limit
     out.suspended, out.suspension = True, gains
     out.nominal_load = 0.0 if suspension.load == "split" else float(suspension.load)
 

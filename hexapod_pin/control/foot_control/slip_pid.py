@@ -34,6 +34,9 @@ class SlipPid(Spec):
         bandwidth: of the loop, for gains that are not given [Hz]. The default is *assumed*.
         derivative_time: of the low-pass filter of e' [s]. The default is *assumed*.
         limit: largest correction; at it the integral stops (anti-windup) [m]. *Assumed*.
+        anticipates: whether feet are put where they have to be for their servos to give way by
+            J diag(1/kp) J^T f0 under the nominal loads f0 (not in S1): without, the load itself
+            pushes feet apart, and whatever the PID takes back slides again as the foot unloads.
     """
 
     kind: Literal["slip-pid"] = "slip-pid"
@@ -41,10 +44,10 @@ class SlipPid(Spec):
     kp: NonNegativeFloat | None = None
     ki: NonNegativeFloat | None = None
     kd: NonNegativeFloat | None = None
-    bandwidth: PositiveFloat = 2.0
+    bandwidth: PositiveFloat = 10.0
     derivative_time: PositiveFloat = 0.01
-    free_share: NonNegativeFloat = 0.0
     limit: PositiveFloat = 0.03
+    anticipates: bool = True
 
     @property
     def assumed(self) -> bool:

@@ -35,6 +35,6 @@ class TouchDown(Spec):
     rise_limit: NonNegativeFloat = 0.04
     retreat_speed: NonNegativeFloat = 0.05
     patience: NonNegativeFloat = 0.3
-    lost_after: PositiveFloat = 0.03
+    lost_after: PositiveFloat = 0.3
     height_time: PositiveFloat = 0.5
     tilt_time: PositiveFloat = 1.5

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from pydantic import PositiveFloat
+from pydantic import PositiveFloat, model_serializer
 
 from hexapod_pin.spec import Spec
+
+if TYPE_CHECKING:
+    from pydantic import SerializerFunctionWrapHandler
 
 
 class VirtualSuspension(Spec):
@@ -18,7 +21,8 @@ class VirtualSuspension(Spec):
     standing feet bear (balance of force and moments, least squares), or a constant.
 
     Attributes:
-        stiffness: k [N/m]. The default retracts 3 mm under 7.6 N (*assumed*).
+        stiffness: k [N/m]; None: retracts by `travel` under a sixth of the weight.
+        travel: [m]. The default is *assumed*.
         frequency: of the undamped mass on its spring [Hz]. The default is *assumed*.
         damping: zeta, 1 is critical [-]. The default is *assumed*.
         load: "split" of the weight, or the same for every standing foot [N].
@@ -26,9 +30,10 @@ class VirtualSuspension(Spec):
     """
 
     kind: Literal["virtual-suspension"] = "virtual-suspension"
-    stiffness: PositiveFloat = 1.2e3
-    frequency: PositiveFloat = 4.0
-    damping: PositiveFloat = 0.8
+    stiffness: PositiveFloat | None = None
+    travel: PositiveFloat = 0.002
+    frequency: PositiveFloat = 8.0
+    damping: PositiveFloat = 1.6
     load: Literal["split"] | PositiveFloat = "split"
     limit: PositiveFloat = 0.03
 
@@ -37,12 +42,12 @@ class VirtualSuspension(Spec):
         """w [rad/s]."""
         return 2.0 * math.pi * self.frequency
 
-    @property
-    def mass(self) -> float:
-        """m [kg]."""
-        return self.stiffness / self.rate**2
+    def gains(self, weight: float) -> tuple[float, float, float]:
+        """Return m [kg], c [N s/m] and k [N/m] for a robot's weight [N]."""
+        stiffness = weight / (6.0 * self.travel) if self.stiffness is None else self.stiffness
+        damping = 2.0 * self.damping * stiffness / self.rate
+        return stiffness / self.rate**2, damping, stiffness
 
-    @property
-    def damper(self) -> float:
-        """c [N s/m]."""
-        return 2.0 * self.damping * self.stiffness / self.rate
+    @model_serializer(mode="wrap")
+    def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
+        return {name: value for name, value in dump(self).items() if value is not None}

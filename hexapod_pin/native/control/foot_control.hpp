@@ -27,14 +27,12 @@ struct FootControlSettings {
   double threshold = 1.0;    // force of a foot that touches, N
   SlipSignal signal = SlipSignal::none;
   SlipGains slip;
-  double free_share = 0.0;    // tangential force over the normal one that is let be, -
   bool suspended = false;
   SuspensionGains suspension;
   double nominal_load = 0.0;  // of a standing foot, N; 0: the split of `weight`
   double weight = 0.0;        // N
   Vec3 centre = Vec3::Zero(); // of mass, trunk frame, standing, m
-  bool compensated = false;   // whether the feet's commands anticipate how servos give way to the load
-  double along = 1.0, across = 1.0;
+  bool anticipates = false;   // whether commands allow for how servos give way to the nominal loads
   std::array<Vec3, kLegs> give = {};  // of the servos, 1 / kp, rad/(N m)
   double load_time = 0.05;    // in which a foot takes up its share, and gives it back, s
   TouchDownSettings touch_down;
@@ -90,11 +88,7 @@ class FootControlLaw {
       const LegMemory& leg = m.leg[l];
       out[l] = plan[l].foot + leg.phase.offset + leg.correction + leg.suspension.travel * felt.up;
       out[l].z() += m.pitch * plan[l].foot.x() + m.roll * plan[l].foot.y();
-      if (set_.compensated) {
-        const Vec3 give = felt.give[l] * (load[l] * felt.up);
-        const Vec3 upwards = felt.up * felt.up.dot(give);
-        out[l] -= set_.along * (give - upwards) + set_.across * upwards;
-      }
+      if (set_.anticipates) out[l] -= felt.give[l] * (load[l] * felt.up);
     }
     m.begun = 1.0;
   }
@@ -235,7 +229,6 @@ class FootControlLaw {
     }
     if (set_.signal == SlipSignal::force) {
       error = internal_forces(felt.foot, error, load, felt.up);
-      for (int l = 0; l < kLegs; ++l) error[l] = beyond(error[l], set_.free_share * load[l]);
     }
     else {
       slide(felt, load, m, error);
@@ -243,12 +236,6 @@ class FootControlLaw {
     for (int l = 0; l < kLegs; ++l)
       if (load[l] > 0.0)
         m.leg[l].correction = slip_correction(set_.slip, set_.period, error[l], m.leg[l].pid);
-  }
-
-  // What of a vector lies outside a circle.
-  static Vec3 beyond(const Vec3& v, double radius) {
-    const double size = v.norm();
-    return size > radius ? Vec3(v * (1.0 - radius / size)) : Vec3::Zero();
   }
 
   // How far feet have slid on the ground since touch-down, the trunk's own motion taken out; negative, as
