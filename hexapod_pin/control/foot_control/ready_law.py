@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
     from hexapod_pin.control.feedback import Measurement
     from hexapod_pin.control.foot_control.controller import FootControl
-    from hexapod_pin.native import FootControlLaw, FootControlSettings
+    from hexapod_pin.native import FootControlLaw, FootControlSettings, LegChain
 
 TOUCH_SHARE = 0.04
 """Force of a foot that touches, over the robot's weight (*assumed*)."""
@@ -111,15 +111,10 @@ def ready_law(control: FootControl, scene: Any) -> ReadyLaw:
         ParameterError: gains with which the loop would be unstable.
         GaitError, ReachError: the robot cannot walk the plan.
     """
-    from hexapod_pin.native import FootControlLaw
-
     robot, six = scene.robot, six_legs(scene.robot)
     lead = control.period + control.delay
-    settings = _settings(control, scene)
-    feet = [[foot.name for foot in robot.feet].index(robot.leg(leg.name).foot) for leg in six.legs]
-    law = FootControlLaw(settings, leg_chains(scene), six.joint_index.tolist(), feet)
     return ReadyLaw(
-        law=law,
+        law=native_law(scene, law_settings(control, scene), leg_chains(scene)),
         walk=PlannedWalk(robot, control.walk),
         six=six,
         lead=lead,
@@ -128,7 +123,18 @@ def ready_law(control: FootControl, scene: Any) -> ReadyLaw:
     )
 
 
-def _settings(control: FootControl, scene: Any) -> FootControlSettings:
+def native_law(
+    scene: Any, settings: FootControlSettings, chains: list[LegChain]
+) -> FootControlLaw:
+    """Return the law of the core for the robot of a scene."""
+    from hexapod_pin.native import FootControlLaw
+
+    robot, six = scene.robot, six_legs(scene.robot)
+    feet = [[foot.name for foot in robot.feet].index(robot.leg(leg.name).foot) for leg in six.legs]
+    return FootControlLaw(settings, chains, six.joint_index.tolist(), feet)
+
+
+def law_settings(control: FootControl, scene: Any) -> FootControlSettings:
     """Return the numbers of a controller for a scene."""
     from hexapod_pin import native
 
