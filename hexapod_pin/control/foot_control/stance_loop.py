@@ -1,195 +1,350 @@
-"""The closed loop of foot control and a standing robot over one tick: whether it is stable."""
+"""Whether foot control of a standing robot is stable, and within which gains."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections import OrderedDict
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-import scipy.linalg
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from hexapod_pin.control.foot_control.leg_model import leg_chains
 from hexapod_pin.control.foot_control.linear_law import LinearLaw
+from hexapod_pin.control.foot_control.linear_loop import LinearLoop
+from hexapod_pin.control.foot_control.loop_gains import slip_gains
 from hexapod_pin.control.foot_control.stance_model import StanceModel
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.ground.contact import Restitution
 from hexapod_pin.robot.once_per_robot import once_per_robot
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from hexapod_pin.arrays import Array
     from hexapod_pin.control.foot_control.controller import FootControl
+    from hexapod_pin.native import LegChain
     from hexapod_pin.robot.robot import Robot
 
-NEUTRAL = 1e-6
-"""An eigenvalue nearer to 1 than this is one: integrals that no reading reaches, a trunk that no
-spring holds over creeping feet. What grows slower than by e in 5000 s at 200 Hz is no matter."""
+Kept = TypeVar("Kept")
 
-SAME_RANK = 1e-8
-"""Singular values of the set-points' directions below this share of the largest are rounding."""
-
-SAME_TIME = 1e-9
-"""Share of a period by which a delay may miss a tick and still be at it."""
-
-KEPT_LOOPS = 16
-"""Stances of a robot that are kept ready."""
+TOUCH_SPEEDS = (0.0, 0.1)
+"""Of feet put down gently and in a walk [m/s] (*assumed*): contacts with a coefficient of
+restitution are damped as by their touch speed, and the loop is to be stable with both."""
 
 FAR = 1e9
 """Limits of the linear law: it has none [m]."""
 
+SPAN = 1e3
+"""Borders are looked for within this factor of a value."""
 
-@dataclass(frozen=True, eq=False)
-class StanceLoop:
-    """A standing robot between ticks, its set-points ramped; sensor and command delay in one.
+REFUSAL_SPAN = 100.0
+"""The same where a refusal says what would be stable."""
 
-    Only their sum matters to a loop whose plan stands. A delay of n ticks and a part r of one is
-    exact: what is read at t - d, within a tick, acts n + 1 ticks after that tick.
+COARSE = 2.0
+"""Factor between two values that are tried in search of a border."""
+
+FINE = 2e-3
+"""Share of a border to which it is found."""
+
+KEPT = 64
+"""Loops and verdicts of a robot that are kept."""
+
+PARAMETERS = {
+    "slip.kp": "m/N or 1", "slip.ki": "m/(N s) or 1/s", "slip.kd": "m s/N or s",
+    "slip.bandwidth": "Hz", "suspension.stiffness": "N/m", "suspension.frequency": "Hz",
+    "suspension.damping": "-",
+}  # fmt: skip
+"""Parameters whose stable range can be asked for, and their units."""
+
+
+@dataclass
+class _Kept:
+    """What is known of a robot.
 
     Attributes:
-        stance: the robot.
-        period: between ticks [s].
-        delay: from a measurement until its command acts [s].
-        whole: (x, q_ref, q_ref') at the end of a tick by those at its begin. Shape (S, S).
-        part: the same up to the time of measurement in the tick.
-        waits: ticks between the tick of a measurement and that of its command.
+        loops: by servos, contact, times, feet.
+        chains: the legs without dry friction, by servos.
+        verdicts: errors of controllers, or None, by all of their settings.
     """
 
-    stance: StanceModel
-    period: float
-    delay: float
-    whole: Array
-    part: Array
-    waits: int
-
-    @classmethod
-    def of(cls, stance: StanceModel, period: float, delay: float) -> StanceLoop:
-        """Discretise a stance, exactly for set-points on ramps."""
-        ticks = math.floor(delay / period + SAME_TIME)
-        rest = max(0.0, delay - ticks * period)
-        states, joints = 2 * stance.size, len(stance.kp)
-        rates = np.zeros((states + 2 * joints,) * 2)
-        rates[:states] = np.hstack([stance.state_matrix, stance.input_matrix])
-        rates[states : states + joints, states + joints :] = np.eye(joints)
-        whole = scipy.linalg.expm(period * rates)
-        at_tick = rest <= SAME_TIME * period
-        part = whole if at_tick else scipy.linalg.expm((period - rest) * rates)
-        return cls(stance, period, delay, whole, part, ticks + 1)
-
-    def matrix(self, law: LinearLaw) -> Array:
-        """Return the closed loop from tick to tick.
-
-        State: x and v of the robot, then along the directions that the law uses the set-points
-        now and of the commands under way, oldest first, then the memory.
-        """
-        ways = _directions(np.hstack([law.set_point, law.through]))
-        whole, part = self._along(self.whole, ways), self._along(self.part, ways)
-        states, rank = 2 * self.stance.size, ways.shape[1]
-        queue = slice(states + rank, states + rank * (1 + self.waits))
-        begin = queue.stop
-        size = begin + law.size
-        reading = np.zeros((law.reading.shape[1], size))
-        reading[:, : states + 2 * rank] = self._reading(law, part, ways)
-        found = np.zeros((size, size))
-        found[:states, : states + 2 * rank] = whole[:states]
-        found[states : queue.stop - rank, states + rank : queue.stop] = np.eye(rank * self.waits)
-        last = slice(queue.stop - rank, queue.stop)
-        found[last] = ways.T @ law.through @ reading
-        found[last, begin:] += ways.T @ law.set_point
-        found[begin:] = law.reading @ reading
-        found[begin:, begin:] += law.memory
-        return found
-
-    def _along(self, motion: Array, ways: Array) -> Array:
-        """Return (x, q_ref, q_ref') by (x, set-points now, at the tick's end) along directions."""
-        states, rank = 2 * self.stance.size, ways.shape[1]
-        begin = np.zeros((len(motion), states + 2 * rank))
-        begin[:states, :states] = np.eye(states)
-        joints = len(ways)
-        now, rate = slice(states, states + joints), slice(states + joints, None)
-        begin[now, states : states + rank] = ways
-        begin[rate, states : states + rank] = -ways / self.period
-        begin[rate, states + rank :] = ways / self.period
-        return motion @ begin
-
-    def _reading(self, law: LinearLaw, part: Array, ways: Array) -> Array:
-        """Return the readings of a tick by its state, with the set-points it begins and ends at."""
-        outputs, states = self.stance.outputs(), 2 * self.stance.size
-        rows = [np.hstack(outputs[name]) for name in law.fields]
-        joined = np.vstack(rows) if rows else np.zeros((0, len(part)))
-        return np.asarray(joined @ part)
-
-    def radius(self, law: LinearLaw) -> float:
-        """Return the largest |eigenvalue| of the loop, neutral ones aside; below 1: stable."""
-        eigenvalues = np.linalg.eigvals(self.matrix(law))
-        moving = eigenvalues[np.abs(eigenvalues - 1.0) > NEUTRAL]
-        return float(np.abs(moving).max(initial=0.0))
-
-
-def _directions(columns: Array) -> Array:
-    """Return an orthonormal basis of what columns span. Shape (n, rank)."""
-    size = np.linalg.norm(columns, axis=0)
-    unit = columns[:, size > 0.0] / size[size > 0.0]
-    if not unit.size:
-        return np.zeros((len(columns), 0))
-    left, values, _ = np.linalg.svd(unit, full_matrices=False)
-    return np.asarray(left[:, values > SAME_RANK * values[0]])
+    loops: OrderedDict[str, LinearLoop] = field(default_factory=OrderedDict)
+    chains: OrderedDict[str, list[LegChain]] = field(default_factory=OrderedDict)
+    verdicts: OrderedDict[str, ParameterError | None] = field(default_factory=OrderedDict)
 
 
 @once_per_robot
-def _kept(robot: Robot) -> OrderedDict[tuple[Any, ...], StanceLoop]:
-    return OrderedDict()
+def _kept(robot: Robot) -> _Kept:
+    return _Kept()
+
+
+def _once(kept: OrderedDict[str, Kept], key: str, make: Callable[[], Kept]) -> Kept:
+    if key not in kept:
+        kept[key] = make()
+        while len(kept) > KEPT:
+            kept.popitem(last=False)
+    return kept[key]
+
+
+def _plant_key(control: FootControl, scene: Any) -> str:
+    times = f"{control.period!r} {control.loop_delay!r} {scene.gravity}"
+    return times + scene.servos.model_dump_json() + scene.contact.model_dump_json()
 
 
 def stance_loop(
     control: FootControl, scene: Any, feet: Sequence[str] | None = None, touch_speed: float = 0.0
-) -> StanceLoop:
+) -> LinearLoop:
     """Return the standing robot of a scene between the ticks of a controller.
 
     Args:
         control: its period and delays.
         scene: the robot, its servos and contact.
         feet: as of `StanceModel.of`.
-        touch_speed: as of `StanceModel.of`.
+        touch_speed: as of `StanceModel.of` [m/s].
     """
-    kept = _kept(scene.robot)
-    key = (
-        scene.gravity, scene.servos.model_dump_json(), scene.contact.model_dump_json(),
-        control.period, control.loop_delay, None if feet is None else tuple(feet), touch_speed,
-    )  # fmt: skip
-    if key not in kept:
+    key = f"{_plant_key(control, scene)} {feet} {touch_speed!r}"
+
+    def make() -> LinearLoop:
         stance = StanceModel.of(scene, feet, touch_speed)
-        kept[key] = StanceLoop.of(stance, control.period, control.loop_delay)
-        while len(kept) > KEPT_LOOPS:
-            kept.popitem(last=False)
-    return kept[key]
+        return LinearLoop.of(stance, control.period, control.loop_delay)
+
+    return _once(_kept(scene.robot).loops, key, make)
 
 
 def linear_law(control: FootControl, scene: Any, stance: StanceModel) -> LinearLaw:
-    """Return a controller's law about a stance, its limits aside."""
+    """Return a controller's law about a stance, limits and dry friction aside."""
     from hexapod_pin.control.foot_control.ready_law import law_settings, native_law
 
     settings = law_settings(control, scene)
     slip, suspension = settings.slip, settings.suspension
     slip.limit = suspension.limit = FAR
     settings.slip, settings.suspension = slip, suspension
-    law = native_law(scene, settings, leg_chains(scene, dry_friction=False))
-    return LinearLaw.of(law, scene, stance)
+    chains = _once(
+        _kept(scene.robot).chains,
+        scene.servos.model_dump_json(),
+        lambda: leg_chains(scene, dry_friction=False),
+    )
+    return LinearLaw.of(native_law(scene, settings, chains), scene, stance)
 
 
 def spectral_radius(
-    control: FootControl, scene: Any, feet: Sequence[str] | None = None, touch_speed: float = 0.0
+    control: FootControl,
+    scene: Any,
+    feet: Sequence[str] | None = None,
+    touch_speed: float | None = None,
+    drift_time: float = math.inf,
 ) -> float:
-    """Return by how much a small motion of a standing robot grows from tick to tick, at most.
+    """Return the factor by which a small motion of a standing robot grows per tick, at most.
 
     Args:
         control: the controller.
         scene: what it controls.
         feet: as of `StanceModel.of`.
-        touch_speed: as of `StanceModel.of`.
+        touch_speed: as of `StanceModel.of` [m/s]; None: the worse of `TOUCH_SPEEDS`.
+        drift_time: as of `LinearLoop.radius` [s].
 
     Returns:
         Below 1 where the loop is stable [-].
     """
-    loop = stance_loop(control, scene, feet, touch_speed)
-    return loop.radius(linear_law(control, scene, loop.stance))
+    return max(_radii(control, scene, feet, touch_speed, drift_time))
+
+
+def _radii(
+    control: FootControl,
+    scene: Any,
+    feet: Sequence[str] | None,
+    touch_speed: float | None,
+    drift_time: float,
+) -> Iterator[float]:
+    """Return the spectral radius with each touch speed that matters, as of `spectral_radius`."""
+    speeds: Sequence[float] = TOUCH_SPEEDS if touch_speed is None else (touch_speed,)
+    if not isinstance(scene.contact.normal, Restitution):
+        speeds = speeds[:1]
+    law: LinearLaw | None = None
+    for speed in speeds:
+        loop = stance_loop(control, scene, feet, speed)
+        law = law or linear_law(control, scene, loop.stance)
+        yield loop.radius(law, drift_time)
+
+
+def parameter_value(control: FootControl, scene: Any, parameter: str) -> float:
+    """Return what a parameter such as "slip.ki" is, given or derived.
+
+    Raises:
+        UnknownNameError: no such parameter.
+        ParameterError: the controller does not have the part.
+    """
+    if parameter not in PARAMETERS:
+        raise UnknownNameError("parameter", parameter, list(PARAMETERS))
+    name, _, field_name = parameter.partition(".")
+    part = getattr(control, name)
+    if part is None:
+        raise ParameterError(f"FootControl.{name}", None, f"given for a range of {parameter}")
+    value = getattr(part, field_name)
+    if value is None:
+        value = dict(zip(("kp", "ki", "kd"), slip_gains(control, scene), strict=True))[field_name]
+    return float(value)
+
+
+def with_parameter(control: FootControl, parameter: str, value: float) -> FootControl:
+    """Return a controller with another value of a parameter such as "slip.ki"."""
+    name, _, field_name = parameter.partition(".")
+    part = getattr(control, name)
+    return replace(control, **{name: type(part)(**{**part.model_dump(), field_name: value})})
+
+
+def stable_range(
+    control: FootControl,
+    scene: Any,
+    parameter: str,
+    feet: Sequence[str] | None = None,
+    touch_speed: float | None = None,
+    drift_time: float = math.inf,
+    span: float = SPAN,
+) -> tuple[float, float]:
+    """Return the range of a parameter in which the loop of a standing robot is stable.
+
+    Of several ranges the one around the controller's own value, or the nearest to it.
+
+    Args:
+        control: the controller.
+        scene: what it controls.
+        parameter: a key of `PARAMETERS`.
+        feet: as of `StanceModel.of`.
+        touch_speed: as of `spectral_radius` [m/s].
+        drift_time: as of `LinearLoop.radius` [s].
+        span: values up to this factor away are looked at.
+
+    Returns:
+        Lower and upper end, found to 0.2 %; 0 and inf where there is none in the span.
+        (nan, nan): no value in it is stable.
+
+    Raises:
+        UnknownNameError: no such parameter.
+        ParameterError: the controller does not have the part.
+    """
+
+    def stable(value: float) -> bool:
+        changed = with_parameter(control, parameter, value)
+        return all(r < 1.0 for r in _radii(changed, scene, feet, touch_speed, drift_time))
+
+    own = parameter_value(control, scene, parameter)
+    centre = own if own > 0.0 else _unit(control, scene, parameter)
+    count = math.ceil(math.log(span, COARSE))
+    tried = [centre * COARSE**k for k in range(-count, count + 1)]
+    first = count if own > 0.0 else 0
+    order = sorted(range(len(tried)), key=lambda k: abs(k - first))
+    start = next((k for k in order if stable(tried[k])), None)
+    if start is None:
+        return math.nan, math.nan
+    low = _border(stable, tried[start::-1])
+    high = _border(stable, tried[start:])
+    return (0.0 if low is None else low), (math.inf if high is None else high)
+
+
+def _border(stable: Callable[[float], bool], values: Sequence[float]) -> float | None:
+    """Return where stability ends on the way through values, the first a stable one; or None."""
+    end = next((k for k in range(1, len(values)) if not stable(values[k])), None)
+    if end is None:
+        return None
+    inside, outside = values[end - 1], values[end]
+    while abs(math.log(outside / inside)) > FINE:
+        middle = math.sqrt(inside * outside)
+        inside, outside = (middle, outside) if stable(middle) else (inside, middle)
+    return inside
+
+
+def _unit(control: FootControl, scene: Any, parameter: str) -> float:
+    """Return a scale of a gain that is 0: with it the PID's parts are alike at the bandwidth."""
+    assert control.slip is not None
+    derived = replace(control, slip=control.slip.model_copy(update={"ki": None}))
+    rate = 2.0 * math.pi * control.slip.bandwidth
+    integral = slip_gains(derived, scene)[1]
+    return integral / rate if parameter == "slip.kp" else integral / rate**2
+
+
+def refuse_unstable(control: FootControl, scene: Any) -> None:
+    """Refuse a controller with which a standing robot would shake; a verdict is kept.
+
+    What drifts without swinging, slower than by e in a stance, is let pass: corrections are taken
+    back at lift-off.
+
+    Raises:
+        ParameterError: names the parameter that is nearest to a stable value, and its range.
+    """
+    if control.slip is control.suspension is control.levelling is None:
+        return
+    settings = {key: value for key, value in control.to_dict().items() if key not in ("walk", "gait")}
+    drift_time = control.gait.duty * control.gait.cycle_time
+    key = f"{_plant_key(control, scene)} {json.dumps(settings, default=str)} {drift_time!r}"
+
+    def make() -> ParameterError | None:
+        radius = spectral_radius(control, scene, drift_time=drift_time)
+        return None if radius < 1.0 else _refusal(control, scene, radius, drift_time)
+
+    error = _once(_kept(scene.robot).verdicts, key, make)
+    if error is not None:
+        raise error.with_traceback(None)
+
+
+def _refusal(control: FootControl, scene: Any, radius: float, drift_time: float) -> ParameterError:
+    """Return the error that names what is nearest to a stable value."""
+    ranges: dict[str, tuple[float, float]] = {}
+    for name in _suspects(control, scene, drift_time):
+        ends = stable_range(control, scene, name, drift_time=drift_time, span=REFUSAL_SPAN)
+        if not math.isnan(ends[0]):
+            ranges[name] = ends
+    rate = math.log(radius) / control.period
+    where = (
+        f"standing, with ticks of {1e3 * control.period:g} ms and a delay of "
+        f"{1e3 * control.loop_delay:g} ms, {scene.robot.name} would shake: by e in {1.0 / rate:.2g} s"
+    )
+    if not ranges:
+        return ParameterError(
+            "FootControl.delay", control.loop_delay, "shorter with these gains", f"{where.capitalize()}."
+        )
+    values = {name: parameter_value(control, scene, name) for name in ranges}
+    best = min(ranges, key=lambda name: _distance(values[name], ranges[name]))
+    others = [
+        f"{name} {_text(*ranges[name], PARAMETERS[name])}"
+        for name in ranges
+        if name != best and _distance(values[name], ranges[name]) > 0.0
+    ]
+    hint = f"{where[0].upper()}{where[1:]}. " + (
+        f"Or one of: {'; '.join(others)}; or a shorter delay." if others else "Or a shorter delay."
+    )
+    return ParameterError(best, values[best], _text(*ranges[best], PARAMETERS[best]), hint)
+
+
+def _suspects(control: FootControl, scene: Any, drift_time: float) -> list[str]:
+    """Return the parameters of the parts without which the loop is stable; else all."""
+    parts = [name for name in ("slip", "suspension") if getattr(control, name) is not None]
+    guilty = [
+        name
+        for name in parts
+        if spectral_radius(replace(control, **{name: None}), scene, drift_time=drift_time) < 1.0
+    ]
+    own = [name.partition(".") for name in PARAMETERS]
+    return [
+        f"{part}.{name}"
+        for part, _, name in own
+        if part in (guilty or parts) and (part != "slip" or _is_given(control, name))
+    ]
+
+
+def _is_given(control: FootControl, own: str) -> bool:
+    """Whether a gain of the slip correction was given, or the bandwidth that it follows from."""
+    slip = control.slip
+    assert slip is not None
+    return slip.ki is None if own == "bandwidth" else getattr(slip, own) is not None
+
+
+def _distance(value: float, ends: tuple[float, float]) -> float:
+    """Return by which factor a value is outside of a range, as a logarithm."""
+    low, high = ends
+    if low <= value <= high:
+        return 0.0
+    return abs(math.log(value / (low if value < low else high)))
+
+
+def _text(low: float, high: float, unit: str) -> str:
+    if math.isinf(high):
+        return f"above {low:.3g} {unit}"
+    return f"below {high:.3g} {unit}" if low == 0.0 else f"from {low:.3g} to {high:.3g} {unit}"

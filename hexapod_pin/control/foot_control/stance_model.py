@@ -9,6 +9,8 @@ import numpy as np
 
 from hexapod_pin.drive.drive_law import armature
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.ground.contact import StickSlip
+from hexapod_pin.robot.once_per_robot import once_per_robot
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,6 +19,20 @@ if TYPE_CHECKING:
 
 NUDGE = 1e-6
 """Of a central difference [m, rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Standing:
+    """What of a standing robot does not depend on servos and contact; as of `StanceModel`.
+
+    The mass is without the motors' rotors, the stiffness that of weight and static forces alone.
+    """
+
+    mass: Array
+    stiffness: Array
+    jacobian: Array
+    load: Array
+    torque: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,30 +89,21 @@ class StanceModel:
         Raises:
             ParameterError: feet that cannot carry the weight: one would have to pull.
         """
-        import pinocchio as pin
-
-        robot = scene.robot
-        model, data = robot.model, robot.model.createData()
-        q = robot.stand().q
+        robot, servos = scene.robot, scene.servos
         gravity = float(np.linalg.norm(scene.gravity))
-        stands = np.array([feet is None or foot.name in feet for foot in robot.feet])
-        mass = np.triu(pin.crba(model, data, q))
-        mass = mass + np.triu(mass, 1).T
-        mass[6:, 6:] += np.diag(armature(robot, scene.servos))
-        jacobian, weight = _point_jacobians(robot, data, q), _weight(robot, data, q, gravity)
-        load = _split(jacobian, weight, stands)
-        slopes = [_slopes(scene.contact, force, touch_speed) for force in load]
+        still = _standing(robot, gravity, None if feet is None else tuple(feet))
+        slopes = [_slopes(scene.contact, force, touch_speed) for force in still.load]
         contact_stiffness, contact_damping = (np.array(part) for part in zip(*slopes, strict=True))
-        kp, kd = scene.servos.gains(robot)
-        stiffness = _through(jacobian, contact_stiffness)
-        stiffness += _static_stiffness(robot, data, q, gravity, load)
+        kp, kd = servos.gains(robot)
+        mass, viscous = still.mass.copy(), _viscous(scene)
+        mass[6:, 6:] += np.diag(armature(robot, servos))
+        stiffness = still.stiffness + _through(still.jacobian, contact_stiffness)
         stiffness[6:, 6:] += np.diag(kp)
-        damping = _through(jacobian, contact_damping)
-        damping[6:, 6:] += np.diag(kd + _viscous(scene))
-        torque = (weight - np.einsum("fn,f->n", jacobian[:, 2], load))[6:]
+        damping = _through(still.jacobian, contact_damping)
+        damping[6:, 6:] += np.diag(kd + viscous)
         return cls(
-            mass, damping, stiffness, kp, kd, contact_stiffness, contact_damping, jacobian,
-            load, torque, gravity,
+            mass, damping, stiffness, kp, kd, contact_stiffness, contact_damping, still.jacobian,
+            still.load, still.torque, gravity,
         )  # fmt: skip
 
     @property
@@ -155,6 +162,36 @@ class StanceModel:
         }
 
 
+@once_per_robot
+def _known(robot: Any) -> dict[tuple[float, tuple[str, ...] | None], _Standing]:
+    return {}
+
+
+def _standing(robot: Any, gravity: float, feet: tuple[str, ...] | None) -> _Standing:
+    """Return a standing robot, computed once.
+
+    Raises:
+        ParameterError: feet that cannot carry the weight.
+    """
+    import pinocchio as pin
+
+    known = _known(robot)
+    if (gravity, feet) not in known:
+        data, q = robot.model.createData(), robot.stand().q
+        stands = np.array([feet is None or foot.name in feet for foot in robot.feet])
+        mass = np.triu(pin.crba(robot.model, data, q))
+        jacobian, weight = _point_jacobians(robot, data, q), _weight(robot, data, q, gravity)
+        load = _split(jacobian, weight, stands)
+        known[gravity, feet] = _Standing(
+            mass=mass + np.triu(mass, 1).T,
+            stiffness=_static_stiffness(robot, data, q, gravity, load),
+            jacobian=jacobian,
+            load=load,
+            torque=(weight - np.einsum("fn,f->n", jacobian[:, 2], load))[6:],
+        )
+    return known[gravity, feet]
+
+
 def _point_jacobians(robot: Any, data: Any, q: Array) -> Array:
     """Return the Jacobians of the feet's lowest points, world axes. Shape (F, 3, N)."""
     import pinocchio as pin
@@ -203,7 +240,7 @@ def _slopes(contact: Any, load: float, touch_speed: float) -> tuple[Array, Array
     normal, friction = contact.normal.native(), contact.friction.native()
     depth = (load / contact.normal.stiffness) ** (1.0 / contact.normal.exponent)
     _, stiffness[2, 2], damping[2, 2], _ = normal(depth, 0.0, touch_speed)
-    if hasattr(contact.friction, "damping"):  # sticks
+    if isinstance(contact.friction, StickSlip):
         along, across = contact.friction.stiffness, contact.friction.damping
     else:
         along, across = 0.0, load * friction(0.0)[0]
