@@ -271,7 +271,9 @@ def refuse_unstable(control: FootControl, scene: Any) -> None:
     """
     if control.slip is control.suspension is control.levelling is None:
         return
-    settings = {key: value for key, value in control.to_dict().items() if key not in ("walk", "gait")}
+    settings = {
+        key: value for key, value in control.to_dict().items() if key not in ("walk", "gait")
+    }
     drift_time = control.gait.duty * control.gait.cycle_time
     key = f"{_plant_key(control, scene)} {json.dumps(settings, default=str)} {drift_time!r}"
 
@@ -298,7 +300,10 @@ def _refusal(control: FootControl, scene: Any, radius: float, drift_time: float)
     )
     if not ranges:
         return ParameterError(
-            "FootControl.delay", control.loop_delay, "shorter with these gains", f"{where.capitalize()}."
+            "FootControl.delay",
+            control.loop_delay,
+            "shorter with these gains",
+            f"{where.capitalize()}.",
         )
     values = {name: parameter_value(control, scene, name) for name in ranges}
     best = min(ranges, key=lambda name: _distance(values[name], ranges[name]))

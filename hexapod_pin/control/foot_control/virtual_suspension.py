@@ -37,15 +37,15 @@ class VirtualSuspension(Spec):
 
     @property
     def rate(self) -> float:
-        """w [rad/s]."""
+        """W [rad/s]."""
         return 2.0 * math.pi * self.frequency
 
     @property
     def mass(self) -> float:
-        """m [kg]."""
+        """M [kg]."""
         return self.stiffness / self.rate**2
 
     @property
     def damper(self) -> float:
-        """c [N s/m]."""
+        """C [N s/m]."""
         return 2.0 * self.damping * self.stiffness / self.rate
