@@ -8,8 +8,6 @@ from collections import OrderedDict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from hexapod_pin.arrays import digest
 from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.control.foot_control.foot_force_sensing import FootForceSensing
@@ -24,7 +22,7 @@ from hexapod_pin.control.sensors import Sensors
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
-    from hexapod_pin.arrays import Array
+    pass
 
 KEPT_SCENES = 64
 """For how many scenes a controller stays ready."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
 
 
-def leg_chains(scene: Any) -> list[LegChain]:
+def leg_chains(scene: Any, *, dry_friction: bool = True) -> list[LegChain]:
     """Return the legs in gait order, with masses (payloads aside), rotors and friction."""
     from hexapod_pin.native import LegChain
 
@@ -24,6 +24,7 @@ def leg_chains(scene: Any) -> list[LegChain]:
     motors = scene.servos.motors(robot)
     viscous = np.array(robot.damping) + [m.viscous_friction if m else 0.0 for m in motors]
     dry = np.array(robot.friction) + [m.dry_friction if m else 0.0 for m in motors]
+    dry *= dry_friction
     return [
         LegChain(
             np.ascontiguousarray(

@@ -10,6 +10,7 @@ import numpy as np
 from hexapod_pin.control.foot_control.leg_model import leg_chains, standing_centre
 from hexapod_pin.control.foot_control.loop_gains import slip_gains
 from hexapod_pin.control.foot_control.planned_walk import PlannedWalk
+from hexapod_pin.control.foot_control.stance_loop import refuse_unstable
 from hexapod_pin.control.six_legs import SixLegs, six_legs
 from hexapod_pin.errors import ReachError, SensorError
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
     from hexapod_pin.control.feedback import Measurement
     from hexapod_pin.control.foot_control.controller import FootControl
-    from hexapod_pin.native import FootControlLaw, FootControlSettings
+    from hexapod_pin.native import FootControlLaw, FootControlSettings, LegChain
 
 TOUCH_SHARE = 0.04
 """Force of a foot that touches, over the robot's weight (*assumed*)."""
@@ -61,9 +62,7 @@ class ReadyLaw:
         self.walk.reach(time + self.lead)
         feet, after = np.empty((len(memory), 6, 3)), np.empty_like(memory)
         readings = [np.ascontiguousarray(getattr(m, name)) for name in FIELDS]
-        row, (field, place) = self.law.update(
-            self.walk.table, time, *readings, memory, after, feet
-        )
+        row, (field, place) = self.law.update(self.walk.table, time, *readings, memory, after, feet)
         if row >= 0:
             raise self._fault(m, int(row), FIELDS[field], int(place))
         return feet, after
@@ -104,22 +103,24 @@ class ReadyLaw:
         return SensorError(f"{field}{of}", float(value), m.time, row)
 
 
-def ready_law(control: FootControl, scene: Any) -> ReadyLaw:
+def ready_law(control: FootControl, scene: Any, *, refuse: bool = True) -> ReadyLaw:
     """Return the law of a controller for a scene.
+
+    Args:
+        control: the controller.
+        scene: what it controls.
+        refuse: whether to refuse gains with which the loop would be unstable.
 
     Raises:
         ParameterError: gains with which the loop would be unstable.
         GaitError, ReachError: the robot cannot walk the plan.
     """
-    from hexapod_pin.native import FootControlLaw
-
+    if refuse:
+        refuse_unstable(control, scene)
     robot, six = scene.robot, six_legs(scene.robot)
     lead = control.period + control.delay
-    settings = _settings(control, scene)
-    feet = [[foot.name for foot in robot.feet].index(robot.leg(leg.name).foot) for leg in six.legs]
-    law = FootControlLaw(settings, leg_chains(scene), six.joint_index.tolist(), feet)
     return ReadyLaw(
-        law=law,
+        law=native_law(scene, law_settings(control, scene), leg_chains(scene)),
         walk=PlannedWalk(robot, control.walk),
         six=six,
         lead=lead,
@@ -128,7 +129,16 @@ def ready_law(control: FootControl, scene: Any) -> ReadyLaw:
     )
 
 
-def _settings(control: FootControl, scene: Any) -> FootControlSettings:
+def native_law(scene: Any, settings: FootControlSettings, chains: list[LegChain]) -> FootControlLaw:
+    """Return the law of the core for the robot of a scene."""
+    from hexapod_pin.native import FootControlLaw
+
+    robot, six = scene.robot, six_legs(scene.robot)
+    feet = [[foot.name for foot in robot.feet].index(robot.leg(leg.name).foot) for leg in six.legs]
+    return FootControlLaw(settings, chains, six.joint_index.tolist(), feet)
+
+
+def law_settings(control: FootControl, scene: Any) -> FootControlSettings:
     """Return the numbers of a controller for a scene."""
     from hexapod_pin import native
 

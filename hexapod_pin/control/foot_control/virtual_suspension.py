@@ -39,7 +39,7 @@ class VirtualSuspension(Spec):
 
     @property
     def rate(self) -> float:
-        """w [rad/s]."""
+        """Of the undamped mass on its spring [rad/s]."""
         return 2.0 * math.pi * self.frequency
 
     def gains(self, weight: float) -> tuple[float, float, float]:
