@@ -78,6 +78,8 @@ class FeedbackController(Protocol):
         sensors: `Sensors` that it reads through; ideal ones without.
         gait: the `Gait` it walks, from which the trace knows its cycles.
         posture: a method (scene) -> joint angles (n,) [rad] in which a run starts.
+        start_key: a method (scene) -> what of the scene `start` makes use of, hashable: cases go in
+            lock-step where it is equal. Without it `start` may look at the robot alone.
         to_dict: a method that returns its settings as TOML-able data with the key "kind".
     """
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.body_motion import BodyMotion
+from hexapod_pin.control.foot_control.controller import NUMBERS, PARTS, FootControl
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.kinematic import KinematicControl
@@ -75,9 +76,26 @@ def _held(data: Mapping[str, Any]) -> SampledTrajectory:
     return SampledTrajectory(given["time"], given["q"], limited=limited)
 
 
+def _foot_control(data: Mapping[str, Any]) -> FootControl:
+    given = table(
+        data, "controller", required=("kind", "walk"), optional=("gait", *NUMBERS, *PARTS)
+    )
+    parts: dict[str, Any] = {"walk": read_controller(given["walk"])}
+    for name, part in PARTS.items():
+        if name in given:
+            if not isinstance(given[name], Mapping):
+                raise ParameterError(f"controller.{name}", given[name], "a table")
+            parts[name] = part(**given[name])
+    return FootControl(**parts, **{name: given[name] for name in NUMBERS if name in given})
+
+
 _READERS: dict[str, Reader] = {
-    "kinematic": _kinematic, "arc": _arc, "hold": _hold, "held": _held,
-}  # fmt: skip
+    "foot-control": _foot_control,
+    "kinematic": _kinematic,
+    "arc": _arc,
+    "hold": _hold,
+    "held": _held,
+}
 
 
 def register_controller(kind: str, reader: Reader) -> None:

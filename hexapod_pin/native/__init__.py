@@ -1,7 +1,7 @@
 """The C++17 inner loop: plant, contact, integrators, rollouts; compiled into `_core`.
 
-One header per concept: `control/`, `kinematics/`, `laws/`, `plant/`, `methods/`, `robust/`, `fused/`, `run/`;
-`bindings/` is the border.
+One header per concept: `control/`, `kinematics/`, `laws/`, `plant/`, `methods/`, `robust/`,
+`fused/`, `run/`; `bindings/` is the border.
 """
 
 from hexapod_pin.native._core import Batch as Batch

@@ -140,4 +140,6 @@ def _lock_step_key(case: Case, number: int) -> object:
         with contextlib.suppress(TypeError, ValueError):
             settings = json.dumps(case.controller.to_dict(), sort_keys=True)
             controller = (type(case.controller), settings)
-    return (controller, id(case.scene.robot), case.settings)
+    start_key = getattr(case.controller, "start_key", None)
+    start = None if start_key is None else start_key(case.scene)
+    return (controller, start, id(case.scene.robot), case.settings)

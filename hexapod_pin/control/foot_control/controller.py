@@ -19,10 +19,11 @@ from hexapod_pin.control.foot_control.virtual_suspension import VirtualSuspensio
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.sensors import Sensors
+from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
-    pass
+    from hexapod_pin.arrays import Array
 
 KEPT_SCENES = 64
 """For how many scenes a controller stays ready."""
@@ -104,10 +105,16 @@ class FootControl:
         """Time from a measurement until its command acts [s]."""
         return self.delay + (self.sensors.delay if self.sensors else 0.0)
 
+    def posture(self, scene: Any) -> Array:
+        """Return the joint angles of the plan's beginning, in which a run starts [rad]."""
+        six = six_legs(scene.robot)
+        angles: Array = six.joint_angles(self.walk.path(scene.robot).positions([0.0]))[0]
+        return angles
+
     def start_key(self, scene: Any) -> str:
         """Return what gains follow from: scenes with equal ones can be run in lock-step."""
-        drive = scene.servos.model_dump_json() + scene.contact.model_dump_json()
-        return digest(f"{id(scene.robot)} {scene.gravity} {drive}")
+        robot, drive = scene.robot, scene.servos.model_dump_json() + scene.contact.model_dump_json()
+        return digest(f"{robot.digest} {robot.posture} {robot.feet} {scene.gravity} {drive}")
 
     def start(self, scene: Any, batch: int) -> dict[str, Any]:
         """Return the memory before the first tick of `batch` runs in lock-step.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.control.foot_control.leg_model import leg_chains, standing_centre
-from hexapod_pin.control.foot_control.loop_gains import slip_gains
+from hexapod_pin.control.foot_control.loop_gains import effective_delay, slip_gains, weight_of
 from hexapod_pin.control.foot_control.planned_walk import PlannedWalk
 from hexapod_pin.control.foot_control.stance_loop import refuse_unstable
 from hexapod_pin.control.six_legs import SixLegs, six_legs
@@ -143,7 +143,7 @@ def law_settings(control: FootControl, scene: Any) -> FootControlSettings:
     from hexapod_pin import native
 
     robot, force = scene.robot, control.force
-    weight = robot.total_mass * float(np.linalg.norm(scene.gravity))
+    weight = weight_of(scene)
     out = native.FootControlSettings()
     out.period, out.lead = control.period, control.period + control.delay
     out.source = getattr(native.ForceSource, force.source)
@@ -177,7 +177,9 @@ def _suspend(out: Any, control: FootControl) -> None:
     suspension = control.suspension
     assert suspension is not None
     gains = native.SuspensionGains()
-    gains.mass, gains.damping, gains.stiffness = suspension.gains(out.weight)
+    gains.mass, gains.damping, gains.stiffness = suspension.gains(
+        out.weight, effective_delay(control)
+    )
     gains.limit = suspension.limit
     out.suspended, out.suspension = True, gains
     out.nominal_load = 0.0 if suspension.load == "split" else float(suspension.load)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from hexapod_pin.control.foot_control.leg_model import leg_chains
 from hexapod_pin.control.foot_control.linear_law import LinearLaw
 from hexapod_pin.control.foot_control.linear_loop import LinearLoop
-from hexapod_pin.control.foot_control.loop_gains import slip_gains
+from hexapod_pin.control.foot_control.loop_gains import effective_delay, slip_gains, weight_of
 from hexapod_pin.control.foot_control.stance_model import StanceModel
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.ground.contact import Restitution
@@ -178,6 +178,9 @@ def parameter_value(control: FootControl, scene: Any, parameter: str) -> float:
     if part is None:
         raise ParameterError(f"FootControl.{name}", None, f"given for a range of {parameter}")
     value = getattr(part, field_name)
+    if name == "suspension" and value is None:
+        found = part.resolved(weight_of(scene), effective_delay(control))
+        return dict(zip(("stiffness", "frequency"), found, strict=True))[field_name]
     if value is None:
         value = dict(zip(("kp", "ki", "kd"), slip_gains(control, scene), strict=True))[field_name]
     return float(value)

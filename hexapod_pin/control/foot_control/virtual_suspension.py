@@ -1,4 +1,4 @@
-"""S1's virtual suspension: a leg that yields to its load as if it stood on a spring and a damper."""
+"""S1's virtual suspension: a leg yields to its load as if it stood on a spring and a damper."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ from hexapod_pin.spec import Spec
 if TYPE_CHECKING:
     from pydantic import SerializerFunctionWrapHandler
 
+DELAYS_PER_PERIOD = 0.05
+"""Frequency times delay of a suspension whose frequency is not given (*assumed*)."""
+
 
 class VirtualSuspension(Spec):
     """Admittance along the normal of the support, m z'' + c z' + k z = f - f0, z the retraction.
@@ -23,7 +26,8 @@ class VirtualSuspension(Spec):
     Attributes:
         stiffness: k [N/m]; None: retracts by `travel` under a sixth of the weight.
         travel: [m]. The default is *assumed*.
-        frequency: of the undamped mass on its spring [Hz]. The default is *assumed*.
+        frequency: of the undamped mass on its spring [Hz]; None: 1 / (20 d), d the delay of the
+            loop (*assumed*: 1.3 to 3 times below where a standing robot begins to shake).
         damping: zeta, 1 is critical [-]. The default is *assumed*.
         load: "split" of the weight, or the same for every standing foot [N].
         limit: largest travel either way [m]. *Assumed*.
@@ -32,21 +36,22 @@ class VirtualSuspension(Spec):
     kind: Literal["virtual-suspension"] = "virtual-suspension"
     stiffness: PositiveFloat | None = None
     travel: PositiveFloat = 0.002
-    frequency: PositiveFloat = 8.0
+    frequency: PositiveFloat | None = None
     damping: PositiveFloat = 1.6
     load: Literal["split"] | PositiveFloat = "split"
     limit: PositiveFloat = 0.03
 
-    @property
-    def rate(self) -> float:
-        """Of the undamped mass on its spring [rad/s]."""
-        return 2.0 * math.pi * self.frequency
-
-    def gains(self, weight: float) -> tuple[float, float, float]:
-        """Return m [kg], c [N s/m] and k [N/m] for a robot's weight [N]."""
+    def resolved(self, weight: float, delay: float) -> tuple[float, float]:
+        """Return stiffness [N/m] and frequency [Hz] for a weight [N] and a loop's delay [s]."""
         stiffness = weight / (6.0 * self.travel) if self.stiffness is None else self.stiffness
-        damping = 2.0 * self.damping * stiffness / self.rate
-        return stiffness / self.rate**2, damping, stiffness
+        frequency = DELAYS_PER_PERIOD / delay if self.frequency is None else self.frequency
+        return stiffness, frequency
+
+    def gains(self, weight: float, delay: float) -> tuple[float, float, float]:
+        """Return m [kg], c [N s/m] and k [N/m]; arguments as of `resolved`."""
+        stiffness, frequency = self.resolved(weight, delay)
+        rate = 2.0 * math.pi * frequency
+        return stiffness / rate**2, 2.0 * self.damping * stiffness / rate, stiffness
 
     @model_serializer(mode="wrap")
     def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
