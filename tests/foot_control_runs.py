@@ -96,7 +96,7 @@ class Recorded:
         return np.array([recall(memory, name)[0] for memory in self.memories])
 
 
-def standing() -> hp.KinematicControl:
-    """Return a walk at no speed: all feet are down and still."""
+def standing(cycle_time: float = 20.0) -> hp.KinematicControl:
+    """Return a walk at no speed: all feet are down and still; none would lift off for 10 s."""
     command = hp.VelocityCommand(time=[0.0, 1000.0], forward=[0.0, 0.0])
-    return hp.KinematicControl(hp.Gait.tripod(cycle_time=2.0), velocity=command)
+    return hp.KinematicControl(hp.Gait.tripod(cycle_time=cycle_time), velocity=command)
