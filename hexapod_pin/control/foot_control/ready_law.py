@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from hexapod_pin.control.foot_control.controller import FootControl
     from hexapod_pin.native import FootControlLaw, FootControlSettings, LegChain
 
-TOUCH_SHARE = 0.04
-"""Force of a foot that touches, over the robot's weight (*assumed*)."""
+TOUCH_SHARE = {"foot": 0.04, "torque": 0.12, "current": 0.2}
+"""Force of a foot that touches, over the robot's weight, by its source (*assumed*): what swinging
+legs and their drives leave in an estimate must not pass for ground."""
 
 FIELDS = ("q", "v", "torque", "rotation", "angular_velocity", "acceleration", "foot_force")
 """Readings in the order in which the core checks them."""
@@ -148,7 +149,7 @@ def law_settings(control: FootControl, scene: Any) -> FootControlSettings:
     out.period, out.lead = control.period, control.period + control.delay
     out.source = getattr(native.ForceSource, force.source)
     out.filter_time = force.filter_time
-    out.threshold = TOUCH_SHARE * weight if force.threshold is None else force.threshold
+    out.threshold = TOUCH_SHARE[force.source] * weight if force.threshold is None else force.threshold
     if control.slip is not None:
         out.signal = getattr(native.SlipSignal, control.slip.signal)
         kp, ki, kd = slip_gains(control, scene)
