@@ -27,11 +27,12 @@ inline Vec3 fitted_plane(const LegVectors& points, const LegNumbers& weight) {
   }
   if (!(normal(0, 0) > 0.0)) return Vec3::Zero();
   const Vec3 mean = normal.col(0) / normal(0, 0);  // 1 and the middle
-  Mat2 spread = normal.bottomRightCorner<2, 2>() - normal(0, 0) * mean.tail<2>() * mean.tail<2>().transpose();
+  const Vec2 middle = mean.tail<2>();
+  Mat2 spread = normal.bottomRightCorner<2, 2>() - normal(0, 0) * middle * middle.transpose();
   spread.diagonal().array() += kNear * kNear;
   const double height = right[0] / normal(0, 0);
-  const Vec2 slope = spread.inverse() * (right.tail<2>() - right[0] * mean.tail<2>());
-  return {height - slope.dot(mean.tail<2>()), slope[0], slope[1]};
+  const Vec2 slope = spread.inverse() * (right.tail<2>() - right[0] * middle);
+  return {height - slope.dot(middle), slope[0], slope[1]};
 }
 
 // Normal forces that hold a weight at a point of the plane, N: of all sets that balance force and
