@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from pydantic import PositiveFloat, SerializerFunctionWrapHandler, model_serializer
+from pydantic import PositiveFloat, model_serializer
+from pydantic import SerializerFunctionWrapHandler
 
 from hexapod_pin.spec import Spec
 

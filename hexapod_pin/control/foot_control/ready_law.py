@@ -62,7 +62,9 @@ class ReadyLaw:
         self.walk.reach(time + self.lead)
         feet, after = np.empty((len(memory), 6, 3)), np.empty_like(memory)
         readings = [np.ascontiguousarray(getattr(m, name)) for name in FIELDS]
-        row, (field, place) = self.law.update(self.walk.table, time, *readings, memory, after, feet)
+        row, (field, place) = self.law.update(
+            self.walk.table, time, *readings, memory, after, feet
+        )
         if row >= 0:
             raise self._fault(m, int(row), FIELDS[field], int(place))
         return feet, after

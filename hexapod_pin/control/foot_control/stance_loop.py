@@ -295,8 +295,9 @@ def _refusal(control: FootControl, scene: Any, radius: float, drift_time: float)
             ranges[name] = ends
     rate = math.log(radius) / control.period
     where = (
-        f"standing, with ticks of {1e3 * control.period:g} ms and a delay of "
-        f"{1e3 * control.loop_delay:g} ms, {scene.robot.name} would shake: by e in {1.0 / rate:.2g} s"
+        f"Standing, with ticks of {1e3 * control.period:g} ms and a delay of "
+        f"{1e3 * control.loop_delay:g} ms, {scene.robot.name} would shake: its motion grows by e in "
+        f"{1.0 / rate:.2g} s."
     )
     if not ranges:
         return ParameterError(
@@ -312,7 +313,7 @@ def _refusal(control: FootControl, scene: Any, radius: float, drift_time: float)
         for name in ranges
         if name != best and _distance(values[name], ranges[name]) > 0.0
     ]
-    hint = f"{where[0].upper()}{where[1:]}. " + (
+    hint = f"{where} " + (
         f"Or one of: {'; '.join(others)}; or a shorter delay." if others else "Or a shorter delay."
     )
     return ParameterError(best, values[best], _text(*ranges[best], PARAMETERS[best]), hint)

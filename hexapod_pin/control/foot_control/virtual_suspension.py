@@ -37,15 +37,15 @@ class VirtualSuspension(Spec):
 
     @property
     def rate(self) -> float:
-        """W [rad/s]."""
+        """w [rad/s]."""
         return 2.0 * math.pi * self.frequency
 
     @property
     def mass(self) -> float:
-        """M [kg]."""
+        """m [kg]."""
         return self.stiffness / self.rate**2
 
     @property
     def damper(self) -> float:
-        """C [N s/m]."""
+        """c [N s/m]."""
         return 2.0 * self.damping * self.stiffness / self.rate
