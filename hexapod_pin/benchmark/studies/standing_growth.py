@@ -118,8 +118,9 @@ class Stand:
 
 def _run(scene: hp.Scene, control: FootControl, start: Any, duration: float) -> Any:
     """Return a run, sampled at every tick."""
-    how = {"duration": duration, "sample": control.period, "accuracy": ACCURACY}
-    case = hp.Case(scene, control, initial=start, **how)
+    case = hp.Case(
+        scene, control, start, duration=duration, sample=control.period, accuracy=ACCURACY
+    )
     return lock_step_runs([case], case.settings)[0]
 
 

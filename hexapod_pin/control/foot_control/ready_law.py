@@ -10,7 +10,7 @@ import numpy as np
 from hexapod_pin.control.foot_control.leg_model import leg_chains
 from hexapod_pin.control.foot_control.loop_gains import slip_gains
 from hexapod_pin.control.foot_control.planned_walk import PlannedWalk
-from hexapod_pin.control.foot_control.stance_loop import refuse_unstable
+from hexapod_pin.control.foot_control.refuse_unstable import refuse_unstable
 from hexapod_pin.control.six_legs import SixLegs, six_legs
 from hexapod_pin.errors import ReachError, SensorError
 
