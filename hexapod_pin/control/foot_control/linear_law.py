@@ -114,8 +114,8 @@ def _tick(
 ) -> tuple[Array, Array]:
     """Return targets of the feet (B, 6, 3) and memories (B, N) after a tick; rows of readings."""
     feet, after = np.empty((len(memory), 6, 3)), np.empty_like(memory)
-    readings: Any = [np.ascontiguousarray(value) for value in point.values()]
-    law.update(table, 0.0, *readings, memory, after, feet)
+    update: Any = law.update
+    update(table, 0.0, *map(np.ascontiguousarray, point.values()), memory, after, feet)
     return feet, after
 
 
