@@ -163,7 +163,7 @@ def gain_borders(
             "legs shake. "
             "-inf: at rest before it could be watched. What decays without swinging (contacts of "
             "feet put down gently settle in about 1 s) can hide a faster decay of the oscillation. "
-            f"Largest difference {100.0 * worst:.1f} %; allowed: {100.0 * MARGIN:g} %.",
+            f"Largest difference {100.0 * worst:.1f} %, at most {100.0 * MARGIN:g} % asked for.",
             Table("", head, [one.row() for one in found]),
             Table(
                 "Default gains: growth [1/s] of feet put down at 0 and 0.1 m/s; below 0: stable",
