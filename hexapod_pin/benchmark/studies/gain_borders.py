@@ -196,8 +196,8 @@ def _defaults(delays: Sequence[float]) -> list[list[str]]:
     return rows
 
 
-def draw(found: Sequence[Border], path: Path, points: int = 11) -> None:
-    """Draw predicted borders over the delay, and the simulated ones on them."""
+def draw(found: Sequence[Border], path: Path, points: int = 6) -> None:
+    """Draw predicted borders over delays of whole ticks, and the simulated ones on them."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(12.0, 4.0), layout="constrained")
