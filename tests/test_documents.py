@@ -76,7 +76,16 @@ def test_commands_exist(page: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "page", ["terrain.md", "loads.md", "closed_loop.md", "walking.md", "drive.md", "cases.md"]
+    "page",
+    [
+        "terrain.md",
+        "loads.md",
+        "closed_loop.md",
+        "walking.md",
+        "drive.md",
+        "cases.md",
+        "foot_control_stability.md",
+    ],
 )
 def test_the_code_of_a_page_runs(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
