@@ -60,7 +60,5 @@ class PlannedWalk:
         feet, velocity = self._path.positions_and_velocities(time)
         still = np.ascontiguousarray(self._path.stance(time))
         twist = self._path.body.pose_and_twist(time)[1]
-        self.table.append(
-            *map(np.ascontiguousarray, (feet, velocity)), still, np.ascontiguousarray(twist)
-        )
+        self.table.append(*map(np.ascontiguousarray, (feet, velocity)), still, np.ascontiguousarray(twist))
         self._rows += count

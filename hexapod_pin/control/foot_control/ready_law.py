@@ -10,7 +10,7 @@ import numpy as np
 from hexapod_pin.control.foot_control.leg_model import leg_chains, standing_centre
 from hexapod_pin.control.foot_control.loop_gains import effective_delay, slip_gains, weight_of
 from hexapod_pin.control.foot_control.planned_walk import PlannedWalk
-from hexapod_pin.control.foot_control.stance_loop import refuse_unstable
+from hexapod_pin.control.foot_control.refuse_unstable import refuse_unstable
 from hexapod_pin.control.six_legs import SixLegs, six_legs
 from hexapod_pin.errors import ReachError, SensorError
 
@@ -63,7 +63,9 @@ class ReadyLaw:
         self.walk.reach(time + self.lead)
         feet, after = np.empty((len(memory), 6, 3)), np.empty_like(memory)
         readings = [np.ascontiguousarray(getattr(m, name)) for name in FIELDS]
-        row, (field, place) = self.law.update(self.walk.table, time, *readings, memory, after, feet)
+        row, (field, place) = self.law.update(
+            self.walk.table, time, *readings, memory, after, feet
+        )
         if row >= 0:
             raise self._fault(m, int(row), FIELDS[field], int(place))
         return feet, after
@@ -149,6 +151,7 @@ def law_settings(control: FootControl, scene: Any) -> FootControlSettings:
     out.period, out.lead = control.period, control.period + control.delay
     out.source = getattr(native.ForceSource, force.source)
     out.filter_time = force.filter_time
+    out.radius = six_legs(robot).radius.tolist()
     out.threshold = TOUCH_SHARE[force.source] * weight if force.threshold is None else force.threshold
     if control.slip is not None:
         out.signal = getattr(native.SlipSignal, control.slip.signal)

@@ -137,6 +137,7 @@ void bind_control_settings(nb::module_& m) {
       .def_rw("source", &FootControlSettings::source)
       .def_rw("filter_time", &FootControlSettings::filter_time)
       .def_rw("threshold", &FootControlSettings::threshold)
+      .def_rw("radius", &FootControlSettings::radius)
       .def_rw("signal", &FootControlSettings::signal)
       .def_rw("slip", &FootControlSettings::slip)
       .def_rw("suspended", &FootControlSettings::suspended)

@@ -21,6 +21,8 @@ struct FootControlSettings {
   double filter_time = 0.0;  // of the forces, s
   double threshold = 1.0;    // force of a foot that touches, N
 
+  std::array<double, kLegs> radius = {};  // of the feet, m
+
   SlipSignal signal = SlipSignal::none;
   SlipGains slip;
   bool anticipates = false;  // whether commands allow for how servos give way to the nominal loads

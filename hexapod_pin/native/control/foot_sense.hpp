@@ -26,7 +26,9 @@ struct Felt {
   Vec3 up = Vec3::UnitZ();     // normal of the plane of the standing feet
   Vec3 rate;                   // of the trunk, rad/s
   double roll = 0.0, pitch = 0.0;
-  LegVectors foot, moved;  // measured places, and their change since the last tick, m
+  LegVectors foot;   // measured places of the centres, m
+  LegVectors moved;  // of the contact points over the ground since the last tick, but for the trunk's way, m
+  LegVectors spin;   // of the feet, rad/s
   std::array<bool, kLegs> touches, free;
   std::array<Mat3, kLegs> give;  // of a foot to the force on it: J diag(1/kp) J^T, m/N
 };
@@ -60,6 +62,8 @@ class FootSense {
     }
     const Vec3 plane = fitted_plane(felt.foot, standing);
     felt.up = Vec3(-plane[1], -plane[2], 1.0).normalized();
+    for (int l = 0; l < kLegs; ++l)  // a sphere rolls without sliding
+      felt.moved[l] += set_.period * (felt.rate.cross(felt.foot[l]) - felt.spin[l].cross(set_.radius[l] * felt.up));
     return felt;
   }
 
@@ -80,6 +84,9 @@ class FootSense {
     felt.give[l] = pose.jacobian * set_.give[l].asDiagonal() * pose.jacobian.transpose();
     felt.moved[l] = begun ? Vec3(pose.foot - leg.foot) : Vec3::Zero();
     leg.foot = pose.foot;
+    Vec3 spin = felt.rate;
+    for (int k = 0; k < 3; ++k) spin += pose.axis[k] * in.v[joints_[l][k]];
+    felt.spin[l] = spin;
     const Vec3 force = set_.source == ForceSource::foot
                            ? Vec3(rotation.transpose() * vector(in.foot_force + 3 * feet_[l]))
                            : estimated(l, in, pose, leg, begun);

@@ -42,17 +42,11 @@ class SlipCorrection {
   // How far feet have slid on the ground since touch-down, the trunk's own motion taken out; negative, as
   // the correction goes against it, m.
   LegVectors against_slip(const Felt& felt, const LegNumbers& load, ControlMemory& m) const {
-    double all = 0.0;
-    Vec3 mean = Vec3::Zero();
-    LegVectors moved, out;
-    for (int l = 0; l < kLegs; ++l) {
-      moved[l] = felt.moved[l] + set_.period * felt.rate.cross(felt.foot[l]);
-      all += load[l], mean += load[l] * moved[l];
-    }
-    if (all > 0.0) mean /= all;
+    const PlanarMotion common = common_motion(felt.foot, felt.moved, load, felt.up);
+    LegVectors out;
     for (int l = 0; l < kLegs; ++l) {
       LegMemory& leg = m.leg[l];
-      if (load[l] > 0.0) leg.slid += moved[l] - mean;
+      if (load[l] > 0.0) leg.slid += felt.moved[l] - common.at(felt.foot[l], felt.up);
       leg.slid -= felt.up * felt.up.dot(leg.slid);
       out[l] = -leg.slid;
     }
