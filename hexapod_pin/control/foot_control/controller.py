@@ -8,8 +8,6 @@ from collections import OrderedDict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from hexapod_pin.arrays import digest
 from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.control.foot_control.foot_force_sensing import FootForceSensing

@@ -62,10 +62,13 @@ class ReadyLaw:
         """
         self.walk.reach(time + self.lead)
         feet, after = np.empty((len(memory), 6, 3)), np.empty_like(memory)
-        readings = [np.ascontiguousarray(getattr(m, name)) for name in FIELDS]
-        row, (field, place) = self.law.update(
-            self.walk.table, time, *readings, memory, after, feet
+        q, v, torque, rotation, rate, acceleration, force = (
+            np.ascontiguousarray(getattr(m, name)) for name in FIELDS
         )
+        row, (field, place) = self.law.update(
+            self.walk.table, time, q, v, torque, rotation, rate, acceleration, force,
+            memory, after, feet,
+        )  # fmt: skip
         if row >= 0:
             raise self._fault(m, int(row), FIELDS[field], int(place))
         return feet, after
@@ -152,7 +155,9 @@ def law_settings(control: FootControl, scene: Any) -> FootControlSettings:
     out.source = getattr(native.ForceSource, force.source)
     out.filter_time = force.filter_time
     out.radius = six_legs(robot).radius.tolist()
-    out.threshold = TOUCH_SHARE[force.source] * weight if force.threshold is None else force.threshold
+    out.threshold = (
+        TOUCH_SHARE[force.source] * weight if force.threshold is None else force.threshold
+    )
     if control.slip is not None:
         out.signal = getattr(native.SlipSignal, control.slip.signal)
         kp, ki, kd = slip_gains(control, scene)
