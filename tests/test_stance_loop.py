@@ -87,7 +87,9 @@ def test_a_tick_of_the_suspension_is_that_of_its_equation() -> None:
     part, h = VirtualSuspension(), 0.005
     control = FootControl(STAND, suspension=part)
     law = linear_law(control, scene, StanceModel.of(scene))
-    system = np.array([[0.0, 1.0], [-part.stiffness / part.mass, -part.damper / part.mass]])
+    weight = scene.robot.total_mass * 9.81
+    mass, damper, stiffness = part.gains(weight, 1.5 * h)
+    system = np.array([[0.0, 1.0], [-stiffness / mass, -damper / mass]])
     expected = np.linalg.eigvals(np.linalg.inv(np.eye(2) - h * system))
     found = np.linalg.eigvals(law.memory)
     assert law.size == 12 and law.fields == ("q", "rotation", "foot_force")
@@ -163,18 +165,12 @@ def test_simulation_grows_beyond_the_border_alone(
     assert stand.growth(above) == pytest.approx(rate, rel=0.15)
 
 
-def test_a_slip_that_rolling_fakes_turns_the_trunk() -> None:
-    """The yaw that the slip signal feeds grows with the radius of the feet, and is let pass."""
-    radii = (1e-4, 2e-4)
-    rates = []
-    for radius in radii:
-        scene = hp.Scene(hp.load_robot("kharagpur", foot_radius=radius))
-        control = FootControl(STAND, slip=SlipPid(signal="slip", ki=10.0))
-        rates.append(math.log(spectral_radius(control, scene)))
-    assert rates[1] / rates[0] == pytest.approx(2.0, rel=0.02)
-    scene = hp.Scene(hp.load_robot("kharagpur"))
+@pytest.mark.parametrize("name", ["kharagpur", "athena"])
+def test_rolling_feet_do_not_turn_the_trunk(name: str) -> None:
+    """What rolls is not taken for slip: it would turn a standing robot about the vertical."""
+    scene = hp.Scene(hp.load_robot(name))
     walk = FootControl(hp.Gait.tripod(), slip=SlipPid(signal="slip"))
-    assert spectral_radius(walk, scene) > 1.0
+    assert spectral_radius(walk, scene) < 1.0
     refuse_unstable(walk, scene)
 
 
