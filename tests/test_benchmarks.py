@@ -35,6 +35,16 @@ SHORT = {
     "creep": ["--duration", "0.05"],
     "drive_promise": ["--scenes", "1", "--methods", "extrapolated-euler", "--seed", "3"],
     "formulations_cost": ["--rounds", "1", "--stiffnesses", "1"],
+    "gain_borders": [
+        "--robots",
+        "athena",
+        "--contacts",
+        "accurate",
+        "--quantities",
+        "suspension.frequency",
+        "--delays",
+        "20",
+    ],
     "one_hour": ["--cycles", "2"],
     "peak_sampling": [
         "--robots",
@@ -83,7 +93,8 @@ def test_every_script_is_tested_and_every_page_names_its_script() -> None:
 @pytest.mark.parametrize("name", [name for name in SHORT if name not in ("step_cost",)])
 def test_study_writes_its_page(name: str, tmp_path: Path, capsys) -> None:
     """Command and machine in the head, no host, no path; the page is printed too."""
-    words = [*SHORT[name], *(["--figure", str(tmp_path / "f.svg")] * (name == "constraint_drift"))]
+    drawn = name in ("constraint_drift", "gain_borders")
+    words = [*SHORT[name], *(["--figure", str(tmp_path / "f.svg")] * drawn)]
     assert script(name).main([*words, "--out", str(tmp_path)]) in (0, 1)
     page = (tmp_path / f"{name}.md").read_text()
     assert capsys.readouterr().out.strip() == page.strip()

@@ -83,13 +83,13 @@ def test_a_foot_on_a_bump_is_drawn_up_and_one_over_a_hole_reaches_down(name, hei
 @every_robot
 @pytest.mark.parametrize("heading", [0.0, np.pi / 2, -2.5])
 def test_levelling_puts_the_trunk_level_on_a_slope(name, heading):
-    """Five degrees are within its limit of 0.12 rad; a slope up along x is a negative pitch."""
+    """Five degrees are within the limit of 0.12 rad; a slope up along x is a negative pitch."""
     scene = hp.Scene(robot(name), terrain=hp.Slope(angle=np.radians(5.0), heading=heading))
     tilt = [
         roll_and_pitch(
             hp.simulate(scene, hp.FootControl(standing(), levelling=part), duration=4.0, sample=0.1)
         )
-        for part in (None, hp.Levelling())
+        for part in (None, hp.Levelling(limit=0.12))
     ]
     expected = np.radians(5.0) * np.array([np.sin(heading), -np.cos(heading)])
     assert tilt[0] == pytest.approx(expected, abs=np.radians(0.1))
