@@ -244,6 +244,7 @@ def test_parameters_out_of_range_are_named(make, words):
     [
         ({"slips": 1}, "controller.slips = 1: must be one of"),
         ({"slip": 3}, "controller.slip = 3: must be a table"),
+        ({"gait": hp.Gait.ripple().model_dump()}, "controller.gait"),
         ({"slip": {"gain": 1.0}}, "SlipPid.gain"), ({"walk": None}, "controller.kind"),
         ({"period": "x"}, "FootControl.period = 'x'"),
         ({"slip": {"kind": "virtual-suspension"}}, "SlipPid.kind"),
