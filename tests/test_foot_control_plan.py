@@ -77,13 +77,9 @@ def test_the_schedule_is_that_of_the_path(walk):
         assert row[swings, 7] == pytest.approx((age[swings] - duty) / (1.0 - duty), abs=1e-9)
         assert not row[down, 7].any()
         planned = age < duty
-        left = (
-            np.where(planned, duty - age, 1.0 - age + duty) * cycle
-        )  # of legs that wait: the next
+        left = np.where(planned, duty - age, 1.0 - age + duty) * cycle
         middle = np.where(planned, time + left + 0.5 * (1.0 - duty) * cycle, 0.0)
-        left += cycle * (
-            planned & np.diagonal(path.stance(middle))
-        )  # of legs that do not lift then
+        left += cycle * (planned & np.diagonal(path.stance(middle)))
         assert row[down, 8] == pytest.approx(left[down], abs=1e-9)
 
 
