@@ -170,7 +170,6 @@ def gain_borders(
                 ["robot", "delay [ms]", "suspension", "slip (force)", "slip (slip)", "both"],
                 _defaults(times),
             ),
-            "The slow growth of the slip signal is a turn of the trunk about the vertical.",
         ],
         met=all(one.met for one in found),
     )
