@@ -1,0 +1,163 @@
+"""Robots, controllers and grounds of the study of foot control."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import hexapod_pin as hp
+from hexapod_pin.ground.terrain import study_grounds
+from hexapod_pin.results.comparison import Comparison
+from hexapod_pin.results.estimate import Estimate
+from hexapod_pin.sweep.compare import PlannedRun, compare_runs, plan_runs
+
+GAITS = {
+    "athena": hp.Gait.tripod(stroke=0.08, cycle_time=1.6),
+    "kharagpur": hp.Gait.tripod(stroke=0.10, cycle_time=1.2),
+}
+"""On level ground; elsewhere feet are lifted by LIFT."""
+
+LIFT = 0.04
+"""[m]"""
+
+CONVENTIONAL = "conventional"
+
+PARTS: dict[str, dict[str, Any]] = {
+    "slip": {"slip": hp.SlipPid()},
+    "slip, not anticipating": {"slip": hp.SlipPid(anticipates=False)},
+    "suspension": {"suspension": hp.VirtualSuspension()},
+    "both": {"slip": hp.SlipPid(), "suspension": hp.VirtualSuspension()},
+    "suspension, touch-down": {
+        "suspension": hp.VirtualSuspension(),
+        "touch_down": hp.TouchDown(),
+    },
+    "all": {
+        "slip": hp.SlipPid(),
+        "suspension": hp.VirtualSuspension(),
+        "touch_down": hp.TouchDown(),
+        "levelling": hp.Levelling(),
+    },
+}
+"""What foot control consists of, by name; everything else as by default."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much the study does.
+
+    Attributes:
+        robots: names of the robots.
+        seeds: grounds of bumps.
+        way: length of the plan in comparisons [m].
+        seconds: length of shorter walks, at least [s].
+        far: what is asked for in long walks [m].
+        candidates: budget of tuning, per robot.
+        quick: whether values of parameters and conditions are thinned out.
+    """
+
+    robots: tuple[str, ...] = tuple(GAITS)
+    seeds: int = 5
+    way: float = 1.2
+    seconds: float = 6.0
+    far: float = 10.0
+    candidates: int = 36
+    quick: bool = False
+
+    @classmethod
+    def of(cls, quick: bool) -> Size:
+        """Return the size of the study, or the smallest that runs all of it."""
+        if not quick:
+            return cls()
+        return cls(
+            ("kharagpur",), seeds=2, way=0.4, seconds=2.4, far=0.3, candidates=8, quick=True
+        )
+
+    def some(self, values: Iterable[Any]) -> list[Any]:
+        """Return all values, or the first two of a quick study."""
+        return list(values)[: 2 if self.quick else None]
+
+
+def uneven(robot: str) -> hp.Gait:
+    """Return the gait of a robot on uneven ground."""
+    return GAITS[robot].with_changes(lift=LIFT)
+
+
+def controllers(walk: Any, names: Iterable[str] = tuple(PARTS), **settings: Any) -> dict[str, Any]:
+    """Return conventional control and foot control by name; `settings` are those of all parts."""
+    open_loop = hp.KinematicControl(walk) if isinstance(walk, hp.Gait) else walk
+    found = {name: hp.FootControl(open_loop, **PARTS[name], **settings) for name in names}
+    return {CONVENTIONAL: open_loop, **found}
+
+
+def ground(
+    robot: str, name: str, *, way: float, seed: int = 0, contact: hp.Contact | None = None
+) -> hp.Scene:
+    """Return a robot on one of `study_grounds`, as large as a walk of `way` [m] needs."""
+    terrain, own = study_grounds(LIFT, seed=seed, length=way + 1.5)[name]
+    return hp.Scene(
+        hp.load_robot(robot), terrain=terrain, contact=own or contact or hp.Contact.accurate()
+    )
+
+
+def bumps(robot: str, seeds: int, way: float, first: int = 0) -> list[hp.Scene]:
+    """Return a robot on random bumps of half the lift, one scene per seed."""
+    return [ground(robot, "bumps", way=way, seed=first + k) for k in range(seeds)]
+
+
+def ground_comparison(robot: str, size: Size) -> Comparison:
+    """Return all controllers on S1's flat ground, with two contacts, and on all other grounds."""
+    gait = GAITS[robot]
+    duration = size.way / gait.speed
+    flat = {
+        "flat, s1 contact": ground(robot, "flat", way=size.way, contact=hp.Contact.s1()),
+        "flat": ground(robot, "flat", way=size.way),
+    }
+    others: dict[str, Any] = {"bumps": bumps(robot, size.seeds, size.way)}
+    if not size.quick:
+        for name in ("slope", "step", "slippery", "soft", "soil"):
+            others[name] = ground(robot, name, way=size.way)
+    planned: list[PlannedRun] = plan_runs(flat, controllers(gait), duration=duration)
+    planned += plan_runs(others, controllers(uneven(robot)), duration=duration)
+    return compare_runs(planned)
+
+
+def percent(change: Estimate | None) -> str:
+    """Return a change in percent, with its interval where there is one."""
+    if change is None:
+        return "-"
+    width = "" if change.half_width is None else f" ± {100.0 * change.half_width:.0f}"
+    return f"{100.0 * change.value:+.0f}{width}"
+
+
+def walked(comparison: Comparison, scene: str, name: str) -> str:
+    """Return how many runs of a controller walked, and what became of the others."""
+    outcomes = [run.outcome.value for run in comparison.of(scene, name)]
+    others = ", ".join(sorted({word for word in outcomes if word != "walked"}))
+    return f"{outcomes.count('walked')}/{len(outcomes)}" + (f" ({others})" if others else "")
+
+
+def numbers(comparison: Comparison, metrics: Iterable[str]) -> dict[str, Any]:
+    """Return means and changes of some metrics as data, to four digits."""
+
+    def plain(found: Estimate | None) -> Mapping[str, Any] | None:
+        if found is None:
+            return None
+        return {
+            key: float(f"{value:.4g}") if isinstance(value, float) else value
+            for key, value in found.to_dict().items()
+        }
+
+    return {
+        scene: {
+            name: {
+                metric: {
+                    "mean": plain(comparison.mean(scene, name, metric)),
+                    "change": plain(comparison.change(scene, name, metric)),
+                }
+                for metric in metrics
+            }
+            for name in comparison.controllers
+        }
+        for scene in comparison.scenes
+    }
