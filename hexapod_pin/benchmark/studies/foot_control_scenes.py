@@ -7,6 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import hexapod_pin as hp
+from hexapod_pin.control.foot_control.stance_loop import (
+    parameter_value,
+    stable_range,
+    with_parameter,
+)
 from hexapod_pin.ground.terrain import study_grounds
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.estimate import Estimate
@@ -20,6 +25,9 @@ GAITS = {
 
 LIFT = 0.04
 """[m]"""
+
+STABLE_SHARE = 0.6
+"""Frequency of the suspension over its border, where the default would make the robot shake."""
 
 CONVENTIONAL = "conventional"
 
@@ -88,6 +96,17 @@ def controllers(walk: Any, names: Iterable[str] = tuple(PARTS), **settings: Any)
     open_loop = hp.KinematicControl(walk) if isinstance(walk, hp.Gait) else walk
     found = {name: hp.FootControl(open_loop, **PARTS[name], **settings) for name in names}
     return {CONVENTIONAL: open_loop, **found}
+
+
+def stable(control: Any, scene: hp.Scene) -> Any:
+    """Return a controller, its suspension slower where the default would make the robot shake."""
+    if not isinstance(control, hp.FootControl) or control.suspension is None:
+        return control
+    own = parameter_value(control, scene, "suspension.frequency")
+    border = stable_range(control, scene, "suspension.frequency")[1]
+    if own < border:
+        return control
+    return with_parameter(control, "suspension.frequency", STABLE_SHARE * border)
 
 
 def ground(
