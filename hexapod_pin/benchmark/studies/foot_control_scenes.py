@@ -58,7 +58,6 @@ class Size:
         robots: names of the robots.
         seeds: grounds of bumps.
         way: length of the plan in comparisons [m].
-        seconds: length of shorter walks, at least [s].
         far: what is asked for in long walks [m].
         candidates: budget of tuning, per robot.
         quick: whether values of parameters and conditions are thinned out.
@@ -67,7 +66,6 @@ class Size:
     robots: tuple[str, ...] = tuple(GAITS)
     seeds: int = 5
     way: float = 1.2
-    seconds: float = 6.0
     far: float = 10.0
     candidates: int = 36
     quick: bool = False
@@ -78,7 +76,7 @@ class Size:
         if not quick:
             return cls()
         return cls(
-            ("kharagpur",), seeds=2, way=0.4, seconds=2.4, far=0.3, candidates=8, quick=True
+            ("kharagpur",), seeds=2, way=0.4, far=0.3, candidates=8, quick=True
         )
 
     def some(self, values: Iterable[Any]) -> list[Any]:
