@@ -50,7 +50,7 @@ class ErrorRow:
         cells = [
             cell
             for error, verdict in zip(self.errors, verdicts, strict=True)
-            for cell in (f"{error:.1e}", verdict)
+            for cell in (f"{error:.2e}", verdict)
         ]
         return [self.robot, self.scene, self.controller, f"{self.asked:g}", *cells]
 

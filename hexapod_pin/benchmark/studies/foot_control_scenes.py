@@ -76,7 +76,7 @@ class Size:
         if not quick:
             return cls()
         return cls(
-            ("kharagpur",), seeds=2, way=0.4, far=0.3, candidates=8, quick=True
+            ("kharagpur",), seeds=2, way=0.4, far=0.3, candidates=10, quick=True
         )
 
     def some(self, values: Iterable[Any]) -> list[Any]:

@@ -58,7 +58,7 @@ def tuned(robot: str, size: Size) -> TuningResult:
     gait = uneven(robot)
     settings: dict[str, Any] = {**ROBUST, "duration": way / gait.speed}
     if size.quick:
-        settings["population"] = 4
+        settings["population"] = 5
     return hp.tune(
         lambda values: both(robot, values), START, BOUNDS,
         scenes(("bumps", 0), ("bumps", 1), ("flat", 0), ("step", 0)), OBJECTIVE,
