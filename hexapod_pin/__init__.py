@@ -84,13 +84,13 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.loads import LostLeg as LostLeg
     from hexapod_pin.simulation.loads import Payload as Payload
     from hexapod_pin.simulation.loads import Push as Push
-    from hexapod_pin.simulation.objective import RelativeObjective as RelativeObjective
     from hexapod_pin.simulation.run import simulate as simulate
     from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session
-    from hexapod_pin.simulation.tuning import tune as tune
-    from hexapod_pin.simulation.tuning_result import TuningResult as TuningResult
     from hexapod_pin.sweep.compare import compare as compare
+    from hexapod_pin.sweep.objective import RelativeObjective as RelativeObjective
+    from hexapod_pin.sweep.tuning import tune as tune
+    from hexapod_pin.sweep.tuning_result import TuningResult as TuningResult
 
     __version__: str
 
@@ -128,7 +128,7 @@ _MODULES = {
     "Payload": "simulation.loads",
     "Push": "simulation.loads",
     "Ramp": "ground.terrain",
-    "RelativeObjective": "simulation.objective",
+    "RelativeObjective": "sweep.objective",
     "Restitution": "ground.contact",
     "Robot": "robot.robot",
     "SampledTrajectory": "control.sampled_trajectory",
@@ -150,7 +150,7 @@ _MODULES = {
     "TorqueBudget": "results.robot_budget",
     "TouchDown": "control.foot_control",
     "Trace": "results.trace",
-    "TuningResult": "simulation.tuning_result",
+    "TuningResult": "sweep.tuning_result",
     "VelocityCommand": "control.velocity_command",
     "VirtualSuspension": "control.foot_control",
     "WalkMetrics": "results.walk_metrics",
@@ -166,7 +166,7 @@ _MODULES = {
     "simulate_batch": "simulation.batch",
     "study_grounds": "ground.terrain",
     "torque_budget": "results.torque_budget",
-    "tune": "simulation.tuning",
+    "tune": "sweep.tuning",
     "urdf_path": "robot.robot",
 }
 

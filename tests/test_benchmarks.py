@@ -36,6 +36,16 @@ SHORT = {
     "drive_promise": ["--scenes", "1", "--methods", "extrapolated-euler", "--seed", "3"],
     "foot_control": ["--quick"],
     "formulations_cost": ["--rounds", "1", "--stiffnesses", "1"],
+    "gain_borders": [
+        "--robots",
+        "athena",
+        "--contacts",
+        "accurate",
+        "--quantities",
+        "suspension.frequency",
+        "--delays",
+        "20",
+    ],
     "one_hour": ["--cycles", "2"],
     "peak_sampling": [
         "--robots",
@@ -84,9 +94,11 @@ def test_every_script_is_tested_and_every_page_names_its_script() -> None:
 @pytest.mark.parametrize("name", [name for name in SHORT if name not in ("step_cost",)])
 def test_study_writes_its_page(name: str, tmp_path: Path, capsys) -> None:
     """Command and machine in the head, no host, no path; the page is printed too."""
-    places = {"constraint_drift": ["--figure", "f.svg"], "foot_control": ["--docs", "docs"]}
-    *option, place = places.get(name, ["."])
-    words = [*SHORT[name], *option, *([str(tmp_path / place)] if option else [])]
+    places = {name: ["--figure", "f.svg"] for name in ("constraint_drift", "gain_borders")}
+    places["foot_control"] = ["--docs", "docs"]
+    words = list(SHORT[name])
+    if name in places:
+        words += [places[name][0], str(tmp_path / places[name][1])]
     assert script(name).main([*words, "--out", str(tmp_path)]) in (0, 1)
     page = (tmp_path / f"{name}.md").read_text()
     assert capsys.readouterr().out.strip() == page.strip()

@@ -167,7 +167,7 @@ def test_lock_step_gives_every_case_its_bits():
     cases = [Case(scene, controller, duration=0.05, accuracy=1e-4, sample=2e-3) for scene in scenes]
     how = cases[0].settings
     alone = [lock_step_runs([case], how)[0].trace().q for case in cases[:7]]
-    seven = [r.trace().q for r in lock_step_runs(cases[:7], how)]
+    seven = [r.trace().q for r in lock_step_runs(cases[:7], how, threads=2)]
     many = [r.trace().q for r in lock_step_runs(cases, how)]
     simulated = hp.simulate(scenes[3], controller, duration=0.05, accuracy=1e-4, sample=2e-3).q
     for k in range(7):

@@ -15,6 +15,20 @@ def compare(
         list[Path],
         typer.Argument(help="Files that `walk --save-case` left; the first is the baseline."),
     ],
+    controllers: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            help="Walk the first case's walk under these instead, separated by commas: "
+            "conventional, slip, suspension, both, all.",
+        ),
+    ] = None,
+    grounds: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            help="Put it on these, separated by commas: flat, slope, bumps, step, slippery, soft, "
+            "soil; sized by the gait's lift.",
+        ),
+    ] = None,
     own_scenes: Annotated[
         bool,
         typer.Option(
@@ -62,7 +76,14 @@ def compare(
     ] = None,
 ) -> None:
     """Compare the controllers of cases on the scene of the first, in its settings."""
-    from hexapod_pin.commands.compare_cases import bumpy, own_runs, read_cases, shared_runs
+    from hexapod_pin.commands.compare_cases import (
+        bumpy,
+        controlled,
+        own_runs,
+        read_cases,
+        shared_runs,
+        study_scenes,
+    )
     from hexapod_pin.commands.compare_report import ComparisonFiles, compare_and_report
     from hexapod_pin.commands.import_file import import_file
 
@@ -70,7 +91,9 @@ def compare(
     if code is not None:
         import_file("--import", code)
     found = read_cases(cases)
-    scenes = bumpy(
+    if controllers is not None:
+        found = controlled(found, controllers, own_scenes=own_scenes)
+    scenes = study_scenes(found, grounds, own_scenes=own_scenes or bumps is not None) or bumpy(
         found, amplitude=bumps, wavelength=wavelength, seeds=seeds, length=length, level=level,
         own_scenes=own_scenes,
     )  # fmt: skip

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import ParameterError, UnknownNameError
 
 if TYPE_CHECKING:
     from hexapod_pin.simulation.case import Case
@@ -35,6 +36,58 @@ def read_cases(paths: Sequence[Path]) -> dict[str, Case]:
         found[path.stem] = load_case(path)
         if found[path.stem].duration is None:
             raise ParameterError(f"{path}: duration", None, "given [s]")
+    return found
+
+
+def controlled(cases: dict[str, Case], names: str, *, own_scenes: bool) -> dict[str, Case]:
+    """Return the first case under foot control by name.
+
+    Raises:
+        ParameterError: several cases, scenes of their own, or a case whose controller is no walk.
+        UnknownNameError: a name that is none.
+    """
+    from hexapod_pin.control.foot_control import FootControl, named_controls
+
+    first = next(iter(cases.values()))
+    if len(cases) > 1 or own_scenes:
+        raise ParameterError("--controllers", names, "given with one case, without --own-scenes")
+    walk = first.controller.walk if isinstance(first.controller, FootControl) else first.controller
+    wanted = [name.strip() for name in names.split(",")]
+    return {
+        name: replace(first, controller=controller)
+        for name, controller in named_controls(walk, wanted).items()
+    }
+
+
+def study_scenes(
+    cases: dict[str, Case], grounds: str | None, *, own_scenes: bool
+) -> dict[str, list[Scene]]:
+    """Return the first case's scene on the grounds for comparisons; empty for None.
+
+    Raises:
+        ParameterError: given with scenes of their own or bumps, or a gait that does not lift.
+        UnknownNameError: a ground that is none.
+    """
+    from hexapod_pin.ground.terrain import study_grounds
+
+    if grounds is None:
+        return {}
+    if own_scenes:
+        raise ParameterError("--grounds", grounds, "given without --own-scenes and --bumps")
+    first = next(iter(cases.values()))
+    gait = getattr(first.controller, "gait", None)
+    if gait is None or gait.lift <= 0.0:
+        raise ParameterError("--grounds", grounds, "given with a gait that lifts its feet")
+    way = max(map(planned_way, cases.values()))
+    known = study_grounds(gait.lift, seed=0, length=way)
+    found = {}
+    for name in (part.strip() for part in grounds.split(",")):
+        if name not in known:
+            raise UnknownNameError("ground", name, list(known))
+        terrain, contact = known[name]
+        found[name] = [
+            replace(first.scene, terrain=terrain, contact=contact or first.scene.contact)
+        ]
     return found
 
 

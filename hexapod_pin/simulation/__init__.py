@@ -5,12 +5,9 @@ from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.loaded_model import loaded_model
 from hexapod_pin.simulation.loads import LostLeg, Payload, Push
 from hexapod_pin.simulation.methods import METHODS, Method
-from hexapod_pin.simulation.objective import RelativeObjective
 from hexapod_pin.simulation.run import simulate
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.simulation.session import Session
-from hexapod_pin.simulation.tuning import tune
-from hexapod_pin.simulation.tuning_result import TuningResult
 
 __all__ = [
     "Case",
@@ -19,14 +16,11 @@ __all__ = [
     "Method",
     "Payload",
     "Push",
-    "RelativeObjective",
     "Scene",
     "Session",
-    "TuningResult",
     "iterate_batch",
     "load_case",
     "loaded_model",
     "simulate",
     "simulate_batch",
-    "tune",
 ]

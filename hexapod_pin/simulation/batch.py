@@ -38,7 +38,7 @@ def simulate_batch(
         step: as in `simulate` [s].
         sample: as in `simulate` [s].
         threads: how many run at a time; fewer where the system gives no more. Controllers that
-            take part in the run are Python and share one.
+            take part in the run are Python and share one; their runs advance on all between ticks.
         keep: "trace", or "summary": no samples are kept, so that thousands fit into memory.
         errors: "keep": a case that fails is an entry of the result; "raise": the error of the first
             case that failed is raised, after all have been run.

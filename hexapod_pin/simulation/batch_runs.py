@@ -46,6 +46,7 @@ class BatchRuns:
         self.open = deque(sorted(self.cases.keys() - set(live)))
         self.groups = deque(_groups(self.cases, live))
         self.threads = max(1, min(threads, len(self.open)))
+        self.live_threads = threads
 
     def results(self) -> Iterator[Result]:
         """Yield results as cases finish."""
@@ -94,7 +95,9 @@ class BatchRuns:
         """Run cases with one feedback controller side by side; where that fails, one by one."""
         cases = [self.cases[k] for k in group]
         try:
-            runs = lock_step_runs(cases, cases[0].settings, record=self.record)
+            runs = lock_step_runs(
+                cases, cases[0].settings, record=self.record, threads=self.live_threads
+            )
         except SimulationInterrupted:
             raise
         except Exception as error:

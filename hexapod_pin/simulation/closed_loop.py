@@ -33,6 +33,7 @@ def lock_step_runs(
     how: RunSettings,
     *,
     record: bool = True,
+    threads: int = 1,
     progress: Callable[[float], None] | None = None,
 ) -> list[NativeRun]:
     """Run cases of one robot, one controller and one start time side by side.
@@ -41,10 +42,11 @@ def lock_step_runs(
         cases: what to run.
         how: method, duration and sampling.
         record: whether samples are kept.
+        threads: how many advance at a time, between the ticks; the bits do not depend on it.
         progress: called with the finished fraction now and then.
     """
     runs = [set_up(case, how, record=record) for case in cases]
-    loop = ControlLoop(runs, cases[0].controller)  # type: ignore[arg-type]
+    loop = ControlLoop(runs, cases[0].controller, threads)  # type: ignore[arg-type]
     if len(cases) == 1:
         resume(loop, cases[0].initial)
     _run(loop, runs, runs[0].time + how.duration, progress)

@@ -28,13 +28,15 @@ SAME_INSTANT = 1e-12
 class ControlLoop:
     """B runs in lock-step under one controller."""
 
-    def __init__(self, runs: Sequence[NativeRun], controller: FeedbackController) -> None:
-        """Start the controller of runs of one kind of robot, at one time.
+    def __init__(
+        self, runs: Sequence[NativeRun], controller: FeedbackController, threads: int = 1
+    ) -> None:
+        """Start the controller of runs of one kind of robot, at one time; threads as `LockStep`.
 
         Raises:
             ParameterError: a period or delay out of range.
         """
-        self.together, self.controller = LockStep(runs), controller
+        self.together, self.controller = LockStep(runs, threads), controller
         self.period = _time("period", controller.period, smallest=np.nextafter(0.0, 1.0))
         self.delay = _time("delay", getattr(controller, "delay", 0.0), smallest=0.0)
         sensors: Sensors = getattr(controller, "sensors", None) or Sensors()

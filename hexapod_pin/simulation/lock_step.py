@@ -26,9 +26,9 @@ class LockStep:
     commanded does not matter.
     """
 
-    def __init__(self, runs: Sequence[NativeRun]) -> None:
-        """Take runs of one kind of robot; they stand at one time."""
-        self.runs = list(runs)
+    def __init__(self, runs: Sequence[NativeRun], threads: int = 1) -> None:
+        """Take runs of one kind of robot; they stand at one time. So many advance at a time."""
+        self.runs, self.threads = list(runs), threads
         self.robot = self.runs[0].scene.robot
         self.time = max(run.time for run in self.runs)
         self._shape = (len(self.runs), len(self.robot.joint_names))
@@ -57,7 +57,7 @@ class LockStep:
         """Advance all that have not diverged to a time [s]."""
         from hexapod_pin import native as _native
 
-        good = _native.advance_together(self._rollouts, until)
+        good = _native.advance_together(self._rollouts, until, self.threads)
         self.time = until
         if not all(good):
             for k, still in zip(self._going, good, strict=True):

@@ -164,9 +164,7 @@ def _subjects(name: str, duration: float, how: dict[str, Any]) -> dict[str, Call
 
     def lock_step(control: Any) -> Callable[[], float]:
         cases = [hp.Case(scene, control, **how) for _ in range(LOCK_STEP)]
-        return speed(
-            lambda: lock_step_runs(cases, cases[0].settings, record=False), LOCK_STEP
-        )
+        return speed(lambda: lock_step_runs(cases, cases[0].settings, record=False), LOCK_STEP)
 
     found = {"open loop": single(hp.KinematicControl(GAITS[name]))}
     for key, control in _controllers(name, duration).items():

@@ -40,7 +40,6 @@ from hexapod_pin.benchmark.studies.foot_control_page import (
 )
 from hexapod_pin.benchmark.studies.foot_control_ranking import ranking_table, rankings
 from hexapod_pin.benchmark.studies.foot_control_scenes import (
-    CONVENTIONAL,
     Size,
     ground_comparison,
     numbers,
@@ -53,8 +52,9 @@ from hexapod_pin.benchmark.studies.foot_control_targets import (
 )
 from hexapod_pin.benchmark.studies.foot_control_tuning import crossed, tuned, tuning_tables
 from hexapod_pin.benchmark.study import StudyReport
+from hexapod_pin.control.foot_control.named import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
-from hexapod_pin.simulation.tuning_result import TuningResult
+from hexapod_pin.sweep.tuning_result import TuningResult
 from hexapod_pin.validation.tables import Table
 
 
@@ -164,5 +164,5 @@ CONDITIONS = (
     "the commands. Drive: XM540-W270 (athena) and MX-64 (kharagpur) at 12 V by the maker's data; "
     "dry friction 0.2 and 0.1 N m and rotor inertia 2e-7 kg m^2 are *assumed*. Estimated forces "
     "are filtered at 20 Hz; currents do not know of friction. Each seed of noise is a controller "
-    "of its own. \"failed\": a run whose trunk touched the ground, or that was refused."
+    'of its own. "failed": a run whose trunk touched the ground, or that was refused.'
 )

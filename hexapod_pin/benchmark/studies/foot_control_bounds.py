@@ -1,4 +1,4 @@
-"""What bounds peak force and acceleration on bumps: parameters varied one by one; when peaks come."""
+"""What bounds peak force and acceleration on bumps: parameters varied one by one, impacts timed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.benchmark.studies.foot_control_scenes import (
-    CONVENTIONAL,
     Size,
     bumps,
     controllers,
@@ -20,6 +19,7 @@ from hexapod_pin.benchmark.studies.foot_control_scenes import (
     uneven,
 )
 from hexapod_pin.benchmark.studies.foot_control_targets import BUMP_CUT
+from hexapod_pin.control.foot_control.named import CONVENTIONAL
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.estimate import Estimate
@@ -246,9 +246,7 @@ def impact_table(size: Size) -> Table:
         scene = bumps(robot, 1, size.way)[0]
         for name, control in controllers(gait, (ALONE, WITH_TOUCH_DOWN)).items():
             try:
-                trace = hp.simulate(
-                    scene, control, duration=size.way / gait.speed, sample=SAMPLE
-                )
+                trace = hp.simulate(scene, control, duration=size.way / gait.speed, sample=SAMPLE)
             except HexapodError as error:
                 rows.append([robot, name, str(error).partition("\n")[0], *["-"] * 6])
                 continue

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.benchmark.studies.foot_control_scenes import CONVENTIONAL, percent, walked
+from hexapod_pin.benchmark.studies.foot_control_scenes import percent, walked
+from hexapod_pin.control.foot_control.named import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.walk_metrics import METRICS
 from hexapod_pin.validation.tables import Table

@@ -9,12 +9,12 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.benchmark.studies.foot_control_scenes import (
-    CONVENTIONAL,
     Size,
     controllers,
     ground,
     uneven,
 )
+from hexapod_pin.control.foot_control.named import CONVENTIONAL
 from hexapod_pin.results.compared_run import fall_of
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.validation.tables import Table

@@ -11,13 +11,13 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.studies.foot_control_scenes import (
-    CONVENTIONAL,
     GAITS,
     Size,
     controllers,
     stable,
 )
-from hexapod_pin.control.foot_control.stance_loop import parameter_value
+from hexapod_pin.control.foot_control.named import CONVENTIONAL
+from hexapod_pin.control.foot_control.stable_range import parameter_value
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.validation.tables import Table
@@ -126,9 +126,12 @@ def squeeze_table(found: list[Squeeze]) -> Table:
         change = "" if one.controller == CONVENTIONAL else f" ({100 * (value / plain - 1):+.0f} %)"
         return f"{value:.3g}{change}"
 
+    def frequency(one: Squeeze) -> str:
+        return "-" if np.isnan(one.frequency) else f"{one.frequency:.2g}"
+
     rows = [
         [one.robot, f"{one.factor:g}", one.controller, relief(one, "walking"),
-         relief(one, "standing"), "-" if np.isnan(one.frequency) else f"{one.frequency:.2g}", one.failure or "-"]
+         relief(one, "standing"), frequency(one), one.failure or "-"]
         for one in found
     ]  # fmt: skip
     return Table(

@@ -10,7 +10,6 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.benchmark.studies.foot_control_scenes import (
-    CONVENTIONAL,
     Size,
     bumps,
     controllers,
@@ -18,6 +17,7 @@ from hexapod_pin.benchmark.studies.foot_control_scenes import (
     stable,
     uneven,
 )
+from hexapod_pin.control.foot_control.named import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.validation.tables import Table
 
@@ -107,8 +107,7 @@ def conditions() -> dict[str, Condition]:
 def rankings(robot: str, size: Size) -> dict[str, Comparison]:
     """Return all controllers on bumps and on flat ground, in every condition."""
     return {
-        name: _under(robot, condition, size)
-        for name, condition in size.some(conditions().items())
+        name: _under(robot, condition, size) for name, condition in size.some(conditions().items())
     }
 
 
@@ -159,9 +158,7 @@ def ranking_table(found: dict[str, dict[str, Comparison]]) -> Table:
         for scene in ("flat", "bumps"):
             first: list[str] | None = None
             for condition, comparison in by_condition.items():
-                scores = {
-                    name: score(comparison, scene, name) for name in (CONVENTIONAL, *NAMES)
-                }
+                scores = {name: score(comparison, scene, name) for name in (CONVENTIONAL, *NAMES)}
                 order = sorted(scores, key=lambda name: scores[name])
                 first = first or order
                 moved = [name for name in order if order.index(name) != first.index(name)]

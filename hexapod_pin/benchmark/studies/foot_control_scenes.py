@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import hexapod_pin as hp
-from hexapod_pin.control.foot_control.stance_loop import (
+from hexapod_pin.control.foot_control.named import CONVENTIONAL, S1_PARTS
+from hexapod_pin.control.foot_control.stable_range import (
     parameter_value,
     stable_range,
     with_parameter,
@@ -29,25 +30,20 @@ LIFT = 0.04
 STABLE_SHARE = 0.6
 """Frequency of the suspension over its border, where the default would make the robot shake."""
 
-CONVENTIONAL = "conventional"
-
 PARTS: dict[str, dict[str, Any]] = {
-    "slip": {"slip": hp.SlipPid()},
+    **{name: {part: kind() for part, kind in parts.items()} for name, parts in S1_PARTS.items()},
     "slip, not anticipating": {"slip": hp.SlipPid(anticipates=False)},
-    "suspension": {"suspension": hp.VirtualSuspension()},
-    "both": {"slip": hp.SlipPid(), "suspension": hp.VirtualSuspension()},
     "suspension, touch-down": {
         "suspension": hp.VirtualSuspension(),
         "touch_down": hp.TouchDown(),
     },
-    "all": {
-        "slip": hp.SlipPid(),
-        "suspension": hp.VirtualSuspension(),
-        "touch_down": hp.TouchDown(),
-        "levelling": hp.Levelling(),
-    },
 }
 """What foot control consists of, by name; everything else as by default."""
+
+ORDER = (
+    "slip", "slip, not anticipating", "suspension", "both", "suspension, touch-down", "all",
+)  # fmt: skip
+"""Names of PARTS as tables have them."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +71,7 @@ class Size:
         """Return the size of the study, or the smallest that runs all of it."""
         if not quick:
             return cls()
-        return cls(
-            ("kharagpur",), seeds=2, way=0.4, far=0.3, candidates=10, quick=True
-        )
+        return cls(("kharagpur",), seeds=2, way=0.62, far=0.3, candidates=10, quick=True)
 
     def some(self, values: Iterable[Any]) -> list[Any]:
         """Return all values, or the first two of a quick study."""
@@ -89,7 +83,7 @@ def uneven(robot: str) -> hp.Gait:
     return GAITS[robot].with_changes(lift=LIFT)
 
 
-def controllers(walk: Any, names: Iterable[str] = tuple(PARTS), **settings: Any) -> dict[str, Any]:
+def controllers(walk: Any, names: Iterable[str] = ORDER, **settings: Any) -> dict[str, Any]:
     """Return conventional control and foot control by name; `settings` are those of all parts."""
     open_loop = hp.KinematicControl(walk) if isinstance(walk, hp.Gait) else walk
     found = {name: hp.FootControl(open_loop, **PARTS[name], **settings) for name in names}

@@ -8,7 +8,7 @@ from typing import Any
 import hexapod_pin as hp
 from hexapod_pin.benchmark.studies.foot_control_ranking import ROBUST
 from hexapod_pin.benchmark.studies.foot_control_scenes import Size, ground, uneven
-from hexapod_pin.simulation.tuning_result import TuningResult
+from hexapod_pin.sweep.tuning_result import TuningResult
 from hexapod_pin.validation.tables import Table
 
 START = {"travel": 0.002, "frequency": 6.5, "damping": 1.6, "bandwidth": 10.0}

@@ -59,27 +59,27 @@ class Stand:
     Attributes:
         scene: the robot, its ground, and random pushes of the trunk and of all feet.
         start: at rest, the controller settled.
-        load: smallest force of a foot at rest [N].
+        force: of the ground on the feet at rest [N]. Shape (F, 3).
     """
 
     scene: hp.Scene
     start: Any
-    load: Array
+    force: Array
 
     @classmethod
     def settled(cls, scene: hp.Scene, calm: FootControl) -> Stand:
         """Return a robot that has come to rest under a controller with low gains."""
         run = _run(scene, calm, None, SETTLED)
-        load, random = run.trace().foot_force[-1, :, 2], np.random.default_rng(0)
+        force, random = run.trace().foot_force[-1], np.random.default_rng(0)
         links = [scene.robot.model.frames[2].name, *(foot.name for foot in scene.robot.feet)]
         pushes = [
             hp.Push(
-                link, force=PUSH * load.mean() * random.standard_normal(3), start=run.time,
+                link, force=PUSH * force[:, 2].mean() * random.standard_normal(3), start=run.time,
                 duration=PUSHED,
             )
             for link in links
         ]  # fmt: skip
-        return cls(replace(scene, loads=pushes), run.checkpoint(), load)
+        return cls(replace(scene, loads=pushes), run.checkpoint(), force)
 
     def growth(self, control: FootControl) -> float:
         """Return the rate at which the disturbance grows under a controller [1/s].
@@ -92,7 +92,7 @@ class Stand:
         if not math.isfinite(end):
             trace = _run(self.scene, control, self.start, WATCHED).trace()
             end = self._large_at(trace)
-        if end < BEGIN:  # at once
+        if end < BEGIN + 3.0 * WINDOW:  # soon
             begin, window = max(PUSHED, 0.5 * end), 4.0 * control.period
         else:
             begin, window = BEGIN, WINDOW
@@ -105,21 +105,22 @@ class Stand:
                 middles.append(low + 0.5 * window)
                 levels.append(math.log(level))
         if len(levels) < 2:
-            return math.inf if end < BEGIN else -math.inf
+            return -math.inf if math.isinf(end) else math.inf
         late = len(levels) // 2 if math.isinf(end) else 0
         return float(np.polyfit(middles[late:], levels[late:], 1)[0])
 
     def _large_at(self, trace: hp.Trace) -> float:
         """Return when the motion is no longer small [s] after the start; inf: at no time."""
-        change = np.abs(trace.foot_force[:, :, 2] - self.load).max(axis=1) / self.load.min()
-        large = np.flatnonzero(change > SMALL)
+        change = np.abs(trace.foot_force - self.force).max(axis=(1, 2))
+        large = np.flatnonzero(change > SMALL * self.force[:, 2].min())
         return float(trace.time[large[0]] - trace.time[0]) if large.size else math.inf
 
 
 def _run(scene: hp.Scene, control: FootControl, start: Any, duration: float) -> Any:
     """Return a run, sampled at every tick."""
-    how = {"duration": duration, "sample": control.period, "accuracy": ACCURACY}
-    case = hp.Case(scene, control, initial=start, **how)
+    case = hp.Case(
+        scene, control, start, duration=duration, sample=control.period, accuracy=ACCURACY
+    )
     return lock_step_runs([case], case.settings)[0]
 
 

@@ -25,8 +25,8 @@ class FootForceSensing(Spec):
     Attributes:
         source: of the forces.
         cutoff: of a first-order low-pass filter on them [Hz]; None: no filter.
-        threshold: a foot with more force than this touches [N]; None: 4 % of the robot's weight
-            (*assumed*).
+        threshold: a foot with more force than this touches, one with less than a quarter is free
+            [N]; None: 4, 12 or 20 % of the robot's weight for the three sources (*assumed*).
     """
 
     kind: Literal["foot-force-sensing"] = "foot-force-sensing"

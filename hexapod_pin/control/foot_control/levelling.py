@@ -16,12 +16,12 @@ class Levelling(Spec):
     Attributes:
         bandwidth: of the loop [Hz]. The default is *assumed*.
         limit: largest tilt of the feet's plane against the trunk; a steeper slope leaves the rest
-            [rad]. The default is *assumed*: legs must reach.
+            [rad]. The default is *assumed*: legs must reach, and a level trunk comes near a slope.
     """
 
     kind: Literal["levelling"] = "levelling"
     bandwidth: PositiveFloat = 0.3
-    limit: Annotated[float, Field(gt=0.0, le=math.pi / 4)] = 0.12
+    limit: Annotated[float, Field(gt=0.0, le=math.pi / 4)] = 0.06
 
     @property
     def rate(self) -> float:

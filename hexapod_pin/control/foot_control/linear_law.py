@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexapod_pin.control.six_legs import six_legs
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from hexapod_pin.native import FootControlLaw, WalkTable
 
 NUDGE = 1e-5
-"""Of a central difference, in the unit of each number: the law is affine but for products of two."""
+"""Of a central difference, in the unit of each number: the law has products of two, no more."""
 
 CYCLE = 1e6
 """Of the plan that stands; far from its ends no load is being taken up or given back [s]."""
@@ -85,7 +86,7 @@ def _loads_by_leg(scene: Any, stance: StanceModel) -> Array:
     return np.array([stance.load[names.index(scene.robot.leg(leg.name).foot)] for leg in legs])
 
 
-def _standing_plan(feet: Array, stands: Array) -> WalkTable:
+def _standing_plan(feet: Array, stands: NDArray[np.bool_]) -> WalkTable:
     """Return a plan in which some feet stand for ever and the others are half through a swing."""
     from hexapod_pin.native import WalkTable
 
@@ -113,8 +114,8 @@ def _tick(
 ) -> tuple[Array, Array]:
     """Return targets of the feet (B, 6, 3) and memories (B, N) after a tick; rows of readings."""
     feet, after = np.empty((len(memory), 6, 3)), np.empty_like(memory)
-    readings = map(np.ascontiguousarray, point.values())
-    law.update(table, 0.0, *readings, memory, after, feet)
+    update: Any = law.update
+    update(table, 0.0, *map(np.ascontiguousarray, point.values()), memory, after, feet)
     return feet, after
 
 
@@ -171,12 +172,13 @@ def _reduced(memory: Array, joints: Array, count: int, sizes: dict[str, int]) ->
             break
     kept = np.flatnonzero(reached & seen)
     ends = count + np.cumsum([0, *sizes.values()])
-    fields, columns = [], []
+    fields: list[str] = []
+    read: list[int] = []
     for name, begin, end in zip(sizes, ends, ends[1:], strict=False):
         if memory[kept, begin:end].any() or joints[:, begin:end].any():
             fields.append(name)
-            columns.extend(range(begin, end))
+            read.extend(range(begin, end))
     return LinearLaw(
-        memory[np.ix_(kept, kept)], memory[np.ix_(kept, columns)], joints[:, kept],
-        joints[:, columns], tuple(fields),
+        memory[np.ix_(kept, kept)], memory[kept][:, np.array(read, dtype=int)], joints[:, kept],
+        joints[:, np.array(read, dtype=int)], tuple(fields),
     )  # fmt: skip

@@ -49,7 +49,7 @@ class LinearLoop:
     waits: int
 
     @classmethod
-    def of(cls, stance: StanceModel, period: float, delay: float) -> StanceLoop:
+    def of(cls, stance: StanceModel, period: float, delay: float) -> LinearLoop:
         """Discretise a stance, exactly for set-points on ramps."""
         ticks = math.floor(delay / period + SAME_TIME)
         rest = max(0.0, delay - ticks * period)
@@ -75,7 +75,7 @@ class LinearLoop:
         begin = queue.stop
         size = begin + law.size
         reading = np.zeros((law.reading.shape[1], size))
-        reading[:, : states + 2 * rank] = self._reading(law, part, ways)
+        reading[:, : states + 2 * rank] = self._reading(law, part)
         found = np.zeros((size, size))
         found[:states, : states + 2 * rank] = whole[:states]
         found[states : queue.stop - rank, states + rank : queue.stop] = np.eye(rank * self.waits)
@@ -98,9 +98,9 @@ class LinearLoop:
         begin[rate, states + rank :] = ways / self.period
         return motion @ begin
 
-    def _reading(self, law: LinearLaw, part: Array, ways: Array) -> Array:
+    def _reading(self, law: LinearLaw, part: Array) -> Array:
         """Return the readings of a tick by its state, with the set-points it begins and ends at."""
-        outputs, states = self.stance.outputs(), 2 * self.stance.size
+        outputs = self.stance.outputs()
         rows = [np.hstack(outputs[name]) for name in law.fields]
         joined = np.vstack(rows) if rows else np.zeros((0, len(part)))
         return np.asarray(joined @ part)

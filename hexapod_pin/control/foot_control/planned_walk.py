@@ -49,8 +49,8 @@ class PlannedWalk:
         self._grow(round(steady / self._cycle) + 1)
 
     def reach(self, time: float) -> None:
-        """See to it that the table covers a time [s]."""
-        while not self.repeats and time > self.table.end - self._spacing:
+        """See to it that the table covers a time [s], and the swing after it."""
+        while not self.repeats and time + 2.0 * self._cycle > self.table.end:
             self._grow(CYCLES_AT_ONCE)
 
     def _grow(self, cycles: int) -> None:
@@ -58,9 +58,10 @@ class PlannedWalk:
         count = cycles * ROWS_PER_CYCLE + (2 if self._rows == 0 else 0)
         time = self._spacing * np.arange(self._rows, self._rows + count)
         feet, velocity = self._path.positions_and_velocities(time)
-        still = np.ascontiguousarray(self._path.stance(time))
-        twist = self._path.body.pose_and_twist(time)[1]
         self.table.append(
-            *map(np.ascontiguousarray, (feet, velocity)), still, np.ascontiguousarray(twist)
+            np.ascontiguousarray(feet),
+            np.ascontiguousarray(velocity),
+            np.ascontiguousarray(self._path.stance(time)),
+            np.ascontiguousarray(self._path.body.pose_and_twist(time)[1]),
         )
         self._rows += count

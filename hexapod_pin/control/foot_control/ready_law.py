@@ -10,7 +10,7 @@ import numpy as np
 from hexapod_pin.control.foot_control.leg_model import leg_chains, standing_centre
 from hexapod_pin.control.foot_control.loop_gains import effective_delay, slip_gains, weight_of
 from hexapod_pin.control.foot_control.planned_walk import PlannedWalk
-from hexapod_pin.control.foot_control.stance_loop import refuse_unstable
+from hexapod_pin.control.foot_control.refuse_unstable import refuse_unstable
 from hexapod_pin.control.six_legs import SixLegs, six_legs
 from hexapod_pin.errors import ReachError, SensorError
 
@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from hexapod_pin.control.foot_control.controller import FootControl
     from hexapod_pin.native import FootControlLaw, FootControlSettings, LegChain
 
-TOUCH_SHARE = 0.04
-"""Force of a foot that touches, over the robot's weight (*assumed*)."""
+TOUCH_SHARE = {"foot": 0.04, "torque": 0.12, "current": 0.2}
+"""Force of a foot that touches, over the robot's weight, by its source (*assumed*): what swinging
+legs and their drives leave in an estimate must not pass for ground."""
 
 FIELDS = ("q", "v", "torque", "rotation", "angular_velocity", "acceleration", "foot_force")
 """Readings in the order in which the core checks them."""
@@ -61,8 +62,13 @@ class ReadyLaw:
         """
         self.walk.reach(time + self.lead)
         feet, after = np.empty((len(memory), 6, 3)), np.empty_like(memory)
-        readings = [np.ascontiguousarray(getattr(m, name)) for name in FIELDS]
-        row, (field, place) = self.law.update(self.walk.table, time, *readings, memory, after, feet)
+        q, v, torque, rotation, rate, acceleration, force = (
+            np.ascontiguousarray(getattr(m, name)) for name in FIELDS
+        )
+        row, (field, place) = self.law.update(
+            self.walk.table, time, q, v, torque, rotation, rate, acceleration, force,
+            memory, after, feet,
+        )  # fmt: skip
         if row >= 0:
             raise self._fault(m, int(row), FIELDS[field], int(place))
         return feet, after
@@ -148,7 +154,10 @@ def law_settings(control: FootControl, scene: Any) -> FootControlSettings:
     out.period, out.lead = control.period, control.period + control.delay
     out.source = getattr(native.ForceSource, force.source)
     out.filter_time = force.filter_time
-    out.threshold = TOUCH_SHARE * weight if force.threshold is None else force.threshold
+    out.radius = six_legs(robot).radius.tolist()
+    out.threshold = (
+        TOUCH_SHARE[force.source] * weight if force.threshold is None else force.threshold
+    )
     if control.slip is not None:
         out.signal = getattr(native.SlipSignal, control.slip.signal)
         kp, ki, kd = slip_gains(control, scene)

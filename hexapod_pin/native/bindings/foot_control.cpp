@@ -63,9 +63,11 @@ ReadingFault first_fault(const std::array<std::pair<const double*, std::size_t>,
   return {-1, 0};
 }
 
-std::pair<long, ReadingFault> update_rows(const FootControlLaw& law, const WalkTable& table, double time, ReadingRows q, ReadingRows v,
-                              ReadingRows torque, ReadingBlocks rotation, ReadingRows rate, ReadingRows acceleration, ReadingBlocks force,
-                              ReadingRows before, MemoryRows after, FootTargets feet) {
+std::pair<long, ReadingFault> update_rows(const FootControlLaw& law, const WalkTable& table, double time,
+                                          ReadingRows q, ReadingRows v, ReadingRows torque,
+                                          ReadingBlocks rotation, ReadingRows rate, ReadingRows acceleration,
+                                          ReadingBlocks force, ReadingRows before, MemoryRows after,
+                                          FootTargets feet) {
   const std::size_t batch = q.shape(0), n = q.shape(1), points = 3 * force.shape(1);
   const bool fits = v.shape(0) == batch && torque.shape(0) == batch && rotation.shape(0) == batch &&
                     rate.shape(0) == batch && acceleration.shape(0) == batch && force.shape(0) == batch &&
@@ -135,6 +137,7 @@ void bind_control_settings(nb::module_& m) {
       .def_rw("source", &FootControlSettings::source)
       .def_rw("filter_time", &FootControlSettings::filter_time)
       .def_rw("threshold", &FootControlSettings::threshold)
+      .def_rw("radius", &FootControlSettings::radius)
       .def_rw("signal", &FootControlSettings::signal)
       .def_rw("slip", &FootControlSettings::slip)
       .def_rw("suspended", &FootControlSettings::suspended)

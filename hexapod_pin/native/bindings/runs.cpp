@@ -11,8 +11,11 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <exception>
 #include <limits>
+#include <thread>
 
 #include "bindings/bindings.hpp"
 #include "run/rollout.hpp"
@@ -89,10 +92,27 @@ nb::dict record(Rollout& rollout) {
 // Several runs at one time, row by row.
 using Runs = std::vector<Rollout*>;
 
-std::vector<bool> advance_together(const Runs& runs, double until) {
-  std::vector<bool> good;
-  for (Rollout* run : runs) good.push_back(run->advance_to(until));
-  return good;
+std::vector<bool> advance_together(const Runs& runs, double until, int threads) {
+  std::vector<char> good(runs.size());
+  std::vector<std::exception_ptr> failure(runs.size());
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t k; (k = next++) < runs.size();) {
+      try {
+        good[k] = runs[k]->advance_to(until);
+      } catch (...) {
+        failure[k] = std::current_exception();
+      }
+    }
+  };
+  std::vector<std::thread> others;
+  for (std::size_t t = 1; t < std::min(std::size_t(std::max(threads, 1)), runs.size()); ++t)
+    others.emplace_back(work);
+  work();
+  for (std::thread& other : others) other.join();
+  for (const std::exception_ptr& error : failure)
+    if (error) std::rethrow_exception(error);
+  return {good.begin(), good.end()};
 }
 
 void command_together(const Runs& runs, const RowMatrix& position, const RowMatrix& rate,
@@ -155,8 +175,9 @@ std::vector<Touch> trunk_touches(const Rollout& run) {
 }
 
 void bind_several(nb::module_& m) {
-  m.def("advance_together", &advance_together, "runs"_a, "until"_a,
-        nb::call_guard<nb::gil_scoped_release>(), "All to one time [s]; False: that run has diverged.");
+  m.def("advance_together", &advance_together, "runs"_a, "until"_a, "threads"_a = 1,
+        nb::call_guard<nb::gil_scoped_release>(),
+        "All to one time [s], so many at a time; False: that run has diverged.");
   m.def("command_together", &command_together, "runs"_a, "position"_a, "rate"_a, "torque"_a,
         "arrival"_a, "A row of set-points for each run, from its time on.");
   m.def("first_outside", &first_outside, "values"_a, "lower"_a, "upper"_a,

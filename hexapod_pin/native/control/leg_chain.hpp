@@ -81,8 +81,10 @@ class LegChain {
   // What friction takes from the motors' torques, N m.
   Vec3 friction(const Vec3& v) const {
     Vec3 torque;
-    for (int k = 0; k < 3; ++k)
-      torque[k] = links_[k].damping * v[k] + links_[k].dry_friction * (v[k] > 0.0 ? 1.0 : v[k] < 0.0 ? -1.0 : 0.0);
+    for (int k = 0; k < 3; ++k) {
+      const double sign = v[k] > 0.0 ? 1.0 : v[k] < 0.0 ? -1.0 : 0.0;
+      torque[k] = links_[k].damping * v[k] + links_[k].dry_friction * sign;
+    }
     return torque;
   }
 

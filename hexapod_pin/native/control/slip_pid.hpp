@@ -22,7 +22,8 @@ struct SlipMemory {
 // the integral grows no further (anti-windup).
 inline Vec3 slip_correction(const SlipGains& gains, double period, const Vec3& error, SlipMemory& memory) {
   if (memory.begun > 0.0)
-    memory.slope += (period / (gains.derivative_time + period)) * ((error - memory.error) / period - memory.slope);
+    memory.slope += (period / (gains.derivative_time + period)) *
+                    ((error - memory.error) / period - memory.slope);
   memory.error = error, memory.begun = 1.0;
   const Vec3 integral = memory.integral + period * gains.ki * error;
   Vec3 out = gains.kp * error + integral + gains.kd * memory.slope;

@@ -27,11 +27,12 @@ inline Vec3 fitted_plane(const LegVectors& points, const LegNumbers& weight) {
   }
   if (!(normal(0, 0) > 0.0)) return Vec3::Zero();
   const Vec3 mean = normal.col(0) / normal(0, 0);  // 1 and the middle
-  Mat2 spread = normal.bottomRightCorner<2, 2>() - normal(0, 0) * mean.tail<2>() * mean.tail<2>().transpose();
+  const Vec2 middle = mean.tail<2>();
+  Mat2 spread = normal.bottomRightCorner<2, 2>() - normal(0, 0) * middle * middle.transpose();
   spread.diagonal().array() += kNear * kNear;
   const double height = right[0] / normal(0, 0);
-  const Vec2 slope = spread.inverse() * (right.tail<2>() - right[0] * mean.tail<2>());
-  return {height - slope.dot(mean.tail<2>()), slope[0], slope[1]};
+  const Vec2 slope = spread.inverse() * (right.tail<2>() - right[0] * middle);
+  return {height - slope.dot(middle), slope[0], slope[1]};
 }
 
 // Normal forces that hold a weight at a point of the plane, N: of all sets that balance force and
@@ -56,29 +57,46 @@ inline LegNumbers weight_split(const LegVectors& feet, const LegNumbers& share, 
   return load;
 }
 
+// A motion of all feet together within the ground: of their middle, and a turn about the normal.
+struct PlanarMotion {
+  Vec3 middle = Vec3::Zero(), shift = Vec3::Zero();
+  double turn = 0.0;
+
+  Vec3 at(const Vec3& foot, const Vec3& normal) const {
+    return shift + turn * normal.cross(foot - middle);
+  }
+};
+
+// The one that is nearest to what the feet do, by weighted least squares.
+inline PlanarMotion common_motion(const LegVectors& feet, const LegVectors& moved, const LegNumbers& weight,
+                                  const Vec3& normal) {
+  PlanarMotion out;
+  double all = 0.0, spread = 0.0, moment = 0.0;
+  for (int l = 0; l < kLegs; ++l) {
+    if (!(weight[l] > 0.0)) continue;
+    all += weight[l], out.middle += weight[l] * feet[l], out.shift += weight[l] * moved[l];
+  }
+  if (!(all > 0.0)) return out;
+  out.middle /= all, out.shift /= all;
+  for (int l = 0; l < kLegs; ++l) {
+    if (!(weight[l] > 0.0)) continue;
+    const Vec3 arm = normal.cross(feet[l] - out.middle);
+    spread += weight[l] * arm.squaredNorm(), moment += weight[l] * arm.dot(moved[l]);
+  }
+  if (spread > 0.0) out.turn = moment / spread;
+  return out;
+}
+
 // Tangential forces less those that feet would need which share the sum and the moment about the normal
 // in proportion to their loads: what is left drives the trunk nowhere, N.
 inline LegVectors internal_forces(const LegVectors& feet, const LegVectors& tangential,
                                   const LegNumbers& load, const Vec3& normal) {
-  double all = 0.0, spread = 0.0, moment = 0.0;
-  Vec3 sum = Vec3::Zero(), middle = Vec3::Zero();
-  for (int l = 0; l < kLegs; ++l) {
-    if (!(load[l] > 0.0)) continue;
-    all += load[l], sum += tangential[l], middle += load[l] * feet[l];
-  }
-  LegVectors out;
-  out.fill(Vec3::Zero());
-  if (!(all > 0.0)) return out;
-  middle /= all;
-  for (int l = 0; l < kLegs; ++l) {
-    if (!(load[l] > 0.0)) continue;
-    const Vec3 arm = normal.cross(feet[l] - middle);
-    spread += load[l] * arm.squaredNorm(), moment += arm.dot(tangential[l]);
-  }
-  const double turn = spread > 0.0 ? moment / spread : 0.0;
+  LegVectors per_load, out;
   for (int l = 0; l < kLegs; ++l)
-    if (load[l] > 0.0)
-      out[l] = tangential[l] - load[l] * (sum / all + turn * normal.cross(feet[l] - middle));
+    per_load[l] = load[l] > 0.0 ? Vec3(tangential[l] / load[l]) : Vec3::Zero();
+  const PlanarMotion shared = common_motion(feet, per_load, load, normal);
+  for (int l = 0; l < kLegs; ++l)
+    out[l] = load[l] > 0.0 ? Vec3(tangential[l] - load[l] * shared.at(feet[l], normal)) : Vec3::Zero();
   return out;
 }
 

@@ -17,7 +17,8 @@ struct SuspensionState {
 // One tick by the implicit Euler rule; `load` is the normal force less the nominal one, N. At its limit
 // the suspension rests against a stop.
 inline void yield(const SuspensionGains& gains, double period, double load, SuspensionState& state) {
-  const double push = period * (load - gains.damping * state.rate - gains.stiffness * (state.travel + period * state.rate));
+  const double spring = gains.stiffness * (state.travel + period * state.rate);
+  const double push = period * (load - gains.damping * state.rate - spring);
   state.rate += push / (gains.mass + period * gains.damping + period * period * gains.stiffness);
   const double travel = state.travel + period * state.rate;
   state.travel = std::clamp(travel, -gains.limit, gains.limit);

@@ -89,6 +89,9 @@ class WalkTable {
     return {row, cell - double(row)};
   }
 
+  // Whether a foot stays where it is in the swing that has this middle.
+  bool still(double middle, int l) const { return rows_[place(middle).first].still[l]; }
+
   void schedule(double time, int l, LegPlan& leg) const {
     const double cycles = time / cycle_ - phases_[l];
     const double age = cycles - std::floor(cycles);
@@ -97,12 +100,16 @@ class WalkTable {
     leg.share = leg.down ? 0.0 : (age - duty_) / aloft;
     leg.since_down = age * cycle_, leg.until_lift = (duty_ - age) * cycle_;
     leg.since_lift = -leg.until_lift, leg.until_down = (1.0 - age) * cycle_;
-    if (leg.since_down >= time) leg.since_down = kLong;  // since before the walk
-    if (leg.down) return;
-    const auto [row, s] = place(time + (0.5 - leg.share) * aloft * cycle_);
-    if (!rows_[row].still[l]) return;
-    leg.down = true;
-    leg.share = 0.0, leg.since_down = kLong, leg.until_lift = (1.0 - age + duty_) * cycle_;
+    const double swing = leg.down ? leg.until_lift : leg.since_lift;  // to the next one, or into this
+    const double middle = time + (leg.down ? swing : -swing) + 0.5 * aloft * cycle_;
+    if (leg.down) {
+      const bool stood = leg.since_down >= time || still(middle - cycle_, l);
+      if (stood) leg.since_down = kLong;
+      if (still(middle, l)) leg.until_lift += cycle_;
+    } else if (still(middle, l)) {
+      leg.down = true, leg.share = 0.0;
+      leg.since_down = kLong, leg.until_lift += cycle_;
+    }
   }
 
   std::array<double, kLegs> phases_;

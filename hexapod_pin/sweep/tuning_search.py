@@ -13,8 +13,8 @@ from hexapod_pin.errors import HexapodError, ParameterError, SimulationInterrupt
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.objective import Objective
-from hexapod_pin.simulation.tuning_result import Candidate, Scores
+from hexapod_pin.sweep.objective import Objective
+from hexapod_pin.sweep.tuning_result import Candidate, Scores
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array

@@ -13,9 +13,9 @@ from hexapod_pin.errors import (
     SimulationInterrupted,
     TuningInterrupted,
 )
-from hexapod_pin.simulation.objective import Objective
-from hexapod_pin.simulation.tuning_result import Scores, TuningResult
-from hexapod_pin.simulation.tuning_search import CandidateRuns, MakeController, SearchSpace, Values
+from hexapod_pin.sweep.objective import Objective
+from hexapod_pin.sweep.tuning_result import Scores, TuningResult
+from hexapod_pin.sweep.tuning_search import CandidateRuns, MakeController, SearchSpace, Values
 
 if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene

@@ -1,0 +1,44 @@
+// Numbers of foot control; what they stand for is told in Python, where they come from.
+#pragma once
+
+#include <array>
+
+#include "control/leg_phase.hpp"
+#include "control/slip_pid.hpp"
+#include "control/virtual_suspension.hpp"
+#include "control/walk_table.hpp"
+
+namespace hexapod {
+
+enum class ForceSource { foot, torque, current };
+enum class SlipSignal { none, force, slip };
+
+struct FootControlSettings {
+  double period = 0.005;  // s
+  double lead = 0.005;    // from a tick until its command has arrived, s
+
+  ForceSource source = ForceSource::foot;
+  double filter_time = 0.0;  // of the forces, s
+  double threshold = 1.0;    // force of a foot that touches, N
+
+  std::array<double, kLegs> radius = {};  // of the feet, m
+
+  SlipSignal signal = SlipSignal::none;
+  SlipGains slip;
+  bool anticipates = false;  // whether commands allow for how servos give way to the nominal loads
+  std::array<Vec3, kLegs> give = {};  // of the servos, 1 / kp, rad/(N m)
+
+  bool suspended = false;
+  SuspensionGains suspension;
+  double nominal_load = 0.0;  // of a standing foot, N; 0: its part of the weight
+  double load_time = 0.05;    // in which a foot takes up its part, and gives it back, s
+  double weight = 0.0;        // N
+  Vec3 centre = Vec3::Zero();  // of mass, trunk frame, standing, m
+
+  TouchDownSettings touch_down;
+  double follow_height = 0.0, follow_tilt = 0.0;  // rates at which the trunk follows the ground, 1/s
+  double level_rate = 0.0;                        // of levelling, 1/s
+  double level_limit = 0.0;                       // of the tilt between feet and trunk, rad
+};
+
+}  // namespace hexapod

@@ -1,0 +1,102 @@
+"""What tests of foot control share: readings made up by hand, the memory by name, recorded runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+import hexapod_pin as hp
+from hexapod_pin.control import six_legs
+from hexapod_pin.control.feedback import Measurement
+
+HEAD = {"pitch": 0, "roll": 1, "begun": 2, "lag": 3, "pace": 4}
+LEG_FIELDS = {
+    "mode": 1, "without_load": 1, "searched": 1, "rise": 1, "offset": 3, "left_with": 3, "lag": 3,
+    "integral": 3, "error": 3, "slope": 3, "pid_begun": 1, "travel": 1, "travel_rate": 1,
+    "force": 3, "foot": 3, "rates": 3, "slid": 3, "correction": 3, "share": 1, "bearing": 1,
+}  # fmt: skip
+DOWN, SWING, EARLY, SEARCH = range(4)
+
+
+@cache
+def robot(name: str) -> hp.Robot:
+    return hp.load_robot(name)
+
+
+def recall(memory: np.ndarray, name: str) -> np.ndarray:
+    """Return a number of the memory (B, N) by name: (B,), of legs (B, 6) or (B, 6, 3)."""
+    if name in HEAD:
+        return memory[:, HEAD[name]]
+    legs = memory[:, len(HEAD) :].reshape(len(memory), 6, -1)
+    assert legs.shape[2] == sum(LEG_FIELDS.values())
+    names = list(LEG_FIELDS)
+    first = sum(LEG_FIELDS[before] for before in names[: names.index(name)])
+    part = legs[..., first : first + LEG_FIELDS[name]]
+    return part[..., 0] if LEG_FIELDS[name] == 1 else part
+
+
+def reading(
+    name: str = "kharagpur", feet: Any = None, batch: int = 1, **others: Any
+) -> Measurement:
+    """Return a robot at rest, level, its feet at places in the base frame (6, 3), without force."""
+    six = six_legs(robot(name))
+    q = six.joint_angles((six.neutral_feet if feet is None else np.asarray(feet))[None])
+    n = q.shape[1]
+    still = Measurement(
+        time=0.0, q=np.tile(q, (batch, 1)), v=np.zeros((batch, n)), torque=np.zeros((batch, n)),
+        rotation=np.tile(np.eye(3), (batch, 1, 1)), angular_velocity=np.zeros((batch, 3)),
+        acceleration=np.tile([0.0, 0.0, 9.81], (batch, 1)), foot_force=np.zeros((batch, 6, 3)),
+        loaded=np.zeros((batch, 6), dtype=bool),
+    )  # fmt: skip
+    return replace(still, **others)
+
+
+def foot_order(name: str) -> np.ndarray:
+    """Return the place of each leg's foot (gait order) among the feet of a measurement."""
+    feet = [foot.name for foot in robot(name).feet]
+    return np.array(
+        [feet.index(robot(name).leg(leg.name).foot) for leg in six_legs(robot(name)).legs]
+    )
+
+
+def in_foot_order(name: str, forces: Any) -> np.ndarray:
+    """Return forces on the legs in gait order (6, 3) as a measurement has them, (1, 6, 3)."""
+    out = np.zeros((1, 6, 3))
+    out[0, foot_order(name)] = forces
+    return out
+
+
+@dataclass
+class Recorded:
+    """A controller that notes what another one is told and remembers."""
+
+    control: hp.FootControl
+    told: list[Measurement] = field(default_factory=list)
+    memories: list[np.ndarray] = field(default_factory=list)
+    answers: list[np.ndarray] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Take over what a run asks of a controller."""
+        self.period, self.delay = self.control.period, self.control.delay
+        self.sensors, self.gait = self.control.sensors, self.control.gait
+        self.posture, self.start = self.control.posture, self.control.start
+
+    def update(self, time: float, m: Measurement, state: Any) -> tuple[hp.Command, Any]:
+        command, state = self.control.update(time, m, state)
+        self.told.append(m)
+        self.memories.append(state["memory"])
+        self.answers.append(command.q)
+        return command, state
+
+    def recalled(self, name: str) -> np.ndarray:
+        """Return a number of the memory at every tick, of the first row."""
+        return np.array([recall(memory, name)[0] for memory in self.memories])
+
+
+def standing(cycle_time: float = 20.0) -> hp.KinematicControl:
+    """Return a walk at no speed: all feet are down and still; none would lift off for 10 s."""
+    command = hp.VelocityCommand(time=[0.0, 1000.0], forward=[0.0, 0.0])
+    return hp.KinematicControl(hp.Gait.tripod(cycle_time=cycle_time), velocity=command)

@@ -1,0 +1,168 @@
+"""Foot control as a controller: no parts, purity, cuts, lock-step, cases as text."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from foot_control_runs import Recorded, recall, robot
+from scipy.interpolate import CubicHermiteSpline
+
+import hexapod_pin as hp
+from hexapod_pin.arrays import digest
+from hexapod_pin.control import ArcWalk, six_legs
+from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.closed_loop import lock_step_runs
+
+NOISY = hp.Sensors(
+    q=hp.Sensor(noise=1e-4), foot_force=hp.Sensor(noise=0.1), rotation=hp.Sensor(noise=1e-3),
+    delay=0.0042, seed=3,
+)  # fmt: skip
+SAMPLE = {"sample": 0.0025}
+BUMPS = hp.HeightField.random(2, amplitude=0.006, wavelength=0.15, size=3.0, flat_radius=0.1)
+
+
+def full(walk=None, **settings) -> hp.FootControl:
+    """Return a controller with all parts."""
+    parts = {
+        "slip": hp.SlipPid(bandwidth=4.0), "suspension": hp.VirtualSuspension(),
+        "touch_down": hp.TouchDown(), "levelling": hp.Levelling(), "sensors": NOISY, "delay": 0.002,
+    }  # fmt: skip
+    return hp.FootControl(hp.Gait.tripod(lift=0.03) if walk is None else walk, **parts | settings)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.0075])
+@pytest.mark.parametrize(
+    ("name", "walk"),
+    [
+        ("athena", hp.KinematicControl(hp.Gait.tripod())),
+        ("kharagpur", hp.KinematicControl(hp.Gait.tetrapod(turn_rate=0.05, heading=0.3))),
+        ("kharagpur", hp.KinematicControl(hp.Gait.ripple(), body=hp.BodyMotion(pitch=0.05))),
+    ],
+)
+def test_without_parts_it_sends_the_plan(name, walk, delay):
+    """Where the plan is when a command has arrived: a period and the delay after its tick."""
+    run = Recorded(hp.FootControl(walk, delay=delay))
+    hp.simulate(hp.Scene(robot(name)), run, duration=4.0, sample=0.1)
+    knots = walk.plan(robot(name), 4.1)
+    time = 0.005 * np.arange(len(run.answers)) + 0.005 + delay
+    expected = CubicHermiteSpline(knots.time, knots.q, knots.v)(time)
+    assert np.ptp(expected, axis=0).max() > 0.1
+    assert np.abs(np.concatenate(run.answers) - expected).max() < 1e-5  # 1e-6 m over short levers
+    again = six_legs(robot(name)).joint_angles(walk.path(robot(name)).positions(time))
+    assert np.abs(np.concatenate(run.answers) - again).max() < 1e-5
+
+
+def test_without_parts_the_robot_walks_as_under_kinematic_control():
+    gait, scene = hp.Gait.tripod(), hp.Scene(robot("athena"))
+    traces = [
+        hp.simulate(scene, control, duration=4.0, sample=0.01, accuracy=1e-5)
+        for control in (hp.KinematicControl(gait), hp.FootControl(gait))
+    ]
+    assert np.abs(traces[0].q[:, :3] - traces[1].q[:, :3]).max() < 2e-4
+    assert traces[0].q[0] == pytest.approx(traces[1].q[0], abs=1e-12)
+
+
+def test_an_update_is_pure():
+    """The same in, the same out, whatever came between; what goes in is left as it was."""
+    run = Recorded(full())
+    hp.simulate(hp.Scene(robot("athena"), terrain=BUMPS), run, duration=0.5, sample=0.1)
+    scene = hp.Scene(robot("athena"), terrain=BUMPS)
+    control = full()
+    state = control.start(scene, 1)
+    for k in (40, 90, 7, 40):
+        memory = run.memories[k - 1].copy()
+        told = run.told[k]
+        kept = [np.copy(getattr(told, name)) for name in ("q", "v", "torque", "foot_force")]
+        command, after = control.update(0.005 * k, told, {**state, "memory": memory})
+        assert np.array_equal(command.q, run.answers[k])
+        assert np.array_equal(after["memory"], run.memories[k])
+        assert np.array_equal(memory, run.memories[k - 1])
+        for name, value in zip(("q", "v", "torque", "foot_force"), kept, strict=True):
+            assert np.array_equal(getattr(told, name), value)
+
+
+@pytest.mark.parametrize("cut", [0.3, 0.605, 0.6025])
+def test_a_cut_changes_no_bit(cut):
+    """At a tick of the first or the second swing, and between two ticks."""
+    scene = hp.Scene(robot("athena"), terrain=BUMPS)
+    whole = hp.simulate(scene, full(), duration=1.3, **SAMPLE)
+    first = hp.simulate(scene, full(), duration=cut, **SAMPLE)
+    kept = hp.Checkpoint.from_dict(first.checkpoint.to_dict())
+    second = hp.simulate(scene, full(), duration=1.3 - cut, initial=kept, **SAMPLE)
+    memories = [t.checkpoint.loop["state"]["memory"] for t in (whole, second)]
+    assert recall(np.asarray(memories[0]), "mode").any()
+    assert np.array_equal(*memories)
+    assert np.array_equal(np.concatenate([first.q, second.q[1:]]), whole.q)
+
+
+def test_lock_step_gives_every_case_its_bits():
+    """Five grounds; one controller. Batches of 1, 2 and 5 and a run of its own."""
+    grounds = [
+        BUMPS, hp.Flat(), hp.Slope(angle=0.05), hp.Stairs(rise=0.01, run=0.3, count=2, start=0.2),
+        hp.HeightField.random(5, amplitude=0.005, wavelength=0.2, size=3.0, flat_radius=0.1),
+    ]  # fmt: skip
+    control = full(sensors=None)
+    cases = [Case(hp.Scene(robot("athena"), terrain=g), control, duration=0.8) for g in grounds]
+    how = cases[0].settings
+    five = [r.trace().q for r in lock_step_runs(cases, how)]
+    two = [r.trace().q for r in lock_step_runs(cases[1:3], how)]
+    assert np.array_equal(two[0], five[1]) and np.array_equal(two[1], five[2])
+    for case, q in zip(cases, five, strict=True):
+        assert np.array_equal(hp.simulate(case.scene, full(sensors=None), duration=0.8).q, q)
+    assert not np.array_equal(five[0], five[4])
+
+
+def test_batches_of_unlike_servos_are_the_single_runs():
+    """Gains follow from the servos: such cases are told apart, in any order."""
+    control = full()
+    cases = [
+        Case(hp.Scene(robot("athena"), servo=hp.Servo(kp=kp, kd=kp / 60.0)), control, duration=0.4)
+        for kp in (300.0, 200.0, 300.0, 250.0, 200.0)
+    ]
+    traces = hp.simulate_batch(cases, threads=2, keep="trace")
+    assert len({case.controller.start_key(case.scene) for case in cases}) == 3
+    noiseless = full(sensors=None)
+    cases = [replace(case, controller=noiseless) for case in cases]
+    traces = hp.simulate_batch(cases, threads=2, keep="trace")
+    for case, trace in zip(cases, traces, strict=True):
+        alone = hp.simulate(case.scene, full(sensors=None), duration=0.4)
+        assert np.array_equal(trace.q, alone.q)
+    assert not np.array_equal(traces[0].q, traces[1].q)
+
+
+@pytest.mark.parametrize(
+    ("name", "control"),
+    [
+        ("athena", full()),
+        ("athena", hp.FootControl(hp.Gait.tripod(), period=0.004, load_time=0.07)),
+        ("kharagpur", full(ArcWalk(hp.Gait.tetrapod(cycle_time=2.0)), levelling=None)),
+        (
+            "kharagpur",
+            hp.FootControl(
+                hp.KinematicControl(hp.Gait.tripod(), stop_at=8.0),
+                slip=hp.SlipPid(signal="slip", kp=0.1, ki=2.0, anticipates=False),
+                suspension=hp.VirtualSuspension(stiffness=3000.0, frequency=4.0, load=6.0),
+                force=hp.FootForceSensing(source="current", cutoff=20.0, threshold=2.0),
+            ),
+        ),
+    ],
+)
+def test_a_case_is_read_back_equal_and_runs_to_the_same_bits(name, control, tmp_path):
+    case = hp.Case(hp.Scene(robot(name)), control, duration=0.3, accuracy=1e-4)
+    case.save(tmp_path / "case.toml")
+    again = hp.load_case(tmp_path / "case.toml")
+    assert again.controller.to_dict() == control.to_dict()
+    assert again.digest == case.digest
+    assert digest(str(again.controller.to_dict())) == digest(str(control.to_dict()))
+    first = hp.simulate(case.scene, case.controller, duration=0.3, accuracy=1e-4)
+    second = hp.simulate(again.scene, again.controller, duration=0.3, accuracy=1e-4)
+    assert np.array_equal(first.q, second.q)
+
+
+def test_a_run_starts_in_the_posture_of_the_plan():
+    walk = hp.KinematicControl(hp.Gait.tripod(), body=hp.BodyMotion(height=0.01))
+    trace = hp.simulate(hp.Scene(robot("athena")), hp.FootControl(walk), duration=0.1, sample=0.1)
+    expected = six_legs(robot("athena")).joint_angles(walk.path(robot("athena")).positions([0.0]))
+    assert trace.q[0, 7:] == pytest.approx(expected[0], abs=1e-12)

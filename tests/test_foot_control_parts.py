@@ -1,0 +1,180 @@
+"""The parts of foot control tick by tick, from readings made up by hand, against closed forms."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from foot_control_runs import in_foot_order, reading, recall, robot, standing
+from scipy.spatial.transform import Rotation
+
+import hexapod_pin as hp
+from hexapod_pin.control import six_legs
+from hexapod_pin.control.foot_control.leg_model import foot_stiffness, standing_centre
+from hexapod_pin.control.foot_control.ready_law import ReadyLaw, ready_law
+
+T = 0.005  # s, between ticks
+SERVO = hp.Servo(kp=100.0, kd=1.0)
+every_robot = pytest.mark.parametrize("name", ["kharagpur", "athena"])
+
+
+def made(name: str = "kharagpur", walk: Any = None, **parts: Any) -> ReadyLaw:
+    """Return the law of a controller, stable or not; nobody stands on it."""
+    control = hp.FootControl(standing() if walk is None else walk, **parts)
+    return ready_law(control, hp.Scene(robot(name), servo=SERVO), refuse=False)
+
+
+def ticks(law: ReadyLaw, readings: Any, first: int = 0, memory: Any = None):
+    """Return targets (K, 6, 3) and memories (K, N) of ticks with the readings of each."""
+    memory, feet, memories = law.first_memory(1) if memory is None else memory, [], []
+    for k, m in enumerate(readings, start=first):
+        target, memory = law.tick(k * T, m, memory)
+        feet.append(target[0])
+        memories.append(memory[0])
+    return np.array(feet), np.array(memories)
+
+
+def loads_on(name: str, force: Any, **others: Any):
+    """Return a reading at rest with forces (6, 3) in gait order, world axes."""
+    return reading(name, foot_force=in_foot_order(name, force), **others)
+
+
+PUSHED = np.outer(np.ones(6), [0.0, 0.0, 5.0])
+"""Five newtons upward on every foot."""
+
+
+# the split of the weight ----------------------------------------------------------------------
+
+ANTICIPATING = hp.SlipPid(kp=0.0, ki=0.0, kd=0.0)
+
+
+def anticipated(name: str, walk: Any, tick: int, rotation: Any = None):
+    """Return the loads for whose give targets allow (6, 3), trunk axes; the plan; the shares."""
+    law = made(name, walk, slip=ANTICIPATING)
+    rotation = np.eye(3) if rotation is None else rotation
+    memory = None
+    for k in range(tick + 1):
+        plan = law.walk.table.at(k * T + law.lead)
+        told = loads_on(name, PUSHED * plan[:, 6:7] @ rotation.T, rotation=rotation[None])
+        told = reading(name, plan[:, :3], foot_force=told.foot_force, rotation=told.rotation)
+        target, memory = law.tick(k * T, told, law.first_memory(1) if k == 0 else memory)
+    six = six_legs(robot(name))
+    jacobian = [
+        leg.jacobian(told.q[0, i]) for leg, i in zip(six.legs, six.joint_index, strict=True)
+    ]
+    given = [j @ (j.T / 100.0) for j in jacobian]
+    loads = [
+        np.linalg.solve(g, p - t) for g, p, t in zip(given, plan[:, :3], target[0], strict=True)
+    ]
+    return np.array(loads), plan[:, :3], recall(memory, "share")[0]
+
+
+def moments(feet: np.ndarray, loads: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    return np.cross(feet - centre, loads).sum(axis=0)
+
+
+@every_robot
+def test_three_standing_feet_are_to_bear_what_statics_says(name):
+    """The tripod in mid-swing: three loads from three equations of balance, the others none."""
+    walk = hp.KinematicControl(hp.Gait.tripod(cycle_time=2.0))
+    loads, feet, share = anticipated(name, walk, 300)
+    centre, weight = standing_centre(robot(name)), 9.81 * robot(name).total_mass
+    assert sorted(share) == [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
+    stands = share == 1.0
+    balance = np.array([np.ones(3), *(feet[stands, :2] - centre[:2]).T])
+    expected = np.linalg.solve(balance, [weight, 0.0, 0.0])
+    assert loads[stands, 2] == pytest.approx(expected, rel=3e-3)
+    assert np.abs(loads[~stands]).max() < 1e-9 * weight
+    assert np.abs(loads[:, :2]).max() < 1e-6 * weight  # along the normal
+    assert loads[:, 2].sum() == pytest.approx(weight, rel=1e-3)
+    assert np.abs(moments(feet, loads, centre)[:2]).max() < 1e-3 * weight * 0.3
+
+
+@every_robot
+@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.1, 0.0, 0.4), (0.0, 0.12, 0.0)])
+def test_six_feet_share_the_weight_with_the_least_squares(name, turn):
+    """On a slope, the trunk along with it: weight cos along the normal, where its line meets it."""
+    rotation = Rotation.from_rotvec(turn).as_matrix()
+    loads, feet, _ = anticipated(name, standing(), 0, rotation)
+    down = rotation.T @ [0.0, 0.0, -9.81 * robot(name).total_mass]
+    centre = standing_centre(robot(name))
+    depth = feet[0, 2] - centre[2]
+    under = centre + down * depth / down[2]
+    balance = np.array([np.ones(6), *(feet[:, :2] - under[:2]).T])
+    expected = np.linalg.pinv(balance) @ [-down[2], 0.0, 0.0]
+    assert loads[:, 2] == pytest.approx(expected, rel=3e-3)
+    # with the tangential forces that hold the trunk the moments about its centre are balanced
+    held = loads - np.outer(loads[:, 2] / loads[:, 2].sum(), [down[0], down[1], 0.0])
+    assert np.abs(moments(feet, held, centre)[:2]).max() < 1e-3 * np.linalg.norm(down) * 0.3
+
+
+def test_anticipation_uses_the_servos_give_in_the_standing_posture():
+    """Against the stiffness that the gains are made with: another code path."""
+    law = made(slip=ANTICIPATING)
+    target, _ = ticks(law, [loads_on("kharagpur", PUSHED)])
+    plan = law.walk.table.at(law.lead)[:, :3]
+    stiffness = foot_stiffness(hp.Scene(robot("kharagpur"), servo=SERVO))
+    loads = np.einsum("lij,lj->li", stiffness, plan - target[0])
+    assert loads[:, 2].sum() == pytest.approx(9.81 * robot("kharagpur").total_mass, rel=1e-3)
+    assert (plan - target[0])[:, 2].min() > 0.0  # pushed into the ground
+
+
+# internal forces ------------------------------------------------------------------------------
+
+FORCED = hp.SlipPid(signal="force", kp=1e-5, ki=0.0, anticipates=False)
+
+
+def internal(name: str, tangential: np.ndarray, load: np.ndarray, rotation: Any = None):
+    """Return the errors of the PID (6, 3), trunk axes, for forces in trunk axes."""
+    rotation = np.eye(3) if rotation is None else rotation
+    force = np.column_stack([tangential, load])
+    told = loads_on(name, force @ rotation.T, rotation=rotation[None])
+    target, memory = ticks(made(name, slip=FORCED), [told])
+    error = recall(memory, "error")[0]
+    plan = six_legs(robot(name)).neutral_feet
+    assert target[0] - plan == pytest.approx(1e-5 * error, abs=1e-12)  # feet give way along it
+    return error
+
+
+@every_robot
+@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.2, -0.1, 1.0)])
+def test_internal_forces_have_no_resultant_and_no_moment(name, turn):
+    dice = np.random.default_rng(5)
+    tangential, load = dice.normal(size=(6, 2)), dice.uniform(3.0, 9.0, 6)
+    error = internal(name, tangential, load, Rotation.from_rotvec(turn).as_matrix())
+    feet = six_legs(robot(name)).neutral_feet
+    assert np.abs(error).max() > 0.3
+    assert np.abs(error.sum(axis=0)).max() < 1e-12 and np.abs(error[:, 2]).max() < 1e-12
+    assert np.cross(feet, error).sum(axis=0)[2] == pytest.approx(0.0, abs=1e-12)
+
+
+@every_robot
+def test_forces_in_proportion_to_the_loads_are_not_internal(name):
+    """They push the trunk ahead or turn it: a sum along the loads, a turn about their middle."""
+    load = np.array([3.0, 5.0, 4.0, 6.0, 8.0, 7.0])
+    feet = six_legs(robot(name)).neutral_feet
+    arm = feet - load @ feet / load.sum()
+    turning = np.column_stack([-arm[:, 1], arm[:, 0]])
+    tangential = load[:, None] * (np.array([0.2, -0.1]) + 0.7 * turning)
+    assert np.abs(tangential).max() > 1.0
+    assert np.abs(internal(name, tangential, load)).max() < 1e-12
+
+
+@every_robot
+def test_two_feet_that_squeeze_the_trunk_are_wholly_internal(name):
+    """Along the line between them, equal and opposed."""
+    feet = six_legs(robot(name)).neutral_feet[:, :2]
+    along = (feet[4] - feet[0]) / np.linalg.norm(feet[4] - feet[0])
+    tangential = np.zeros((6, 2))
+    tangential[0], tangential[4] = 2.0 * along, -2.0 * along
+    error = internal(name, tangential, np.full(6, 5.0))
+    assert error[:, :2] == pytest.approx(tangential, abs=1e-12)
+
+
+def test_feet_without_load_take_no_part():
+    load = np.array([5.0, 0.0, 5.0, 0.0, 5.0, 0.0])
+    tangential = np.array([[1.0, 0.0], [0.0, 9.0], [-1.0, 0.5], [0.0, 9.0], [0.0, 0.0], [0.0, 9.0]])
+    error = internal("kharagpur", tangential, load)
+    assert not error[1::2].any() and np.abs(error[::2].sum(axis=0)).max() < 1e-12
+    assert np.abs(error[::2]).max() > 0.1

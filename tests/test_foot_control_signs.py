@@ -1,0 +1,179 @@
+"""Each part of foot control in simulation: it does what it is for, in the right direction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from foot_control_runs import EARLY, SEARCH, Recorded, robot, standing
+
+import hexapod_pin as hp
+from hexapod_pin.control import ArcWalk, six_legs
+
+every_robot = pytest.mark.parametrize("name", ["athena", "kharagpur"])
+
+
+def patch(center: np.ndarray, height: float, size: float = 0.035) -> hp.HeightField:
+    """Return level ground with a square table or hole, its sides 30 to 57 degrees steep."""
+    side = max(0.02, abs(height) / 1.5)
+    x = np.arange(-1.0, 1.0 + 1e-9, 0.005)
+    across, along = np.meshgrid(x - center[0], x - center[1])
+    outside = np.maximum(np.abs(across), np.abs(along)) - size
+    z = height * np.clip(1.0 - outside / side, 0.0, 1.0)
+    return hp.HeightField.from_array(z, spacing=0.005, origin=(-1.0, -1.0))
+
+
+def roll_and_pitch(trace: hp.Trace) -> np.ndarray:
+    """Return roll and pitch at the end [rad]."""
+    x, y, z, w = trace.q[-1, 3:7]
+    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    return np.array([roll, np.arcsin(2.0 * (w * y - z * x))])
+
+
+@pytest.mark.parametrize(
+    ("name", "contact", "walk", "slip", "most"),
+    [
+        ("athena", hp.Contact.s1(), hp.KinematicControl(hp.Gait.tripod()), hp.SlipPid(), 0.5),
+        (
+            "kharagpur", hp.Contact.s2(), ArcWalk(hp.Gait.tetrapod(cycle_time=2.0)),
+            hp.SlipPid(signal="slip", bandwidth=2.0), 0.6,
+        ),
+    ],
+)  # fmt: skip
+def test_slip_correction_shortens_the_slip_path(name, contact, walk, slip, most):
+    """Of whole cycles: by more than half, and by more than 40 % where coxae alone move feet."""
+    scene, paths = hp.Scene(robot(name), contact=contact), []
+    for part in (None, slip):
+        trace = hp.simulate(scene, hp.FootControl(walk, slip=part), duration=10.0, sample=0.02)
+        paths.append(np.sum(trace.summary.slip_path))
+    assert 0.0 < paths[1] < most * paths[0]
+
+
+def squeeze(control: hp.FootControl) -> float:
+    """Return the largest sideways force of a foot of a robot that stands [N]."""
+    trace = hp.simulate(hp.Scene(robot("athena")), control, duration=3.0, sample=0.02)
+    return float(np.abs(trace.foot_force[-1, :, 1]).max())
+
+
+def test_slip_correction_relieves_feet_that_squeeze_the_trunk():
+    """Servos that give way under the weight spread the feet, which friction holds."""
+    plain = squeeze(hp.FootControl(standing()))
+    reacting = squeeze(hp.FootControl(standing(), slip=hp.SlipPid(anticipates=False)))
+    assert plain > 0.5 and reacting < 0.1 * plain
+
+
+@every_robot
+@pytest.mark.parametrize("height", [0.003, -0.003])
+def test_a_foot_on_a_bump_is_drawn_up_and_one_over_a_hole_reaches_down(name, height):
+    """And the trunk is less tilted than without."""
+    ground = patch(six_legs(robot(name)).neutral_feet[0], height)
+    ends = []
+    for part in (None, hp.VirtualSuspension()):
+        run = Recorded(hp.FootControl(standing(), suspension=part))
+        trace = hp.simulate(hp.Scene(robot(name), terrain=ground), run, duration=1.5, sample=0.02)
+        ends.append(trace.foot_force[-1, :, 2])
+    travel = run.recalled("travel")[-1]
+    assert travel[0] * np.sign(height) > 0.0005
+    assert np.abs(travel).argmax() == 0
+    even = np.ptp(hp.simulate(
+        hp.Scene(robot(name)), hp.FootControl(standing()), duration=1.5, sample=0.02
+    ).foot_force[-1, :, 2])  # fmt: skip
+    assert np.ptp(ends[1]) - even < 0.7 * (np.ptp(ends[0]) - even)
+
+
+@every_robot
+@pytest.mark.parametrize("heading", [0.0, np.pi / 2, -2.5])
+def test_levelling_puts_the_trunk_level_on_a_slope(name, heading):
+    """Five degrees are within the limit of 0.12 rad; a slope up along x is a negative pitch."""
+    scene = hp.Scene(robot(name), terrain=hp.Slope(angle=np.radians(5.0), heading=heading))
+    tilt = [
+        roll_and_pitch(
+            hp.simulate(scene, hp.FootControl(standing(), levelling=part), duration=4.0, sample=0.1)
+        )
+        for part in (None, hp.Levelling(limit=0.12))
+    ]
+    expected = np.radians(5.0) * np.array([np.sin(heading), -np.cos(heading)])
+    assert tilt[0] == pytest.approx(expected, abs=np.radians(0.1))
+    assert np.abs(tilt[1]).max() < np.radians(0.05)  # exp(-4 s * 2 pi 0.3 Hz) of 5 degrees
+
+
+def test_a_steeper_slope_leaves_the_rest():
+    scene = hp.Scene(robot("athena"), terrain=hp.Slope(angle=0.1))
+    control = hp.FootControl(standing(), levelling=hp.Levelling(limit=0.05))
+    pitch = roll_and_pitch(hp.simulate(scene, control, duration=6.0, sample=0.1))[1]
+    assert pitch == pytest.approx(-0.05, abs=0.003)
+
+
+LEG = 3
+"""Whose second step comes down at LANDING on what is not level."""
+
+LANDING = 3.0  # s
+
+
+def stepped(name: str, height: float, touch_down: hp.TouchDown | None):
+    """Return the recorded run of a walk whose foot LEG lands on a table or over a hole."""
+    walk = hp.KinematicControl(hp.Gait.tripod(lift=0.03, cycle_time=2.0))
+    path = walk.path(robot(name))
+    place = path.positions([LANDING])[0][LEG] + path.body_pose([LANDING])[0] * [1.0, 1.0, 0.0]
+    scene = hp.Scene(robot(name), terrain=patch(place[:2] + [0.02, 0.0], height))
+    run = Recorded(hp.FootControl(walk, touch_down=touch_down))
+    return run, hp.simulate(scene, run, duration=3.9, sample=0.005)
+
+
+def sole(name: str, trace: hp.Trace, time: float) -> float:
+    """Return the height of the lowest point of foot LEG [m]."""
+    foot = robot(name).leg(six_legs(robot(name)).legs[LEG].name).foot
+    index = [f.name for f in robot(name).feet].index(foot)
+    row = int(np.argmin(np.abs(trace.time - time)))
+    return float(trace.foot_position[row, index, 2] - robot(name).foot(foot).radius)
+
+
+@every_robot
+def test_a_foot_that_meets_the_ground_early_stops_there(name):
+    run, trace = stepped(name, 0.015, hp.TouchDown())
+    early = np.flatnonzero(run.recalled("mode")[:, LEG] == EARLY) * 0.005
+    early = early[early > 2.1]
+    assert early[0] < LANDING - 0.03 and early[-1] < LANDING + 0.02
+    offset = run.recalled("offset")[:, LEG, 2]
+    assert offset.max() == pytest.approx(0.015, abs=0.002)
+    plain, blind = stepped(name, 0.015, None)
+    assert not plain.recalled("offset").any()
+    lift = [np.ptp(t.q[(t.time > 2.5) & (t.time < 3.2), 2]) for t in (trace, blind)]
+    tilt = [np.abs(t.q[(t.time > 2.5) & (t.time < 3.2), 3:5]).max() for t in (trace, blind)]
+    assert tilt[0] < 0.5 * tilt[1] and lift[0] < lift[1]
+    assert sole(name, trace, 3.2) == pytest.approx(0.015, abs=0.001)
+
+
+@every_robot
+def test_a_foot_that_finds_no_ground_searches_for_it(name):
+    run, trace = stepped(name, -0.015, hp.TouchDown())
+    search = np.flatnonzero(run.recalled("mode")[:, LEG] == SEARCH) * 0.005
+    assert search[0] == pytest.approx(LANDING, abs=0.011)
+    assert search[-1] < LANDING + 0.25
+    assert sole(name, trace, 3.4) == pytest.approx(-0.015, abs=0.001)
+    _, blind = stepped(name, -0.015, None)
+    tilt = [np.abs(t.q[(t.time > 2.9) & (t.time < 3.6), 3:5]).max() for t in (trace, blind)]
+    assert tilt[0] < tilt[1]
+
+
+@every_robot
+def test_the_search_ends_at_its_depth(name):
+    """Over a hole of 60 mm: 30 mm down and not further; the walk goes on when patience ends."""
+    run, trace = stepped(name, -0.06, hp.TouchDown())
+    offset = run.recalled("offset")[:, LEG, 2]
+    assert offset.min() == pytest.approx(-0.03, abs=5e-4)
+    assert sole(name, trace, 3.4) > -0.045  # the trunk leans towards it
+    lag = np.array([memory[0, 3] for memory in run.memories])
+    assert lag[-1] == pytest.approx(0.3, abs=0.02) and lag[: int(2.0 / 0.005)].max() < 0.02
+    shallow, _ = stepped(name, -0.06, hp.TouchDown(search_depth=0.01, patience=0.0))
+    assert shallow.recalled("offset")[:, LEG, 2].min() == pytest.approx(-0.01, abs=5e-4)
+    assert not np.array([memory[0, 3] for memory in shallow.memories]).any()
+
+
+@every_robot
+def test_a_walk_goes_up_a_step_as_high_as_its_lift(name):
+    stairs = hp.Stairs(rise=0.03, run=0.6, count=1, start=0.35)
+    control = hp.FootControl(hp.Gait.tripod(lift=0.03), touch_down=hp.TouchDown())
+    trace = hp.simulate(hp.Scene(robot(name), terrain=stairs), control, duration=20.0, sample=0.05)
+    assert trace.q[-1, 0] > 1.5
+    assert trace.q[-1, 2] - trace.q[0, 2] == pytest.approx(0.03, abs=0.004)
+    assert np.abs(roll_and_pitch(trace)).max() < np.radians(1.0)
