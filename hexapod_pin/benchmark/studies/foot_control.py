@@ -110,8 +110,7 @@ class Found:
             "arcs": numbers(self.arcs, SHOWN),
             "targets": [one.row() for one in self.targets],
             "tuned": {
-                robot: {"best": dict(one.best), "held_out": one.held_out.data}
-                for robot, one in self.tuned.items()
+                robot: {"best": dict(one.best), **one.data} for robot, one in self.tuned.items()
             },
         }
 

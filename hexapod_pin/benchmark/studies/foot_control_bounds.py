@@ -47,7 +47,7 @@ CYCLES = (0.8, 1.0, 1.5, 2.0, 3.0)
 LIFTS = (25.0, 30.0, 40.0, 50.0)
 """Lifts of the foot, on the same ground [mm]."""
 
-GROUNDS = 4
+GROUNDS = 3
 """Seeds of bumps, at most."""
 
 ALONE, WITH_TOUCH_DOWN = "suspension", "suspension, touch-down"

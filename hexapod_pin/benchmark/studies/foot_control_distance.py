@@ -85,7 +85,7 @@ def long_walks(robot: str, size: Size) -> list[LongWalk]:
 
 
 def _judged(
-    robot: str, scene: str, seed: int, name: str, result: Summary | Exception, asked: float,
+    robot: str, scene: str, seed: int, name: str, result: object, asked: float,
     speed: float, wall: float,
 ) -> LongWalk:  # fmt: skip
     place = (robot, scene, seed, name, asked)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
@@ -110,7 +111,7 @@ def _squeeze(scene: hp.Scene, control: Any, robot: str, factor: float, name: str
     standing = time >= time[-1] - WATCHED
     force = internal_forces(trace)
 
-    def rms(when: Array) -> float:
+    def rms(when: NDArray[np.bool_]) -> float:
         down = trace.normal_force[when] > 0.0
         return float(np.sqrt((force[when] ** 2).sum() / max(1, down.sum())))
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import hexapod_pin as hp
 from hexapod_pin.benchmark.studies.foot_control_scenes import Size, percent
+from hexapod_pin.control.foot_control.named import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.estimate import Estimate
 from hexapod_pin.validation.tables import Table
@@ -62,7 +64,7 @@ class Target:
 def arc_comparison(size: Size) -> Comparison:
     """Return S2's arc motion on kharagpur, conventional and corrected, with two contacts."""
     arc = hp.ArcWalk()
-    walks = {"conventional": arc}
+    walks: dict[str, Any] = {CONVENTIONAL: arc}
     walks |= {name: hp.FootControl(arc, slip=part) for name, part in ARC_PARTS.items()}
     robot = hp.load_robot("kharagpur")
     scenes = {
