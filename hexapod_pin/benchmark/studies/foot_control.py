@@ -12,7 +12,6 @@ from hexapod_pin.benchmark.studies.foot_control_bounds import (
     Point,
     bounds_table,
     draw_bounds,
-    impact_table,
     points,
 )
 from hexapod_pin.benchmark.studies.foot_control_comparison import (
@@ -26,6 +25,7 @@ from hexapod_pin.benchmark.studies.foot_control_distance import (
     distance_table,
     long_walks,
 )
+from hexapod_pin.benchmark.studies.foot_control_impacts import impact_table
 from hexapod_pin.benchmark.studies.foot_control_internal import (
     Squeeze,
     draw_squeezes,
