@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import hexapod_pin as hp
+from hexapod_pin.benchmark.studies.foot_control_page import save_figure
 from hexapod_pin.benchmark.studies.foot_control_scenes import (
     Size,
     bumps,
@@ -101,7 +102,7 @@ def _way(size: Size) -> float:
 
 
 def _scenes(robot: str, size: Size) -> list[hp.Scene]:
-    return bumps(robot, min(GROUNDS, size.seeds), _way(size))
+    return bumps(robot, 1 if size.quick else GROUNDS, _way(size))
 
 
 def _of_gait(
@@ -177,7 +178,7 @@ def draw_bounds(found: list[Point], path: Path) -> None:
         panels[row][0].set_ylabel(f"{text}: change [%]", fontsize="small")
     handles, labels = panels[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize="small")
-    figure.savefig(path, metadata={"Date": None})
+    save_figure(figure, path)
 
 
 def _draw_panel(axes: Axes, own: list[Point], metric: str) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.benchmark.studies.foot_control_page import save_figure
 from hexapod_pin.benchmark.studies.foot_control_scenes import percent, walked
 from hexapod_pin.control.foot_control.named import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
@@ -116,7 +117,7 @@ def draw_comparison(robot: str, comparison: Comparison, path: Path) -> None:
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize="small")
     figure.suptitle(f"{robot}: change against conventional kinematic control [%]", fontsize="small")
-    figure.savefig(path, metadata={"Date": None})
+    save_figure(figure, path)
 
 
 def _draw_metric(axes: Axes, comparison: Comparison, metric: str, names: list[str]) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
+from hexapod_pin.benchmark.studies.foot_control_page import save_figure
 from hexapod_pin.benchmark.studies.foot_control_scenes import (
     GAITS,
     Size,
@@ -173,4 +174,4 @@ def draw_squeezes(found: list[Squeeze], path: Path) -> None:
         panels[row][0].set_ylabel("internal force, RMS [N]", fontsize="small")
     handles, labels = panels[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize="small")
-    figure.savefig(path, metadata={"Date": None})
+    save_figure(figure, path)

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hexapod_pin.validation.tables import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 PAGE = "s1_comparison.md"
 INTERNAL_FIGURE = "foot_control_internal.svg"
@@ -15,6 +19,14 @@ BOUNDS_FIGURE = "foot_control_bounds.svg"
 def comparison_figure(robot: str) -> str:
     """Return the name of the figure of a robot's comparison."""
     return f"foot_control_{robot}.svg"
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure as SVG with its text as text; the same figure gives the same bytes."""
+    import matplotlib
+
+    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": path.stem}):
+        figure.savefig(path, metadata={"Date": None})
 
 
 def write_page(

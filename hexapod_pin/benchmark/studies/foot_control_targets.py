@@ -71,7 +71,7 @@ def arc_comparison(size: Size) -> Comparison:
         "arcs, s2 contact": hp.Scene(robot, contact=hp.Contact.s2()),
         "arcs": hp.Scene(robot, contact=hp.Contact.accurate()),
     }
-    cycles = 2.5 if size.quick else 4.5
+    cycles = 3.5 if size.quick else 4.5
     return hp.compare(scenes, walks, duration=cycles * arc.gait.cycle_time)
 
 
