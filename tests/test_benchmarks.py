@@ -29,7 +29,16 @@ FOLDER = Path(__file__).resolve().parent.parent / "benchmarks"
 STEP = 1e-3
 SHORT = {
     "batch": ["--cases", "6", "--diverging", "1", "--duration", "0.1", "--share", "2"],
-    "closed_loop_cost": ["--duration", "0.05", "--rounds", "1"],
+    "closed_loop_cost": [
+        "--duration",
+        "0.05",
+        "--rounds",
+        "1",
+        "--steps",
+        "0.0025",
+        "--controls",
+        "both",
+    ],
     "constraint_drift": ["--duration", "0.02", "--rounds", "1"],
     "contact_cost": ["--duration", "0.05", "--rounds", "1"],
     "creep": ["--duration", "0.05"],

@@ -18,7 +18,10 @@ WALKS = {
     "stops": ("athena", hp.KinematicControl(hp.Gait.tripod(), stop_at=9.0)),
     "commanded": ("athena", hp.KinematicControl(hp.Gait.tripod(), velocity=TURN)),
     "arc": ("kharagpur", ArcWalk(hp.Gait.tetrapod(cycle_time=2.0))),
-    "high": ("athena", hp.KinematicControl(hp.Gait.wave(), body=hp.BodyMotion(height=0.01))),
+    "high": (
+        "athena",
+        hp.KinematicControl(hp.Gait.wave(cycle_time=3.0), body=hp.BodyMotion(height=0.01)),
+    ),
 }
 every_walk = pytest.mark.parametrize("walk", WALKS)
 

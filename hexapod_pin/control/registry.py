@@ -86,7 +86,12 @@ def _foot_control(data: Mapping[str, Any]) -> FootControl:
             if not isinstance(given[name], Mapping):
                 raise ParameterError(f"controller.{name}", given[name], "a table")
             parts[name] = part(**given[name])
-    return FootControl(**parts, **{name: given[name] for name in NUMBERS if name in given})
+    control = FootControl(**parts, **{name: given[name] for name in NUMBERS if name in given})
+    if "gait" in given and Gait(**given["gait"]) != control.gait:
+        raise ParameterError(
+            "controller.gait", given["gait"], "that of controller.walk, or left out"
+        )
+    return control
 
 
 _READERS: dict[str, Reader] = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -87,7 +87,12 @@ class YieldingWalk:
 
 
 def closed_loop_cost(
-    *, duration: float = 4.0, rounds: int = 5, accuracy: float = 1e-4, steps: str = "0.001,0.0025"
+    *,
+    duration: float = 4.0,
+    rounds: int = 5,
+    accuracy: float = 1e-4,
+    steps: str = "0.001,0.0025",
+    controls: str = "yielding,both,all",
 ) -> StudyReport:
     """Times real time of one run and of 64 in lock-step, beside the open-loop walk; errors too."""
     rows, met = [], True
@@ -99,9 +104,9 @@ def closed_loop_cost(
         },
     }
     for name in GAITS:
-        exact = {control: _angles(name, control, REFERENCE) for control in _controllers(name, 1.0)}
+        exact = {control: _angles(name, control, REFERENCE) for control in controls.split(",")}
         for method, how in methods.items():
-            subjects = _subjects(name, duration, how)
+            subjects = _subjects(name, duration, how, list(exact))
             times = {k: Quartiles.of(v) for k, v in interleaved(subjects, rounds).items()}
             errors = {
                 control: f"{np.abs(_angles(name, control, how) - q).max():.1e}"
@@ -147,7 +152,9 @@ def _controllers(name: str, duration: float) -> dict[str, Any]:
     return found | {key: hp.FootControl(gait, **parts) for key, parts in FOOT_CONTROL.items()}
 
 
-def _subjects(name: str, duration: float, how: dict[str, Any]) -> dict[str, Callable[[], float]]:
+def _subjects(
+    name: str, duration: float, how: dict[str, Any], controls: Sequence[str]
+) -> dict[str, Callable[[], float]]:
     scene = hp.Scene(hp.load_robot(name))
     how = {"duration": duration, "sample": PERIOD, **how}
 
@@ -167,7 +174,9 @@ def _subjects(name: str, duration: float, how: dict[str, Any]) -> dict[str, Call
         return speed(lambda: lock_step_runs(cases, cases[0].settings, record=False), LOCK_STEP)
 
     found = {"open loop": single(hp.KinematicControl(GAITS[name]))}
-    for key, control in _controllers(name, duration).items():
+    controllers = _controllers(name, duration)
+    for key in controls:
+        control = controllers[key]
         found |= {f"{key}, single": single(control), f"{key}, lock-step": lock_step(control)}
     return found
 

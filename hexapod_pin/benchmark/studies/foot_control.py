@@ -15,7 +15,7 @@ from hexapod_pin.benchmark.studies.foot_control_bounds import (
     points,
 )
 from hexapod_pin.benchmark.studies.foot_control_comparison import (
-    SHOWN,
+    DRAWN,
     claims,
     comparison_table,
     draw_comparison,
@@ -106,8 +106,9 @@ class Found:
     def data(self) -> dict[str, Any]:
         """Numbers for a file."""
         return {
-            "comparisons": {name: numbers(one, SHOWN) for name, one in self.comparisons.items()},
-            "arcs": numbers(self.arcs, SHOWN),
+            "numbers": ["mean [SI]", "change [-]", "half of its 95 % interval [-]"],
+            "comparisons": {name: numbers(one, DRAWN) for name, one in self.comparisons.items()},
+            "arcs": numbers(self.arcs, DRAWN),
             "targets": [one.row() for one in self.targets],
             "tuned": {
                 robot: {"best": dict(one.best), **one.data} for robot, one in self.tuned.items()

@@ -37,7 +37,7 @@ WIDEST = 100.0
 
 MEASURES = {
     "slip correction makes feet slide less": ("slip", ("slip_path",)),
-    "slip correction costs less energy": ("slip", ("energy_per_metre",)),
+    "(not S1's) slip correction costs less energy": ("slip", ("energy_per_metre",)),
     "suspension makes the trunk's vertical motion gentler": (
         "suspension", ("vertical_acceleration_rms", "heave_rms"),
     ),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -150,25 +150,23 @@ def walked(comparison: Comparison, scene: str, name: str) -> str:
 
 
 def numbers(comparison: Comparison, metrics: Iterable[str]) -> dict[str, Any]:
-    """Return means and changes of some metrics as data, to four digits."""
+    """Return mean, change, and half of the change's interval of some metrics, to four digits."""
 
-    def plain(found: Estimate | None) -> Mapping[str, Any] | None:
-        if found is None:
-            return None
-        return {
-            key: float(f"{value:.4g}") if isinstance(value, float) else value
-            for key, value in found.to_dict().items()
-        }
+    def digits(value: float | None) -> float | None:
+        return None if value is None else float(f"{value:.4g}")
+
+    def plain(scene: str, name: str, metric: str) -> list[float | None]:
+        mean = comparison.mean(scene, name, metric)
+        change = comparison.change(scene, name, metric)
+        return [
+            digits(None if mean is None else mean.value),
+            digits(None if change is None else change.value),
+            digits(None if change is None else change.half_width),
+        ]
 
     return {
         scene: {
-            name: {
-                metric: {
-                    "mean": plain(comparison.mean(scene, name, metric)),
-                    "change": plain(comparison.change(scene, name, metric)),
-                }
-                for metric in metrics
-            }
+            name: {metric: plain(scene, name, metric) for metric in metrics}
             for name in comparison.controllers
         }
         for scene in comparison.scenes

@@ -34,8 +34,12 @@ PARTS = {
 }  # fmt: skip
 """The parts of foot control that are parameter sets."""
 
-NUMBERS = ("load_time", "period", "delay")
-"""Its other settings."""
+NUMBERS = {
+    "load_time": "finite and above 0 s",
+    "period": "finite and above 0 s",
+    "delay": "finite and not negative [s]",
+}
+"""Its other settings, and what they may be."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,12 +85,12 @@ class FootControl:
             part = getattr(self, name)
             if not isinstance(part, kind) and not (part is None and name != "force"):
                 raise ParameterError(f"FootControl.{name}", part, f"{kind.__name__} or None")
-        if not (math.isfinite(self.period) and self.period > 0.0):
-            raise ParameterError("FootControl.period", self.period, "finite and above 0 s")
-        if not (math.isfinite(self.load_time) and self.load_time > 0.0):
-            raise ParameterError("FootControl.load_time", self.load_time, "finite and above 0 s")
-        if not (math.isfinite(self.delay) and self.delay >= 0.0):
-            raise ParameterError("FootControl.delay", self.delay, "finite and not negative [s]")
+        for name, allowed in NUMBERS.items():
+            value = getattr(self, name)
+            if not isinstance(value, int | float) or not (
+                math.isfinite(value) and (value > 0.0 or (value == 0.0 and name == "delay"))
+            ):
+                raise ParameterError(f"FootControl.{name}", value, allowed)
         if isinstance(self.walk, Gait):
             object.__setattr__(self, "walk", KinematicControl(self.walk))
         if not hasattr(self.walk, "path") or not hasattr(self.walk, "gait"):

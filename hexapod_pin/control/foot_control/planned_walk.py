@@ -29,14 +29,17 @@ class PlannedWalk:
 
         Args:
             robot: whose walk it is.
-            control: has `path(robot)` and a `gait`.
+            control: has `path(robot)`, a `gait`, and `plan(robot, duration)`, which refuses what
+                cannot be walked. A walk that follows a velocity command is not tried beforehand.
 
         Raises:
-            GaitError, ReachError: the robot cannot walk it.
+            GaitError: the robot cannot walk it.
         """
         from hexapod_pin.native import WalkTable
 
         self._path, gait = control.path(robot), control.gait
+        if self._path.periodic:
+            control.plan(robot, gait.cycle_time)
         self._cycle = gait.cycle_time
         self._spacing = self._cycle / ROWS_PER_CYCLE
         self.repeats = bool(self._path.periodic and getattr(control, "stop_at", None) is None)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import PositiveFloat, model_serializer
+from pydantic import PositiveFloat, field_validator, model_serializer
 
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
@@ -40,6 +41,14 @@ class VirtualSuspension(Spec):
     damping: PositiveFloat = 1.6
     load: Literal["split"] | PositiveFloat = "split"
     limit: PositiveFloat = 0.03
+
+    @field_validator("load", mode="before")
+    @classmethod
+    def _split_or_force(cls, value: Any) -> Any:
+        """Name what is allowed as a whole, not as its first half."""
+        if value == "split" or (isinstance(value, int | float) and 0.0 < value < math.inf):
+            return value
+        raise ParameterError("VirtualSuspension.load", value, '"split", or a force above 0 N')
 
     def resolved(self, weight: float, delay: float) -> tuple[float, float]:
         """Return stiffness [N/m] and frequency [Hz] for a weight [N] and a loop's delay [s]."""

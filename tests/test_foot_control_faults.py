@@ -1,0 +1,276 @@
+"""Foot control when something is wrong: readings, ground, legs, plans, parameters, other robots."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from foot_control_runs import SEARCH, Recorded, foot_order, recall, robot, standing
+from test_foot_control_parts import PUSHED, T, loads_on, made, ticks
+
+import hexapod_pin as hp
+from hexapod_pin.control import six_legs
+from hexapod_pin.control.foot_control.ready_law import ready_law
+from hexapod_pin.control.registry import read_controller
+from hexapod_pin.robot.robot import urdf_path
+
+NAME = "kharagpur"
+TRIPOD = hp.Gait.tripod(lift=0.03)
+JOINT = robot(NAME).joint_names[4]
+FOOT = robot(NAME).feet[2].name
+FAULTS = [
+    ("q", (0, 4), f"q of {JOINT}"), ("v", (0, 4), f"v of {JOINT}"),
+    ("torque", (0, 4), f"torque of {JOINT}"), ("rotation", (0, 2, 1), "rotation"),
+    ("angular_velocity", (0, 1), "angular_velocity"), ("acceleration", (0, 2), "acceleration"),
+    ("foot_force", (0, 2, 1), f"foot_force of {FOOT}"),
+]  # fmt: skip
+
+
+def full(**parts: Any) -> hp.FootControl:
+    """Return a controller with all parts."""
+    return hp.FootControl(
+        TRIPOD,
+        slip=hp.SlipPid(bandwidth=4.0),
+        suspension=hp.VirtualSuspension(),
+        touch_down=hp.TouchDown(),
+        levelling=hp.Levelling(),
+        **parts,
+    )
+
+
+# readings -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize(("field", "place", "words"), FAULTS)
+def test_a_reading_that_is_no_number_is_named(field, place, words, value):
+    """With what, of what, when, and in which run of the lock-step."""
+    told = loads_on(NAME, PUSHED, time=1.25)
+    rows = {
+        name: np.repeat(array, 3, axis=0) for name, array in vars(told).items() if name != "time"
+    }
+    rows[field][(1, *place[1:])] = value
+    control = full()
+    state = control.start(hp.Scene(robot(NAME)), 3)
+    with pytest.raises(hp.errors.SensorError) as caught:
+        control.update(1.3, replace(told, **rows), state)
+    error = caught.value
+    assert (error.reading, error.time, error.row) == (words, 1.25, 1)
+    assert error.value == value or (np.isnan(error.value) and np.isnan(value))
+    assert words in str(error) and "run 1" in str(error)
+
+
+@dataclass
+class Broken:
+    """Foot control one of whose readings fails at a time."""
+
+    control: hp.FootControl
+    field: str
+    place: tuple[int, ...]
+    time: float = 0.2
+
+    def __post_init__(self) -> None:
+        """Take over what a run asks of a controller."""
+        self.period, self.start = self.control.period, self.control.start
+
+    def update(self, time: float, m: Any, state: Any) -> tuple[hp.Command, Any]:
+        if time >= self.time:
+            broken = np.array(getattr(m, self.field))
+            broken[self.place] = np.nan
+            m = replace(m, **{self.field: broken})
+        return self.control.update(time, m, state)
+
+
+@pytest.mark.parametrize(("field", "place", "words"), FAULTS)
+def test_a_run_whose_sensor_fails_ends_with_its_name(field, place, words):
+    with pytest.raises(hp.errors.SensorError, match=rf"{words} reads nan at t = 0.2 s \(run 0"):
+        hp.simulate(hp.Scene(robot(NAME)), Broken(full(), field, place), duration=1.0)
+
+
+# ground and legs ------------------------------------------------------------------------------
+
+
+def test_a_foot_that_never_touches_searches_to_its_limit_and_no_further():
+    """Standing, without any force on foot 1 from the start."""
+    force = PUSHED.copy()
+    force[1] = 0.0
+    parts = {"touch_down": hp.TouchDown(search_depth=0.02), "slip": hp.SlipPid(anticipates=False)}
+    law = made(suspension=hp.VirtualSuspension(travel=0.002), **parts)
+    target, memory = ticks(law, [loads_on(NAME, force)] * 400)
+    offset, mode = recall(memory, "offset")[:, 1, 2], recall(memory, "mode")[:, 1]
+    assert offset.min() == pytest.approx(-0.02, abs=2e-3)
+    assert recall(memory, "travel")[-1, 1] == pytest.approx(-0.002, abs=1e-4)  # load / k
+    lost = int(np.argmax(mode == SEARCH))
+    assert lost * T == pytest.approx(0.3, abs=0.011)
+    speed = np.diff(offset[lost : lost + 30]) / T
+    assert speed == pytest.approx(np.full(29, -0.1), abs=0.02)
+    assert np.isfinite(target).all()
+
+
+@pytest.mark.parametrize("name", ["athena", "kharagpur"])
+def test_feet_held_over_a_deep_groove_search_to_their_limit(name):
+    """The two middle feet; the robot stands on four, then walks out of it."""
+    groove = hp.Groove(angle_left=1.0, angle_right=1.0, depth=0.06)
+    scene = hp.Scene(robot(name), terrain=groove)
+    run = Recorded(replace(full(), walk=standing()))
+    trace = hp.simulate(scene, run, duration=2.0, sample=0.05)
+    offset = run.recalled("offset")[..., 2]
+    assert offset[-1, [1, 4]] == pytest.approx([-0.03, -0.03], abs=2e-3)
+    assert np.abs(offset[:, [0, 2, 3, 5]]).max() < 2e-3 and offset.min() > -0.032
+    assert trace.q[-1, 2] == pytest.approx(trace.q[0, 2], abs=5e-3)
+    walked = hp.simulate(scene, full(), duration=6.0, sample=0.05)
+    assert walked.q[-1, 0] > 0.3 and np.abs(walked.q[-1, 3:5]).max() < 0.05
+
+
+@pytest.mark.parametrize("lost", [0.0, 2.0])
+@pytest.mark.parametrize("name", ["athena", "kharagpur"])
+def test_a_leg_lost_leaves_a_robot_that_walks_on(name, lost):
+    """Five legs in a wave; the sixth drags its own weight, the others bear what is left."""
+    scene = hp.Scene(robot(name), loads=[hp.LostLeg("lm", lost)])
+    gait = hp.Gait.wave(lift=0.03, cycle_time=3.0)
+    control = hp.FootControl(gait, touch_down=hp.TouchDown(), slip=hp.SlipPid(bandwidth=4.0))
+    run = Recorded(control)
+    trace = hp.simulate(scene, run, duration=6.0, sample=0.02)
+    weight, late = 9.81 * robot(name).total_mass, trace.time > 3.0
+    force = trace.foot_force[late][:, foot_order(name), 2]
+    assert trace.time[-1] == 6.0 and trace.q[-1, 0] > 0.2
+    assert force[:, 1].mean() < 0.06 * weight
+    assert np.delete(force, 1, axis=1).sum(axis=1).mean() > 0.94 * weight
+    assert (np.delete(force, 1, axis=1).max(axis=0) > 0.1 * weight).all()
+    assert np.abs(trace.q[-1, 3:5]).max() < 0.02
+    assert run.recalled("offset")[:, 1, 2].min() >= -0.03 - 1e-3
+
+
+def test_a_leg_lost_under_a_tripod_does_not_end_the_run():
+    scene = hp.Scene(robot("athena"), loads=[hp.LostLeg("lm", 2.0)])
+    trace = hp.simulate(scene, full(), duration=6.0, sample=0.05)
+    assert trace.time[-1] == 6.0 and np.isfinite(trace.q).all() and trace.q[-1, 0] > 0.2
+
+
+# reach ----------------------------------------------------------------------------------------
+
+
+def test_targets_out_of_reach_are_gone_part_of_the_way():
+    law = made("athena", standing())
+    plan = law.walk.table.at(law.lead)[:, :3]
+    six, feet = six_legs(robot("athena")), np.array(plan)
+    feet[2] += [0.0, 0.0, -0.4]
+    feet[4] += [0.0, -0.01, 0.0]
+    angles = law.joint_angles(0.0, feet[None])[0]
+    places = [leg.forward(angles[i]) for leg, i in zip(six.legs, six.joint_index, strict=True)]
+    share = (places[2] - plan[2])[2] / -0.4
+    assert share in (pytest.approx(0.75), pytest.approx(0.5), pytest.approx(0.25))
+    assert places[2][:2] == pytest.approx(plan[2, :2], abs=1e-9)
+    others = [0, 1, 3, 4, 5]
+    assert np.array(places)[others] == pytest.approx(feet[others], abs=1e-9)
+    with pytest.raises(hp.errors.ReachError, match="leg lr"):
+        six.legs[2].inverse(feet[2])
+
+
+def test_rows_of_a_lock_step_are_brought_within_reach_one_by_one():
+    law = made("athena", standing())
+    plan = law.walk.table.at(law.lead)[:, :3]
+    feet = np.stack([plan, plan])
+    feet[0, 2, 2] -= 0.4
+    feet[1, 0, 2] += 0.01
+    both = law.joint_angles(0.0, feet)
+    assert np.array_equal(both[1], law.joint_angles(0.0, feet[1:])[0])
+    assert np.array_equal(both[0], law.joint_angles(0.0, feet[:1])[0])
+
+
+def test_a_gait_that_the_robot_cannot_walk_is_refused_as_in_open_loop():
+    gait, refused = hp.Gait.tripod(cycle_time=0.2), []
+    for control in (hp.KinematicControl, hp.FootControl):
+        with pytest.raises(hp.errors.GaitError, match="With the rest unchanged") as caught:
+            hp.simulate(hp.Scene(robot("athena")), control(gait), duration=1.0)
+        refused.append(caught.value)
+    assert refused[0].quantity == refused[1].quantity == "cycle_time"
+    assert refused[0].limit == refused[1].limit
+
+
+def test_a_command_that_leads_out_of_reach_ends_in_a_reach_error():
+    """What a velocity command will ask for is known only when its time comes."""
+    far = hp.VelocityCommand(time=[0.0], forward=[0.5])
+    control = hp.FootControl(hp.KinematicControl(hp.Gait.tripod(), velocity=far))
+    with pytest.raises(hp.errors.ReachError, match="outside the reach"):
+        hp.simulate(hp.Scene(robot("athena")), control, duration=4.0)
+
+
+# parameters -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"period": 0.0}, "FootControl.period = 0"), ({"period": np.nan}, "FootControl.period"),
+        ({"period": "5 ms"}, "FootControl.period = '5 ms'"), ({"delay": None}, "delay = None"),
+        ({"delay": -0.1}, "FootControl.delay"), ({"load_time": 0.0}, "FootControl.load_time"),
+        ({"slip": 3}, "FootControl.slip = 3: must be SlipPid or None"),
+        ({"suspension": hp.SlipPid()}, "must be VirtualSuspension or None"),
+        ({"force": None}, "FootControl.force"), ({"sensors": "good"}, "FootControl.sensors"),
+        ({"touch_down": True}, "TouchDown or None"), ({"levelling": 0.3}, "Levelling or None"),
+    ],
+)  # fmt: skip
+def test_settings_of_the_wrong_kind_are_named(fields, words):
+    with pytest.raises(hp.errors.ParameterError, match=words):
+        hp.FootControl(TRIPOD, **fields)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: hp.FootControl(hp.HoldPosture()), "FootControl.walk = 'HoldPosture'"),
+        (lambda: hp.FootControl("tripod"), "FootControl.walk"),
+        (lambda: hp.FootControl(full()), "FootControl.walk"),
+        (lambda: hp.SlipPid(signal="both"), "SlipPid.signal = 'both'"),
+        (lambda: hp.SlipPid(gain=2.0), "SlipPid.gain = 2.0: must be left out"),
+        (lambda: hp.TouchDown(earliest=2.0), "TouchDown.earliest = 2"),
+        (lambda: hp.Levelling(limit=2.0), "Levelling.limit = 2"),
+        (lambda: hp.VirtualSuspension(load=-1.0), 'load = -1.0: must be "split", or a force'),
+        (lambda: hp.VirtualSuspension(load="even"), "VirtualSuspension.load = 'even'"),
+        (lambda: hp.FootForceSensing(source="eye"), "FootForceSensing.source = 'eye'"),
+    ],
+)
+def test_parameters_out_of_range_are_named(make, words):
+    with pytest.raises(hp.errors.ParameterError, match=words):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"slips": 1}, "controller.slips = 1: must be one of"),
+        ({"slip": 3}, "controller.slip = 3: must be a table"),
+        ({"gait": hp.Gait.ripple().model_dump()}, "controller.gait"),
+        ({"slip": {"gain": 1.0}}, "SlipPid.gain"), ({"walk": None}, "controller.kind"),
+        ({"period": "x"}, "FootControl.period = 'x'"),
+        ({"slip": {"kind": "virtual-suspension"}}, "SlipPid.kind"),
+        ({"walk": {"kind": "hold"}}, "FootControl.walk"),
+        ({"sensors": {"q": {"noise": -1.0}}}, "Sensors.q.noise"),
+    ],
+)  # fmt: skip
+def test_mistakes_in_a_text_are_named(change, words):
+    assert isinstance(read_controller(full().to_dict()), hp.FootControl)
+    with pytest.raises(hp.errors.ParameterError, match=words):
+        read_controller(full().to_dict() | change)
+
+
+def test_legs_without_closed_form_are_controlled_too(tmp_path: Path):
+    """Femur axes 12 mm aside: inverse kinematics by search."""
+    old, new = (f'<origin xyz="0.0835 {aside} 0" rpy="0 0 0"/>' for aside in ("0", "0.012"))
+    path = tmp_path / "offset.urdf"
+    path.write_text(urdf_path(NAME).read_text().replace(old, new))
+    odd = hp.load_robot(path)
+    assert six_legs(odd).legs[0].closed_form is None
+    law = ready_law(replace(full(), walk=standing()), hp.Scene(odd))
+    told = loads_on(NAME, PUSHED)
+    told = replace(told, q=np.array(odd.posture)[None])
+    feet, _ = law.tick(0.0, told, law.first_memory(1))
+    angles = law.joint_angles(0.0, feet)[0]
+    six = six_legs(odd)
+    for leg, index, foot in zip(six.legs, six.joint_index, feet[0], strict=True):
+        assert leg.forward(angles[index]) == pytest.approx(foot, abs=1e-7)
+    assert 1e-5 < np.abs(feet[0] - six.neutral_feet).max() < 0.01
