@@ -73,7 +73,7 @@ and grounds on which they do.
   is used.
 - Suspension alone makes the trunk pitch more on flat ground, where nothing needs to yield, and on
   kharagpur raises the vertical acceleration there. It is for uneven ground.
-- Touch-down by feel raises peak torques: a foot that meets ground early stops at once.
+- Touch-down by feel mostly raises peak torques: a foot that meets ground early stops at once.
 """
 
 BOUNDS = """
@@ -88,7 +88,7 @@ BOUNDS = """
   refused; half the travel or a slower suspension does less. Damping matters little.
 - **Arcs**: the force of the s2 contact depends on slip speed alone, so it says little of how far
   feet have slid: 10 Hz on the force falls short of 40 %, 2 Hz on the slip does not. With a contact
-  that sticks it is the other way round in energy: forces stay where a foot is put back.
+  that sticks, 2 Hz on the slip costs more energy than was allowed, and 10 Hz on the force none.
 """
 
 INTERNAL = """
@@ -108,10 +108,10 @@ where a corner of the trunk gets below the ground, which nothing holds up in the
 """
 
 MORE = """
-- Ranking with noise, delay, drives and estimated forces, in the results: "both" and "all" lead
-  with foot sensors. With a delay of 10 ms, or forces from torques, little is left of the
-  suspension's gain; with forces from currents, which do not know of friction, touch-down by feel
-  does harm on flat ground, and "both" is the best.
+- Ranking with noise, delay, drives and estimated forces, in the results: on bumps "both" and "all"
+  lead with noise and with the drive, as in the ideal case. With a delay of 10 ms, or forces from
+  torques, little is left of the suspension's gain; with forces from currents, which do not know
+  of friction, touch-down by feel does harm on flat ground, and "both" is the best there.
 - [Results](../benchmarks/results/foot_control.md): all metrics on all grounds, errors against a
   reference at 1e-8, and tuned gains on ground that they were not tuned on.
 - [What 200 Hz control costs](../benchmarks/results/closed_loop_cost.md).
