@@ -37,6 +37,7 @@ WIDEST = 100.0
 
 MEASURES = {
     "slip correction makes feet slide less": ("slip", ("slip_path",)),
+    "the same without anticipation, as S1 has it": ("slip, not anticipating", ("slip_path",)),
     "(not S1's) slip correction costs less energy": ("slip", ("energy_per_metre",)),
     "suspension makes the trunk's vertical motion gentler": (
         "suspension", ("vertical_acceleration_rms", "heave_rms"),

@@ -65,9 +65,9 @@ given. A claim holds where all metrics of its row fall; the last column counts t
 and grounds on which they do.
 
 - A PID on the tangential force alone, as S1 has it ("slip, not anticipating"), makes feet slide
-  *more*: what it takes back while a foot is loaded slides again as the foot unloads. It helps once
-  feet are put where their servos will have given way to the nominal loads (`SlipPid.anticipates`,
-  not in S1).
+  *more* on most grounds: what it takes back while a foot is loaded slides again as the foot
+  unloads. It helps once feet are put where their servos will have given way to the nominal loads
+  (`SlipPid.anticipates`, not in S1); "slip" and "both" do that.
 - It has a price: feet that push against each other spare the joints; without that the torques are
   higher (`torque_rms` of the results: 60 % on athena, 30 % on kharagpur, flat), though less energy
   is used.
