@@ -29,11 +29,21 @@ FOLDER = Path(__file__).resolve().parent.parent / "benchmarks"
 STEP = 1e-3
 SHORT = {
     "batch": ["--cases", "6", "--diverging", "1", "--duration", "0.1", "--share", "2"],
-    "closed_loop_cost": ["--duration", "0.05", "--rounds", "1"],
+    "closed_loop_cost": [
+        "--duration",
+        "0.05",
+        "--rounds",
+        "1",
+        "--steps",
+        "0.0025",
+        "--controls",
+        "both",
+    ],
     "constraint_drift": ["--duration", "0.02", "--rounds", "1"],
     "contact_cost": ["--duration", "0.05", "--rounds", "1"],
     "creep": ["--duration", "0.05"],
     "drive_promise": ["--scenes", "1", "--methods", "extrapolated-euler", "--seed", "3"],
+    "foot_control": ["--quick"],
     "formulations_cost": ["--rounds", "1", "--stiffnesses", "1"],
     "gain_borders": [
         "--robots",
@@ -93,8 +103,11 @@ def test_every_script_is_tested_and_every_page_names_its_script() -> None:
 @pytest.mark.parametrize("name", [name for name in SHORT if name not in ("step_cost",)])
 def test_study_writes_its_page(name: str, tmp_path: Path, capsys) -> None:
     """Command and machine in the head, no host, no path; the page is printed too."""
-    drawn = name in ("constraint_drift", "gain_borders")
-    words = [*SHORT[name], *(["--figure", str(tmp_path / "f.svg")] * drawn)]
+    places = {name: ["--figure", "f.svg"] for name in ("constraint_drift", "gain_borders")}
+    places["foot_control"] = ["--docs", "docs"]
+    words = list(SHORT[name])
+    if name in places:
+        words += [places[name][0], str(tmp_path / places[name][1])]
     assert script(name).main([*words, "--out", str(tmp_path)]) in (0, 1)
     page = (tmp_path / f"{name}.md").read_text()
     assert capsys.readouterr().out.strip() == page.strip()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -24,6 +24,17 @@ MIN_SINGLE, MIN_LOCK_STEP = 30.0, 100.0
 LOCK_STEP = 64
 PERIOD = 0.005
 """[s]"""
+
+FOOT_CONTROL: dict[str, dict[str, Any]] = {
+    "both": {"slip": hp.SlipPid(), "suspension": hp.VirtualSuspension()},
+    "all": {
+        "slip": hp.SlipPid(),
+        "suspension": hp.VirtualSuspension(),
+        "touch_down": hp.TouchDown(),
+        "levelling": hp.Levelling(),
+    },
+}
+"""Foot control that is timed, by name."""
 
 REFERENCE: dict[str, Any] = {"method": "ndf", "accuracy": 1e-8}
 CHECKED = 0.6
@@ -76,7 +87,12 @@ class YieldingWalk:
 
 
 def closed_loop_cost(
-    *, duration: float = 4.0, rounds: int = 5, accuracy: float = 1e-4, steps: str = "0.001,0.0025"
+    *,
+    duration: float = 4.0,
+    rounds: int = 5,
+    accuracy: float = 1e-4,
+    steps: str = "0.001,0.0025",
+    controls: str = "yielding,both,all",
 ) -> StudyReport:
     """Times real time of one run and of 64 in lock-step, beside the open-loop walk; errors too."""
     rows, met = [], True
@@ -88,15 +104,18 @@ def closed_loop_cost(
         },
     }
     for name in GAITS:
-        exact = _angles(name, REFERENCE)
+        exact = {control: _angles(name, control, REFERENCE) for control in controls.split(",")}
         for method, how in methods.items():
-            error = float(np.abs(_angles(name, how) - exact).max())
-            subjects = _subjects(name, duration, how)
+            subjects = _subjects(name, duration, how, list(exact))
             times = {k: Quartiles.of(v) for k, v in interleaved(subjects, rounds).items()}
+            errors = {
+                control: f"{np.abs(_angles(name, control, how) - q).max():.1e}"
+                for control, q in exact.items()
+            }
             for subject, found in times.items():
                 good, verdict = _verdict(subject, found.median)
                 met &= good
-                shown = "-" if subject == "open loop" else f"{error:.1e}"
+                shown = errors.get(subject.partition(", ")[0], "-")
                 rows.append([name, method, subject, found.text(".0f"), shown, verdict])
     head = ["robot", "method", "run", "times real time, per case", "error [m or rad]", "target"]
     return StudyReport(
@@ -105,6 +124,9 @@ def closed_loop_cost(
             f"Walks of {duration:g} s, one core, {rounds} interleaved rounds (median, quartiles). "
             f"Control at {1 / PERIOD:g} Hz: foot forces read, inverse kinematics of all legs anew "
             f"at every tick, set-points ramped between ticks; samples every {1e3 * PERIOD:g} ms. "
+            "Yielding: a controller in NumPy whose feet give way to their loads. Both and all: "
+            "`hp.FootControl` with slip correction and suspension, and with touch-down and "
+            "levelling too. "
             f"Lock-step: {LOCK_STEP} cases, summaries only. Error: largest in q over {CHECKED:g} s "
             f"against the same loop with {REFERENCE['method']} at {REFERENCE['accuracy']:g}; a "
             "force read in the middle of a transient makes much of a small error.",
@@ -115,18 +137,26 @@ def closed_loop_cost(
 
 
 def _verdict(subject: str, speed: float) -> tuple[bool, str]:
-    target = {"single": MIN_SINGLE, "lock-step": MIN_LOCK_STEP}.get(subject)
+    kind = subject.partition(", ")[2]
+    target = {"single": MIN_SINGLE, "lock-step": MIN_LOCK_STEP}.get(kind)
     if target is None:
         return True, "-"
     good = speed >= target
     return good, f"{'pass' if good else 'FAIL'} (at least {target:g})"
 
 
-def _subjects(name: str, duration: float, how: dict[str, Any]) -> dict[str, Callable[[], float]]:
-    robot, gait = hp.load_robot(name), GAITS[name]
-    scene, control = hp.Scene(robot), YieldingWalk(robot, gait, duration)
+def _controllers(name: str, duration: float) -> dict[str, Any]:
+    """Return what is timed, by name."""
+    gait = GAITS[name]
+    found: dict[str, Any] = {"yielding": YieldingWalk(hp.load_robot(name), gait, duration)}
+    return found | {key: hp.FootControl(gait, **parts) for key, parts in FOOT_CONTROL.items()}
+
+
+def _subjects(
+    name: str, duration: float, how: dict[str, Any], controls: Sequence[str]
+) -> dict[str, Callable[[], float]]:
+    scene = hp.Scene(hp.load_robot(name))
     how = {"duration": duration, "sample": PERIOD, **how}
-    cases = [hp.Case(scene, control, **how) for _ in range(LOCK_STEP)]
 
     def speed(run: Callable[[], object], count: int = 1) -> Callable[[], float]:
         def timed() -> float:
@@ -136,17 +166,22 @@ def _subjects(name: str, duration: float, how: dict[str, Any]) -> dict[str, Call
 
         return timed
 
-    return {
-        "open loop": speed(lambda: hp.simulate(scene, hp.KinematicControl(gait), **how)),
-        "single": speed(lambda: hp.simulate(scene, control, **how)),
-        "lock-step": speed(
-            lambda: lock_step_runs(cases, cases[0].settings, record=False), LOCK_STEP
-        ),
-    }
+    def single(control: Any) -> Callable[[], float]:
+        return speed(lambda: hp.simulate(scene, control, **how))
+
+    def lock_step(control: Any) -> Callable[[], float]:
+        cases = [hp.Case(scene, control, **how) for _ in range(LOCK_STEP)]
+        return speed(lambda: lock_step_runs(cases, cases[0].settings, record=False), LOCK_STEP)
+
+    found = {"open loop": single(hp.KinematicControl(GAITS[name]))}
+    controllers = _controllers(name, duration)
+    for key in controls:
+        control = controllers[key]
+        found |= {f"{key}, single": single(control), f"{key}, lock-step": lock_step(control)}
+    return found
 
 
-def _angles(name: str, how: dict[str, Any]) -> Array:
+def _angles(name: str, control: str, how: dict[str, Any]) -> Array:
     """Return q at the samples of the loop."""
-    robot = hp.load_robot(name)
-    control = YieldingWalk(robot, GAITS[name], CHECKED)
-    return hp.simulate(hp.Scene(robot), control, duration=CHECKED, sample=PERIOD, **how).q
+    scene, walk = hp.Scene(hp.load_robot(name)), _controllers(name, CHECKED)[control]
+    return hp.simulate(scene, walk, duration=CHECKED, sample=PERIOD, **how).q
