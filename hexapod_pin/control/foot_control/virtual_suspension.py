@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 DELAYS_PER_PERIOD = 0.05
 """Frequency times delay of a suspension whose frequency is not given (*assumed*)."""
 
+LEAST_DELAY = 7.5e-3
+"""What a shorter delay counts as there: servos and contacts bear no quicker legs [s] (*assumed*)."""
+
 
 class VirtualSuspension(Spec):
     """Admittance along the normal of the support, m z'' + c z' + k z = f - f0, z the retraction.
@@ -28,7 +31,7 @@ class VirtualSuspension(Spec):
         stiffness: k [N/m]; None: retracts by `travel` under a sixth of the weight.
         travel: [m]. The default is *assumed*.
         frequency: of the undamped mass on its spring [Hz]; None: 1 / (20 d), d the delay of the
-            loop (*assumed*: 1.3 to 3 times below where a standing robot begins to shake).
+            loop, 7.5 ms at least (*assumed*: a standing robot begins to shake at 1.4 times or more).
         damping: zeta, 1 is critical [-]. The default is *assumed*.
         load: "split" of the weight, or the same for every standing foot [N].
         limit: largest travel either way [m]. *Assumed*.
@@ -53,7 +56,8 @@ class VirtualSuspension(Spec):
     def resolved(self, weight: float, delay: float) -> tuple[float, float]:
         """Return stiffness [N/m] and frequency [Hz] for a weight [N] and a loop's delay [s]."""
         stiffness = weight / (6.0 * self.travel) if self.stiffness is None else self.stiffness
-        frequency = DELAYS_PER_PERIOD / delay if self.frequency is None else self.frequency
+        own = DELAYS_PER_PERIOD / max(delay, LEAST_DELAY)
+        frequency = own if self.frequency is None else self.frequency
         return stiffness, frequency
 
     def gains(self, weight: float, delay: float) -> tuple[float, float, float]:
