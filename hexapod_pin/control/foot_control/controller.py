@@ -13,13 +13,13 @@ from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.control.foot_control.foot_force_sensing import FootForceSensing
 from hexapod_pin.control.foot_control.levelling import Levelling
 from hexapod_pin.control.foot_control.ready_law import ReadyLaw, ready_law
+from hexapod_pin.control.foot_control.planned_walk import first_posture
 from hexapod_pin.control.foot_control.slip_pid import SlipPid
 from hexapod_pin.control.foot_control.touch_down import TouchDown
 from hexapod_pin.control.foot_control.virtual_suspension import VirtualSuspension
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.sensors import Sensors
-from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -111,9 +111,7 @@ class FootControl:
 
     def posture(self, scene: Any) -> Array:
         """Return the joint angles of the plan's beginning, in which a run starts [rad]."""
-        six = six_legs(scene.robot)
-        angles: Array = six.joint_angles(self.walk.path(scene.robot).positions([0.0]))[0]
-        return angles
+        return first_posture(scene.robot, self.walk)
 
     def start_key(self, scene: Any) -> str:
         """Return what gains follow from: scenes with equal ones can be run in lock-step."""

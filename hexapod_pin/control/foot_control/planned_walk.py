@@ -6,12 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hexapod_pin.arrays import Array, read_only
+from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.robot.once_per_robot import once_per_robot
+
 if TYPE_CHECKING:
     from hexapod_pin.native import WalkTable
     from hexapod_pin.robot.robot import Robot
 
 ROWS_PER_CYCLE = 512
 """Rows of a cycle: cubics between them are off by less than 1e-6 m."""
+
+KEPT_POSTURES = 64
+"""Of how many walks of a robot the first posture is remembered."""
 
 CYCLES_AT_ONCE = 16
 """By which the table of a walk that does not repeat grows."""
@@ -68,3 +75,20 @@ class PlannedWalk:
             np.ascontiguousarray(self._path.body.pose_and_twist(time)[1]),
         )
         self._rows += count
+
+
+@once_per_robot
+def _postures(robot: Robot) -> dict[int, tuple[Any, Array]]:
+    """Return the first postures of walks, by the walks' identities; the walks are kept with them."""
+    return {}
+
+
+def first_posture(robot: Robot, control: Any) -> Array:
+    """Return the joint angles of a walk's beginning, found once [rad]. Shape (n,)."""
+    known = _postures(robot)
+    if id(control) not in known:
+        feet = control.path(robot).positions(np.zeros(1))
+        while len(known) >= KEPT_POSTURES:
+            known.pop(next(iter(known)))
+        known[id(control)] = control, read_only(six_legs(robot).joint_angles(feet)[0])
+    return known[id(control)][1]

@@ -17,7 +17,7 @@ DELAYS_PER_PERIOD = 0.05
 """Frequency times delay of a suspension whose frequency is not given (*assumed*)."""
 
 LEAST_DELAY = 7.5e-3
-"""What a shorter delay counts as there: servos and contacts bear no quicker legs [s] (*assumed*)."""
+"""What a shorter delay counts as there: contacts bear no quicker legs [s] (*assumed*)."""
 
 
 class VirtualSuspension(Spec):
@@ -31,7 +31,7 @@ class VirtualSuspension(Spec):
         stiffness: k [N/m]; None: retracts by `travel` under a sixth of the weight.
         travel: [m]. The default is *assumed*.
         frequency: of the undamped mass on its spring [Hz]; None: 1 / (20 d), d the delay of the
-            loop, 7.5 ms at least (*assumed*: a standing robot begins to shake at 1.4 times or more).
+            loop, 7.5 ms at least (*assumed*: standing robots shake from 1.4 times that on).
         damping: zeta, 1 is critical [-]. The default is *assumed*.
         load: "split" of the weight, or the same for every standing foot [N].
         limit: largest travel either way [m]. *Assumed*.
