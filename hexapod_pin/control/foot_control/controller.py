@@ -12,8 +12,8 @@ from hexapod_pin.arrays import digest
 from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.control.foot_control.foot_force_sensing import FootForceSensing
 from hexapod_pin.control.foot_control.levelling import Levelling
-from hexapod_pin.control.foot_control.ready_law import ReadyLaw, ready_law
 from hexapod_pin.control.foot_control.planned_walk import first_posture
+from hexapod_pin.control.foot_control.ready_law import ReadyLaw, ready_law
 from hexapod_pin.control.foot_control.slip_pid import SlipPid
 from hexapod_pin.control.foot_control.touch_down import TouchDown
 from hexapod_pin.control.foot_control.virtual_suspension import VirtualSuspension
