@@ -79,7 +79,7 @@ class PlannedWalk:
 
 @once_per_robot
 def _postures(robot: Robot) -> dict[int, tuple[Any, Array]]:
-    """Return the first postures of walks, by the walks' identities; the walks are kept with them."""
+    """Return first postures by the identity of the walk, which is kept with its own."""
     return {}
 
 
