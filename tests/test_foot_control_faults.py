@@ -191,6 +191,16 @@ def test_a_gait_that_the_robot_cannot_walk_is_refused_as_in_open_loop():
     assert refused[0].limit == refused[1].limit
 
 
+def test_legs_without_stiffness_are_refused():
+    """Their feet follow no set-point; 1 / kp would poison the anticipation."""
+    scene = hp.Scene(
+        robot("athena"), servo=hp.Servo(kp={"coxa": 0.0, "femur": 9.0, "tibia": 9.0}, kd=1.0)
+    )
+    control = hp.FootControl(hp.Gait.tripod(), slip=hp.SlipPid())
+    with pytest.raises(hp.errors.ParameterError, match=r"Servo\.kp = 0\.0: must be above 0"):
+        hp.simulate(scene, control, duration=0.1)
+
+
 def test_a_command_that_leads_out_of_reach_ends_in_a_reach_error():
     """What a velocity command will ask for is known only when its time comes."""
     far = hp.VelocityCommand(time=[0.0], forward=[0.5])

@@ -82,6 +82,11 @@ def test_simulation_loads_no_viewer():
     assert not loaded & {"meshcat", "yourdfpy", "matplotlib", "xarray"}
 
 
+def test_controllers_load_no_scipy():
+    """Its linear algebra takes a second to load; only the check of foot control's gains needs it."""
+    assert "scipy" not in _loaded_after("import hexapod_pin as hp; hp.FootControl, hp.SlipPid")
+
+
 ROOMS = """
 robot drive control simulation results sweep view ground ground.contact ground.terrain
 """.split()

@@ -23,18 +23,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.arc_profile import BLEND_SHARE, adams_step, arc_senses, blend
-from hexapod_pin.control.body_path import RAMP_CYCLES, BodyPath
-from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES, TRANSIENT_CYCLES, FootPath
+from hexapod_pin.control.body_path import BodyPath
+from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES
 from hexapod_pin.control.footholds import COINCIDENT, Footholds
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.six_legs import SixLegs
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.control.walk_schedule import WalkSchedule, last_motion
 
 StanceProfile = Literal["constant", "step"]
 
 
 @dataclass(frozen=True, eq=False)
-class ArcPath:
+class ArcPath(WalkSchedule):
     """The planned motion of six feet on arcs, relative to a level base at its standing height.
 
     It answers what `FootPath` answers.
@@ -77,15 +77,7 @@ class ArcPath:
         raised[:, 1] += sense[:, 1] * self.lift_angle
         up = self.six.kinematics.chain.forward(raised[:, None])[:, 0] - self.six.neutral_feet
         gait = self.table.with_changes(stroke=stroke, lift=max(0.0, float(up[:, 2].min())))
-        halt = np.inf
-        if self.stop_at is not None:
-            earliest = FootPath.earliest_stop(gait)
-            if not (np.isfinite(self.stop_at) and self.stop_at >= earliest * (1.0 - COINCIDENT)):
-                raise ParameterError(
-                    "stop_at", self.stop_at, f"at least {earliest:g} s",
-                    "Starting, stopping and the last steps take that long at this cycle time.",
-                )  # fmt: skip
-            halt = self.stop_at - self._settling
+        halt = last_motion(gait, self.stop_at)
         body = BodyPath(gait, halt=halt)
         feet = Footholds(gait, self.six.neutral_feet, body)
         for name, value in (
@@ -95,23 +87,9 @@ class ArcPath:
             object.__setattr__(self, name, value)
 
     @property
-    def _settling(self) -> float:
-        return (1.0 - self.table.duty / 2.0) * self.table.cycle_time
-
-    @property
     def periodic(self) -> bool:
         """Whether the paths repeat every cycle from `steady_from` to `steady_until`: they do."""
         return True
-
-    @property
-    def steady_from(self) -> float:
-        """Time from which the paths repeat every cycle [s]."""
-        return TRANSIENT_CYCLES * self.gait.cycle_time
-
-    @property
-    def steady_until(self) -> float:
-        """Time at which the first leg prepares for the stop; infinite without one [s]."""
-        return self._halt - RAMP_CYCLES * self.gait.cycle_time - self._settling
 
     @property
     def speed(self) -> float:

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.foot_path import TRANSIENT_CYCLES, FootPath
+from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.six_legs import SixLegs, neutral_feet
+from hexapod_pin.control.walk_schedule import TRANSIENT_CYCLES
 from hexapod_pin.errors import ReachError
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 

@@ -26,11 +26,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array, read_only
-from hexapod_pin.control.body_path import RAMP_CYCLES, BodyPath, PlanarMotion
+from hexapod_pin.control.body_path import BodyPath, PlanarMotion
 from hexapod_pin.control.commanded_body import CommandedBody, ForeseenFootholds
 from hexapod_pin.control.footholds import COINCIDENT, Footholds, turned
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.rolling import roll_table
+from hexapod_pin.control.walk_schedule import WalkSchedule, last_motion
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -38,15 +39,12 @@ if TYPE_CHECKING:
     from hexapod_pin.control.six_legs import SixLegs
     from hexapod_pin.control.velocity_command import VelocityCommand
 
-TRANSIENT_CYCLES = 2
-"""Whole cycles after which the paths are periodic: RAMP_CYCLES + 1 - duty / 2, rounded up."""
-
 EVENT_SEPARATION_CYCLES = 1e-6
 """Events closer than this are one event [cycles]."""
 
 
 @dataclass(frozen=True, eq=False)
-class FootPath:
+class FootPath(WalkSchedule):
     """The planned motion of six feet relative to a level base at its standing height.
 
     Attributes:
@@ -88,10 +86,7 @@ class FootPath:
         if feet.shape != (6, 3) or not np.isfinite(feet).all():
             raise ParameterError("FootPath.neutral_feet", feet.shape, "finite, of shape (6, 3)")
         object.__setattr__(self, "neutral_feet", feet)
-        halt = np.inf
-        if self.stop_at is not None:
-            self._check_stop(self.stop_at)
-            halt = self.stop_at - self._settling
+        halt = last_motion(self.gait, self.stop_at)
         object.__setattr__(self, "_halt", halt)
         if self.command is None:
             path = BodyPath(self.gait, halt=halt)
@@ -101,37 +96,6 @@ class FootPath:
             body = CommandedBody(self.gait, self.command)
             object.__setattr__(self, "body", body)
             object.__setattr__(self, "footholds", ForeseenFootholds(self.gait, feet, body))
-
-    def _check_stop(self, stop_at: float) -> None:
-        """Refuse a stop too early for starting and stopping."""
-        earliest = self.earliest_stop(self.gait)
-        if not (np.isfinite(stop_at) and stop_at >= earliest * (1.0 - COINCIDENT)):
-            raise ParameterError(
-                "stop_at",
-                stop_at,
-                f"at least {earliest:g} s",
-                "Starting, stopping and the last steps take that long at this cycle time.",
-            )
-
-    @staticmethod
-    def earliest_stop(gait: Gait) -> float:
-        """Return the earliest `stop_at` that leaves time to start, stop and make last steps [s]."""
-        return (2.0 * RAMP_CYCLES + 1.0 - gait.duty / 2.0) * gait.cycle_time
-
-    @property
-    def steady_from(self) -> float:
-        """Time from which the paths repeat every cycle: TRANSIENT_CYCLES cycles [s]."""
-        return TRANSIENT_CYCLES * self.gait.cycle_time
-
-    @property
-    def steady_until(self) -> float:
-        """Time at which the first leg prepares for the stop; infinite without one [s]."""
-        return self._halt - RAMP_CYCLES * self.gait.cycle_time - self._settling
-
-    @property
-    def _settling(self) -> float:
-        """Time from a lift-off to mid-stance on the next foothold [s]."""
-        return (1.0 - self.gait.duty / 2.0) * self.gait.cycle_time
 
     def events(self, until: float, since: float = 0.0) -> Array:
         """Return the times in (since, until) where a third derivative may jump [s], ascending.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES, TRANSIENT_CYCLES, FootPath
+from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES, FootPath
 from hexapod_pin.control.knot_table import (
     MAX_KNOT_ERROR,
     MAX_KNOT_SPACING,
@@ -19,6 +19,7 @@ from hexapod_pin.control.knot_table import (
     sample_knots,
 )
 from hexapod_pin.control.six_legs import SixLegs
+from hexapod_pin.control.walk_schedule import TRANSIENT_CYCLES
 
 if TYPE_CHECKING:
     from hexapod_pin.control.body_motion import BodyMotion

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.foot_path import TRANSIENT_CYCLES
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_trajectory import JointTrajectory, whole_cycles
+from hexapod_pin.control.walk_schedule import TRANSIENT_CYCLES
 
 
 def waiting(q: Array, gait: Gait | None = None, end: float = 0.0) -> JointTrajectory:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.linalg
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
@@ -57,9 +56,11 @@ class LinearLoop:
         rates = np.zeros((states + 2 * joints,) * 2)
         rates[:states] = np.hstack([stance.state_matrix, stance.input_matrix])
         rates[states : states + joints, states + joints :] = np.eye(joints)
-        whole = scipy.linalg.expm(period * rates)
+        from scipy.linalg import expm
+
+        whole = expm(period * rates)
         at_tick = rest <= SAME_TIME * period
-        part = whole if at_tick else scipy.linalg.expm((period - rest) * rates)
+        part = whole if at_tick else expm((period - rest) * rates)
         return cls(stance, period, delay, whole, part, ticks + 1)
 
     def matrix(self, law: LinearLaw) -> Array:

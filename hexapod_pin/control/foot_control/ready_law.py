@@ -12,7 +12,7 @@ from hexapod_pin.control.foot_control.loop_gains import effective_delay, slip_ga
 from hexapod_pin.control.foot_control.planned_walk import PlannedWalk
 from hexapod_pin.control.foot_control.refuse_unstable import refuse_unstable
 from hexapod_pin.control.six_legs import SixLegs, six_legs
-from hexapod_pin.errors import ReachError, SensorError
+from hexapod_pin.errors import ParameterError, ReachError, SensorError
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
@@ -40,7 +40,8 @@ class ReadyLaw:
         walk: the plan.
         six: the legs.
         lead: from a tick until its command has arrived [s].
-        names: of the joints and feet, for messages.
+        joint_names: for messages.
+        foot_names: for messages.
     """
 
     law: FootControlLaw
@@ -118,12 +119,18 @@ def ready_law(control: FootControl, scene: Any, *, refuse: bool = True) -> Ready
         refuse: whether to refuse gains with which the loop would be unstable.
 
     Raises:
-        ParameterError: gains with which the loop would be unstable.
+        ParameterError: a leg without servo stiffness, or gains that make the loop unstable.
         GaitError, ReachError: the robot cannot walk the plan.
     """
+    robot, six = scene.robot, six_legs(scene.robot)
+    stiffness = scene.servos.gains(robot)[0][six.joint_index]
+    if not (stiffness > 0.0).all():
+        raise ParameterError(
+            "Servo.kp", float(stiffness.min()), "above 0 N m/rad at the joints of legs",
+            "Foot control moves feet through their servos.",
+        )  # fmt: skip
     if refuse:
         refuse_unstable(control, scene)
-    robot, six = scene.robot, six_legs(scene.robot)
     lead = control.period + control.delay
     return ReadyLaw(
         law=native_law(scene, law_settings(control, scene), leg_chains(scene)),

@@ -55,12 +55,12 @@ class LegReflex {
   // The next tick of a leg; `ground`: velocity of the ground at the foot as the trunk sees it, m/s.
   void step(const LegPlan& plan, const FootTouch& felt, const Vec3& ground, LegPhase& leg) const {
     leg.without_load = felt.free ? leg.without_load + period_ : 0.0;
-    if (plan.down) stand(plan, felt, leg);
+    if (plan.down) stand(felt, leg);
     else fly(plan, felt, ground, leg);
   }
 
  private:
-  void stand(const LegPlan&, const FootTouch& felt, LegPhase& leg) const {
+  void stand(const FootTouch& felt, LegPhase& leg) const {
     const bool has_stood = leg.mode == LegMode::down && leg.without_load <= set_.lost_after;
     leg.mode = felt.touches || has_stood || !set_.reacts ? LegMode::down : LegMode::search;
     leg.searched = leg.mode == LegMode::search ? leg.searched + period_ : 0.0;
