@@ -83,7 +83,7 @@ def test_simulation_loads_no_viewer():
 
 
 def test_controllers_load_no_scipy():
-    """Its linear algebra takes a second to load; only the check of foot control's gains needs it."""
+    """Its linear algebra takes a second to load; only the check of gains needs it."""
     assert "scipy" not in _loaded_after("import hexapod_pin as hp; hp.FootControl, hp.SlipPid")
 
 
