@@ -7,7 +7,8 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.foot_path import RAMP_CYCLES, FootPath
+from hexapod_pin.control.body_path import RAMP_CYCLES
+from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.errors import ParameterError
 
