@@ -65,7 +65,13 @@ if TYPE_CHECKING:
     from hexapod_pin.ground.terrain import study_grounds as study_grounds
     from hexapod_pin.results.checkpoint import Checkpoint as Checkpoint
     from hexapod_pin.results.comparison import Comparison as Comparison
+    from hexapod_pin.results.joint_moments import JointMoments as JointMoments
+    from hexapod_pin.results.joint_moments import joint_moments as joint_moments
+    from hexapod_pin.results.phase_torque import PhaseTorques as PhaseTorques
+    from hexapod_pin.results.phase_torque import phase_torques as phase_torques
     from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
+    from hexapod_pin.results.stability import Stability as Stability
+    from hexapod_pin.results.stability import stability as stability
     from hexapod_pin.results.summary import Summary as Summary
     from hexapod_pin.results.summary import load_summary as load_summary
     from hexapod_pin.results.torque_budget import torque_budget as torque_budget
@@ -115,6 +121,7 @@ _MODULES = {
     "HeightField": "ground.terrain",
     "HoldPosture": "control.hold_posture",
     "HuntCrossley": "ground.contact",
+    "JointMoments": "results.joint_moments",
     "JointStops": "drive.joint_stops",
     "KelvinVoigt": "ground.contact",
     "KinematicControl": "control.kinematic",
@@ -126,6 +133,7 @@ _MODULES = {
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
     "Payload": "simulation.loads",
+    "PhaseTorques": "results.phase_torque",
     "Push": "simulation.loads",
     "Ramp": "ground.terrain",
     "RelativeObjective": "sweep.objective",
@@ -142,6 +150,7 @@ _MODULES = {
     "SlipPid": "control.foot_control",
     "Slope": "ground.terrain",
     "SmoothStep": "ground.contact",
+    "Stability": "results.stability",
     "Stairs": "ground.terrain",
     "State": "robot.state",
     "StickSlip": "ground.contact",
@@ -157,13 +166,16 @@ _MODULES = {
     "Waypoints": "control.time_function",
     "compare": "sweep.compare",
     "iterate_batch": "simulation.batch",
+    "joint_moments": "results.joint_moments",
     "load_case": "simulation.case",
     "load_robot": "robot.robot",
     "load_summary": "results.summary",
     "load_trace": "results.trace_file",
+    "phase_torques": "results.phase_torque",
     "register_controller": "control.registry",
     "simulate": "simulation.run",
     "simulate_batch": "simulation.batch",
+    "stability": "results.stability",
     "study_grounds": "ground.terrain",
     "torque_budget": "results.torque_budget",
     "tune": "sweep.tuning",

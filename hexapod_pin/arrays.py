@@ -23,6 +23,13 @@ def read_only(values: ArrayLike) -> Array:
     return array
 
 
+def protect(record: object) -> None:
+    """Write-protect the arrays that are attributes of a record."""
+    for value in vars(record).values():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+
+
 def _is_stored(values: ArrayLike) -> bool:
     """Tell whether `values` is a contiguous array of doubles that nothing can write to."""
     if type(values) is not np.ndarray or values.dtype != np.float64:

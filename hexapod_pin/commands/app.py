@@ -1,4 +1,4 @@
-"""The commands of `hexapod-pin`: walk, run, compare, view, budget, check, contact, bench, verify.
+"""The commands of `hexapod-pin`, each in its own module.
 
 Only what a command needs is imported, when it runs, so that `--help` is quick.
 """
@@ -18,6 +18,7 @@ from hexapod_pin.commands.check import check
 from hexapod_pin.commands.compare import compare
 from hexapod_pin.commands.contact import contact
 from hexapod_pin.commands.run import run
+from hexapod_pin.commands.stability import stability
 from hexapod_pin.commands.status import FAILED, INTERRUPTED, fail
 from hexapod_pin.commands.verify import verify
 from hexapod_pin.commands.view import view
@@ -65,7 +66,7 @@ def _root(
     pass
 
 
-for _command in (walk, run, compare, view, budget, check, contact, bench, verify):
+for _command in (walk, run, compare, view, budget, stability, check, contact, bench, verify):
     app.command()(_command)
 
 

@@ -2,21 +2,46 @@
 
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.comparison import Comparison
+from hexapod_pin.results.energy_margin import nesm
+from hexapod_pin.results.joint_moments import JointMoments, joint_moments
+from hexapod_pin.results.phase_torque import PhaseTorques, phase_torques
 from hexapod_pin.results.robot_budget import TorqueBudget
+from hexapod_pin.results.stability import Stability, stability
 from hexapod_pin.results.summary import Summary, load_summary
+from hexapod_pin.results.support_polygon import (
+    longitudinal_margins,
+    static_margin,
+    support_polygon,
+)
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_file import load_trace
 from hexapod_pin.results.walk_metrics import WalkMetrics
+from hexapod_pin.results.zero_moment_point import (
+    zero_moment_point,
+    zero_moment_point_of_motion,
+)
 
 __all__ = [
     "Checkpoint",
     "Comparison",
+    "JointMoments",
+    "PhaseTorques",
+    "Stability",
     "Summary",
     "TorqueBudget",
     "Trace",
     "WalkMetrics",
+    "joint_moments",
     "load_summary",
     "load_trace",
+    "longitudinal_margins",
+    "nesm",
+    "phase_torques",
+    "stability",
+    "static_margin",
+    "support_polygon",
     "torque_budget",
+    "zero_moment_point",
+    "zero_moment_point_of_motion",
 ]

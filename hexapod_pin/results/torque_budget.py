@@ -11,14 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_budget import JointBudget, joint_rows, kind_rows, summary_rows
 from hexapod_pin.results.robot_budget import ACCEPTED_STEPS, SAMPLES, TorqueBudget
 from hexapod_pin.results.steady_window import Window, steady_window, summary_window
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.way import distance_per_cycle
+from hexapod_pin.results.way import distance_per_cycle, trunk_yaw
 from hexapod_pin.spec import read_toml
 
 
@@ -98,15 +97,8 @@ def _sampled_distance(trace: Trace, window: Window) -> float | None:
     edges = np.linspace(window.start, window.end, 2 * window.cycles + 1)
     index = np.array([int(np.argmin(np.abs(trace.time - t))) for t in edges])
     along = np.asarray(trace.meta.get("travel_direction", (1.0, 0.0)), dtype=float)
-    turn = _yaw(trace.q[index]) - _yaw(trace.q[:1])
+    turn = trunk_yaw(trace.q[index]) - trunk_yaw(trace.q[:1])
     return distance_per_cycle(trace.com[index, :2], turn, along)
-
-
-def _yaw(q: Array) -> Array:
-    """Return the trunk's yaw [rad] of (k, nq) positions."""
-    x, y, z, w = q[:, 3:7].T
-    yaw: Array = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return yaw
 
 
 def _largest_outside(trace: Trace, peak: float) -> tuple[str, float, float] | None:

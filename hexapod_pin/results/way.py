@@ -7,6 +7,13 @@ import numpy as np
 from hexapod_pin.arrays import Array
 
 
+def trunk_yaw(q: Array) -> Array:
+    """Return the trunk's yaw [rad] of (k, nq) positions."""
+    x, y, z, w = q[:, 3:7].T
+    yaw: Array = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return yaw
+
+
 def distance_per_cycle(place: Array, turn: Array, along: Array) -> float:
     """Return the mean way per cycle along the heading [m].
 

@@ -156,6 +156,18 @@ def load_robot(
         ('lf_coxa_joint', 'lf_femur_joint', 'lf_tibia_joint')
     """
     file = read_urdf(_path(source))
+    return robot_of(file, str(source), feet=feet, foot_radius=foot_radius, posture=posture)
+
+
+def robot_of(
+    file: UrdfFile,
+    source: str,
+    *,
+    feet: Sequence[str] | None = None,
+    foot_radius: float | None = None,
+    posture: Sequence[float] | Mapping[str, float] | None = None,
+) -> Robot:
+    """Return the robot of a URDF that has been read; arguments and errors as of `load_robot`."""
     findings, notes = check_urdf(file)
     if findings:
         raise UrdfError(file.source, findings)
@@ -166,7 +178,7 @@ def load_robot(
     placed, foot_notes = place_feet(file, model, limbs, foot_radius)
     angles, posture_notes = standing_angles(joints, given.posture, posture)
     return Robot(
-        name=file.name, source=str(source), model=model, legs=limbs.legs, feet=placed,
+        name=file.name, source=source, model=model, legs=limbs.legs, feet=placed,
         joint_names=tuple(joint.name for joint in joints),
         lower=read_only([joint.limit("lower", 0.0) for joint in joints]),
         upper=read_only([joint.limit("upper", 0.0) for joint in joints]),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.robot.loading.added_bodies import AddedBody, with_bodies
 from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.once_per_robot import once_per_robot
 from hexapod_pin.robot.trunk import trunk_points
@@ -76,14 +77,8 @@ def models_by_payload(robot: Robot) -> Callable[[Payloads], pin.Model]:
 
 def _with_payloads(bare: pin.Model, carried: Payloads) -> pin.Model:
     """Return a copy of a model with payloads on."""
-    import pinocchio as pin
-
-    model = pin.Model(bare)
-    for load in carried:
-        name, place = placement(model, load.link)
-        body = pin.Inertia(load.mass, np.array(load.position), load.inertia_matrix)
-        model.inertias[model.getJointId(name)] += place.act(body)
-    return model
+    bodies = [AddedBody(x.link, x.mass, np.array(x.position), x.inertia_matrix) for x in carried]
+    return with_bodies(bare, bodies)
 
 
 def native_loads(scene: Scene) -> NativeLoads:

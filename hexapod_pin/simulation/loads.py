@@ -11,6 +11,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, field_validator, mo
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.robot.description.urdf_inertia import INERTIA_RELATIVE_TOLERANCE
+from hexapod_pin.robot.loading.added_bodies import symmetric_matrix
 from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.spec import Spec
 
@@ -89,8 +90,7 @@ class Payload(Spec):
     @property
     def inertia_matrix(self) -> Array:
         """(3, 3) inertia about the centre of mass, along the link's axes [kg m^2]."""
-        xx, yy, zz, xy, xz, yz = self.inertia or (0.0,) * 6
-        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        return symmetric_matrix(self.inertia)
 
 
 class Push(Spec):

@@ -1,0 +1,143 @@
+"""What each joint delivers while its leg's foot is on the ground, and while it is in the air."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.results.budget_table import aligned
+from hexapod_pin.results.joint_budget import joint_kinds
+from hexapod_pin.results.joint_moments import JointMoments, joint_moments
+from hexapod_pin.results.plain_json import without_non_finite
+from hexapod_pin.results.recorded_robot import RecordedRobot
+from hexapod_pin.results.steady_window import Window, steady_window
+from hexapod_pin.results.trace import Trace
+
+RETRACTION, PROTRACTION = "retraction", "protraction"
+PHASES = (RETRACTION, PROTRACTION)
+"""Foot on the ground (stance), foot in the air (swing)."""
+
+
+@dataclass(frozen=True)
+class PhaseTorque:
+    """One joint in one phase of its leg; None where the phase does not occur."""
+
+    joint: str
+    kind: str  # "coxa", "femur", "tibia" or "joint"
+    foot: str
+    phase: str  # "retraction" or "protraction"
+    share: float  # of the time, 0 to 1
+    peak_torque: float | None  # largest |torque| of the motor at the samples [N m]
+    p99_torque: float | None  # 99th percentile of |torque| [N m]
+    rms_torque: float | None  # [N m]
+    peak_moment: float | None  # largest total moment across the joint [N m]
+    p99_moment: float | None  # [N m]
+    rms_moment: float | None  # [N m]
+
+
+@dataclass(frozen=True)
+class PhaseTorques:
+    """All joints in both phases.
+
+    Attributes:
+        window: the time that the numbers are of.
+        rows: one for every joint and phase, in the trace's order.
+    """
+
+    window: Window
+    rows: tuple[PhaseTorque, ...]
+
+    def row(self, joint: str, phase: str) -> PhaseTorque:
+        """Return the row of one joint in "retraction" or "protraction".
+
+        Raises:
+            UnknownNameError: there is no such joint or phase.
+        """
+        if phase not in PHASES:
+            raise UnknownNameError("phase", phase, list(PHASES))
+        found = [row for row in self.rows if row.joint == joint and row.phase == phase]
+        if not found:
+            raise UnknownNameError("joint", joint, sorted({row.joint for row in self.rows}))
+        return found[0]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all numbers as plain data."""
+        finite: dict[str, Any] = without_non_finite(asdict(self))
+        return finite
+
+    def table(self) -> str:
+        """Return a plain text table."""
+        header = ["joint", "phase", "time|[%]", "torque peak|[N m]", "p99|[N m]", "RMS|[N m]",
+                  "moment peak|[N m]", "p99|[N m]", "RMS|[N m]"]  # fmt: skip
+        lines = [
+            [row.joint, row.phase, f"{100.0 * row.share:.1f}", *map(_text, _numbers(row))]
+            for row in self.rows
+        ]
+        return "\n".join(aligned(header, lines))
+
+
+def phase_torques(trace: Trace) -> PhaseTorques:
+    """Return what every joint delivers in retraction and in protraction.
+
+    A leg retracts at a sample where its foot was pushed (mean normal force > 0) in the interval
+    that ends there. A joint belongs to the foot that it carries in the URDF; joints that carry none
+    or several have no row. Torques are the motors' at the samples, moments those of
+    `joint_moments`; RMS is over time, a percentile over samples.
+
+    Args:
+        trace: of a run; must hold its URDF.
+
+    Raises:
+        ParameterError: the robot cannot be built again from `trace.meta`, or the run is too short.
+    """
+    window, robot, moments = steady_window(trace), RecordedRobot.of(trace), joint_moments(trace)
+    above = [robot.joints_above(f) for f in range(len(robot.robot.feet))]
+    kinds = joint_kinds(trace.joint_names, len(robot.robot.feet))
+    rows = []
+    for j in range(len(trace.joint_names)):
+        feet = [f for f, joints in enumerate(above) if j in joints]
+        if len(feet) == 1:
+            rows += _rows(trace, moments, j, feet[0], kinds)
+    return PhaseTorques(window, tuple(rows))
+
+
+def _rows(
+    trace: Trace, moments: JointMoments, j: int, foot: int, kinds: Sequence[str]
+) -> list[PhaseTorque]:
+    """Return the rows of joint number j in both phases of its leg."""
+    ends = moments.ends
+    length, down = trace.time[ends] - trace.time[ends - 1], trace.contact[ends, foot]
+    torque, moment = trace.torque[ends, j], moments.moment[:, j]
+    rows = []
+    for phase, during in ((RETRACTION, down), (PROTRACTION, ~down)):
+        share = float(length[during].sum() / length.sum())
+        sizes = (*_sizes(torque, length, during), *_sizes(moment, length, during))
+        names = (trace.joint_names[j], kinds[j], trace.foot_names[foot])
+        rows.append(PhaseTorque(*names, phase, share, *sizes))
+    return rows
+
+
+def _sizes(
+    values: Array, length: Array, during: NDArray[np.bool_]
+) -> tuple[float, float, float] | tuple[None, None, None]:
+    """Return peak, 99th percentile and RMS of the size of samples."""
+    if not during.any():
+        return None, None, None
+    size, weight = np.abs(values[during]), length[during]
+    rms = float(np.sqrt(np.sum(weight * size**2) / weight.sum()))
+    return float(size.max()), float(np.percentile(size, 99.0)), rms
+
+
+def _numbers(row: PhaseTorque) -> tuple[float | None, ...]:
+    return (row.peak_torque, row.p99_torque, row.rms_torque,
+            row.peak_moment, row.p99_moment, row.rms_moment)  # fmt: skip
+
+
+def _text(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"

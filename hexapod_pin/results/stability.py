@@ -1,0 +1,250 @@
+"""How stably a walk stands: margins in the support polygon, energy margin, zero-moment point."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hexapod_pin.arrays import Array, protect
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.results.energy_margin import nesm
+from hexapod_pin.results.plain_json import without_non_finite
+from hexapod_pin.results.steady_window import Window, steady_window
+from hexapod_pin.results.support_polygon import (
+    horizontal_axes,
+    longitudinal_margins,
+    static_margin,
+)
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.way import trunk_yaw
+from hexapod_pin.results.zero_moment_point import at_middles, contact_points, zero_moment_point
+
+MARGINS: dict[str, str] = {
+    "static_margin": "static stability margin",
+    "margin_ahead": "polygon's edge ahead of the centre of mass",
+    "margin_behind": "polygon's edge behind the centre of mass",
+    "nesm": "normalised energy stability margin",
+    "zmp_margin": "zero-moment point inside the polygon",
+}
+"""Name: meaning of every margin [m], in the order of tables."""
+
+EXCURSIONS = ("along", "lateral", "vertical")
+
+GROUNDED = (
+    "A foot is grounded at a sample where the ground pushed on it (mean normal force > 0) in the "
+    "interval that ends there. Margins are negative outside the polygon; none of no feet."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Stability:
+    """Margins of a walk at the T samples of its window; lengths in metres, world axes.
+
+    Everything is projected along gravity, on slopes too. `GROUNDED` says which feet count.
+
+    Attributes:
+        robot: name of the robot.
+        window: which samples.
+        weight: total mass times gravity [N].
+        time: [s]. Shape (T,).
+        com: centre of mass. Shape (T, 3).
+        excursion: of the centre of mass from its mean straight line (least squares in time): along
+            the line's direction across gravity, to the left of it, and up. Shape (T, 3).
+        feet_down: number of grounded feet. Shape (T,).
+        static_margin: distance of the centre of mass to the polygon's edges. Shape (T,).
+        margin_ahead: distance to the polygon's edge along the heading. Shape (T,).
+        margin_behind: the same backwards. Shape (T,). -inf both, where that line misses it.
+        nesm: least rise of the centre of mass by which the robot tips over. Shape (T,).
+        zmp: zero-moment point, mean over the interval; NaN without a loaded foot. Shape (T, 3).
+        zmp_margin: its distance to the polygon's edges, in the middle of the interval. Shape (T,).
+    """
+
+    robot: str
+    window: Window
+    weight: float
+    time: Array = field(repr=False)
+    com: Array = field(repr=False)
+    excursion: Array = field(repr=False)
+    feet_down: Array = field(repr=False)
+    static_margin: Array = field(repr=False)
+    margin_ahead: Array = field(repr=False)
+    margin_behind: Array = field(repr=False)
+    nesm: Array = field(repr=False)
+    zmp: Array = field(repr=False)
+    zmp_margin: Array = field(repr=False)
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        protect(self)
+
+    @property
+    def longitudinal_margin(self) -> Array:
+        """(T,) [m]: the smaller of the margins ahead and behind."""
+        return np.minimum(self.margin_ahead, self.margin_behind)
+
+    @property
+    def energy_margin(self) -> Array:
+        """(T,) [J]: energy stability margin, weight times `nesm`."""
+        return self.weight * self.nesm
+
+    def least(self, name: str) -> tuple[float, float]:
+        """Return the least value of a margin [m] and its time [s]; -inf where no foot stood.
+
+        Args:
+            name: one of `MARGINS`.
+
+        Raises:
+            UnknownNameError: there is no such margin.
+        """
+        if name not in MARGINS:
+            raise UnknownNameError("margin", name, list(MARGINS))
+        values = getattr(self, name)
+        k = int(np.argmin(values))
+        return float(values[k]), float(self.time[k])
+
+    def to_dict(self, *, samples: bool = False) -> dict[str, Any]:
+        """Return plain data: least, mean and largest values; None for what is not finite.
+
+        Args:
+            samples: whether to add the arrays.
+        """
+        plain: dict[str, Any] = {
+            "robot": self.robot,
+            "window": {"start": self.window.start, "end": self.window.end,
+                       "cycles": self.window.cycles},
+            "weight": self.weight,
+            "grounded": GROUNDED,
+            "least_feet_down": int(self.feet_down.min()),
+            "margins": {name: self._row(name) for name in MARGINS},
+            "excursion": {
+                name: {"peak_to_peak": float(np.ptp(values)), "rms": float(_rms(values))}
+                for name, values in zip(EXCURSIONS, self.excursion.T, strict=True)
+            },
+        }  # fmt: skip
+        if samples:
+            names = ("time", "com", "excursion", "feet_down", "zmp", *MARGINS)
+            plain["samples"] = {name: getattr(self, name).tolist() for name in names}
+        finite: dict[str, Any] = without_non_finite(plain)
+        return finite
+
+    def _row(self, name: str) -> dict[str, float]:
+        values, (least, time) = getattr(self, name), self.least(name)
+        return {"least": least, "time": time, "mean": float(np.mean(values)),
+                "largest": float(np.max(values))}  # fmt: skip
+
+    def to_json(self) -> str:
+        """Return `to_dict` as JSON text."""
+        return json.dumps(self.to_dict(), indent=2, allow_nan=False)
+
+    def table(self) -> str:
+        """Return a plain text table, lengths in millimetres."""
+        window = self.window
+        cycles = "" if window.cycles is None else f", {window.cycles} whole gait cycle(s)"
+        width = max(map(len, MARGINS.values()))
+        lines = [
+            f"Stability of {self.robot}",
+            f"window: {window.start:.4g} to {window.end:.4g} s{cycles}",
+            "",
+            f"{'[mm]':{width}}  {'least':>8}  {'at [s]':>8}  {'mean':>8}  {'largest':>8}",
+        ]
+        for name, meaning in MARGINS.items():
+            row = self._row(name)
+            lines.append(
+                f"{meaning:{width}}  {1e3 * row['least']:8.2f}  {row['time']:8.3f}  "
+                f"{1e3 * row['mean']:8.2f}  {1e3 * row['largest']:8.2f}"
+            )
+        lines += ["", "Centre of mass about its mean straight line [mm]"]
+        for name, values in zip(EXCURSIONS, self.excursion.T, strict=True):
+            size = f"{1e3 * np.ptp(values):8.3f} peak to peak, {1e3 * _rms(values):8.3f} RMS"
+            lines.append(f"{name:{width}}  {size}")
+        energy = self.weight * self.least("nesm")[0]
+        lines += ["", f"feet down, at least: {int(self.feet_down.min())}"]
+        lines += [f"energy stability margin, least: {energy:.4g} J", GROUNDED]
+        return "\n".join(lines)
+
+
+def stability(trace: Trace, *, whole: bool = False) -> Stability:
+    """Return how stably a walk stands, over whole gait cycles after the start-up.
+
+    Static margin and longitudinal margins: McGhee & Frank 1968. NESM: Messuri & Klein 1985, Hirose
+    et al. 2001. The heading is the direction of travel, turned with the trunk's yaw.
+
+    Args:
+        trace: of a run.
+        whole: all samples instead of the window of `torque_budget`.
+
+    Raises:
+        ParameterError: the run holds no whole cycle (says how long to simulate), `meta` lacks the
+            feet's radii, or there is no gravity.
+
+    Example:
+        >>> found = stability(trace)
+        >>> found.least("static_margin")
+    """
+    window = _whole(trace) if whole else steady_window(trace)
+    kept, gravity = window.samples, _gravity(trace.meta)
+    axes = horizontal_axes(gravity)
+    points, down = contact_points(trace), trace.contact
+    flat = points @ axes[:2].T
+    place, zmp = trace.com @ axes[:2].T, zero_moment_point(trace)
+    ahead, behind = longitudinal_margins(
+        flat[kept], place[kept], _heading(trace, axes)[kept], down[kept]
+    )
+    return Stability(
+        robot=str(trace.meta.get("robot_name", "robot")),
+        window=window,
+        weight=float(trace.meta.get("total_mass", np.nan)) * float(np.linalg.norm(gravity)),
+        time=trace.time[kept],
+        com=trace.com[kept],
+        excursion=_excursion(trace.time[kept], trace.com[kept], _heading(trace, axes)[kept], axes),
+        feet_down=down[kept].sum(axis=1),
+        static_margin=static_margin(flat[kept], place[kept], down[kept]),
+        margin_ahead=ahead,
+        margin_behind=behind,
+        nesm=nesm(points[kept], trace.com[kept], down[kept], gravity),
+        zmp=zmp[kept],
+        zmp_margin=static_margin(at_middles(flat)[kept], (zmp @ axes[:2].T)[kept], down[kept]),
+    )
+
+
+def _whole(trace: Trace) -> Window:
+    time = trace.time
+    return Window(0, len(time) - 1, float(time[0]), float(time[-1]), None)
+
+
+def _gravity(meta: Mapping[str, Any]) -> Array:
+    gravity = np.asarray(meta.get("gravity", (0.0, 0.0, -9.81)), dtype=float)
+    if gravity.shape != (3,):
+        raise ParameterError("Trace.meta['gravity']", meta["gravity"], "three numbers [m/s^2]")
+    return gravity
+
+
+def _heading(trace: Trace, axes: Array) -> Array:
+    """Return the direction of travel across gravity, in `axes`' first two. Shape (T, 2)."""
+    along = np.asarray(trace.meta.get("travel_direction", (1.0, 0.0)), dtype=float)
+    turned = trunk_yaw(trace.q) - trunk_yaw(trace.q[:1])
+    cos, sin = np.cos(turned), np.sin(turned)
+    world = np.stack([cos * along[0] - sin * along[1], sin * along[0] + cos * along[1]], axis=1)
+    heading = world @ axes[:2, :2].T
+    found: Array = heading / np.linalg.norm(heading, axis=1, keepdims=True)
+    return found
+
+
+def _excursion(time: Array, com: Array, heading: Array, axes: Array) -> Array:
+    """Return what is left of a line through the centres of mass: along, left, up. Shape (T, 3)."""
+    since = time - time.mean()
+    square = float(np.sum(since**2))
+    speed = since @ com / square if square > 0.0 else np.zeros(3)
+    rest = (com - com.mean(axis=0) - since[:, None] * speed) @ axes.T
+    mean = heading.mean(axis=0)
+    mean = mean / max(float(np.linalg.norm(mean)), np.finfo(float).tiny)
+    along, left = rest[:, :2] @ mean, rest[:, :2] @ np.array([-mean[1], mean[0]])
+    return np.stack([along, left, rest[:, 2]], axis=1)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
