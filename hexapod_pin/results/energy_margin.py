@@ -79,24 +79,24 @@ def nesm(
         ParameterError: shapes do not fit, or there is no gravity.
     """
     axes = horizontal_axes(gravity)
-    p, c, stands = standing_points(points, com, grounded)
+    p, stands = standing_points(points, com, grounded)
     if p.shape[-2] == 0:
         return np.full(stands.shape, -np.inf)
     first, second = pairs(p.shape[-2])
-    flat, place = p @ axes[:2].T, c @ axes[:2].T
+    flat, origin = p @ axes[:2].T, np.zeros(3)
     edge = flat[..., second, :] - flat[..., first, :]
     length = np.linalg.norm(edge, axis=-1)
     slack = EDGE_TOLERANCE * length * length.max(axis=-1, initial=0.0)[..., None]
     side = sides(flat, edge, first)
-    own = cross(edge, place[..., None, :] - flat[..., first, :])
+    own = -cross(edge, flat[..., first, :])
     with np.errstate(divide="ignore", invalid="ignore"):
-        rise = edge_rise(p[..., first, :], p[..., second, :], c[..., None, :], axes[2])
+        rise = edge_rise(p[..., first, :], p[..., second, :], origin, axes[2])
     left = (length > 0.0) & (side.min(axis=-1) >= -slack)
     right = (length > 0.0) & (side.max(axis=-1) <= slack)
     margins = np.minimum(
         np.where(left, np.sign(own) * rise, np.inf), np.where(right, -np.sign(own) * rise, np.inf)
     )
     least = margins.min(axis=-1, initial=np.inf)
-    arm = c - p[..., 0, :]
+    arm = -p[..., 0, :]
     least = np.where(np.isfinite(least), least, arm @ axes[2] - np.linalg.norm(arm, axis=-1))
     return np.where(stands, least, -np.inf)

@@ -73,20 +73,20 @@ def static_margin(points: ArrayLike, com: ArrayLike, grounded: ArrayLike | None 
     Returns:
         Shape (...).
     """
-    p, c, stands = standing_points(points, com, grounded)
+    p, stands = standing_points(points, com, grounded)
     if p.shape[-2] == 0:
         return np.full(stands.shape, -np.inf)
     first, second = pairs(p.shape[-2])
     edge = p[..., second, :] - p[..., first, :]
     length = np.linalg.norm(edge, axis=-1)
     side = sides(p, edge, first)
-    own = cross(edge, c[..., None, :] - p[..., first, :])
+    own = -cross(edge, p[..., first, :])
     reach = np.minimum(side.max(axis=-1) - own, own - side.min(axis=-1))
     with np.errstate(divide="ignore", invalid="ignore"):
         depth = np.where(length > 0.0, reach / length, np.inf).min(axis=-1, initial=np.inf)
     extent = length.max(axis=-1, initial=0.0)
     inside = np.isfinite(depth) & (depth > INSIDE_TOLERANCE * extent)
-    margin: Array = np.where(inside, depth, -_distance_to_segments(p, c, edge, first))
+    margin: Array = np.where(inside, depth, -_distance_to_segments(p, edge, first))
     return np.where(stands, margin, -np.inf)
 
 
@@ -107,13 +107,12 @@ def longitudinal_margins(
     Returns:
         Ahead and behind. Shape (...) each.
     """
-    p, c, stands = standing_points(points, com, grounded)
+    p, stands = standing_points(points, com, grounded)
     if p.shape[-2] == 0:
         nothing = np.full(stands.shape, -np.inf)
         return nothing, nothing.copy()
     along = np.asarray(heading, dtype=float)[..., None, :]
-    away = p - c[..., None, :]
-    forward, left = np.sum(along * away, axis=-1), cross(along, away)
+    forward, left = np.sum(along * p, axis=-1), cross(along, p)
     first, second = (np.append(k, np.arange(p.shape[-2])) for k in pairs(p.shape[-2]))
     l1, l2, s1, s2 = left[..., first], left[..., second], forward[..., first], forward[..., second]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -127,27 +126,28 @@ def longitudinal_margins(
 
 def standing_points(
     points: ArrayLike, com: ArrayLike, grounded: ArrayLike | None
-) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return points of which those that do not stand lie on one that does, com, and if any stands.
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Return points relative to the centre of mass, all of which stand, and whether any does.
 
-    A point twice does not change the hull, so that samples with other feet down can go together.
+    Those that do not stand are put on one that does. A point twice does not change the hull, so
+    that samples with other feet down can go together.
     """
     p, c = np.asarray(points, dtype=float), np.asarray(com, dtype=float)
     if p.ndim < 2 or p.shape[-1] != c.shape[-1]:
         raise ParameterError("points", p.shape, f"of shape (..., m, {c.shape[-1]})")
+    relative: Array = p - c[..., None, :]
     if grounded is None:
-        shape = np.broadcast_shapes(p.shape[:-2], c.shape[:-1])
-        return p, c, np.full(shape, p.shape[-2] > 0, dtype=bool)
+        return relative, np.full(relative.shape[:-2], p.shape[-2] > 0, dtype=bool)
     down = np.asarray(grounded, dtype=bool)
     if down.shape != p.shape[:-1]:
         raise ParameterError("grounded", down.shape, f"of shape {p.shape[:-1]}")
     used = down.reshape(-1, down.shape[-1]).any(axis=0)
-    p, down = p[..., used, :], down[..., used]
+    relative, down = relative[..., used, :], down[..., used]
     stands: NDArray[np.bool_] = np.asarray(down.any(axis=-1), dtype=bool)
     if not used.any():
-        return p, c, stands
-    one = np.take_along_axis(p, down.argmax(axis=-1)[..., None, None], axis=-2)
-    return np.where(down[..., None], p, one), c, stands
+        return relative, stands
+    one = np.take_along_axis(relative, down.argmax(axis=-1)[..., None, None], axis=-2)
+    return np.where(down[..., None], relative, one), stands
 
 
 @lru_cache(maxsize=32)
@@ -172,10 +172,10 @@ def cross(a: Array, b: Array) -> Array:
     return found
 
 
-def _distance_to_segments(p: Array, c: Array, edge: Array, first: Indices) -> Array:
-    """Return the distance of c to the nearest segment between two points, or to a lone point."""
-    to_points = np.linalg.norm(p - c[..., None, :], axis=-1).min(axis=-1)
-    away = c[..., None, :] - p[..., first, :]
+def _distance_to_segments(p: Array, edge: Array, first: Indices) -> Array:
+    """Return the origin's distance to the nearest segment between two points, or lone point."""
+    to_points = np.linalg.norm(p, axis=-1).min(axis=-1)
+    away = -p[..., first, :]
     square = np.sum(edge * edge, axis=-1)
     share = np.sum(away * edge, axis=-1) / np.where(square > 0.0, square, 1.0)
     share = np.clip(share, 0.0, 1.0)

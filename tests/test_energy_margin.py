@@ -1,0 +1,112 @@
+"""Energy stability margins: level ground, sloping edges by turning the robot, signs, symmetry."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from hexapod_pin.results.energy_margin import edge_rise, nesm
+
+UP = np.array([0.0, 0.0, 1.0])
+SQUARE = np.array([[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0]])
+
+
+def turned(point: NDArray[np.float64], axis: NDArray[np.float64], angle: float) -> NDArray:
+    """Return a point turned about an axis through the origin (Rodrigues)."""
+    k = axis / np.linalg.norm(axis)
+    return (
+        point * np.cos(angle)
+        + np.cross(k, point) * np.sin(angle)
+        + k * np.dot(k, point) * (1.0 - np.cos(angle))
+    )
+
+
+def test_level_ground() -> None:
+    """A square of half side d under a centre of mass at z: sqrt(z^2 + d^2) - z."""
+    d, z = 0.2, 0.0988
+    assert nesm(d * SQUARE, [0.0, 0.0, z]) == pytest.approx(np.hypot(z, d) - z, abs=1e-15)
+    near = nesm(d * SQUARE, [0.15, 0.0, z])
+    assert near == pytest.approx(np.hypot(z, 0.05) - z, abs=1e-15)
+
+
+def test_the_level_formula_is_the_general_one() -> None:
+    """|R| (1 - cos theta) cos psi with psi = 0; small margins keep their digits."""
+    for d in (0.3, 0.01, 1e-6, 1e-9):
+        z = 0.1
+        first, second = np.array([d, -1.0, 0.0]), np.array([d, 2.0, 0.0])
+        found = edge_rise(first, second, [0.0, 0.0, z], UP)
+        assert found == pytest.approx(d * d / (np.hypot(z, d) + z), rel=1e-12)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.2, -0.5, 1.0])
+def test_sloping_edge_by_turning_about_it(slope: float) -> None:
+    """The highest of all positions of a body that turns about the edge, found by trying them."""
+    first, second = np.array([0.2, -0.3, 0.0]), np.array([0.25, 0.4, 0.7 * slope])
+    com = np.array([0.0, 0.05, 0.15])
+    angles = np.linspace(-np.pi, np.pi, 200_001)
+    height = np.array([turned(com - first, second - first, a)[2] for a in angles[::50]])
+    best = angles[::50][height.argmax()]
+    fine = best + np.linspace(-2e-3, 2e-3, 401)
+    top = max(turned(com - first, second - first, a)[2] for a in fine)
+    expected = top - (com - first)[2]
+    # 1e-5 rad beside the top costs 1e-10 / 2 of the arm
+    assert edge_rise(first, second, com, UP) == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("slope", [0.1, 0.4])
+def test_printed_formula(slope: float) -> None:
+    """|R| (1 - cos theta) cos psi with angles measured as they are defined."""
+    first, second = np.array([0.2, -0.3, 0.0]), np.array([0.2, 0.4, 0.7 * slope])
+    com = np.array([0.0, 0.05, 0.25])
+    edge = (second - first) / np.linalg.norm(second - first)
+    R = com - first - np.dot(com - first, edge) * edge
+    across = np.cross(edge, UP) / np.linalg.norm(np.cross(edge, UP))  # normal of its vertical plane
+    theta = np.arcsin(abs(np.dot(R, across)) / np.linalg.norm(R))
+    expected = np.linalg.norm(R) * (1.0 - np.cos(theta)) * np.cos(np.arctan(slope))
+    assert edge_rise(first, second, com, UP) == pytest.approx(expected, rel=1e-12)
+
+
+def test_outside_it_is_what_has_been_lost() -> None:
+    """On the boundary 0; beyond an edge minus the rise back to it."""
+    z, d = 0.1, 0.05
+    for x, expected in ((1.0, 0.0), (1.0 + d, z - np.hypot(z, d)), (1.0 - d, np.hypot(z, d) - z)):
+        assert nesm(SQUARE, [x, 0.0, z]) == pytest.approx(expected, abs=1e-15)
+
+
+def test_too_few_points() -> None:
+    z = 0.1
+    assert nesm(np.zeros((0, 3)), [0.0, 0.0, z]) == -np.inf
+    assert nesm([[0.3, 0.4, 0.0]], [0.0, 0.0, z]) == pytest.approx(z - np.hypot(z, 0.5))
+    pair = [[-1.0, 0.2, 0.0], [1.0, 0.2, 0.0]]
+    assert nesm(pair, [0.0, 0.0, z]) == pytest.approx(z - np.hypot(z, 0.2), abs=1e-15)
+    assert nesm(pair, [0.0, 0.2, z]) == 0.0
+
+
+def test_inner_feet_make_no_edge() -> None:
+    """Diagonals and a foot inside the polygon bound nothing."""
+    with_inner = np.vstack([SQUARE, [[0.05, 0.0, 0.0]]])
+    com = np.array([0.0, 0.0, 0.3])
+    assert nesm(with_inner, com) == pytest.approx(float(nesm(SQUARE, com)), abs=1e-15)
+
+
+def test_turning_the_world_changes_nothing() -> None:
+    """Gravity, feet and centre of mass turned together; and mirrored."""
+    rng = np.random.default_rng(2)
+    points, com = rng.normal(size=(5, 3)) * [0.3, 0.3, 0.05], np.array([0.02, -0.03, 0.2])
+    before = nesm(points, com)
+    axis, gravity = np.array([1.0, 2.0, 0.3]), np.array([0.0, 0.0, -9.81])
+    world = [turned(x, axis, 0.4) for x in (*points, com, gravity)]
+    after = nesm(world[:5], world[5], gravity=world[6])
+    assert after == pytest.approx(float(before), abs=1e-14)
+    mirror = np.array([1.0, -1.0, 1.0])
+    assert nesm(points * mirror, com * mirror) == pytest.approx(float(before), abs=1e-15)
+
+
+def test_samples_together_are_samples_one_by_one() -> None:
+    rng = np.random.default_rng(4)
+    points, com = rng.normal(size=(30, 6, 3)) * [0.3, 0.3, 0.02], np.array([0.0, 0.0, 0.2])
+    down = rng.random((30, 6)) < 0.7
+    together = nesm(points, com, down)
+    alone = [float(nesm(p[d], com)) for p, d in zip(points, down, strict=True)]
+    assert together == pytest.approx(np.array(alone), abs=1e-15)

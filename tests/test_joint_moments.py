@@ -1,0 +1,174 @@
+"""Joint moments: statics by hand, the trace's own torques, loads, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from synthetic import synthetic_trace
+
+import hexapod_pin as hp
+from hexapod_pin.errors import ParameterError, UnknownNameError
+
+G = 9.81
+L1, L2 = 0.0835, 0.11934  # m, S2's coxa and femur
+COXA, FEMUR, TIBIA = 0.150, 0.041, 0.110  # kg, S2's links; each at its middle (assumed)
+LEGS = ("lf", "lm", "lr", "rf", "rm", "rr")
+
+
+def standing(duration: float = 3.0, **scene: object) -> hp.Trace:
+    robot = hp.load_robot("kharagpur")
+    # steps of 1e-8 m: what is left of the motion after 3 s is below what is compared
+    return hp.simulate(hp.Scene(robot, **scene), hp.HoldPosture(), duration=duration, accuracy=1e-8)
+
+
+@pytest.fixture(scope="module")
+def stand() -> hp.Trace:
+    return standing()
+
+
+@pytest.fixture(scope="module")
+def walk() -> hp.Trace:
+    gait = hp.Gait.tetrapod(stroke=0.14, cycle_time=1.2)
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    return hp.simulate(scene, hp.KinematicControl(gait), duration=3.6, accuracy=1e-5)
+
+
+def test_standing_by_hand(stand: hp.Trace) -> None:
+    """Foot force times lever, less the weights of the links between, at femur and coxa joints.
+
+    Forces and positions are the trace's; the posture sags by a few mrad, so link centres are taken
+    from the trace's configuration by forward kinematics, without any dynamics algorithm. The stand
+    still settles by 5e-10 m in an interval, and its accelerations are not counted here.
+    """
+    found, robot = hp.joint_moments(stand), hp.load_robot("kharagpur")
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, stand.q[-1])
+    for leg in LEGS:
+        ids = [robot.model.getJointId(f"{leg}_{part}_joint") for part in ("coxa", "femur", "tibia")]
+        foot = stand.foot(f"{leg}_foot")
+        contact = stand.foot_position[-1, foot] - [0.0, 0.0, 0.01]
+        for number in range(3):
+            origin, rotation = data.oMi[ids[number]].translation, data.oMi[ids[number]].rotation
+            total = -np.cross(contact - origin, stand.foot_force[-1, foot])
+            for link in ids[number:]:
+                body = robot.model.inertias[link]
+                arm = data.oMi[link].act(body.lever) - origin
+                total -= np.cross(arm, [0.0, 0.0, -G * body.mass])
+            joint = found.joint(f"{leg}_{('coxa', 'femur', 'tibia')[number]}_joint")
+            assert rotation @ found.moment_vector[-1, joint] == pytest.approx(total, abs=1e-7)
+            assert found.moment[-1, joint] == pytest.approx(np.linalg.norm(total), abs=1e-7)
+
+
+def test_middle_legs_from_the_table_of_masses(stand: hp.Trace) -> None:
+    """tau_2 = N L2 - g (m_femur L2/2 + m_tibia L2), with S2's printed numbers alone.
+
+    The stand sags by 6 mrad at most: levers are known to 1e-3 of L2, and the tangential force
+    times 0.1 m comes on top. Distal weight alone: 0.153 N m.
+    """
+    found = hp.joint_moments(stand)
+    relief = G * L2 * (0.5 * FEMUR + TIBIA)
+    assert relief == pytest.approx(0.153, abs=5e-4)
+    foot = stand.foot("lm_foot")
+    normal, outward = stand.foot_force[-1, foot, 2], stand.foot_force[-1, foot, 1]
+    height = 0.09879 + 0.01  # of the femur joint over the contact point
+    expected = normal * L2 + outward * height - relief
+    measured = found.axis_torque[-1, found.joint("lm_femur_joint")]
+    assert abs(measured) == pytest.approx(expected, abs=0.006 * normal * L2 + 0.006 * height * G)
+
+
+def test_total_moment_of_coxa_to_femur(stand: hp.Trace) -> None:
+    """Loads at L1 + L2 and at L2 from the joints: about 1.70, the links' weights aside.
+
+    The coxa's vertical axis takes none of it: its motor sees next to nothing of what it carries.
+    """
+    assert (L1 + L2) / L2 == pytest.approx(1.70, abs=1e-3)
+    found = hp.joint_moments(stand)
+    foot = stand.foot("rm_foot")
+    normal, outward = stand.foot_force[-1, foot, 2], -stand.foot_force[-1, foot, 1]
+    height = 0.09879 + 0.01
+    size = found.moment[-1]
+    coxa, femur = (size[found.joint(f"rm_{part}_joint")] for part in ("coxa", "femur"))
+    distal = G * np.array([0.5 * COXA * L1 + FEMUR * (L1 + 0.5 * L2) + TIBIA * (L1 + L2),
+                           L2 * (0.5 * FEMUR + TIBIA)])  # fmt: skip
+    loads = np.array([normal * (L1 + L2), normal * L2]) + outward * height
+    assert [coxa, femur] == pytest.approx(loads - distal, rel=0.01)  # sag of 6 mrad
+    assert (coxa + distal[0] - outward * height) / (femur + distal[1] - outward * height) == (
+        pytest.approx((L1 + L2) / L2, rel=0.01)
+    )
+    assert abs(found.axis_torque[-1, found.joint("rm_coxa_joint")]) < 0.01 * coxa
+
+
+def test_axis_torque_is_the_motors(stand: hp.Trace, walk: hp.Trace) -> None:
+    """At rest to what is left of the motion; walking but for what happens within 2 ms.
+
+    `trace.torque` is of instants and the moments are means: where a foot lands they differ. in
+    99 of 100 intervals they agree within 10 mN m, and the RMS is carried by the few others.
+    """
+    at_rest = hp.joint_moments(stand)
+    assert np.abs(at_rest.axis_residual[-100:]).max() < 1e-9
+    moving = hp.joint_moments(walk)
+    assert moving.agreement < 0.02
+    assert np.percentile(np.abs(moving.axis_residual), 99.0) < 0.01
+    assert np.abs(moving.motor_torque).max() > 1.0
+    assert (moving.moment >= np.abs(moving.axis_torque) - 1e-12).all()
+
+
+def test_trunk_is_in_balance(walk: hp.Trace) -> None:
+    """Six equations that no motor enters: forces to 1e-3 of the weight, moments likewise."""
+    found, weight = hp.joint_moments(walk), 30.3
+    assert np.abs(found.base_residual[:, :3]).max() < 1e-3 * weight
+    assert np.abs(found.base_residual[:, 3:]).max() < 1e-3 * weight * 0.1
+
+
+def test_time_is_the_middle_of_intervals(walk: hp.Trace) -> None:
+    found, window = hp.joint_moments(walk), hp.torque_budget(walk).window
+    assert found.time[0] == pytest.approx(window.start + 1e-3)
+    assert found.time[-1] == pytest.approx(window.end - 1e-3)
+    every = hp.joint_moments(walk, whole=True)
+    assert len(every.time) == len(walk.time) - 1
+    assert every.moment[every.ends == found.ends[0]] == pytest.approx(found.moment[:1], abs=1e-14)
+
+
+def test_payload_and_push_are_known() -> None:
+    """Loads of the scene are built again: the trunk stays in balance, and torques agree."""
+    inertia = [0.01, 0.02, 0.015, 0.0, 0.001, 0.0]
+    loads = [
+        hp.Payload("base_link", mass=1.0, position=(0.1, 0.05, 0.08), inertia=inertia),
+        hp.Payload("lm_tibia", mass=0.05, position=(0.0, 0.0, 0.0)),
+        hp.Push("base_link", (0.0, 0.1, 0.05), force=(3.0, 2.0, 1.0), torque=(0.1, 0.2, 0.3),
+                start=0.5, duration=9.0),
+    ]  # fmt: skip
+    trace = standing(loads=loads)
+    found = hp.joint_moments(trace)
+    assert np.abs(found.axis_residual[-100:]).max() < 1e-6
+    assert np.abs(found.base_residual[-100:]).max() < 1e-6
+
+
+def test_motor_turns_its_rotor_and_its_friction() -> None:
+    """Rotor inertia and viscous friction are the motor's: taken off before the comparison."""
+    robot = hp.load_robot("kharagpur")
+    motor = hp.Motor(stall_torque=6.0, no_load_speed=6.0, rotor_inertia=1e-6, gear_ratio=60.0,
+                     viscous_friction=0.1)  # fmt: skip
+    scene = hp.Scene(robot, servo=hp.Servo(kp=240.0, kd=4.8, motor=motor))
+    gait = hp.Gait.tetrapod(stroke=0.1, cycle_time=0.8)
+    trace = hp.simulate(scene, hp.KinematicControl(gait), duration=2.4, accuracy=1e-5)
+    found = hp.joint_moments(trace)
+    p99 = np.percentile(np.abs(found.axis_residual), 99.0)
+    without = np.percentile(np.abs(found.motor_torque - found.axis_torque), 99.0)
+    assert p99 < 0.02
+    assert without > 5.0 * p99
+
+
+def test_what_cannot_be_built_again_is_refused(walk: hp.Trace) -> None:
+    with pytest.raises(ParameterError, match="urdf"):
+        hp.joint_moments(synthetic_trace(urdf=None))
+    with pytest.raises(ParameterError, match="not XML|XML"):
+        hp.joint_moments(synthetic_trace(urdf="<robot"))
+    athena = hp.load_robot("athena").urdf
+    with pytest.raises(ParameterError, match="foot|joint"):
+        hp.joint_moments(synthetic_trace(urdf=athena.replace("lf_coxa_joint", "other_joint")))
+    with pytest.raises(ParameterError, match="loads"):
+        hp.joint_moments(synthetic_trace(scene='[[loads]]\nkind = "rocket"\n'))
+    with pytest.raises(UnknownNameError, match="lf_coxa_joint"):
+        hp.joint_moments(walk).joint("knee")

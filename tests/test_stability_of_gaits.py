@@ -1,0 +1,148 @@
+"""Margins of planned walks of kharagpur: a closed form, and tables that were computed elsewhere.
+
+Centre of mass at the middle of the base, 98.8 mm over the contact points.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import hexapod_pin as hp
+from hexapod_pin.control.foot_path import FootPath
+from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.results.energy_margin import nesm
+from hexapod_pin.results.support_polygon import static_margin
+
+STROKE, PERIOD, HEIGHT = 0.14, 2.4, 0.0988  # m, s, m
+HIP_X, HIP_Y, REACH = 0.2, 0.1025, 0.20284  # m; S2's legs, hips assumed
+
+# Least values over a cycle in mm: static margin on straight lines and on arcs of the same stroke,
+# NESM on straight lines, feet down. Computed independently of this package, at the middles of 720
+# parts of a cycle: so each is somewhat above the least of all times.
+TABLE = {
+    "tripod": (28.7, 28.6, 4.1, 3),
+    "tetrapod": (63.7, 65.0, 18.8, 4),
+    "wave 2/3": (79.8, 79.9, 28.2, 4),
+    "wave 3/4": (97.1, 97.1, 39.7, 4),
+    "wave 5/6": (111.1, 110.7, 49.9, 5),
+}
+PRINTED = 0.0505e-3  # m: half of the last digit, and the round-off of halves
+SAMPLED = 0.2e-3  # m: half a 720th of a cycle, 0.2 mm of the stroke or less
+
+
+def gait(name: str) -> hp.Gait:
+    fields = {"stroke": STROKE, "cycle_time": PERIOD, "lift": 0.02}
+    kind, _, duty = name.partition(" ")
+    if kind == "wave":
+        up, down = map(int, duty.split("/"))
+        return hp.Gait.wave(duty=up / down, **fields)
+    return getattr(hp.Gait, kind)(**fields)
+
+
+@cache
+def least(name: str, motion: str, at_events: bool = False) -> tuple[float, float, int]:
+    """Return the least static margin and NESM [m] and the least number of feet down."""
+    robot, table = hp.load_robot("kharagpur"), gait(name)
+    if motion == "arc":
+        path = hp.ArcWalk(table, amplitude=float(np.arcsin(0.5 * STROKE / REACH))).path(robot)
+    elif motion == "rolling":
+        path = hp.KinematicControl(table).path(robot)
+    else:
+        path = FootPath(table, six_legs(robot).neutral_feet)
+    begin = path.steady_from
+    time = begin + PERIOD * (np.arange(720) + 0.5) / 720
+    if at_events:  # margins are least just before lift-offs and after placements
+        events = path.events(begin + 1.5 * PERIOD, begin - 0.5 * PERIOD)
+        time = np.concatenate([events - 1e-10, events + 1e-10])
+    points, down = path.positions(time) * [1.0, 1.0, 0.0], path.stance(time)
+    com = np.array([0.0, 0.0, HEIGHT])
+    margin = static_margin(points[..., :2], np.zeros((len(time), 2)), down)
+    return float(margin.min()), float(nesm(points, com, down).min()), int(down.sum(axis=1).min())
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_table_of_straight_walks(name: str) -> None:
+    margin, energy, feet = least(name, "straight")
+    expected, _, expected_energy, expected_feet = TABLE[name]
+    assert margin == pytest.approx(1e-3 * expected, abs=PRINTED)
+    assert energy == pytest.approx(1e-3 * expected_energy, abs=PRINTED)
+    assert feet == expected_feet
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_table_of_walks_on_arcs(name: str) -> None:
+    """The table's arcs have the stroke of 0.14 m (20.19 degrees); those of S2's 20 differ."""
+    margin, _, feet = least(name, "arc")
+    assert margin == pytest.approx(1e-3 * TABLE[name][1], abs=PRINTED)
+    assert feet == TABLE[name][3]
+
+
+@pytest.mark.parametrize("motion", ["straight", "arc"])
+@pytest.mark.parametrize("name", TABLE)
+def test_least_of_all_times_is_below_that_of_samples(name: str, motion: str) -> None:
+    sampled, everywhere = least(name, motion), least(name, motion, at_events=True)
+    for k in range(2):
+        assert sampled[k] - SAMPLED < everywhere[k] < sampled[k] + 1e-9
+
+
+def straight_tripod(stroke: float) -> float:
+    """Return the least static margin of the straight-line tripod [m].
+
+    Feet at (s, -b), (a + s, b), (s - a, b), a the hips' spacing, b = y_hip + R; s goes from half a
+    stroke to minus that. The side from (s, -b) to (a + s, b) is b |2 s + a| / sqrt(a^2 + 4 b^2)
+    from the middle, least at the end of the stance.
+    """
+    b = HIP_Y + REACH
+    return b * (HIP_X - stroke) / float(np.hypot(HIP_X, 2.0 * b))
+
+
+def test_straight_tripod_closed_form() -> None:
+    """28.51 mm; samples at the events to 1e-10 s, in which feet go 1e-11 m."""
+    found, energy, _ = least("tripod", "straight", at_events=True)
+    expected = straight_tripod(STROKE)
+    assert expected == pytest.approx(28.51e-3, abs=5e-6)
+    assert found == pytest.approx(expected, abs=1e-9)
+    assert energy == pytest.approx(np.hypot(HEIGHT, expected) - HEIGHT, abs=1e-9)
+
+
+def test_tripod_on_arcs_closed_form() -> None:
+    """The same triangle, with b = y_hip + R cos A at the end of the stance."""
+    A = np.arcsin(0.5 * STROKE / REACH)
+    b = HIP_Y + REACH * np.cos(A)
+    expected = b * (HIP_X - STROKE) / np.hypot(HIP_X, 2.0 * b)
+    assert least("tripod", "arc", at_events=True)[0] == pytest.approx(expected, abs=1e-9)
+
+
+def test_spheres_that_roll_stand_a_little_more_safely() -> None:
+    """A contact point goes along with the rolling foot, so the stroke below the body is shorter."""
+    rolling, point = least("tripod", "rolling", at_events=True), least("tripod", "straight", True)
+    assert 0.0 < rolling[0] - point[0] < 0.3e-3
+
+
+def test_wave_3_4_closed_form() -> None:
+    """The least is that of a quadrilateral found by hand from the planned phases."""
+    table, duty = gait("wave 3/4"), 0.75
+    phase = np.array(table.phases)
+    hips = np.array([HIP_X, 0.0, -HIP_X, HIP_X, 0.0, -HIP_X])
+    side = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0]) * (HIP_Y + REACH)
+    found = [
+        _margin_by_lines(hips + STROKE * (0.5 - age / duty), side, age < duty)
+        for u in np.concatenate([phase, phase + duty])
+        for age in (np.mod(u - phase + 1e-12, 1.0), np.mod(u - phase - 1e-12, 1.0))
+    ]
+    assert least("wave 3/4", "straight", at_events=True)[0] == pytest.approx(min(found), abs=1e-9)
+
+
+def _margin_by_lines(x: NDArray, y: NDArray, down: NDArray[np.bool_]) -> float:
+    """Return the margin of the origin in a polygon of two rows of feet: two rows, two slants."""
+    left, right = x[down & (y > 0)], x[down & (y < 0)]
+    b = float(y[0])
+    best = b
+    for sign in (1.0, -1.0):  # the side that bounds the polygon ahead, and the one behind
+        first, second = max(sign * left), max(sign * right)
+        best = min(best, b * (first + second) / float(np.hypot(first - second, 2.0 * b)))
+    return best
