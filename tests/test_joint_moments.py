@@ -145,6 +145,18 @@ def test_payload_and_push_are_known() -> None:
     assert np.abs(found.base_residual[-100:]).max() < 1e-6
 
 
+def test_trunk_on_the_ground() -> None:
+    """Points of the trunk stand behind the feet in a trace; their forces act on the trunk."""
+    robot = hp.load_robot("kharagpur")
+    loads = [hp.LostLeg(leg, time=0.1) for leg in LEGS]
+    scene = hp.Scene(robot, loads=loads, body_contact=True)
+    trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, accuracy=1e-6)
+    assert trace.contact[-1, 6:].any()
+    found = hp.joint_moments(trace)
+    assert np.abs(found.base_residual[-100:]).max() < 1e-3
+    assert np.abs(found.axis_residual[-100:]).max() < 1e-3
+
+
 def test_motor_turns_its_rotor_and_its_friction() -> None:
     """Rotor inertia and viscous friction are the motor's: taken off before the comparison."""
     robot = hp.load_robot("kharagpur")

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.gravity_axes import horizontal_axes
 from hexapod_pin.results.support_polygon import (
-    horizontal_axes,
     longitudinal_margins,
     static_margin,
     support_polygon,

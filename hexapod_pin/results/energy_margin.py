@@ -10,13 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.results.support_polygon import (
-    cross,
-    horizontal_axes,
-    pairs,
-    sides,
-    standing_points,
-)
+from hexapod_pin.results.gravity_axes import horizontal_axes
+from hexapod_pin.results.point_pairs import cross, pairs, sides, standing_points
 
 EDGE_TOLERANCE = 1e-9
 """How far a point may lie outside an edge of the hull, as a share of the extent [-]."""

@@ -12,13 +12,11 @@ import numpy as np
 from hexapod_pin.arrays import Array, protect
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.energy_margin import nesm
+from hexapod_pin.results.gravity_axes import horizontal_axes
 from hexapod_pin.results.plain_json import without_non_finite
+from hexapod_pin.results.stability_table import stability_lines
 from hexapod_pin.results.steady_window import Window, steady_window
-from hexapod_pin.results.support_polygon import (
-    horizontal_axes,
-    longitudinal_margins,
-    static_margin,
-)
+from hexapod_pin.results.support_polygon import longitudinal_margins, static_margin
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.way import trunk_yaw
 from hexapod_pin.results.zero_moment_point import at_middles, contact_points, zero_moment_point
@@ -117,6 +115,7 @@ class Stability:
             "window": {"start": self.window.start, "end": self.window.end,
                        "cycles": self.window.cycles},
             "weight": self.weight,
+            "energy_margin": float(self.energy_margin.min()),
             "grounded": GROUNDED,
             "least_feet_down": int(self.feet_down.min()),
             "margins": {name: self._row(name) for name in MARGINS},
@@ -142,29 +141,7 @@ class Stability:
 
     def table(self) -> str:
         """Return a plain text table, lengths in millimetres."""
-        window = self.window
-        cycles = "" if window.cycles is None else f", {window.cycles} whole gait cycle(s)"
-        width = max(map(len, MARGINS.values()))
-        lines = [
-            f"Stability of {self.robot}",
-            f"window: {window.start:.4g} to {window.end:.4g} s{cycles}",
-            "",
-            f"{'[mm]':{width}}  {'least':>8}  {'at [s]':>8}  {'mean':>8}  {'largest':>8}",
-        ]
-        for name, meaning in MARGINS.items():
-            row = self._row(name)
-            lines.append(
-                f"{meaning:{width}}  {1e3 * row['least']:8.2f}  {row['time']:8.3f}  "
-                f"{1e3 * row['mean']:8.2f}  {1e3 * row['largest']:8.2f}"
-            )
-        lines += ["", "Centre of mass about its mean straight line [mm]"]
-        for name, values in zip(EXCURSIONS, self.excursion.T, strict=True):
-            size = f"{1e3 * np.ptp(values):8.3f} peak to peak, {1e3 * _rms(values):8.3f} RMS"
-            lines.append(f"{name:{width}}  {size}")
-        energy = self.weight * self.least("nesm")[0]
-        lines += ["", f"feet down, at least: {int(self.feet_down.min())}"]
-        lines += [f"energy stability margin, least: {energy:.4g} J", GROUNDED]
-        return "\n".join(lines)
+        return "\n".join(stability_lines(self.to_dict(), MARGINS))
 
 
 def stability(trace: Trace, *, whole: bool = False) -> Stability:

@@ -1,45 +1,20 @@
 """The support polygon of grounded feet and the static margins in it (McGhee & Frank 1968).
 
-Points are projected along gravity first; `horizontal_axes` gives the plane's axes. Distances are
-found over all pairs of points: lines and segments that do not bound the hull cannot be nearer than
-those that do, so that no hull has to be built and all samples are treated at once.
+Points are projected along gravity first (`gravity_axes`). Distances are found over all pairs of
+points: lines and segments that do not bound the hull cannot be nearer than those that do, so that
+no hull has to be built and all samples are treated at once.
 """
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.point_pairs import Indices, cross, pairs, sides, standing_points
 
 INSIDE_TOLERANCE = 1e-12
 """Depth below which a point counts as on the boundary, as a share of the points' extent [-]."""
-
-Indices = NDArray[np.intp]
-
-
-def horizontal_axes(gravity: ArrayLike) -> Array:
-    """Return unit axes across gravity and up against it, as rows; world x, y, z for level ground.
-
-    Args:
-        gravity: acceleration, world axes [m/s^2]. Shape (3,).
-
-    Raises:
-        ParameterError: there is no gravity, or it points along the world's x axis.
-    """
-    size = float(np.linalg.norm(gravity))
-    if not (np.isfinite(size) and size > 0.0):
-        raise ParameterError("gravity", gravity, "a finite vector other than zero [m/s^2]")
-    up = -np.asarray(gravity, dtype=float) / size
-    first = np.array([1.0, 0.0, 0.0]) - up[0] * up
-    length = float(np.linalg.norm(first))
-    if length < INSIDE_TOLERANCE:
-        raise ParameterError("gravity", gravity, "not along the world's x axis")
-    first /= length
-    return np.stack([first, np.cross(up, first), up])
 
 
 def support_polygon(points: ArrayLike) -> Array:
@@ -122,54 +97,6 @@ def longitudinal_margins(
     ahead = np.where(meets, place, -np.inf).max(axis=-1)
     behind = np.where(meets, -place, -np.inf).max(axis=-1)
     return np.where(stands, ahead, -np.inf), np.where(stands, behind, -np.inf)
-
-
-def standing_points(
-    points: ArrayLike, com: ArrayLike, grounded: ArrayLike | None
-) -> tuple[Array, NDArray[np.bool_]]:
-    """Return points relative to the centre of mass, all of which stand, and whether any does.
-
-    Those that do not stand are put on one that does. A point twice does not change the hull, so
-    that samples with other feet down can go together.
-    """
-    p, c = np.asarray(points, dtype=float), np.asarray(com, dtype=float)
-    if p.ndim < 2 or p.shape[-1] != c.shape[-1]:
-        raise ParameterError("points", p.shape, f"of shape (..., m, {c.shape[-1]})")
-    relative: Array = p - c[..., None, :]
-    if grounded is None:
-        return relative, np.full(relative.shape[:-2], p.shape[-2] > 0, dtype=bool)
-    down = np.asarray(grounded, dtype=bool)
-    if down.shape != p.shape[:-1]:
-        raise ParameterError("grounded", down.shape, f"of shape {p.shape[:-1]}")
-    used = down.reshape(-1, down.shape[-1]).any(axis=0)
-    relative, down = relative[..., used, :], down[..., used]
-    stands: NDArray[np.bool_] = np.asarray(down.any(axis=-1), dtype=bool)
-    if not used.any():
-        return relative, stands
-    one = np.take_along_axis(relative, down.argmax(axis=-1)[..., None, None], axis=-2)
-    return np.where(down[..., None], relative, one), stands
-
-
-@lru_cache(maxsize=32)
-def pairs(count: int) -> tuple[Indices, Indices]:
-    """Return the indices of all pairs of `count` points, first < second."""
-    first, second = np.triu_indices(count, 1)
-    return first, second
-
-
-def sides(p: Array, edge: Array, first: Indices) -> Array:
-    """Return edge x (point - edge's first point): > 0 to the left. (..., E, 2) -> (..., E, m)."""
-    start = cross(edge, p[..., first, :])
-    found: Array = (
-        edge[..., :1] * p[..., None, :, 1] - edge[..., 1:] * p[..., None, :, 0] - start[..., None]
-    )
-    return found
-
-
-def cross(a: Array, b: Array) -> Array:
-    """Return a x b of plane vectors. (..., 2) -> (...)."""
-    found: Array = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return found
 
 
 def _distance_to_segments(p: Array, edge: Array, first: Indices) -> Array:
