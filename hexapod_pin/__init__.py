@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from hexapod_pin.control.hold_posture import HoldPosture as HoldPosture
     from hexapod_pin.control.joint_motion import JointMotion as JointMotion
     from hexapod_pin.control.kinematic import KinematicControl as KinematicControl
+    from hexapod_pin.control.paper_motion import paper_motion as paper_motion
     from hexapod_pin.control.registry import register_controller as register_controller
     from hexapod_pin.control.sampled_trajectory import SampledTrajectory as SampledTrajectory
     from hexapod_pin.control.sensors import Sensor as Sensor
@@ -175,6 +176,7 @@ _MODULES = {
     "load_robot": "robot.robot",
     "load_summary": "results.summary",
     "load_trace": "results.trace_file",
+    "paper_motion": "control.paper_motion",
     "register_controller": "control.registry",
     "simulate": "simulation.run",
     "simulate_batch": "simulation.batch",

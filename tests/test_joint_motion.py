@@ -149,6 +149,10 @@ def test_kinks_that_differ_by_rounding_are_one_knot(robot: hp.Robot) -> None:
     }
     plan = hp.JointMotion(steps).plan(robot, 2.9)
     np.testing.assert_allclose(plan.time, [0.0, 0.1, 1.0, 2.0, 2.4, 3.0], atol=1e-12)
+    early = hp.Step(begin=0.1, end=1.0 - 1e-13, initial=0.0, final=0.1)
+    for end, last in ((1.0 - 1e-12, 2.0), (0.9, 1.0)):
+        plan = hp.JointMotion({"lf_coxa_joint": early}).plan(robot, end)
+        np.testing.assert_array_equal(plan.time, [0.0, 0.1, 1.0, 2.0][: 3 + (last > 1.0)])
 
 
 @pytest.mark.parametrize(
@@ -246,3 +250,22 @@ def test_a_cubic_may_know_its_accelerations_and_does_not_follow_them(robot: hp.R
     plan = hp.HoldPosture().plan(robot, 1.0)
     given = JointTrajectory(**fields(plan, acceleration=np.ones((1, 2, 18))))
     np.testing.assert_array_equal(trajectory_curve(given)(0.5), robot.posture)
+
+
+def test_extremes_are_those_of_a_dense_search(robot: hp.Robot) -> None:
+    """Random splines, scaled so that their largest rate is just below, then above, the limit."""
+    random, joint = np.random.default_rng(8), "lf_coxa_joint"
+    limit = robot.velocity[robot.joint_index(joint)]
+    for _ in range(10):
+        time = np.cumsum(random.uniform(0.02, 0.1, 6))
+        value = random.uniform(-0.1, 0.1, 6)
+        dense = np.linspace(time[0], time[-1], 200_001)
+        largest = np.abs(hp.Waypoints(time=time, value=value).value_and_rate(dense)[1]).max()
+        for share, refused in ((1.0 - 1e-7, False), (1.0 + 1e-7, True)):
+            scaled = hp.Waypoints(time=time, value=value * share * limit / largest)
+            motion = hp.JointMotion({joint: scaled})
+            if not refused:
+                motion.plan(robot, 3.0)
+                continue
+            with pytest.raises(ParameterError, match=f"rate of {joint}"):
+                motion.plan(robot, 3.0)

@@ -18,7 +18,7 @@ __version__ AdamsCoulomb AdamsImpact ArcWalk Blueprint BodyMotion BrownMcPhee Ca
 Command compare Comparison Contact errors FeedbackController Flat FootControl FootForceSensing
 Gait Groove Havsin HeightField Hermite HoldPosture HuntCrossley iterate_batch JointMotion
 JointStops KelvinVoigt KinematicControl Ledge Levelling load_case load_robot load_summary
-load_trace LostLeg Measurement Motor Patch PatchedGround Payload Periodic Push Ramp
+load_trace LostLeg Measurement Motor paper_motion Patch PatchedGround Payload Periodic Push Ramp
 register_controller RelativeObjective Restitution Robot SampledTrajectory Scene Sensor Sensors
 Servo Session ShakingGround simulate simulate_batch Sine SlipPid Slope SmoothStep Stairs State
 Step Step5 StickSlip study_grounds Sum Summary TanhCoulomb torque_budget TorqueBudget TouchDown

@@ -13,6 +13,7 @@ from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.leg_clearance import Clearance, leg_clearance
+from hexapod_pin.control.paper_motion import paper_motion
 from hexapod_pin.control.registry import register_controller
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.control.sensor_reader import SensorReader
@@ -53,6 +54,7 @@ __all__ = [
     "Waypoints",
     "feasible_gait",
     "leg_clearance",
+    "paper_motion",
     "register_controller",
     "six_legs",
 ]

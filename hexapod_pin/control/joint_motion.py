@@ -98,15 +98,15 @@ class JointMotion:
         time = self._knots(end)
         q, v = np.tile(robot.posture, (len(time), 1)), np.zeros((len(time), len(robot.posture)))
         acceleration = np.zeros((len(time) - 1, 2, len(robot.posture)))
-        inside = 0.5 * (time[:-1] + time[1:])
+        ends = np.stack([time[:-1], time[1:]], axis=-1)
+        inside = np.broadcast_to(ends.mean(axis=-1, keepdims=True), ends.shape)
         for column, one in columns.items():
             if not isinstance(one, MotionFunction):
                 q[:, column] = one
                 continue
             q[:, column], v[:, column] = one.value_and_rate(time)
-            acceleration[:, 0, column] = one.acceleration(time[:-1], inside)
-            acceleration[:, 1, column] = one.acceleration(time[1:], inside)
-        self._check_repeats(end)
+            acceleration[..., column] = one.acceleration(ends, inside)
+        self._check_repeats(time, end)
         period = self.cycle_time
         cycles = 0.0 if period is None else whole_cycles(max(0.0, end - self.steady_from), period)
         plan = JointTrajectory(
@@ -144,7 +144,7 @@ class JointMotion:
 
     def _knots(self, end: float) -> Array:
         """Return the knot times, from 0 to the first whole LONGEST_INTERVAL after the end [s]."""
-        last = (np.floor(end / LONGEST_INTERVAL) + 1.0) * LONGEST_INTERVAL
+        last = (np.floor((end + SAME_KINK) / LONGEST_INTERVAL) + 1.0) * LONGEST_INTERVAL
         spacing = min((one.shortest_time for one in self._functions), default=np.inf)
         spacing = min(spacing / INTERVALS_PER_PIECE, LONGEST_INTERVAL)
         kinks = [kink for one in self._functions for kink in one.kinks_until(float(last))]
@@ -155,16 +155,17 @@ class JointMotion:
                 f"there can be {MAX_KNOTS}", "Slower sines and repetitions take fewer knots.",
             )  # fmt: skip
         whole = np.arange(last / LONGEST_INTERVAL + 0.5) * LONGEST_INTERVAL
-        events = np.unique(np.concatenate([whole, kinks]))
-        events = events[(events >= 0.0) & (events <= last)]
+        own = np.array(kinks, dtype=float)
+        own = own[(own > 0.0) & (own < last)]
+        nearest = np.round(own / LONGEST_INTERVAL) * LONGEST_INTERVAL
+        events = np.unique(np.concatenate([whole, own[np.abs(own - nearest) > SAME_KINK]]))
         events = events[np.diff(events, prepend=-np.inf) > SAME_KINK]
         return knot_times(events, spacing)[0]
 
-    def _check_repeats(self, end: float) -> None:
+    def _check_repeats(self, time: Array, end: float) -> None:
         """Refuse a cycle time with which the functions do not repeat, as far as the plan goes."""
         if self.cycle_time is None:
             return
-        time = self._knots(end)
         time = time[(time >= self.steady_from) & (time + self.cycle_time <= end)]
         for joint, one in self.motion.items():
             if not isinstance(one, MotionFunction) or not len(time):
