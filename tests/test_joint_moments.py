@@ -114,6 +114,18 @@ def test_axis_torque_is_the_motors(stand: hp.Trace, walk: hp.Trace) -> None:
     assert (moving.moment >= np.abs(moving.axis_torque) - 1e-12).all()
 
 
+def test_torques_of_prescribed_joints() -> None:
+    """Where joints follow a motion exactly the trace's torques are reactions: they agree too.
+
+    No servo smooths them: at the ends of swings accelerations jump, and so do torques of instants.
+    """
+    scene = hp.Scene(hp.load_robot("kharagpur"), prescribed=True)
+    trace = hp.simulate(scene, hp.ArcWalk(hp.Gait.tetrapod(cycle_time=1.2)), duration=3.6)
+    found = hp.joint_moments(trace)
+    assert found.agreement < 0.02
+    assert np.percentile(np.abs(found.axis_residual), 90.0) < 0.01
+
+
 def test_trunk_is_in_balance(walk: hp.Trace) -> None:
     """Six equations that no motor enters: forces to 1e-3 of the weight, moments likewise."""
     found, weight = hp.joint_moments(walk), 30.3
