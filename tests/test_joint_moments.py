@@ -122,8 +122,8 @@ def test_torques_of_prescribed_joints() -> None:
     scene = hp.Scene(hp.load_robot("kharagpur"), prescribed=True)
     trace = hp.simulate(scene, hp.ArcWalk(hp.Gait.tetrapod(cycle_time=1.2)), duration=3.6)
     found = hp.joint_moments(trace)
-    assert found.agreement < 0.02
-    assert np.percentile(np.abs(found.axis_residual), 90.0) < 0.01
+    assert found.agreement < 0.03
+    assert np.percentile(np.abs(found.axis_residual), 90.0) < 0.005
 
 
 def test_trunk_is_in_balance(walk: hp.Trace) -> None:
