@@ -65,6 +65,8 @@ if TYPE_CHECKING:
     from hexapod_pin.ground.terrain import study_grounds as study_grounds
     from hexapod_pin.results.checkpoint import Checkpoint as Checkpoint
     from hexapod_pin.results.comparison import Comparison as Comparison
+    from hexapod_pin.results.peak_verdict import PeakVerdict as PeakVerdict
+    from hexapod_pin.results.peak_verdict import PeakVerdicts as PeakVerdicts
     from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
     from hexapod_pin.results.summary import Summary as Summary
     from hexapod_pin.results.summary import load_summary as load_summary
@@ -88,6 +90,7 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session
     from hexapod_pin.sweep.compare import compare as compare
+    from hexapod_pin.sweep.judge_peaks import judge_peaks as judge_peaks
     from hexapod_pin.sweep.objective import RelativeObjective as RelativeObjective
     from hexapod_pin.sweep.tuning import tune as tune
     from hexapod_pin.sweep.tuning_result import TuningResult as TuningResult
@@ -126,6 +129,8 @@ _MODULES = {
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
     "Payload": "simulation.loads",
+    "PeakVerdict": "results.peak_verdict",
+    "PeakVerdicts": "results.peak_verdict",
     "Push": "simulation.loads",
     "Ramp": "ground.terrain",
     "RelativeObjective": "sweep.objective",
@@ -157,6 +162,7 @@ _MODULES = {
     "Waypoints": "control.time_function",
     "compare": "sweep.compare",
     "iterate_batch": "simulation.batch",
+    "judge_peaks": "sweep.judge_peaks",
     "load_case": "simulation.case",
     "load_robot": "robot.robot",
     "load_summary": "results.summary",

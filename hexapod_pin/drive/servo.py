@@ -92,9 +92,9 @@ class Servo(Spec):
     def stiffer(self, factor: float) -> Servo:
         """Return servos that answer any error of a joint with `factor` times the torque.
 
-        kd / kp stays, the time by which assumed gains are built (`from_effort`). Keeping the damping
-        ratio (kd times the root) would leave nearly as it is what most of a touch-down's torque
-        is made of where servos are overdamped: kd times the joint's rate.
+        kd / kp stays, the time by which assumed gains are built (`from_effort`). Keeping the
+        damping ratio instead (kd times the root of the factor) would hide how far a touch-down's
+        torque depends on the gains: where servos are overdamped, most of it is kd times a rate.
 
         Args:
             factor: on kp and kd [-]. Limits and motors stay.

@@ -2,6 +2,7 @@
 
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.comparison import Comparison
+from hexapod_pin.results.peak_verdict import PeakVerdict, PeakVerdicts
 from hexapod_pin.results.robot_budget import TorqueBudget
 from hexapod_pin.results.summary import Summary, load_summary
 from hexapod_pin.results.torque_budget import torque_budget
@@ -12,6 +13,8 @@ from hexapod_pin.results.walk_metrics import WalkMetrics
 __all__ = [
     "Checkpoint",
     "Comparison",
+    "PeakVerdict",
+    "PeakVerdicts",
     "Summary",
     "TorqueBudget",
     "Trace",

@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from hexapod_pin.results.peak_verdict import PeakVerdict, PeakVerdicts, Recomputation
 
 LEGEND = (
-    f'"peak": it moved by no more than {100 * HOLDS_WITHIN:g} % under any of the changes, and stands '
-    "as computed at ten times the accuracy. Ranges hold all values computed, the run's own too. "
-    "Columns in % say how far each change moved the peak; peaks below "
+    f'"peak": it moved by no more than {100 * HOLDS_WITHIN:g} % under any of the changes, and '
+    "stands as computed at ten times the accuracy. Ranges hold all values computed, the run's own "
+    "too. Columns in % say how far each change moved the peak; peaks below "
     f"{100 * NEGLIGIBLE_SHARE:g} % of the robot's largest are compared with that "
-    f"{100 * NEGLIGIBLE_SHARE:g} %. p99, RMS and impulse: at ten times the accuracy, and the least "
-    "and largest of all.",
-    "Changes that were not tried, such as mass, friction or ground, may move a peak that holds here.",
+    f"{100 * NEGLIGIBLE_SHARE:g} %. p99, RMS, impulse: at ten times the accuracy, then the least "
+    "and the largest of all.",
+    "What was not changed, such as mass, friction or ground, may move a peak that holds here.",
 )
 
 

@@ -71,6 +71,10 @@ class Spread:
         """From the least to the largest, over the value [-]; NaN where that is 0."""
         return (self.high - self.low) / self.value if self.value else float("nan")
 
+    def to_dict(self) -> dict[str, float]:
+        """Return all numbers as plain data."""
+        return {**asdict(self), "share": self.share}
+
 
 @dataclass(frozen=True)
 class PeakVerdict:
@@ -119,7 +123,7 @@ class PeakVerdict:
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data."""
         plain = {key: getattr(self, key) for key in self.__dataclass_fields__}
-        spreads = {key: asdict(getattr(self, key)) for key in ("torque", "p99", "rms")}
+        spreads = {key: getattr(self, key).to_dict() for key in ("torque", "p99", "rms")}
         maps = {key: dict(getattr(self, key)) for key in ("computed", "changes")}
         return {**plain, **spreads, **maps, "moved_by": list(self.moved_by)}
 
@@ -191,7 +195,7 @@ class PeakVerdicts:
                 "recomputations": [asdict(row) for row in self.recomputations],
                 "kinds": [row.to_dict() for row in self.kinds],
                 "joints": [row.to_dict() for row in self.joints],
-                "feet": [asdict(row) for row in self.feet],
+                "feet": [{"foot": row.foot, "impulse": row.impulse.to_dict()} for row in self.feet],
                 "sources": list(self.sources),
                 "notes": list(self.notes),
                 "assumed": list(self.assumed),

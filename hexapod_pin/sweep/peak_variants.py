@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.peak_verdict import ACCURACY, CONTACT, RUN, SERVO, Recomputation
@@ -12,6 +13,10 @@ from hexapod_pin.simulation.scene import Scene
 
 FINER = 10
 """By which factor accuracy or step are finer."""
+
+DENSER = 3
+"""By which factor samples are denser where steps end at them: the errors of an adaptive run that
+takes a step per sample are then at most a tenth (3^3 > 10, order 3), whatever its accuracy."""
 
 STIFFER = 2.0
 """By which factor contact and servos are stiffer."""
@@ -27,7 +32,7 @@ def peak_variants(case: Case) -> tuple[Variant, Variant, Variant]:
     """Return the case at ten times the accuracy, and that with stiffer contact and servos.
 
     Stiffness is changed at ten times the accuracy too: errors of the run are then not taken for
-    an effect of stiffness. Samples stay where they are.
+    an effect of stiffness.
 
     Raises:
         ParameterError: the case has no duration.
@@ -55,22 +60,22 @@ def _finer(case: Case) -> Variant:
     A tenth of the step for every method: behind a touch-down each is of first order only.
     """
     settings = case.settings
-    choice = settings.choice
-    change = {"sample": settings.grid.sample, "method": choice.method.name}
+    choice, sample = settings.choice, settings.grid.sample
     title = "ten times the accuracy"
     if not choice.method.adaptive:
-        finer = replace(case, **change, step=choice.step / FINER)
+        step = choice.step / FINER
+        finer = replace(case, method=choice.method.name, step=step, sample=sample)
         text = f"step {choice.step / FINER:g} instead of {choice.step:g} s"
         return Recomputation(ACCURACY, title, text, RUN), finer
     tight = choice.accuracy / FINER
     method = choice.method
     if tight < method.tightest:
         method = METHODS[TIGHT_METHOD]
-        change["method"] = method.name
     text = f"accuracy {tight:g} instead of {choice.accuracy:g} m and rad"
     text += f", {method.name} instead of {choice.method.name}" * (method is not choice.method)
+    change: dict[str, Any] = {"method": method.name, "accuracy": tight, "sample": sample / DENSER}
     try:
-        return Recomputation(ACCURACY, title, text, RUN), replace(case, **change, accuracy=tight)
+        return Recomputation(ACCURACY, title, text, RUN), replace(case, **change)
     except ParameterError as error:
         failure = f"is out of reach ({error.name} must be {error.allowed})"
         return Recomputation(ACCURACY, title, text, RUN, failure=failure), None
