@@ -109,7 +109,7 @@ def _verdict(
     verdict = UNKNOWN if failed else AT_LIMIT if cut else RANGE if moved else PEAK
     torque = Spread.of(peaks)
     titles = {row.name: row.title for row in recomputations}
-    reasons = [f"{row.title} {row.failure}" for row in failed]
+    reasons = [f"{row.title} {row.failure.split(':')[0]}" for row in failed]
     reasons += [f"{titles[key]} {100.0 * changes[key]:+.3g} %" for key in moved]
     return PeakVerdict(
         name=name,

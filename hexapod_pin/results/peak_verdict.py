@@ -35,7 +35,7 @@ class Recomputation:
         change: the numbers before and after, with units.
         baseline: what its peaks are compared with: "run" or "accuracy".
         unneeded: why it does not apply; empty where it does.
-        failure: why there is no result; empty where there is one.
+        failure: why there is no result, details behind a colon; empty where there is one.
     """
 
     name: str

@@ -77,7 +77,7 @@ def _finer(case: Case) -> Variant:
     try:
         return Recomputation(ACCURACY, title, text, RUN), replace(case, **change)
     except ParameterError as error:
-        failure = f"is out of reach ({error.name} must be {error.allowed})"
+        failure = f"is out of reach: {error.name} must be {error.allowed}"
         return Recomputation(ACCURACY, title, text, RUN, failure=failure), None
 
 
