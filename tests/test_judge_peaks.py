@@ -74,6 +74,22 @@ def test_every_verdict_is_that_of_peaks_computed_independently(name: str, gait: 
         assert row.verdict == ("range" if moved else "peak")
         assert row.torque.value == pytest.approx(finer[k], rel=1e-9)
     assert len(found.kinds) == 3 and len(found.feet) == 6
+    for row in found.kinds:  # the largest peak, and that of the joint which sets it
+        of = np.array([row.name in joint for joint in robot(name).joint_names])
+        first, second = run[of].argmax(), finer[of].argmax()
+        pairs = {
+            "accuracy": (run[of].max(), finer[of].max(), finer[of][first]),
+            "contact stiffness": (finer[of].max(), harder[of].max(), harder[of][second]),
+            "servo stiffness": (finer[of].max(), tighter[of].max(), tighter[of][second]),
+        }
+        moved = {
+            key
+            for key, (before, *after) in pairs.items()
+            if max(abs(each - before) for each in after) > 0.05 * before
+        }
+        assert set(row.moved_by) == moved
+        assert row.verdict == ("range" if moved else "peak")
+        assert row.torque.value == pytest.approx(finer[of].max(), rel=1e-9)
 
 
 def soft_feet(factor: float = 1.0) -> hp.Contact:

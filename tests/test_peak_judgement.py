@@ -89,6 +89,19 @@ def test_the_verdict_of_a_kind_is_that_of_its_largest_peak() -> None:
     assert large.kind("coxa").verdict == "peak"
 
 
+def test_a_kind_whose_largest_peak_changes_legs_holds_by_luck_only() -> None:
+    """lf_femur falls from 2 to 1 N m, and lm_femur happens to rise from 1 to 2."""
+    before, after = np.full(18, 0.5), np.full(18, 0.5)
+    before[[1, 4]], after[[1, 4]] = (2.0, 1.0), (1.0, 2.0)
+    first, second = (replace(walked(), torque_peak=peaks) for peaks in (before, after))
+    summaries = {**dict.fromkeys(("run", *NAMES), first), "contact stiffness": second}
+    row = judge_summaries(summaries, CHANGES).kind("femur")
+    assert row.computed["contact stiffness"] == row.computed["accuracy"] == 2.0
+    assert (row.verdict, row.moved_by) == ("range", ("contact stiffness",))
+    assert (row.torque.low, row.torque.value, row.torque.high) == (1.0, 2.0, 2.0)
+    assert row.changes["contact stiffness"] == -0.5
+
+
 def test_peaks_that_size_nothing_are_held_against_one_per_cent_of_the_largest() -> None:
     """Of 4 N m 1 % is 0.04, and 5 % of that 0.002: below, a peak may do what it likes."""
     still = planted(1e-9, 1e-9, 1.9e-3, 1e-9, rest=4.0)

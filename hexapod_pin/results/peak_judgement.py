@@ -1,12 +1,15 @@
 """The verdict on peaks: which hold, which are ranges, and what moved them.
 
 A change moves a peak by its difference from the peak of the same run without that change. Peaks
-below 1 % of the robot's largest size no motor: they are held against 5 % of that 1 %.
+below 1 % of the robot's largest size no motor: they are held against 5 % of that 1 %. The largest
+peak of a kind of joint holds only where that of the joint which sets it does too: another joint
+that happens to reach as far is luck.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE, JointBudget
@@ -97,17 +100,23 @@ def _verdict(
 ) -> PeakVerdict:
     """Return the verdict on the largest peak of some joints."""
     peaks = _largest(rows, lambda row: row.peak_torque)
+    compared = [row for row in recomputations if row.name in peaks and row.baseline in peaks]
+    led = {row.name: _peak_of_leader(rows[row.baseline], rows[row.name]) for row in compared}
     changes = {
-        row.name: _change(peaks[row.baseline], peaks[row.name], floors[row.baseline])
-        for row in recomputations
-        if row.name in peaks and row.baseline in peaks
+        row.name: max(
+            _change(peaks[row.baseline], peaks[row.name], floors[row.baseline]),
+            _change(peaks[row.baseline], led[row.name], floors[row.baseline]),
+            key=abs,
+        )
+        for row in compared
     }
     moved = tuple(key for key, change in changes.items() if not abs(change) <= HOLDS_WITHIN)
     worst = max(rows[ACCURACY if ACCURACY in rows else RUN], key=lambda row: row.peak_torque)
     failed = [row for row in recomputations if row.failure]
     cut = limited and any(_reaches_limit(row) for each in rows.values() for row in each)
     verdict = UNKNOWN if failed else AT_LIMIT if cut else RANGE if moved else PEAK
-    torque = Spread.of(peaks)
+    spread = Spread.of(peaks)
+    torque = replace(spread, low=min(spread.low, *led.values())) if led else spread
     titles = {row.name: row.title for row in recomputations}
     reasons = [f"{row.title} {row.failure.split(':')[0]}" for row in failed]
     reasons += [f"{titles[key]} {100.0 * changes[key]:+.3g} %" for key in moved]
@@ -129,6 +138,12 @@ def _verdict(
 
 def _largest(rows: Rows, number: Callable[[JointBudget], float]) -> dict[str, float]:
     return {name: max(number(row) for row in each) for name, each in rows.items()}
+
+
+def _peak_of_leader(before: Sequence[JointBudget], after: Sequence[JointBudget]) -> float:
+    """Return what has become of the largest peak: that of the same joint [N m]."""
+    leader = max(range(len(before)), key=lambda k: before[k].peak_torque)
+    return after[leader].peak_torque
 
 
 def _change(before: float, after: float, floor: float) -> float:

@@ -88,7 +88,8 @@ class PeakVerdict:
             computation failed.
         torque: the peak [N m]: best estimate, least and largest of all that was computed.
         computed: the peak of each computation that ran [N m], the run's own among them.
-        changes: by which share each change moved it [-]; only those that ran.
+        changes: by which share each change moved it [-]; only those that ran. Of a kind: the peak
+            of all its joints or of the joint that had set it, whichever moved further.
         moved_by: changes that moved it by more than 5 %.
         effort_limit: of the joint, or of the kind's joint with the largest peak [N m].
         at_limit: largest share of the time at the torque limit [-].
