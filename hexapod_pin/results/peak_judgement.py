@@ -13,22 +13,18 @@ from dataclasses import replace
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE, JointBudget
-from hexapod_pin.results.joint_limits import events_text
+from hexapod_pin.results.peak_notes import fall_notes, foot_impulses, outside_notes
 from hexapod_pin.results.peak_verdict import (
-    ACCURACY,
     AT_LIMIT,
     HOLDS_WITHIN,
     NEGLIGIBLE_SHARE,
     PEAK,
     RANGE,
-    RUN,
     UNKNOWN,
-    FootImpulse,
     PeakVerdict,
     PeakVerdicts,
-    Recomputation,
-    Spread,
 )
+from hexapod_pin.results.recomputation import ACCURACY, RUN, Recomputation, Spread
 from hexapod_pin.results.robot_budget import TorqueBudget
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_budget import torque_budget
@@ -78,9 +74,9 @@ def judge_summaries(
             for k, row in enumerate(run.joints)
         ),
         kinds=tuple(judged(row.kind, _of_kind(budgets, row.kind)) for row in run.kinds),
-        feet=_feet(summaries),
+        feet=foot_impulses(summaries),
         sources=run.sources,
-        notes=(*notes, *_outside(summaries, budgets), *_falls(summaries, recomputations)),
+        notes=(*notes, *outside_notes(summaries, budgets), *fall_notes(summaries, recomputations)),
         assumed=run.assumed,
     )
 
@@ -169,37 +165,3 @@ def _sentence(verdict: str, torque: Spread, reasons: Sequence[str], limit: float
     beyond = f"; beyond the limit of {limit:.4g} N m" if torque.high > limit else ""
     number = f"{torque.value:.4g} N m" if verdict == PEAK else span
     return f"{verdict} {number}{why}{beyond}"
-
-
-def _feet(summaries: Mapping[str, Summary]) -> tuple[FootImpulse, ...]:
-    """Return the normal impulse of every foot."""
-    return tuple(
-        FootImpulse(
-            foot, Spread.of({name: float(s.normal_impulse[k]) for name, s in summaries.items()})
-        )
-        for k, foot in enumerate(summaries[RUN].foot_names)
-    )
-
-
-def _outside(
-    summaries: Mapping[str, Summary], budgets: Mapping[str, TorqueBudget]
-) -> tuple[str, ...]:
-    """Return a line on torques outside the window that are larger than those within."""
-    within = max(row.peak_torque for budget in budgets.values() for row in budget.joints)
-    outside = [float(abs(summary.outside_torque).max()) for summary in summaries.values()]
-    if not max(outside) > within:
-        return ()
-    span = f"{min(outside):.4g} to {max(outside):.4g} N m"
-    return (f"Not judged: outside the window (start-up or stop) a joint reaches {span}.",)
-
-
-def _falls(
-    summaries: Mapping[str, Summary], recomputations: Sequence[Recomputation]
-) -> tuple[str, ...]:
-    """Return a line for each computation in which the trunk touched the ground."""
-    titles = {RUN: "the run itself", **{row.name: row.title for row in recomputations}}
-    return tuple(
-        f"With {titles[name]} {line}."
-        for name, summary in summaries.items()
-        for line in events_text(summary.events, ())
-    )

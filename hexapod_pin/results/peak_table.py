@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from hexapod_pin.results.budget_table import aligned
-from hexapod_pin.results.peak_verdict import HOLDS_WITHIN, NEGLIGIBLE_SHARE, PEAK, Spread
+from hexapod_pin.results.peak_verdict import HOLDS_WITHIN, NEGLIGIBLE_SHARE, PEAK
 
 if TYPE_CHECKING:
-    from hexapod_pin.results.peak_verdict import PeakVerdict, PeakVerdicts, Recomputation
+    from hexapod_pin.results.peak_verdict import PeakVerdict, PeakVerdicts
+    from hexapod_pin.results.recomputation import Recomputation, Spread
 
 LEGEND = (
     f'"peak": it moved by no more than {100 * HOLDS_WITHIN:g} % under any of the changes, and '

@@ -9,7 +9,8 @@ from typing import Any
 
 from hexapod_pin.errors import DivergenceError, HexapodError, ParameterError, SimulationInterrupted
 from hexapod_pin.results.peak_judgement import judge_summaries
-from hexapod_pin.results.peak_verdict import RUN, PeakVerdicts, Recomputation
+from hexapod_pin.results.peak_verdict import PeakVerdicts
+from hexapod_pin.results.recomputation import RUN, Recomputation
 from hexapod_pin.results.steady_window import summary_window
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace

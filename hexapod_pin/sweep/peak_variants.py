@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.peak_verdict import ACCURACY, CONTACT, RUN, SERVO, Recomputation
+from hexapod_pin.results.recomputation import ACCURACY, CONTACT, RUN, SERVO, Recomputation
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.methods import METHODS, MethodSettings
 from hexapod_pin.simulation.scene import Scene

@@ -10,7 +10,8 @@ import hexapod_pin as hp
 from hexapod_pin.benchmark.study import StudyReport
 from hexapod_pin.control.feasible_gait import feasible_gait
 from hexapod_pin.errors import GaitError
-from hexapod_pin.results.peak_verdict import ACCURACY, CONTACT, SERVO, PeakVerdict, PeakVerdicts
+from hexapod_pin.results.peak_verdict import PeakVerdict, PeakVerdicts
+from hexapod_pin.results.recomputation import ACCURACY, CONTACT, SERVO
 from hexapod_pin.validation.tables import Table
 
 ROBOTS = ("kharagpur", "athena")
@@ -37,7 +38,7 @@ def peak_verdicts(
     cycles: int = 3,
     robots: str = ",".join(ROBOTS),
     gaits: str = ",".join(GAITS),
-    contacts: str = "accurate,s1",
+    contacts: str = "accurate,s1,s2",
     threads: int = 1,
 ) -> StudyReport:
     """Verdicts on the largest peak of each kind of joint, for every gait of both robots."""
