@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from hexapod_pin import view as view
     from hexapod_pin.control.arc_walk import ArcWalk as ArcWalk
     from hexapod_pin.control.body_motion import BodyMotion as BodyMotion
+    from hexapod_pin.control.curves import Hermite as Hermite
+    from hexapod_pin.control.curves import Sine as Sine
+    from hexapod_pin.control.curves import Waypoints as Waypoints
     from hexapod_pin.control.feedback import Command as Command
     from hexapod_pin.control.feedback import FeedbackController as FeedbackController
     from hexapod_pin.control.feedback import Measurement as Measurement
@@ -31,13 +34,18 @@ if TYPE_CHECKING:
     from hexapod_pin.control.foot_control import VirtualSuspension as VirtualSuspension
     from hexapod_pin.control.gait import Gait as Gait
     from hexapod_pin.control.hold_posture import HoldPosture as HoldPosture
+    from hexapod_pin.control.joint_motion import JointMotion as JointMotion
     from hexapod_pin.control.kinematic import KinematicControl as KinematicControl
+    from hexapod_pin.control.paper_motion import paper_motion as paper_motion
     from hexapod_pin.control.registry import register_controller as register_controller
     from hexapod_pin.control.sampled_trajectory import SampledTrajectory as SampledTrajectory
     from hexapod_pin.control.sensors import Sensor as Sensor
     from hexapod_pin.control.sensors import Sensors as Sensors
-    from hexapod_pin.control.time_function import Sine as Sine
-    from hexapod_pin.control.time_function import Waypoints as Waypoints
+    from hexapod_pin.control.step_functions import Havsin as Havsin
+    from hexapod_pin.control.step_functions import Step as Step
+    from hexapod_pin.control.step_functions import Step5 as Step5
+    from hexapod_pin.control.time_function import Periodic as Periodic
+    from hexapod_pin.control.time_function import Sum as Sum
     from hexapod_pin.control.velocity_command import VelocityCommand as VelocityCommand
     from hexapod_pin.drive.joint_stops import JointStops as JointStops
     from hexapod_pin.drive.motor import Motor as Motor
@@ -115,9 +123,12 @@ _MODULES = {
     "FootForceSensing": "control.foot_control",
     "Gait": "control.gait",
     "Groove": "ground.terrain",
+    "Havsin": "control.step_functions",
     "HeightField": "ground.terrain",
+    "Hermite": "control.curves",
     "HoldPosture": "control.hold_posture",
     "HuntCrossley": "ground.contact",
+    "JointMotion": "control.joint_motion",
     "JointStops": "drive.joint_stops",
     "KelvinVoigt": "ground.contact",
     "KinematicControl": "control.kinematic",
@@ -131,6 +142,7 @@ _MODULES = {
     "Payload": "simulation.loads",
     "PeakVerdict": "results.peak_verdict",
     "PeakVerdicts": "results.peak_verdict",
+    "Periodic": "control.time_function",
     "Push": "simulation.loads",
     "Ramp": "ground.terrain",
     "RelativeObjective": "sweep.objective",
@@ -143,13 +155,16 @@ _MODULES = {
     "Servo": "drive.servo",
     "Session": "simulation.session",
     "ShakingGround": "ground.terrain",
-    "Sine": "control.time_function",
+    "Sine": "control.curves",
     "SlipPid": "control.foot_control",
     "Slope": "ground.terrain",
     "SmoothStep": "ground.contact",
     "Stairs": "ground.terrain",
     "State": "robot.state",
+    "Step": "control.step_functions",
+    "Step5": "control.step_functions",
     "StickSlip": "ground.contact",
+    "Sum": "control.time_function",
     "Summary": "results.summary",
     "TanhCoulomb": "ground.contact",
     "TorqueBudget": "results.robot_budget",
@@ -159,7 +174,7 @@ _MODULES = {
     "VelocityCommand": "control.velocity_command",
     "VirtualSuspension": "control.foot_control",
     "WalkMetrics": "results.walk_metrics",
-    "Waypoints": "control.time_function",
+    "Waypoints": "control.curves",
     "compare": "sweep.compare",
     "iterate_batch": "simulation.batch",
     "judge_peaks": "sweep.judge_peaks",
@@ -167,6 +182,7 @@ _MODULES = {
     "load_robot": "robot.robot",
     "load_summary": "results.summary",
     "load_trace": "results.trace_file",
+    "paper_motion": "control.paper_motion",
     "register_controller": "control.registry",
     "simulate": "simulation.run",
     "simulate_batch": "simulation.batch",

@@ -25,14 +25,14 @@ class Spec(BaseModel):
         try:
             super().__init__(**fields)
         except ValidationError as error:
-            raise _parameter_error(type(self).__name__, error) from error
+            raise parameter_error(type(self).__name__, error) from error
 
     def __str__(self) -> str:
         """Return the call that builds this parameter set."""
         return repr(self)
 
 
-def _parameter_error(owner: str, error: ValidationError) -> ParameterError:
+def parameter_error(owner: str, error: ValidationError) -> ParameterError:
     """Turn pydantic's first finding into this package's error."""
     first = error.errors()[0]
     cause = first.get("ctx", {}).get("error")

@@ -189,8 +189,7 @@ def test_a_posture_without_cycles_is_judged_over_the_second_half() -> None:
 
 
 def test_prescribed_motion_has_no_servo_to_vary() -> None:
-    scene = calm_scene()
-    object.__setattr__(scene, "prescribed", True)
+    scene = replace(calm_scene(), prescribed=True)
     found = hp.judge_peaks(walk(scene))
     assert "doubled servo stiffness: no servo: prescribed motion" in found.table()
     assert "servo stiffness" not in found.kind("femur").computed

@@ -16,13 +16,14 @@ HEAVY = ("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h
 PROMISED = """
 __version__ AdamsCoulomb AdamsImpact ArcWalk Blueprint BodyMotion BrownMcPhee Case Checkpoint
 Command compare Comparison Contact errors FeedbackController Flat FootControl FootForceSensing Gait
-Groove HeightField HoldPosture HuntCrossley iterate_batch JointStops judge_peaks KelvinVoigt
-KinematicControl Ledge Levelling load_case load_robot load_summary load_trace LostLeg Measurement
-Motor Patch PatchedGround Payload PeakVerdict PeakVerdicts Push Ramp register_controller
-RelativeObjective Restitution Robot SampledTrajectory Scene Sensor Sensors Servo Session
-ShakingGround simulate simulate_batch Sine SlipPid Slope SmoothStep Stairs State StickSlip
-study_grounds Summary TanhCoulomb torque_budget TorqueBudget TouchDown Trace tune TuningResult
-urdf_path VelocityCommand view VirtualSuspension WalkMetrics Waypoints
+Groove Havsin HeightField Hermite HoldPosture HuntCrossley iterate_batch JointMotion JointStops
+judge_peaks KelvinVoigt KinematicControl Ledge Levelling load_case load_robot load_summary
+load_trace LostLeg Measurement Motor paper_motion Patch PatchedGround Payload PeakVerdict
+PeakVerdicts Periodic Push Ramp register_controller RelativeObjective Restitution Robot
+SampledTrajectory Scene Sensor Sensors Servo Session ShakingGround simulate simulate_batch Sine
+SlipPid Slope SmoothStep Stairs State Step Step5 StickSlip study_grounds Sum Summary TanhCoulomb
+torque_budget TorqueBudget TouchDown Trace tune TuningResult urdf_path VelocityCommand view
+VirtualSuspension WalkMetrics Waypoints
 """.split()
 
 

@@ -22,12 +22,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.arc_profile import BLEND_SHARE, adams_step, arc_senses, blend
+from hexapod_pin.control.arc_profile import BLEND_SHARE, arc_senses, blend
 from hexapod_pin.control.body_path import BodyPath
 from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES
 from hexapod_pin.control.footholds import COINCIDENT, Footholds
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.six_legs import SixLegs
+from hexapod_pin.control.step_functions import adams_step
 from hexapod_pin.control.walk_schedule import WalkSchedule, last_motion
 
 StanceProfile = Literal["constant", "step"]
@@ -203,7 +204,7 @@ class ArcPath(WalkSchedule):
         begin = np.where(middle > 0.0, placed, 0.0)
         length = np.maximum(lifted - begin, np.finfo(float).tiny)
         first, travel = here - self._turned(begin), self._turned(begin) - self._turned(lifted)
-        h, dh = adams_step((time[:, None] - begin) / length)
+        h, dh, _ = adams_step((time[:, None] - begin) / length)
         return first + travel * h, travel * dh / length
 
     def _down_rate(self, time: Array) -> Array:
@@ -225,8 +226,8 @@ class ArcPath(WalkSchedule):
             rates: yaw rates there [rad/s]. Shape (K, 6) each.
         """
         length = (1.0 - self.gait.duty) * self.gait.cycle_time
-        h, dh = adams_step(s)
-        up, dup = adams_step(1.0 - np.abs(2.0 * s - 1.0))
+        h, dh, _ = adams_step(s)
+        up, dup, _ = adams_step(1.0 - np.abs(2.0 * s - 1.0))
         first, slope = blend(s)
         last, fall = blend(1.0 - s)
         travel = ends[1] - ends[0]

@@ -1,4 +1,4 @@
-"""What arcs are made of: ADAMS' STEP, the blend of rates, radius and sense of each leg."""
+"""What arcs are made of: the blend of rates, radius and sense of each leg."""
 
 from __future__ import annotations
 
@@ -14,12 +14,6 @@ BLEND_SHARE = 0.1
 
 MAX_SKEW = 0.02
 """Largest angle between a foot's motion about its yaw axis and straight ahead [rad], *assumed*."""
-
-
-def adams_step(s: Array) -> tuple[Array, Array]:
-    """Return ADAMS' STEP from 0 to 1, s^2 (3 - 2 s) inside 0..1, and its derivative."""
-    x = np.clip(s, 0.0, 1.0)
-    return x**2 * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x)
 
 
 def blend(s: Array) -> tuple[Array, Array]:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.time_function import Sine, TimeFunction, Waypoints, value_and_rate
+from hexapod_pin.control.motion_function import MotionFunction
+from hexapod_pin.control.time_function import TimeFunction, value_and_rate
 from hexapod_pin.spec import Spec
 
 SWAY = ("forward", "lateral", "height")
@@ -52,10 +53,10 @@ class BodyMotion(Spec):
         """Return the motion with its constant offsets times `share`."""
         return self.model_copy(update={name: share * x for name, x in self.offsets.items()})
 
-    @property
-    def kinks(self) -> Array:
-        """Times at which a derivative jumps, ascending [s]."""
-        return np.unique([time for one in self._functions for time in one.kinks]).astype(float)
+    def kinks_until(self, end: float) -> Array:
+        """Return the times at which a derivative jumps, ascending; later than `end` not all [s]."""
+        times = [time for one in self._functions for time in one.kinks_until(end)]
+        return np.unique(times).astype(float)
 
     @property
     def shortest_time(self) -> float:
@@ -63,9 +64,9 @@ class BodyMotion(Spec):
         return min((one.shortest_time for one in self._functions), default=np.inf)
 
     @property
-    def _functions(self) -> list[Sine | Waypoints]:
+    def _functions(self) -> list[MotionFunction]:
         found = (getattr(self, name) for name in SWAY + TILT)
-        return [one for one in found if isinstance(one, Sine | Waypoints)]
+        return [one for one in found if isinstance(one, MotionFunction)]
 
     def offset(self, time: Array) -> TrunkOffset:
         """Return where the trunk is at times [s]."""

@@ -107,7 +107,7 @@ class FootPath(WalkSchedule):
         cycles = np.arange(int(since / period) - 1, int(until / period) + 2)
         placed = cycles[:, None] + np.array(self.gait.phases)
         times = np.concatenate([placed.ravel(), (placed + self.gait.duty).ravel()]) * period
-        kinks = np.zeros(0) if self.motion is None else self.motion.kinks
+        kinks = np.zeros(0) if self.motion is None else self.motion.kinks_until(until)
         times = np.sort(np.concatenate([times, self.body.kinks, kinks]))
         margin = EVENT_SEPARATION_CYCLES * period
         times = times[(times > since + margin) & (times < until - margin)]

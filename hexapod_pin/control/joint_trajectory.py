@@ -14,7 +14,10 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
 
 
-TrajectoryKind = Literal["cubic", "held", "linear"]
+TrajectoryKind = Literal["cubic", "held", "linear", "quintic"]
+
+CURVED = ("cubic", "quintic")
+"""Kinds whose knots are joined by curves with a rate."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,8 @@ class JointTrajectory:
         kind: what joins the knots. "cubic": C1 cubic Hermite curves. "held": each row of `q` holds
             until the next knot, the rate is 0. "linear": straight lines from row to row of `q`; the
             rate that the drives are told is each knot's `v`, held until the next. The last row of
-            `q` stays.
+            `q` stays. "quintic": polynomials of degree 5 through angle, rate and acceleration at
+            both ends of each interval.
         cycle_time: period of the gait [s]; None without one.
         steady_from: start of the window in which the reference is periodic [s].
         steady_until: end of that window [s]; not after `steady_from` where the run is too short.
@@ -37,10 +41,14 @@ class JointTrajectory:
         start_pose: where the trunk stands at t = 0 relative to a level trunk in the same place: x,
             y, z [m], quaternion x, y, z, w; a run finds its height over the ground by itself.
             None: no offset. Shape (7,).
+        acceleration: joint accelerations at the begin and at the end of each interval between
+            knots [rad/s^2]: at a knot it may jump. Shape (K - 1, 2, n). "quintic" needs it; with
+            "cubic" it may be given as what the planner knows, and the curves do not follow it;
+            the other kinds have none.
 
     Raises:
-        ParameterError: an unknown kind, arrays of unequal length, not finite, or times not
-            increasing from 0.
+        ParameterError: an unknown kind, arrays of unequal length, not finite, times not increasing
+            from 0, or accelerations where there can be none or none where there must be.
     """
 
     time: Array
@@ -53,6 +61,7 @@ class JointTrajectory:
     speed: float
     kind: TrajectoryKind = "cubic"
     start_pose: Array | None = None
+    acceleration: Array | None = None
 
     @property
     def held(self) -> bool:
@@ -63,7 +72,7 @@ class JointTrajectory:
         """Check the arrays and keep them read-only."""
         if self.kind not in get_args(TrajectoryKind):
             raise ParameterError("JointTrajectory.kind", self.kind, str(get_args(TrajectoryKind)))
-        for name in ("time", "q", "v", "travel_direction", "start_pose"):
+        for name in ("time", "q", "v", "travel_direction", "start_pose", "acceleration"):
             if getattr(self, name) is None:
                 continue
             array = read_only(getattr(self, name))
@@ -76,12 +85,29 @@ class JointTrajectory:
             shapes = (self.time.shape, self.q.shape, self.v.shape)
             raise ParameterError("JointTrajectory shapes", shapes, "(K,), (K, n) and (K, n)")
         if (
-            len(self.time) < (2 if self.kind == "cubic" else 1)
+            len(self.time) < (2 if self.kind in CURVED else 1)
             or self.time[0] != 0.0
             or not (np.diff(self.time) > 0.0).all()
         ):
             raise ParameterError(
                 "JointTrajectory.time", "this series", "strictly increasing from 0"
+            )
+        self._check_acceleration()
+
+    def _check_acceleration(self) -> None:
+        """Refuse accelerations of the wrong shape or kind of trajectory."""
+        where = "JointTrajectory.acceleration"
+        if self.acceleration is None:
+            if self.kind == "quintic":
+                raise ParameterError(where, None, "given: kind 'quintic' goes through them")
+            return
+        if self.kind not in CURVED:
+            shape = self.acceleration.shape
+            raise ParameterError(where, shape, f"left out: kind {self.kind!r} has none")
+        shape = (len(self.time) - 1, 2, self.q.shape[1])
+        if self.acceleration.shape != shape:
+            raise ParameterError(
+                f"{where} shape", self.acceleration.shape, f"(K - 1, 2, n) = {shape}"
             )
 
 

@@ -10,6 +10,7 @@ from hexapod_pin.control.body_motion import BodyMotion
 from hexapod_pin.control.foot_control.controller import NUMBERS, PARTS, FootControl
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.control.velocity_command import VelocityCommand
@@ -76,6 +77,13 @@ def _held(data: Mapping[str, Any]) -> SampledTrajectory:
     return SampledTrajectory(given["time"], given["q"], limited=limited)
 
 
+def _joint_motion(data: Mapping[str, Any]) -> JointMotion:
+    optional = ("cycle_time", "steady_from", "speed")
+    given = table(data, "controller", required=("kind", "motion"), optional=optional)
+    settings = {name: given[name] for name in optional if name in given}
+    return JointMotion(given["motion"], **settings)
+
+
 def _foot_control(data: Mapping[str, Any]) -> FootControl:
     given = table(
         data, "controller", required=("kind", "walk"), optional=("gait", *NUMBERS, *PARTS)
@@ -100,6 +108,7 @@ _READERS: dict[str, Reader] = {
     "arc": _arc,
     "hold": _hold,
     "held": _held,
+    "joint-motion": _joint_motion,
 }
 
 

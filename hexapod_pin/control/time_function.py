@@ -1,112 +1,144 @@
-"""Functions of time as data: sine, and a smooth curve through points."""
+"""Functions of time as data: those of one piece, their sums and their repetition."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, FiniteFloat
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.control.curves import Hermite, Sine, Waypoints
+from hexapod_pin.control.motion_function import MotionFunction
+from hexapod_pin.control.step_functions import Havsin, Step, Step5
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.spec import Spec
 
-if TYPE_CHECKING:
-    from scipy.interpolate import BSpline
+SEAM_TOLERANCE = 1e-12
+"""Largest jump at the seam of a repetition, as a share of 1 or of the value if that is larger."""
 
-PIECES_PER_PERIOD = 4
-"""Pieces in which a polynomial of degree 10 follows a sine to 1e-11 of its amplitude."""
+MAX_REPETITIONS = 1_000_000
+"""Periods up to which the kinks of a repetition are listed."""
 
 
-class Sine(Spec):
-    """mean + amplitude sin(2 pi t / period + phase).
+class Sum(MotionFunction):
+    """The sum of functions of time and constants, as ADAMS motions are sums of STEPs.
 
     Attributes:
-        amplitude: unit of what it describes.
-        period: [s].
-        phase: [rad].
-        mean: unit of what it describes.
+        terms: one or more, each a number or a function.
     """
 
-    kind: Literal["sine"] = "sine"
-    amplitude: float
-    period: float = Field(gt=0.0)
-    phase: float = 0.0
-    mean: float = 0.0
+    kind: Literal["sum"] = "sum"
+    terms: tuple[TimeFunction, ...] = Field(min_length=1)
 
     def value_and_rate(self, time: Array) -> tuple[Array, Array]:
         """Return the value and its derivative at times [s], of their shape."""
-        rate = 2.0 * np.pi / self.period
-        angle = rate * time + self.phase
-        return self.mean + self.amplitude * np.sin(angle), rate * self.amplitude * np.cos(angle)
+        value, rate = np.zeros(np.shape(time)), np.zeros(np.shape(time))
+        for term in self.terms:
+            more, faster = value_and_rate(term, time)
+            value, rate = value + more, rate + faster
+        return value, rate
 
-    @property
-    def kinks(self) -> tuple[float, ...]:
-        """Times at which a derivative jumps [s]."""
-        return ()
+    def acceleration(self, time: Array, inside: Array | None = None) -> Array:
+        """Return the second derivative; `inside` picks the piece where it jumps."""
+        total = np.zeros(np.shape(time))
+        for one in self._functions:
+            total = total + one.acceleration(time, inside)
+        return total
+
+    def kinks_until(self, end: float) -> tuple[float, ...]:
+        """Return the times at which a derivative of any term jumps [s]."""
+        return tuple(sorted({kink for one in self._functions for kink in one.kinks_until(end)}))
 
     @property
     def shortest_time(self) -> float:
-        """Time in which it is close to a polynomial [s]."""
-        return self.period / PIECES_PER_PERIOD
+        """Time in which every term is close to a polynomial between kinks [s]."""
+        return min((one.shortest_time for one in self._functions), default=float("inf"))
+
+    @property
+    def _functions(self) -> list[MotionFunction]:
+        return [one for one in self.terms if isinstance(one, MotionFunction)]
 
 
-class Waypoints(Spec):
-    """A smooth curve through points; at rest before the first and after the last.
-
-    The quintic spline with zero first and second derivative at both ends: four times continuously
-    differentiable between them and twice at them. Between two points alone it is the curve of
-    least jerk. As every spline it may swing beyond its points.
+class Periodic(MotionFunction):
+    """A function, given from 0 to its period, that repeats without end in both directions.
 
     Attributes:
-        time: strictly increasing [s]. Two or more.
-        value: at these times; unit of what it describes.
+        function: what repeats; its values outside 0..period are not used.
+        period: [s].
+        start: a time at which a repetition begins [s].
 
     Raises:
-        ParameterError: fewer than two points, unequal numbers, or times not increasing.
+        ParameterError: value or rate at the end of the period are not those at its begin.
     """
 
-    kind: Literal["waypoints"] = "waypoints"
-    time: tuple[FiniteFloat, ...]
-    value: tuple[FiniteFloat, ...]
+    kind: Literal["periodic"] = "periodic"
+    function: Moving
+    period: float = Field(gt=0.0)
+    start: float = 0.0
 
     def __init__(self, /, **fields: Any) -> None:
-        """Check the points."""
+        """Refuse a function that jumps from one period to the next."""
         super().__init__(**fields)
-        if len(self.time) != len(self.value) or len(self.time) < 2:
-            counts = (len(self.time), len(self.value))
-            raise ParameterError("Waypoints lengths of time and value", counts, "equal, 2 or more")
-        if not (np.diff(self.time) > 0.0).all():
-            raise ParameterError("Waypoints.time", self.time, "strictly increasing [s]")
+        ends = self.function.value_and_rate(np.array([0.0, self.period]))
+        for name, (first, last) in zip(("value", "rate"), ends, strict=True):
+            if abs(last - first) > SEAM_TOLERANCE * max(1.0, abs(first)):
+                raise ParameterError(
+                    f"Periodic.function {name} at its period", float(last),
+                    f"{first:.9g} as at 0: it would jump by {first - last:.3g}",
+                )  # fmt: skip
 
     def value_and_rate(self, time: Array) -> tuple[Array, Array]:
         """Return the value and its derivative at times [s], of their shape."""
-        spline, inside = self._spline(), np.clip(time, self.time[0], self.time[-1])
-        moving = (time >= self.time[0]) & (time <= self.time[-1])
-        return spline(inside), np.where(moving, spline.derivative()(inside), 0.0)
+        return self.function.value_and_rate(time - self._begin(time))
 
-    def _spline(self) -> BSpline:
-        from scipy.interpolate import make_interp_spline
+    def acceleration(self, time: Array, inside: Array | None = None) -> Array:
+        """Return the second derivative; `inside` picks the piece where it jumps."""
+        at = time if inside is None else inside
+        begin = self._begin(at)
+        return self.function.acceleration(time - begin, at - begin)
 
-        rest = [(1, 0.0), (2, 0.0)]
-        return make_interp_spline(self.time, self.value, k=5, bc_type=(rest, rest))
+    def kinks_until(self, end: float) -> tuple[float, ...]:
+        """Return the times from 0 to `end` at which a derivative may jump, seams included [s].
 
-    @property
-    def kinks(self) -> tuple[float, ...]:
-        """Times at which a derivative jumps [s]."""
-        return self.time
+        Raises:
+            ParameterError: there are more than MAX_REPETITIONS periods until then.
+        """
+        if end > MAX_REPETITIONS * self.period:
+            raise ParameterError(
+                "Periodic.period",
+                self.period,
+                f"at least {end / MAX_REPETITIONS:g} s up to {end:g} s",
+            )
+        own = [k for k in self.function.kinks_until(self.period) if 0.0 < k < self.period]
+        first = np.floor(-self.start / self.period)
+        cycles = np.arange(first, np.floor((end - self.start) / self.period) + 1.0)
+        times = self.start + cycles[:, None] * self.period + np.array([0.0, *own])
+        return tuple(times[(times >= 0.0) & (times <= end)].tolist())
 
     @property
     def shortest_time(self) -> float:
-        """Time in which it is close to a polynomial, from one point to the next [s]."""
-        return float("inf")
+        """Time in which it is close to a polynomial between kinks [s]."""
+        return self.function.shortest_time
+
+    def _begin(self, time: Array) -> Array:
+        """Return when the repetitions that hold at times [s] begin [s]."""
+        begin: Array = self.start + np.floor((time - self.start) / self.period) * self.period
+        return begin
 
 
-TimeFunction = FiniteFloat | Annotated[Sine | Waypoints, Field(discriminator="kind")]
+Moving = Annotated[
+    Sine | Waypoints | Hermite | Step | Step5 | Havsin | Sum | Periodic, Field(discriminator="kind")
+]
+"""A function of time."""
+
+TimeFunction = FiniteFloat | Moving
 """A constant or a function of time."""
 
+Sum.model_rebuild()
+Periodic.model_rebuild()
 
-def value_and_rate(function: float | Sine | Waypoints, time: Array) -> tuple[Array, Array]:
+
+def value_and_rate(function: float | MotionFunction, time: Array) -> tuple[Array, Array]:
     """Return the value of a constant or function and its derivative at times [s]."""
     if isinstance(function, float | int):
         return np.full(np.shape(time), float(function)), np.zeros(np.shape(time))

@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.control.joint_trajectory import CURVED
+from hexapod_pin.control.trajectory_curve import trajectory_curve
+
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
     from hexapod_pin.control.joint_trajectory import JointTrajectory
@@ -20,19 +23,18 @@ class SetPoints:
 
     def __init__(self, plan: JointTrajectory) -> None:
         """Prepare the curves between the knots."""
-        from scipy.interpolate import CubicHermiteSpline
-
         self.plan = plan
         self._curves = []
-        if plan.kind == "cubic":
-            curve = CubicHermiteSpline(plan.time, plan.q, plan.v)
+        if plan.kind in CURVED:
+            curve = trajectory_curve(plan)
             self._curves = [curve.derivative(order) for order in range(3)]
 
     def __call__(self, time: float) -> tuple[Array, Array, Array]:
         """Return angles [rad], rates [rad/s] and accelerations [rad/s^2], (n,) each.
 
         Of a linear plan the rates are those that the drives are told, and the acceleration is 0.
-        The acceleration of a cubic between knots h apart is right to O(h^2) of a smooth path.
+        The acceleration of a cubic between knots h apart is right to O(h^2) of a smooth path; a
+        quintic has that of its knots, at a knot the one of the interval that begins there.
         """
         plan = self.plan
         if plan.held or time >= plan.time[-1]:

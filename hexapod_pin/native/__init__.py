@@ -43,6 +43,7 @@ from hexapod_pin.native._core import profile as profile
 from hexapod_pin.native._core import read_together as read_together
 from hexapod_pin.native._core import repeat_compute as repeat_compute
 from hexapod_pin.native._core import repeat_dynamics as repeat_dynamics
+from hexapod_pin.native._core import set_points_at as set_points_at
 from hexapod_pin.native._core import start as start
 from hexapod_pin.native._core import tree_model as tree_model
 from hexapod_pin.native._core import with_patches as with_patches

@@ -10,6 +10,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.drive_law import armature, drive_law
+from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Plane
 from hexapod_pin.robot.once_per_robot import once_per_robot
@@ -134,11 +135,17 @@ def native_plant(scene: Scene, *, dense: bool = False) -> Any:
         normal=scene.contact.normal.native(),
         friction=scene.contact.friction.native(),
         terrain=scene.terrain.native(),
-        drive=drive_law(robot, scene.servos, scene.joint_stops),
+        drive=drive_law(robot, scene.servos, acting_stops(scene)),
         pushes=loads.pushes,
         lost=[(joint, time) for joints, time in loads.lost for joint in joints],
         dense=dense,
+        prescribed=scene.prescribed,
     )
+
+
+def acting_stops(scene: Scene) -> JointStops:
+    """Return the joint stops that act: none on joints that follow a motion."""
+    return JointStops(stiffness=0.0) if scene.prescribed else scene.joint_stops
 
 
 def _native_joint(robot: Any, joint: str) -> int:

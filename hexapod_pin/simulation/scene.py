@@ -16,6 +16,7 @@ from hexapod_pin.ground.terrain import AnyTerrain, Flat, read_terrain
 from hexapod_pin.robot.trunk import trunk_points
 from hexapod_pin.simulation.loads import (
     Load,
+    LostLeg,
     Payload,
     checked_loads,
     load_to_dict,
@@ -45,6 +46,9 @@ class Scene:
         loads: payloads, pushes and lost legs.
         body_contact: whether the ground pushes the trunk's corners (`trunk_points`) as it pushes
             the feet; without it the trunk passes through, which is noticed and told.
+        prescribed: whether the joints follow their set-points exactly, as ADAMS motions do ([S2]):
+            only the base's six equations are integrated, and the joint torques are what inverse
+            dynamics with the foot forces says. No servo, torque limit or joint stop acts.
     """
 
     robot: Robot
@@ -55,13 +59,15 @@ class Scene:
     stops: JointStops | None = None
     loads: Sequence[Load] = ()
     body_contact: bool = False
+    prescribed: bool = False
 
     def __post_init__(self) -> None:
         """Fill in the default servo and stops; check gravity, loads and body contact.
 
         Raises:
-            ParameterError: gravity is not three finite numbers, `loads` holds something else, or
-                body contact is wanted of a trunk whose shape is not known.
+            ParameterError: gravity is not three finite numbers, `loads` holds something else, body
+                contact is wanted of a trunk whose shape is not known, or a leg is to be lost whose
+                joints follow a motion.
             UnknownNameError: a load on a link or leg that the robot does not have.
         """
         if self.servo is None:
@@ -73,12 +79,18 @@ class Scene:
             raise ParameterError("Scene.gravity", self.gravity, "three finite numbers [m/s^2]")
         object.__setattr__(self, "gravity", gravity)
         object.__setattr__(self, "loads", checked_loads(self.robot, self.loads))
-        if not isinstance(self.body_contact, bool):
-            raise ParameterError("Scene.body_contact", self.body_contact, "true or false")
+        for name in ("body_contact", "prescribed"):
+            if not isinstance(getattr(self, name), bool):
+                raise ParameterError(f"Scene.{name}", getattr(self, name), "true or false")
         if self.body_contact and not len(trunk_points(self.robot)):
             raise ParameterError(
                 "Scene.body_contact", True, f"False: the trunk of {self.robot.name} has no shape",
                 "Give its base link collision shapes.",
+            )  # fmt: skip
+        if self.prescribed and any(isinstance(load, LostLeg) for load in self.loads):
+            raise ParameterError(
+                "Scene.prescribed", True, "False with a LostLeg",
+                "Joints that follow a motion cannot lose their torque.",
             )  # fmt: skip
 
     @property
@@ -98,7 +110,7 @@ class Scene:
         return math.fsum([self.robot.total_mass, *carried])
 
     def require_unloaded(self, where: str) -> None:
-        """Refuse loads and body contact where they cannot be done.
+        """Refuse loads, body contact and prescribed motion where they cannot be done.
 
         Raises:
             ParameterError: the scene has some; `where` says what cannot do them.
@@ -108,6 +120,8 @@ class Scene:
             raise ParameterError("Scene.loads", kinds, f"empty {where}")
         if self.body_contact:
             raise ParameterError("Scene.body_contact", True, f"False {where}")
+        if self.prescribed:
+            raise ParameterError("Scene.prescribed", True, f"False {where}")
 
     @property
     def assumed(self) -> tuple[str, ...]:
@@ -115,9 +129,10 @@ class Scene:
         found = list(self.robot.assumed)
         if self.contact.assumed:
             found.append(f"contact: {self.contact.assumed}")
-        if self.servos.assumed:
+        if self.servos.assumed and not self.prescribed:
             found.append(f"servo gains: {self.servos.describe()}")
-        if self.joint_stops.assumed and self.joint_stops.stiffness > 0.0:
+        stops = self.joint_stops.assumed and self.joint_stops.stiffness > 0.0
+        if stops and not self.prescribed:
             found.append(
                 f"joint stops: {self.joint_stops.stiffness:g} N m/rad, "
                 f"{self.joint_stops.dissipation:g} s/rad"
@@ -146,6 +161,8 @@ class Scene:
             data["loads"] = [load_to_dict(load) for load in self.loads]
         if self.body_contact:
             data["body_contact"] = True
+        if self.prescribed:
+            data["prescribed"] = True
         return data
 
     def to_toml(self) -> str:
@@ -178,4 +195,5 @@ class Scene:
             stops=JointStops(**data["stops"]) if "stops" in data else None,
             loads=read_loads(data.get("loads", ())),
             body_contact=data.get("body_contact", False),
+            prescribed=data.get("prescribed", False),
         )

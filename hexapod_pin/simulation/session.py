@@ -16,6 +16,7 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.control_loop import without_time
 from hexapod_pin.simulation.lock_step import LockStep
 from hexapod_pin.simulation.native_run import NativeRun, starting_point
+from hexapod_pin.simulation.prescribed import refuse_commands
 from hexapod_pin.simulation.run_settings import RunSettings
 from hexapod_pin.simulation.set_points import waiting
 
@@ -185,6 +186,7 @@ def live_run(
         end: as of `waiting` [s].
         record: as of `NativeRun`.
     """
+    refuse_commands(scene.prescribed, "where a run is commanded at ticks")
     points = waiting(start.q[7:], gait, end)
     run = NativeRun(scene, how, start, points, controller=controller, record=record)
     if not start.command.size:

@@ -43,15 +43,10 @@ def peak_variants(case: Case) -> tuple[Variant, Variant, Variant]:
     return finer, _stiffer_contact(base, baseline, at), _stiffer_servo(base, baseline, at)
 
 
-def is_prescribed(scene: Scene) -> bool:
-    """Return whether the joints follow their set-points exactly, whatever the servos."""
-    return bool(getattr(scene, "prescribed", False))
-
-
 def cuts_torque(scene: Scene) -> bool:
     """Return whether the drives cut torques at their limits."""
     servo = scene.servos
-    return not is_prescribed(scene) and (servo.limited or servo.motor is not None)
+    return not scene.prescribed and (servo.limited or servo.motor is not None)
 
 
 def _finer(case: Case) -> Variant:
@@ -101,7 +96,7 @@ def _stiffer_contact(case: Case, baseline: str, at: str) -> Variant:
 def _stiffer_servo(case: Case, baseline: str, at: str) -> Variant:
     title, scene = "doubled servo stiffness", case.scene
     before = scene.servos
-    if is_prescribed(scene):
+    if scene.prescribed:
         reason = "no servo: prescribed motion"
     elif not before.gains(scene.robot)[0].any():
         reason = "no servo stiffness: kp = 0"

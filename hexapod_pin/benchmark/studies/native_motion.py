@@ -11,6 +11,7 @@ import numpy as np
 
 from hexapod_pin import native
 from hexapod_pin.benchmark.engines.mujoco_twin import SAMPLE, SetPoints, TrunkPath
+from hexapod_pin.control.trajectory_curve import trajectory_curve
 from hexapod_pin.errors import DivergenceError
 from hexapod_pin.simulation.plant import native_plant
 
@@ -43,9 +44,7 @@ class NativeMotion:
     @property
     def setpoints(self) -> SetPoints:
         """The reference as a function of time, for MuJoCo."""
-        from scipy.interpolate import CubicHermiteSpline
-
-        angles = CubicHermiteSpline(self.plan.time, self.plan.q, self.plan.v)
+        angles = trajectory_curve(self.plan)
         rates, end = angles.derivative(), self.plan.time[-1]
         return lambda t: (angles(np.minimum(t, end)), rates(np.minimum(t, end)))
 

@@ -12,6 +12,7 @@ import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.study import StudyReport
 from hexapod_pin.control.joint_trajectory import JointTrajectory
+from hexapod_pin.control.trajectory_curve import trajectory_curve
 from hexapod_pin.validation.tables import Table
 
 PERIODS = (0.04, 0.02, 0.01, 0.005, 0.0025, 0.00125)
@@ -45,9 +46,7 @@ class PlanAtTicks:
 
     @cached_property
     def _angles(self) -> Any:
-        from scipy.interpolate import CubicHermiteSpline
-
-        return CubicHermiteSpline(self.plan.time, self.plan.q, self.plan.v)
+        return trajectory_curve(self.plan)
 
     def posture(self, scene: hp.Scene) -> Array:
         """Return the angles at the start [rad]. Shape (n,)."""

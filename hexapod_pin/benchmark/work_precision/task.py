@@ -9,6 +9,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
+from hexapod_pin.control.trajectory_curve import trajectory_curve
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.plant import standing_on
 from hexapod_pin.simulation.time_grid import integer_ratio
@@ -117,10 +118,8 @@ def _constant(plan: JointTrajectory) -> bool:
 
 def planned_angles(plan: JointTrajectory, time: Array) -> Array:
     """Return a plan's angles at some times [rad]. Shape (K, n)."""
-    from scipy.interpolate import CubicHermiteSpline
-
     if plan.kind == "linear":
         moves = [np.interp(time, plan.time, joint) for joint in plan.q.T]
         return np.stack(moves, axis=-1)
-    angles: Array = CubicHermiteSpline(plan.time, plan.q, plan.v)(np.minimum(time, plan.time[-1]))
+    angles: Array = trajectory_curve(plan)(np.minimum(time, plan.time[-1]))
     return angles

@@ -44,12 +44,12 @@ PlantSettings make_settings(const TreeModel& model, const Vec3& gravity,
                             const DriveLaw& drive,
                             const std::vector<std::tuple<std::size_t, Vec3, Vec3, Vec3, double, double>>& pushes,
                             const std::vector<std::pair<int, double>>& lost, bool dense,
-                            bool fused, bool baseline) {
+                            bool fused, bool baseline, bool prescribed) {
   const DynamicsPath path = !fused     ? DynamicsPath::pinocchio
                             : baseline ? DynamicsPath::fused_baseline
                                        : DynamicsPath::fused;
   PlantSettings s{Dynamics(model, gravity, path), {}, {normal, friction}, terrain,
-                  drive, {}, dense};
+                  drive, {}, dense, prescribed};
   const Tree& tree = s.dynamics.tree();
   for (const auto& [joint, offset, radius] : feet) {
     if (joint < 1 || joint >= std::size_t(tree.joints))
@@ -122,6 +122,7 @@ nb::dict evaluation(PlantT plant, const VectorXd& q, const VectorXd& v, const Ve
 }
 
 nb::dict evaluate(const PlantSettings& s, const VectorXd& q, const VectorXd& v, const VectorXd& torque) {
+  if (s.prescribed) throw std::invalid_argument("joints that follow a motion take no torques");
   return s.with_plant([&](auto plant) { return evaluation(std::move(plant), q, v, torque); });
 }
 
@@ -137,7 +138,7 @@ void bind_plant(nb::module_& m) {
                    "who computes: fused avx2, fused or pinocchio");
   m.def("plant_settings", &make_settings, "model"_a, "gravity"_a, "feet"_a, "normal"_a, "friction"_a,
         "terrain"_a, "drive"_a, "pushes"_a, "lost"_a, "dense"_a = false,
-        "fused"_a = true, "baseline"_a = false);
+        "fused"_a = true, "baseline"_a = false, "prescribed"_a = false);
   m.def("evaluate", &evaluate, "plant"_a, "q"_a, "v"_a, "torque"_a,
         nb::sig("def evaluate(plant: PlantSettings, q: numpy.ndarray[dtype=float64], "
                 "v: numpy.ndarray[dtype=float64], torque: numpy.ndarray[dtype=float64]) "

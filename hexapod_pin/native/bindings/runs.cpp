@@ -35,9 +35,10 @@ Checkpoint make_checkpoint(long first, double time, const VectorXd& q, const Vec
 
 Interpolation interpolation(const std::string& kind) {
   if (kind == "cubic") return Interpolation::cubic;
+  if (kind == "quintic") return Interpolation::quintic;
   if (kind == "held") return Interpolation::held;
   if (kind == "linear") return Interpolation::linear;
-  throw std::invalid_argument("set-points are cubic, held or linear, not " + kind);
+  throw std::invalid_argument("set-points are cubic, quintic, held or linear, not " + kind);
 }
 
 void check_start(const PlantSettings& s, const Checkpoint& from) {
@@ -53,25 +54,49 @@ void check_start(const PlantSettings& s, const Checkpoint& from) {
     throw std::invalid_argument("a command in force must be (6, joints)");
 }
 
+Reference make_reference(const std::vector<double>& time, const RowMatrix& position,
+                         const RowMatrix& rate, const std::string& kind, const RowMatrix& acceleration) {
+  const auto rows = Eigen::Index(time.size()), columns = position.cols();
+  if (rows < 1 || position.rows() != rows || rate.rows() != rows || rate.cols() != columns)
+    throw std::invalid_argument("set-points must be (knots, joints), one row per time");
+  const Interpolation between = interpolation(kind);
+  if (between == Interpolation::quintic &&
+      (acceleration.rows() != rows - 1 || acceleration.cols() != 2 * columns))
+    throw std::invalid_argument("accelerations of quintic set-points must be (knots - 1, 2 joints)");
+  return Reference(time, position, rate, between, acceleration);
+}
+
 std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>& time,
                                const RowMatrix& position, const RowMatrix& rate,
                                const std::string& kind, const Checkpoint& from,
                                const std::string& method, double step, long stride, double sample,
                                double accuracy, bool record, const VectorXd& rate_limit,
                                const std::vector<std::pair<Vec3, double>>& trunk,
-                               const Vec3& window, const VectorXd& torque_limit) {
+                               const Vec3& window, const VectorXd& torque_limit,
+                               const RowMatrix& acceleration) {
   check_start(s, from);
-  const auto rows = Eigen::Index(time.size()), columns = Eigen::Index(s.dynamics.tree().nv - 6);
-  if (rows < 1 || position.rows() != rows || rate.rows() != rows || position.cols() != columns ||
-      rate.cols() != columns)
-    throw std::invalid_argument("set-points must be (knots, joints), one row per time");
+  const auto columns = Eigen::Index(s.dynamics.tree().nv - 6);
+  if (position.cols() != columns) throw std::invalid_argument("one set-point per joint needed");
   for (const VectorXd* limit : {&rate_limit, &torque_limit})
     if (limit->size() != 0 && limit->size() != columns)
       throw std::invalid_argument("one limit per joint needed");
-  RunSetup setup{s, Reference(time, position, rate, interpolation(kind)), from, step, stride, sample,
+  RunSetup setup{s, make_reference(time, position, rate, kind, acceleration), from, step, stride, sample,
                  accuracy, record, rate_limit, {window[0], window[1], window[2]}, torque_limit, {}};
   for (const auto& [offset, radius] : trunk) setup.trunk.push_back({offset, radius});
   return start_run(method, setup);
+}
+
+// Angles, rates and accelerations of set-points at a time, as runs take them: (3, joints).
+RowMatrix set_points_at(const std::vector<double>& time, const RowMatrix& position, const RowMatrix& rate,
+                        const std::string& kind, const RowMatrix& acceleration, double at) {
+  Reference reference = make_reference(time, position, rate, kind, acceleration);
+  const Eigen::Index n = position.cols();
+  VectorXd q(n), v(n), a(n);
+  reference.begin_step(at);
+  reference.at(at, q, v, a);
+  RowMatrix rows(3, n);
+  rows << q.transpose(), v.transpose(), a.transpose();
+  return rows;
 }
 
 // The rows so far, without a copy: the arrays share one block, which the run does not write again.
@@ -227,7 +252,9 @@ void bind_runs(nb::module_& m) {
         "step"_a, "stride"_a, "sample"_a, "accuracy"_a, "record"_a = true,
         "rate_limit"_a = VectorXd(), "trunk"_a = std::vector<std::pair<Vec3, double>>(),
         "window"_a = Vec3(0.0, std::numeric_limits<double>::infinity(), 0.0),
-        "torque_limit"_a = VectorXd());
+        "torque_limit"_a = VectorXd(), "acceleration"_a = RowMatrix());
+  m.def("set_points_at", &set_points_at, "time"_a, "position"_a, "rate"_a, "kind"_a, "acceleration"_a,
+        "at"_a, "Angles, rates and accelerations of set-points at one time, (3, joints).");
   bind_several(m);
   bind_batch(m);
 }

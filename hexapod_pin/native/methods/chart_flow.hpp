@@ -1,5 +1,6 @@
 // A scene as an ordinary differential equation y' = f(t, y) in the chart of a configuration q0:
-// y = (xi, v, z, w): chart coordinates, velocity, bristles of the contacts, works and impulses.
+// y = (xi, v, z, w): chart coordinates, velocity, bristles of the contacts, works and impulses. Where the
+// joints follow a given motion their entries of xi and v are 0: they are known.
 #pragma once
 
 #include "methods/error_control.hpp"
@@ -43,42 +44,55 @@ class ChartFlow {
     q0_ = q_ = q;
     v_ = velocity;
     y.setZero(size());
-    v(y) = velocity;
+    put_velocity(velocity, y);
     for (int i = 0; i < nz / 3; ++i) y.template segment<3>(2 * nv + 3 * i) = plant.feet[i].memory.stretch;
   }
 
-  void configuration(const VectorXd& y, VectorXd& q) {
+  // Configuration and velocity at y.
+  void state(double t, const VectorXd& y, VectorXd& q, VectorXd& velocity) {
     xi_ = xi(y);
     q.resize(q0_.size());
     retract(q0_, xi_, q);
+    velocity = v(y);
+    if constexpr (PlantT::kPrescribed) {
+      set_points_.take_motion(reference, t);
+      q.tail(plant.joints()) = set_points_.q;
+      velocity.tail(plant.joints()) = set_points_.v;
+    }
+  }
+
+  // The entries of v and of xi in y, or in a rate of y.
+  void put_velocity(const VectorXd& velocity, VectorXd& y) const {
+    v(y) = velocity;
+    if constexpr (PlantT::kPrescribed) v(y).tail(plant.joints()).setZero();
+  }
+  void put_chart(const VectorXd& coordinates, VectorXd& y) const {
+    xi(y) = coordinates;
+    if constexpr (PlantT::kPrescribed) xi(y).tail(plant.joints()).setZero();
   }
 
   void evaluate(double t, const VectorXd& y) {
-    configuration(y, q_);
-    v_ = v(y);
+    state(t, y, q_, v_);
     for (int i = 0; i < nz / 3; ++i) plant.feet[i].memory.stretch = bristle(y, i);
     plant.evaluate(t, q_, v_, 0.0);
   }
 
   // Saves the evaluated state y0 while others are evaluated.
   void save_evaluation() { plant.save_evaluation(); }
-  void restore_evaluation(const VectorXd& y0) {
+  void restore_evaluation(double t, const VectorXd& y0) {
     plant.restore_evaluation();
-    configuration(y0, q_);
-    v_ = v(y0);
+    state(t, y0, q_, v_);
     for (int i = 0; i < nz / 3; ++i) plant.feet[i].memory.stretch = bristle(y0, i);
   }
 
   // y' at the state last evaluated, y and t as then
   void rate_here(double t, const VectorXd& y, VectorXd& dy) {
     dy.resize(size());
-    servo_demand(t, demand_);
-    plant.motor_torque(v_, demand_, torque_);
-    plant.acceleration(v_, torque_, rate_);
-    v(dy) = rate_;
+    find_acceleration(t);
+    put_velocity(rate_, dy);
     xi_ = xi(y);
     chart_rate(xi_, v_, rate_);
-    xi(dy) = rate_;
+    put_chart(rate_, dy);
     for (int i = 0; i < nz / 3; ++i) {
       const auto& foot = plant.feet[i];
       dy.template segment<3>(2 * nv + 3 * i) =
@@ -129,6 +143,9 @@ class ChartFlow {
     plant.servo_demand(q_, v_, set_points_, demand);
   }
 
+  // Accelerations of the joints there, of a prescribed motion, rad/s^2.
+  const VectorXd& joint_acceleration() const { return set_points_.a; }
+
   double norm_of(const VectorXd& error, const ErrorNorm& norm, double h) const {
     return norm(xi(error), v(error), z(error), h);
   }
@@ -143,6 +160,19 @@ class ChartFlow {
   const int nv, nz, nw;
 
  private:
+  // v' and the motors' torques at the state last evaluated.
+  void find_acceleration(double t) {
+    if constexpr (PlantT::kPrescribed) {
+      set_points_.take_motion(reference, t);
+      plant.prescribed_acceleration(set_points_.a, rate_);
+      plant.reaction_torque(v_, rate_, torque_);
+    } else {
+      servo_demand(t, demand_);
+      plant.motor_torque(v_, demand_, torque_);
+      plant.acceleration(v_, torque_, rate_);
+    }
+  }
+
   EnergyLedger ledger_;
   VectorXd q0_, q_, xi_, v_, rate_, torque_, demand_;
   SetPoints set_points_;

@@ -24,7 +24,8 @@ class DriveEvents final : public InsideStep {
     plant.modes_frozen = true;
     const DriveLaw& drive = plant.drive;
     const auto finite = [](const VectorXd& x) { return x.size() > 0 && x.minCoeff() < kNeverReached; };
-    idle_ = !(plant.dry || drive.stops.present() || finite(drive.cap) || finite(drive.line_torque) ||
+    idle_ = PlantT::kPrescribed ||
+            !(plant.dry || drive.stops.present() || finite(drive.cap) || finite(drive.line_torque) ||
               !plant.loads.lost.empty());
   }
 
@@ -32,7 +33,7 @@ class DriveEvents final : public InsideStep {
   // share of their usual tolerance: nothing damps the errors of joints at their limits, and robots that
   // are thrown about add them up to ten times those of walks (benchmarks/results/drive_promise.md).
   static bool hard(const PlantT& plant, const Reference& reference) {
-    return reference.jumps() || plant.dry || plant.drive.has_lines();
+    return !PlantT::kPrescribed && (reference.jumps() || plant.dry || plant.drive.has_lines());
   }
 
   // Finds the modes at a state where the plant is evaluated; set-points may have jumped there.

@@ -97,10 +97,11 @@ class ExtrapolatedEuler {
     linear_.solve(plant, s, joints_, flow.velocity());
     linear_.find_end(plant, s);
     if (&out != &y) out = y;
-    flow.v(out) = linear_.v_end();
+    flow.put_velocity(linear_.v_end(), out);
     xi_ = flow.xi(y);
     chart_rate(xi_, linear_.v_end(), rate_);
-    flow.xi(out) += s * rate_;
+    xi_ += s * rate_;
+    flow.put_chart(xi_, out);
     for (int i = 0; i < flow.nz / 3; ++i)
       out.template segment<3>(2 * flow.nv + 3 * i) =
           next_stretch(plant.law.friction, plant.feet[i].ground.normal,

@@ -42,6 +42,7 @@ class ImplicitEuler {
     v = linear_.v_end();
     xi_ = h * v;
     retract(q, xi_, q);
+    if constexpr (PlantT::kPrescribed) q.tail(plant.joints()) = linear_.set_points();
   }
 
   std::map<std::string, double> counters() const { return {{"solved_again", double(solved_again_)}}; }

@@ -19,7 +19,8 @@ class LinearStep {
   explicit LinearStep(const PlantT& plant)
       : acceleration_(plant.tree.nv), v_end_(plant.tree.nv), set_points_(plant.joints()),
         mode_(plant.joints()), released_(plant.feet.size()),
-        secant_(plant.feet.size()), force_(plant.feet.size()), velocity_(plant.feet.size()) {}
+        secant_(plant.feet.size()), force_(plant.feet.size()), velocity_(plant.feet.size()),
+        used_(VectorXd::Zero(plant.tree.nv)), reaction_(plant.joints()) {}
 
   // Servos take the set-points at t_end and act there, all within their limits; joints at rest with dry
   // friction are stuck; feet in the ground have a force.
@@ -42,22 +43,30 @@ class LinearStep {
     auto& system = plant.system;
     system.load(plant.mass_upper());
     acceleration_ = -plant.bias();
-    for (int j = 0; j < plant.joints(); ++j) add_joint(plant, j, h, joints[j], v[6 + j]);
+    if constexpr (PlantT::kPrescribed) take_motion(h, joints, v);
+    else
+      for (int j = 0; j < plant.joints(); ++j) add_joint(plant, j, h, joints[j], v[6 + j]);
     for (std::size_t i = 0; i < plant.feet.size(); ++i)
       if (!released_[i]) add_foot(plant, i, h, v);
     system.factor();
     system.solve(acceleration_);
     v_end_ = v + h * acceleration_;
+    if constexpr (PlantT::kPrescribed) {
+      v_end_.tail(plant.joints()) = set_points_.v;
+      used_.template head<6>() = v_end_.template head<6>();
+    }
     if (plant.dry) stop_stuck(plant, h, v);
   }
 
   const VectorXd& v_end() const { return v_end_; }
+  const VectorXd& set_points() const { return set_points_.q; }  // joints at the end, rad
   const Vec3& force(std::size_t contact) const { return force_[contact]; }  // at the end, on the foot
   bool has_force(std::size_t contact) const { return !released_[contact]; }
 
   // Moves servos that would pass their limit at the end of the step onto it, and those on it to another
   // piece of it, but not back; true if any has changed.
   bool find_saturated(const PlantT& plant, double h, const VectorXd& joints) {
+    if (PlantT::kPrescribed) return false;
     bool found = false;
     for (int j = 0; j < plant.joints(); ++j) {
       LimitMode& now = mode_[j].limit;
@@ -96,8 +105,8 @@ class LinearStep {
     for (std::size_t i = 0; i < released_.size(); ++i) {
       if (released_[i]) continue;
       const auto& foot = plant.feet[i];
-      const Vec3 moved = plant.jacobian_times(i, foot.jb, foot.jl, v_end_) - plant.ground_velocity;
-      velocity_[i] = moved + h * plant.jacobian_times(i, foot.qb, foot.ql, v_end_);
+      Vec3 moved;
+      velocity_[i] = end_velocity(plant, i, h, v_end_, moved);
       force_[i] = foot.contact.force - foot.contact.slope(secant_[i]) * (velocity_[i] - foot.velocity) -
                   (h * foot.ground.normal.dot(moved)) * foot.contact.minus_dz;
     }
@@ -125,7 +134,8 @@ class LinearStep {
                   EnergyLedger& ledger) {
     at_stop_ = false;
     ledger.push += h * plant.push_power(v_end_);
-    for (int j = 0; j < plant.joints(); ++j) {
+    if constexpr (PlantT::kPrescribed) accumulate_reaction(plant, h, ledger);
+    for (int j = 0; j < (PlantT::kPrescribed ? 0 : plant.joints()); ++j) {
       const double rate = v_end_[6 + j];
       const double torque =
           plant.drive.torque_on(j, mode_[j].limit, end_demand(plant, j, h, joints[j]), rate);
@@ -158,6 +168,37 @@ class LinearStep {
     for (std::size_t i = 0; i < released_.size(); ++i) {
       released_[i] = !plant.feet[i].active;
       secant_[i] = false;
+    }
+  }
+
+  // Joints that follow a motion: their mean rates over the step, by which they move, and accelerations.
+  void take_motion(double h, const VectorXd& joints, const VectorXd& v) {
+    const Eigen::Index n = joints.size();
+    used_.tail(n) = (set_points_.q - joints) / h;
+    acceleration_.tail(n) = (set_points_.v - v.tail(n)) / h;
+  }
+
+  // Velocity of a contact at the end of the step for v there; `moved`: that by which it has moved.
+  Vec3 end_velocity(const PlantT& plant, std::size_t i, double h, const VectorXd& v, Vec3& moved) const {
+    const auto& foot = plant.feet[i];
+    if constexpr (PlantT::kPrescribed) {
+      moved = plant.jacobian_times(i, foot.jb, foot.jl, used_) - plant.ground_velocity;
+      return plant.jacobian_times(i, foot.jb, foot.jl, v) - plant.ground_velocity +
+             h * plant.jacobian_times(i, foot.qb, foot.ql, used_);
+    }
+    moved = plant.jacobian_times(i, foot.jb, foot.jl, v) - plant.ground_velocity;
+    return moved + h * plant.jacobian_times(i, foot.qb, foot.ql, v);
+  }
+
+  // Work of the torques that the motion takes.
+  void accumulate_reaction(const PlantT& plant, double h, EnergyLedger& ledger) {
+    const auto force = [this](std::size_t i) { return released_[i] ? Vec3(Vec3::Zero()) : force_[i]; };
+    plant.reaction_torque(v_end_, acceleration_, force, reaction_);
+    for (int j = 0; j < plant.joints(); ++j) {
+      const double rate = v_end_[6 + j];
+      ledger.servo += h * reaction_[j] * rate;
+      ledger.joint_damping += h * (plant.drive.damping[j] * rate -
+                                   plant.drive.dry_torque(j, plant.drive.sliding(j, rate))) * rate;
     }
   }
 
@@ -215,6 +256,7 @@ class LinearStep {
     const Vec3& n = foot.ground.normal;
     const Mat3 w = h * contact.slope(secant_[i]);
     const Vec3 k = (h * h) * contact.minus_dz;
+    if constexpr (PlantT::kPrescribed) return add_foot_to_base(plant, i, h, w, k, v);
     const Eigen::Matrix<double, 3, 6> end_b = foot.jb + h * foot.qb;
     const LegJacobian end_l = foot.jl + h * foot.ql;
     Eigen::Matrix<double, 3, 6> xb = w.lazyProduct(end_b);
@@ -225,6 +267,24 @@ class LinearStep {
     const Vec3 drift = plant.jacobian_times(i, foot.qb, foot.ql, v);
     const Vec3 f = contact.force - w * drift - (h * n.dot(foot.velocity)) * contact.minus_dz;
     plant.add_jacobian_transposed(i, f, acceleration_);
+  }
+
+  // The same where the joints' part of the motion is known.
+  void add_foot_to_base(PlantT& plant, std::size_t i, double h, const Mat3& w, const Vec3& k,
+                        const VectorXd& v) {
+    const auto& foot = plant.feet[i];
+    const ContactForce& contact = foot.contact;
+    Eigen::Matrix<double, 3, 6> xb = w.lazyProduct(foot.jb + h * foot.qb);
+    xb.noalias() += k * (foot.ground.normal.transpose() * foot.jb);
+    plant.system.add_foot(int(plant.foot_of(i)), foot.jb, foot.jl, xb, foot.jl);
+    used_.template head<6>() = v.template head<6>();
+    v_end_ = v;
+    v_end_.tail(plant.joints()) = set_points_.v;
+    Vec3 moved;
+    const Vec3 change = end_velocity(plant, i, h, v_end_, moved) - foot.velocity;
+    const Vec3 f = contact.force - contact.slope(secant_[i]) * change -
+                   (h * foot.ground.normal.dot(moved)) * contact.minus_dz;
+    acceleration_.template head<6>().noalias() += foot.jb.transpose() * f;
   }
 
   // After a joint has turned on from `angle` by `turn` [rad], its rate being `rate` [rad/s].
@@ -249,6 +309,7 @@ class LinearStep {
   std::vector<char> released_;   // contacts without force in this step
   std::vector<char> secant_;     // contacts with the secant of their friction law
   std::vector<Vec3> force_, velocity_;
+  VectorXd used_, reaction_;  // of prescribed motions: mean velocity of the step; torques, N m
 };
 
 }  // namespace hexapod

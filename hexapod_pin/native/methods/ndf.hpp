@@ -94,8 +94,7 @@ class NdfDriver {
     if (!history_.empty()) {
       y_ = history_.last();
       book_works(ledger);
-      flow_.configuration(y_, q_);
-      v_ = flow_.v(y_);
+      flow_.state(time_, y_, q_, v_);
       flow_.plant.stop_turned_back(v_);
       flow_.begin(q_, v_, y_);
       booked_works_.setZero();

@@ -90,7 +90,12 @@ class NdfNewton {
   // The works' part of a correction, from the powers where it leads to.
   void find_works(double c) {
     power_.clear();
-    block_.accumulate_power(flow_.plant, flow_.velocity(), demand_, flow_.z(change_), power_);
+    if constexpr (PlantT::kPrescribed) {
+      acceleration_ = (flow_.v(psi_) + flow_.v(correction_) + flow_.v(change_)) / c;
+      acceleration_.tail(demand_.size()) = flow_.joint_acceleration();
+    }
+    block_.accumulate_power(flow_.plant, flow_.velocity(), demand_, acceleration_, flow_.z(change_),
+                            power_);
     power_.write(flow_.w(change_));
     flow_.w(change_) = c * flow_.w(change_) - flow_.w(psi_) - flow_.w(correction_);
   }
@@ -98,7 +103,7 @@ class NdfNewton {
   // Captures and factors the block of the state just evaluated where it is stale or does not fit;
   // false in the latter case.
   bool refresh(double t, double c, bool stale, const VectorXd& y) {
-    flow_.servo_demand(t, demand_);
+    if constexpr (!PlantT::kPrescribed) flow_.servo_demand(t, demand_);
     const bool fits = stale || block_.fits(flow_.plant);
     if (fits && !stale) return true;
     block_.capture(flow_.plant, flow_.xi(y));
@@ -111,7 +116,7 @@ class NdfNewton {
   ErrorNorm norm_;
   StiffBlock<PlantT> block_;
   EnergyLedger power_;
-  VectorXd psi_, change_, correction_, demand_;
+  VectorXd psi_, change_, correction_, demand_, acceleration_;
   double contraction_ = kUnknown;  // of the corrections, -
   int since_measured_ = 0;         // steps since the contraction was measured
   int used_ = 0;                   // iterations of the last converged solve

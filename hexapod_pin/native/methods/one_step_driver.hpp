@@ -112,7 +112,7 @@ class OneStepDriver {
         if (change > 1.0 && h > kLeastTorqueStep) {
           ++refined_;
           h = step_ = h * std::max(0.25, kTorqueAim / change);
-          flow_.restore_evaluation(y0_);
+          flow_.restore_evaluation(t, y0_);
           continue;
         }
         const double first = std::min(touch, drive);
@@ -125,7 +125,7 @@ class OneStepDriver {
         ++(drive < touch ? switched : located);
         h *= std::max(first, kLeastShare);
       }
-      flow_.restore_evaluation(y0_);
+      flow_.restore_evaluation(t, y0_);
     }
     return -1.0;
   }

@@ -27,20 +27,14 @@ class RungeKutta4 {
     if (!flow_) flow_.emplace(plant, reference);
     ChartFlow<PlantT>& flow = *flow_;
     flow.begin(q, v, y0_);
-    flow.servo_demand(t, demand_);
-    plant.find_modes(q, v, demand_);
-    const auto switched = [](const DriveMode& mode) { return mode != DriveMode(); };
-    if (!plant.drive_counters.idle() || std::any_of(plant.mode.begin(), plant.mode.end(), switched))
-      for (int j = 0; j < plant.joints(); ++j)
-        plant.drive_counters.add(j, plant.mode[j].limit, plant.mode[j].stop, h);
+    if constexpr (!PlantT::kPrescribed) find_modes(plant, flow, t, h, q, v);
     flow.rate_here(t, y0_, k_[0]);
     for (int s = 1; s < 4; ++s) {
       y_ = y0_ + (node[s] * h) * k_[s - 1];
       flow.rate(t + node[s] * h, y_, k_[s]);
     }
     y_ = y0_ + (h / 6.0) * (k_[0] + 2.0 * k_[1] + 2.0 * k_[2] + k_[3]);
-    flow.configuration(y_, q);
-    v = flow.v(y_);
+    flow.state(t + h, y_, q, v);
     plant.stop_turned_back(v);
     ledger.add(flow.w(y_));
     flow.update_bristles(y_);
@@ -49,6 +43,16 @@ class RungeKutta4 {
   std::map<std::string, double> counters() const { return {}; }
 
  private:
+  void find_modes(PlantT& plant, ChartFlow<PlantT>& flow, double t, double h, const VectorXd& q,
+                  const VectorXd& v) {
+    flow.servo_demand(t, demand_);
+    plant.find_modes(q, v, demand_);
+    const auto switched = [](const DriveMode& mode) { return mode != DriveMode(); };
+    if (!plant.drive_counters.idle() || std::any_of(plant.mode.begin(), plant.mode.end(), switched))
+      for (int j = 0; j < plant.joints(); ++j)
+        plant.drive_counters.add(j, plant.mode[j].limit, plant.mode[j].stop, h);
+  }
+
   std::optional<ChartFlow<PlantT>> flow_;  // of the first step's plant, which stays where it is
   VectorXd y0_, y_, demand_;
   std::array<VectorXd, 4> k_;

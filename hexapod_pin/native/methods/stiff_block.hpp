@@ -2,7 +2,8 @@
 // complete (their coupling, their friction, the turning of the contact point), servos and stops too;
 // Coriolis, gravity and the configuration's pull on M are left out:
 //   (M + sD + s^2 K) x_v = M b_v - s K b_xi,  x_xi = b_xi + s x_v,
-// in the frame of the body; the chart's map is applied before and after. Bristles are eliminated.
+// in the frame of the body; the chart's map is applied before and after. Bristles are eliminated. Joints
+// that follow a given motion have no entries.
 #pragma once
 
 #include <utility>
@@ -20,8 +21,9 @@ class StiffBlock {
 
  public:
   explicit StiffBlock(const PlantT& plant)
-      : system_(plant.system), contacts_(plant.feet.size()), stiffness_(plant.joints()),
-        damping_(plant.joints()), lock_(plant.joints()), right_(plant.tree.nv),
+      : system_(plant.system), contacts_(plant.feet.size()), stiffness_(VectorXd::Zero(plant.joints())),
+        damping_(stiffness_), lock_(plant.joints()), reaction_(stiffness_),
+        right_(plant.tree.nv),
         shift_(plant.tree.nv) {
     for (const FootMount& mount : plant.mounts)
       for (std::size_t k = 0; k < plant.per_foot; ++k)
@@ -34,6 +36,7 @@ class StiffBlock {
     mass_ = plant.mass_upper();
     for (std::size_t i = 0; i < contacts_.size(); ++i) capture_contact(plant, i);
     for (int j = 0; j < plant.joints(); ++j) {
+      if constexpr (PlantT::kPrescribed) break;
       const DriveMode& mode = plant.mode[j];
       stiffness_[j] = plant.stop[j].stiffness + plant.drive.stiffness_on(j, mode.limit);
       damping_[j] =
@@ -79,6 +82,7 @@ class StiffBlock {
     right_.tail(stiffness_.size()) -= s_ * stiffness_.cwiseProduct(shift_.tail(stiffness_.size()));
     for (std::size_t i = 0; i < contacts_.size(); ++i)
       if (contacts_[i].has_force) add_contact_load(i, z);
+    if constexpr (PlantT::kPrescribed) right_.tail(stiffness_.size()).setZero();
     system_.solve(right_);
     for (std::size_t j = 0; j < lock_.size(); ++j)
       if (lock_[j]) right_[6 + j] = 0.0;
@@ -91,12 +95,24 @@ class StiffBlock {
   }
 
   // Adds the powers at the end of the correction last solved for: state and forces as evaluated, the
-  // changes as the frozen laws give them. Servo demands and bristles' changes dz as above.
+  // changes as the frozen laws give them. Servo demands and bristles' changes dz as above;
+  // `acceleration` (nv) is that of a prescribed motion.
   template <class Z>
-  void accumulate_power(const PlantT& plant, const VectorXd& v, const VectorXd& demand, const Z& dz,
-                        EnergyLedger& ledger) const {
-    const DriveLaw& drive = plant.drive;
+  void accumulate_power(const PlantT& plant, const VectorXd& v, const VectorXd& demand,
+                        const VectorXd& acceleration, const Z& dz, EnergyLedger& ledger) {
     ledger.push += plant.push_power(v + right_);
+    if constexpr (PlantT::kPrescribed) accumulate_reaction(plant, v, acceleration, dz, ledger);
+    else accumulate_drives(plant, v, demand, ledger);
+    for (std::size_t i = 0; i < contacts_.size(); ++i)
+      if (contacts_[i].has_force)
+        ledger.add_contact(i, corrected_force(plant, i, dz),
+                           plant.feet[i].velocity + response(i).first, contacts_[i].n, 1.0);
+  }
+
+ private:
+  void accumulate_drives(const PlantT& plant, const VectorXd& v, const VectorXd& demand,
+                         EnergyLedger& ledger) const {
+    const DriveLaw& drive = plant.drive;
     for (int j = 0; j < plant.joints(); ++j) {
       const double turn = shift_[6 + j], change = right_[6 + j], rate = v[6 + j] + change;
       const double wanted = drive.demand_after(j, demand[j], turn, change);
@@ -105,17 +121,32 @@ class StiffBlock {
       if (plant.dry) ledger.joint_damping -= drive.dry_torque(j, plant.mode[j].friction) * rate;
       ledger.stops -= plant.stop[j].after(turn, change) * rate;
     }
-    for (std::size_t i = 0; i < contacts_.size(); ++i) {
-      const FrozenContact& c = contacts_[i];
-      if (!c.has_force) continue;
-      const auto [change, loss] = response(i);
-      Vec3 f = plant.feet[i].contact.force - loss;
-      if (dz.size() > 0) f -= c.by_stretch * dz.template segment<3>(3 * i);
-      ledger.add_contact(i, f, plant.feet[i].velocity + change, c.n, 1.0);
+  }
+
+  template <class Z>
+  void accumulate_reaction(const PlantT& plant, const VectorXd& v, const VectorXd& acceleration,
+                           const Z& dz, EnergyLedger& ledger) {
+    const auto force = [&](std::size_t i) { return corrected_force(plant, i, dz); };
+    plant.reaction_torque(v, acceleration, force, reaction_);
+    for (int j = 0; j < plant.joints(); ++j) {
+      const double rate = v[6 + j];
+      ledger.servo += reaction_[j] * rate;
+      ledger.joint_damping += (plant.drive.damping[j] * rate -
+                               plant.drive.dry_torque(j, plant.drive.sliding(j, rate))) * rate;
     }
   }
 
- private:
+  // Force of a contact at the end of the correction.
+  template <class Z>
+  Vec3 corrected_force(const PlantT& plant, std::size_t i, const Z& dz) const {
+    const FrozenContact& c = contacts_[i];
+    Vec3 f = plant.feet[i].contact.force;
+    if (!c.has_force) return f;
+    f -= response(i).second;
+    if (dz.size() > 0) f -= c.by_stretch * dz.template segment<3>(3 * i);
+    return f;
+  }
+
   struct FrozenContact {
     bool has_force = false;
     Eigen::Matrix<double, 3, 6> jb, qb;
@@ -206,6 +237,7 @@ class StiffBlock {
   std::vector<char> lock_;        // joints that dry friction holds
   double s_ = 0.0;
   ChartMap chart_;
+  VectorXd reaction_;       // of the last prescribed motion, N m
   VectorXd right_, shift_;  // of the last solution: change of v, displacement in the body's frame
 };
 

@@ -34,6 +34,7 @@ inline void solve6(const Mat6& lu, Vec6& x) {
 
 class ArrowSystem {
  public:
+  static constexpr bool kPrescribed = false;
   static constexpr int kLegColumns = 3;
   using LegJacobian = Eigen::Matrix<double, 3, 3>;
 

@@ -13,6 +13,7 @@ namespace hexapod {
 
 class DenseSystem {
  public:
+  static constexpr bool kPrescribed = false;
   static constexpr int kLegColumns = Eigen::Dynamic;
   static constexpr int kMaxColumns = 16;
   using LegJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxColumns>;

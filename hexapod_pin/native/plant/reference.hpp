@@ -11,18 +11,22 @@
 
 namespace hexapod {
 
-// Between knots: cubic: C1 through positions and rates; held: position and rate of the knot before;
-// linear: straight from position to position, with the rate of the knot before. Commands are linear.
-enum class Interpolation { cubic, held, linear };
+// Between knots: cubic: C1 through positions and rates; quintic: through accelerations too, those of a
+// segment's both ends; held: position and rate of the knot before; linear: straight from position to
+// position, with the rate of the knot before. Commands are linear.
+enum class Interpolation { cubic, quintic, held, linear };
 
 // Times this close to a knot belong to what follows it, s and of the time.
 constexpr double kTimeRounding = 1e-9;
 
 class Reference {
  public:
-  Reference(std::vector<double> time, RowMatrix position, RowMatrix rate, Interpolation kind)
+  // `acceleration` of quintic segments: a row for each, joints at its start, then joints at its end.
+  Reference(std::vector<double> time, RowMatrix position, RowMatrix rate, Interpolation kind,
+            RowMatrix acceleration = {})
       : time_(std::move(time)), position_(std::move(position)), rate_(std::move(rate)),
-        torque_(VectorXd::Zero(position_.cols())), kind_(kind) {}
+        acceleration_(std::move(acceleration)), torque_(VectorXd::Zero(position_.cols())),
+        kind_(kind) {}
 
   // Whether planned set-points jump from knot to knot.
   bool jumps() const { return kind_ == Interpolation::held && time_.size() > 1; }
@@ -51,7 +55,28 @@ class Reference {
 
   // Of a step and of all within it: what holds is what holds at its start, also at its very end.
   void begin_step(double t) {
-    if (kind_ != Interpolation::cubic) row_ = row_at(t);
+    if (!smooth()) row_ = row_at(t);
+    else limit_ = next_jump(t);
+  }
+
+  // From now on steps end where accelerations jump, and where the knots do: joints follow exactly.
+  void prescribe() {
+    if (!smooth() || time_.size() < 2) return;
+    kinks_.push_back(time_.back());
+    VectorXd q(joints()), v(q), before(q), after(q), largest = VectorXd::Zero(joints());
+    RowMatrix jumps = RowMatrix::Zero(Eigen::Index(time_.size()), joints());
+    for (k_ = 0; k_ + 1 < time_.size(); ++k_) {
+      on_segment(0.0, q, v, after);
+      if (k_ > 0) jumps.row(Eigen::Index(k_)) = (after - before).cwiseAbs().transpose();
+      on_segment(1.0, q, v, before);
+      largest = largest.cwiseMax(after.cwiseAbs()).cwiseMax(before.cwiseAbs());
+    }
+    largest = largest.cwiseMax(kLeastJump * largest.maxCoeff());
+    for (k_ = 1; k_ + 1 < time_.size(); ++k_)
+      if ((jumps.row(Eigen::Index(k_)).transpose().array() > kSharpJump * largest.array()).any())
+        kinks_.push_back(time_[k_]);
+    std::sort(kinks_.begin(), kinks_.end());
+    k_ = 0;
   }
 
   // For a sample at t, the end of a step: what is held from there on; of a way, what it has led to.
@@ -59,20 +84,25 @@ class Reference {
     if (kind_ == Interpolation::held) row_ = row_at(t);
   }
 
-  // The first knot after t at which the set-points or their rates jump; no step may cross it.
+  // The first knot after t at which the set-points or their rates jump, or the accelerations of a
+  // prescribed motion; no step may cross it.
   double next_jump(double t) const {
-    if (kind_ == Interpolation::cubic) return std::numeric_limits<double>::infinity();
+    if (smooth()) {
+      const auto next = std::upper_bound(kinks_.begin(), kinks_.end(), rounded_up(t));
+      return next == kinks_.end() ? std::numeric_limits<double>::infinity() : *next;
+    }
     const std::size_t row = row_at(t);
     return row + 1 < time_.size() ? time_[row + 1] : std::numeric_limits<double>::infinity();
   }
 
   void at(double t, VectorXd& position, VectorXd& rate) {
-    if (kind_ != Interpolation::cubic) return along_row(t, position, rate);
+    if (!smooth()) return along_row(t, position, rate);
     const std::size_t last = time_.size() - 1;
     if (t <= time_.front() || last == 0) return at_knot(0, t == time_.front(), position, rate);
     if (t >= time_.back()) return at_knot(last, t <= time_.back() + kTimeRounding, position, rate);
     seek(t);
     const double h = time_[k_ + 1] - time_[k_], s = (t - time_[k_]) / h;
+    if (kind_ == Interpolation::quintic) return on_segment(s, position, rate, unused_);
     const double s2 = s * s, s3 = s2 * s;
     const auto p0 = position_.row(k_), p1 = position_.row(k_ + 1);
     const auto m0 = rate_.row(k_), m1 = rate_.row(k_ + 1);
@@ -82,8 +112,24 @@ class Reference {
                .transpose();
   }
 
+  // With the accelerations: at a knot those of the segment that begins there, at the end of a step and of
+  // the knots those of the one that ends. Set-points that are held have none.
+  void at(double t, VectorXd& position, VectorXd& rate, VectorXd& acceleration) {
+    if (!smooth() || time_.size() < 2 || t > time_.back() + kTimeRounding) {
+      at(t, position, rate);
+      acceleration.setZero(joints());
+      return;
+    }
+    const double inside = std::clamp(t, time_.front(), std::min(limit_, time_.back()));
+    seek(inside);
+    if (time_[k_] >= limit_) --k_;
+    on_segment((inside - time_[k_]) / (time_[k_ + 1] - time_[k_]), position, rate, acceleration);
+  }
+
   // Torque that the drives add to their own, N m; jumps with the set-points only.
   const VectorXd& torque() const { return torque_; }
+
+  bool smooth() const { return kind_ == Interpolation::cubic || kind_ == Interpolation::quintic; }
 
   // The command that acts: a row of its time and arrival (the same where nothing moves), two of
   // positions, two of rates, one of torque. For a checkpoint; nothing where set-points are planned.
@@ -111,6 +157,35 @@ class Reference {
   }
 
  private:
+  // Share of a joint's largest acceleration by which it may jump at a knot without a step's ending there:
+  // cubics between knots of a smooth motion jump by less.
+  static constexpr double kSharpJump = 0.05;
+  static constexpr double kLeastJump = 1e-6;  // of the largest acceleration of any joint
+
+  static double rounded_up(double t) { return t + kTimeRounding * std::max(1.0, std::abs(t)); }
+
+  // At a share s of segment k_; quintic Hermite, a cubic being one of the accelerations it has.
+  void on_segment(double s, VectorXd& position, VectorXd& rate, VectorXd& acceleration) const {
+    const double h = time_[k_ + 1] - time_[k_];
+    const Eigen::Index n = joints(), k = Eigen::Index(k_);
+    position.resize(n), rate.resize(n), acceleration.resize(n);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const double p = position_(k, j), d = position_(k + 1, j) - p;
+      const double m0 = h * rate_(k, j), m1 = h * rate_(k + 1, j);
+      double c2 = 3.0 * d - 2.0 * m0 - m1, c3 = m0 + m1 - 2.0 * d, c4 = 0.0, c5 = 0.0;
+      if (kind_ == Interpolation::quintic) {
+        const double a0 = h * h * acceleration_(k, j), a1 = h * h * acceleration_(k, n + j);
+        c2 = 0.5 * a0;
+        c3 = 10.0 * d - 6.0 * m0 - 4.0 * m1 - 1.5 * a0 + 0.5 * a1;
+        c4 = -15.0 * d + 8.0 * m0 + 7.0 * m1 + 1.5 * a0 - a1;
+        c5 = 6.0 * d - 3.0 * m0 - 3.0 * m1 - 0.5 * a0 + 0.5 * a1;
+      }
+      position[j] = p + s * (m0 + s * (c2 + s * (c3 + s * (c4 + s * c5))));
+      rate[j] = (m0 + s * (2.0 * c2 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))) / h;
+      acceleration[j] = (2.0 * c2 + s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5))) / (h * h);
+    }
+  }
+
   void at_knot(std::size_t row, bool moving, VectorXd& position, VectorXd& rate) const {
     position = position_.row(row).transpose();
     if (moving) rate = rate_.row(row).transpose();
@@ -135,14 +210,15 @@ class Reference {
   }
 
   std::size_t row_at(double t) const {
-    const double late = t + kTimeRounding * std::max(1.0, std::abs(t));
-    const auto next = std::upper_bound(time_.begin(), time_.end(), late);
+    const auto next = std::upper_bound(time_.begin(), time_.end(), rounded_up(t));
     return next == time_.begin() ? 0 : std::size_t(next - time_.begin()) - 1;
   }
 
   std::vector<double> time_;
-  RowMatrix position_, rate_;
-  VectorXd torque_;
+  std::vector<double> kinks_;  // of a prescribed motion, s
+  double limit_ = std::numeric_limits<double>::infinity();  // the first after the step's start, s
+  RowMatrix position_, rate_, acceleration_;
+  VectorXd torque_, unused_;
   Interpolation kind_;
   std::size_t k_ = 0, row_ = 0;
 };

@@ -6,6 +6,7 @@
 #include "plant/arrow.hpp"
 #include "plant/dense.hpp"
 #include "plant/plant.hpp"
+#include "plant/prescribed_system.hpp"
 
 namespace hexapod {
 
@@ -17,6 +18,7 @@ struct PlantSettings {
   DriveLaw drive;
   Loads loads;
   bool dense = false;
+  bool prescribed = false;  // joints follow their set-points exactly
 
   bool arrow() const { return !dense && dynamics.tree().has_three_joint_legs(); }
   template <class System>
@@ -29,6 +31,7 @@ struct PlantSettings {
   // use(plant) with the plant of the linear system that fits the tree.
   template <class Use>
   auto with_plant(Use&& use) const {
+    if (prescribed) return use(make<PrescribedSystem>());
     return arrow() ? use(make<ArrowSystem>()) : use(make<DenseSystem>());
   }
 };

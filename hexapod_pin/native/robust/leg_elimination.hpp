@@ -43,6 +43,12 @@ class LegElimination {
     }
   }
 
+  // The base alone, its joints changing their rates by `change`.
+  void load_base(const Eigen::MatrixXd& upper, const VectorXd& change, const VectorXd& right) {
+    base_ = upper.topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
+    base_right_ = right.head<6>() - upper.topRightCorner(6, change.size()) * change;
+  }
+
   // -l x dv_angular on the left: the base turns about its angular momentum without a change of energy.
   void add_gyroscopic(const Vec3& l) {
     base_(3, 4) += l.z(), base_(4, 3) -= l.z();

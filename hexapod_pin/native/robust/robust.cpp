@@ -8,16 +8,21 @@ namespace hexapod {
 
 namespace {
 
-using Arrow = Plant<ArrowSystem>;
+template <class System, bool kFlatFirst>
+std::unique_ptr<Rollout> start_with(const RunSetup& setup) {
+  using PlantT = Plant<System>;
+  return std::make_unique<FixedStepRollout<PlantT, RobustStep<PlantT, kFlatFirst>>>(
+      setup.plant.make<System>(), setup);
+}
 
 template <bool kFlatFirst>
 std::unique_ptr<Rollout> start(const RunSetup& setup) {
+  if (setup.plant.prescribed) return start_with<PrescribedSystem, kFlatFirst>(setup);
   const Tree& tree = setup.plant.dynamics.tree();
   if (tree.joints > 2 && !setup.plant.arrow())
     throw std::invalid_argument(
         "method robust requires legs of three joints on the base");
-  return std::make_unique<FixedStepRollout<Arrow, RobustStep<Arrow, kFlatFirst>>>(
-      setup.plant.make<ArrowSystem>(), setup);
+  return start_with<ArrowSystem, kFlatFirst>(setup);
 }
 
 }  // namespace

@@ -29,7 +29,8 @@ class RobustStep {
   explicit RobustStep(const PlantT& plant)
       : legs_(plant.joints() / 3), drives_(plant.joints()), leg_in_contact_(plant.joints() / 3),
         leg_impulse_(plant.joints() / 3), right_(plant.tree.nv), dv_(plant.tree.nv),
-        velocity_used_(plant.tree.nv), xi_(plant.tree.nv), left_(plant.joints()) {}
+        velocity_used_(plant.tree.nv), xi_(plant.tree.nv), left_(plant.joints()),
+        motion_(plant.joints()), reaction_(VectorXd::Zero(plant.joints())) {}
 
   // One step from the evaluated state; in halves where something turns so fast that the mass matrix
   // and the Coriolis forces at the start are not accurate enough for the full step.
@@ -83,8 +84,10 @@ class RobustStep {
 
   void advance(PlantT& plant, Reference& reference, double t, double h, VectorXd& q, VectorXd& v,
                EnergyLedger& ledger) {
-    drives_.begin(plant.drive, plant.dry, reference, t + h, h, kImplicitness, q.tail(plant.joints()),
-                  v.tail(plant.joints()));
+    if constexpr (PlantT::kPrescribed) take_motion(reference, t + h, h, q, v);
+    else
+      drives_.begin(plant.drive, plant.dry, reference, t + h, h, kImplicitness, q.tail(plant.joints()),
+                    v.tail(plant.joints()));
     find_contacts(plant, t, h, q);
     if (legs_.keeps_any()) solve_and_accept(plant, h, v, any_solver_, ledger);
     else solve_and_accept(plant, h, v, base_solver_, ledger);
@@ -99,14 +102,36 @@ class RobustStep {
       solve(plant, h, solver);
       if (drives_.dry()) stop_stuck(v);
       velocity_used_ = v + dv_;
+      if constexpr (PlantT::kPrescribed) break;
       bool changed = drives_.find_changes(velocity_used_.tail(plant.joints()));
       if (drives_.dry()) changed |= find_friction_changes(plant, h, v);
       if (!changed || pass == most) break;
       ++solved_again_;
     }
-    drives_.accumulate(velocity_used_.tail(plant.joints()), ledger, plant.drive_counters);
+    if constexpr (PlantT::kPrescribed) accumulate_reaction(plant, h, ledger);
+    else drives_.accumulate(velocity_used_.tail(plant.joints()), ledger, plant.drive_counters);
     ledger.push += h * plant.push_power(velocity_used_);
     for (const auto& c : solver.problem.contacts) accept_contact(plant, h, c, ledger);
+  }
+
+  // Joints that follow a motion: by how much their rates change for their inertia and, with what they move
+  // by over the step, for the contacts.
+  void take_motion(Reference& reference, double end, double h, const VectorXd& q, const VectorXd& v) {
+    const Eigen::Index n = motion_.q.size();
+    motion_.take_motion(reference, end);
+    rate_change_ = kImplicitness * (motion_.v - v.tail(n));
+    mean_change_ = (motion_.q - q.tail(n)) / h - v.tail(n);
+  }
+
+  // Work of the torques that the motion takes.
+  void accumulate_reaction(const PlantT& plant, double h, EnergyLedger& ledger) {
+    const DriveLaw& drive = plant.drive;
+    for (int j = 0; j < plant.joints(); ++j) {
+      const double rate = velocity_used_[6 + j];
+      const double loss = drive.damping[j] * rate - drive.dry_torque(j, drive.sliding(j, rate));
+      ledger.servo += h * (reaction_[j] + loss) * rate;
+      ledger.joint_damping += h * loss * rate;
+    }
   }
 
   void stop_stuck(const VectorXd& v) {
@@ -139,7 +164,7 @@ class RobustStep {
             plant.terrain.patch_factors(q[0] + foot.center.x(), q[1] + foot.center.y());
       in_step_.push_back(i);
       const int leg = leg_of(plant, i);
-      if (leg < 0) continue;
+      if (leg < 0 || PlantT::kPrescribed) continue;
       if (leg_in_contact_[leg]) legs_.keep(leg);
       leg_in_contact_[leg] = true;
     }
@@ -161,9 +186,13 @@ class RobustStep {
     right_ = -w * plant.bias();
     right_.head<3>() += (w * mass(0, 0)) * turn;  // M's linear block is m I
     right_.tail(n + 3).noalias() += w * (mass.topRightCorner(3, n + 3).transpose() * turn);
-    if (drives_.dry()) free_right_ = right_.tail(n);
-    drives_.load(w, v.tail(n), right_.tail(n));
-    legs_.load(mass, drives_.diagonal(), right_);
+    if (drives_.dry() || PlantT::kPrescribed) free_right_ = right_.tail(n);
+    if constexpr (PlantT::kPrescribed) {
+      legs_.load_base(mass, rate_change_, right_);
+    } else {
+      drives_.load(w, v.tail(n), right_.tail(n));
+      legs_.load(mass, drives_.diagonal(), right_);
+    }
     Vec3 momentum = mass.block<3, 3>(0, 3).transpose() * v.head<3>();
     momentum += mass.block<3, 3>(3, 3).selfadjointView<Eigen::Upper>() * v.segment<3>(3);
     momentum += mass.block(3, 6, 3, n) * v.tail(n);
@@ -180,6 +209,12 @@ class RobustStep {
       set_up_contact(plant, h, in_step_[k], p, p.contacts[k]);
     if (!(kFlatFirst && solver.flat.solve(p))) solver.nested.solve(p);
     p.find_velocities();
+    if constexpr (PlantT::kPrescribed) return restore_base(plant, h, p);
+    else restore_legs(plant, p);
+  }
+
+  template <int N>
+  void restore_legs(const PlantT& plant, const ImpulseProblem<N>& p) {
     std::fill(leg_impulse_.begin(), leg_impulse_.end(), Vec3::Zero());
     for (const auto& c : p.contacts) {
       const int leg = leg_of(plant, c.slot);
@@ -190,6 +225,20 @@ class RobustStep {
     legs_.restore(p, leg_impulse_, dv_);
   }
 
+  // The change of the base; the torques that the joints take, of the rows of M dv = w torque + rest.
+  template <int N>
+  void restore_base(const PlantT& plant, double h, const ImpulseProblem<N>& p) {
+    dv_.setZero();
+    for (const auto& c : p.contacts)
+      plant.add_jacobian_transposed(c.slot, Vec3(c.axes.transpose() * c.foot.impulse), dv_);
+    reaction_ = -(free_right_ + dv_.tail(reaction_.size()));
+    dv_.template head<6>() = p.v.template head<6>();
+    dv_.tail(rate_change_.size()) = rate_change_;
+    for (int j = 0; j < plant.joints(); ++j) reaction_[j] += plant.inertial_torque(j, dv_);
+    reaction_ /= kImplicitness * h;
+    dv_.tail(mean_change_.size()) = mean_change_;
+  }
+
   template <int N>
   void set_up_contact(PlantT& plant, double h, std::size_t i, ImpulseProblem<N>& p, StepContact<N>& c) const {
     const auto& foot = plant.feet[i];
@@ -197,7 +246,7 @@ class RobustStep {
     const double w = kImplicitness * h;
     c.slot = i;
     c.start = foot.velocity + drift_;
-    legs_.place(leg_of(plant, i), foot.jb, foot.jl, int(p.b.size()), c);
+    place(plant, i, int(p.b.size()), c);
     p.rigid |= c.foot.g.isZero(0.0);
     c.align(foot.ground.normal);
     c.foot.friction_bound = -1.0;
@@ -210,6 +259,18 @@ class RobustStep {
                      (c.axes.template topRows<2>() * foot.memory.stretch);
     c.foot.rate = c.start.z();
     c.foot.slip = (c.start.template head<2>() + c.foot.shift).norm();
+  }
+
+  template <int N>
+  void place(const PlantT& plant, std::size_t i, int size, StepContact<N>& c) const {
+    const auto& foot = plant.feet[i];
+    if constexpr (PlantT::kPrescribed) {
+      c.jt.template topRows<6>() = foot.jb.transpose();
+      c.foot.g.setZero();
+      c.free = c.start + plant.leg_velocity(i, mean_change_);
+    } else {
+      legs_.place(leg_of(plant, i), foot.jb, foot.jl, size, c);
+    }
   }
 
   // Adds a contact's work and impulse to the ledger and moves its bristle. Energy that it returned beyond
@@ -238,11 +299,13 @@ class RobustStep {
   // q moves with v_a; the linear velocity, in body axes, is transformed into the turned ones.
   void move_state(double h, VectorXd& q, VectorXd& v) {
     v += dv_ / kImplicitness;
+    if constexpr (PlantT::kPrescribed) v.tail(motion_.v.size()) = motion_.v;
     if (drives_.dry())
       for (int j = 0; j < int(v.size()) - 6; ++j)
         if (drives_.stuck(j)) v[6 + j] = 0.0;
     xi_ = h * velocity_used_;
     retract(q, xi_, q);
+    if constexpr (PlantT::kPrescribed) q.tail(motion_.q.size()) = motion_.q;
     v.head<3>() = exp_quaternion(xi_.segment<3>(3)).conjugate() * v.head<3>();
     largest_rate_step_ = std::max(largest_rate_step_, h * largest_rate(velocity_used_));
   }
@@ -257,6 +320,8 @@ class RobustStep {
   VectorXd right_, dv_, velocity_used_, xi_;
   VectorXd free_right_, rate_end_, left_;  // of the joints, for dry friction
   Vec3 drift_ = Vec3::Zero();
+  SetPoints motion_;  // at the end of the step, where it is prescribed
+  VectorXd rate_change_, mean_change_, reaction_;
   long solved_again_ = 0, halved_ = 0;
   double largest_rate_step_ = 0.0, energy_injection_ = 0.0, deepest_first_touch_ = 0.0;
 };

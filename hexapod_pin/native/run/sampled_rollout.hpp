@@ -57,7 +57,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
     out.torque = torque_;
     out.rotation = plant_.dynamics.base_rotation();
     out.angular_velocity = v_.template segment<3>(3);
-    plant_.acceleration(v_, torque_, acceleration_);
+    if constexpr (!PlantT::kPrescribed) plant_.acceleration(v_, torque_, acceleration_);
     out.acceleration = acceleration_.template head<3>() +
                        v_.template segment<3>(3).cross(v_.template head<3>()) -
                        out.rotation.transpose() * plant_.dynamics.gravity();
@@ -83,6 +83,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
         has_lines_(torque_limit_.size() > 0 && plant_.drive.has_lines()),
         set_points_(plant_.joints()), torque_(plant_.joints()) {
     plant_.differentiates_separated = differentiates_separated;
+    if constexpr (PlantT::kPrescribed) reference_.prescribe();
     restore_memories(setup.start.contacts);
     begin_loads();
     reference_.begin_step(time_);
@@ -158,8 +159,14 @@ class SampledRollout : public Rollout, protected AcceptedStep {
     if (own && t == torque_time_) return;
     torque_time_ = own ? t : kNever;
     reference_.begin_sample(t);
-    set_points_.take(reference_, t);
-    plant_.servo_torque(q, v, set_points_, torque_);
+    if constexpr (PlantT::kPrescribed) {
+      set_points_.take_motion(reference_, t);
+      plant_.prescribed_acceleration(set_points_.a, acceleration_);
+      plant_.reaction_torque(v, acceleration_, torque_);
+    } else {
+      set_points_.take(reference_, t);
+      plant_.servo_torque(q, v, set_points_, torque_);
+    }
   }
 
   // Of motors whose torque falls with speed: the line at this speed where it is below the limit given.

@@ -1,0 +1,82 @@
+"""Prescribed motion: which references joints can follow exactly, and where such a run starts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import ParameterError, StateError
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.joint_trajectory import JointTrajectory
+    from hexapod_pin.results.checkpoint import Checkpoint
+    from hexapod_pin.robot.robot import Robot
+
+START_TOLERANCE = 1e-9
+"""How far the joints may be from their motion at the start [rad, rad/s]."""
+
+
+def check_prescribed(robot: Robot, plan: JointTrajectory, start: Checkpoint) -> None:
+    """Refuse a motion that jumps, and a start beside it.
+
+    Raises:
+        ParameterError: set-points jump, or move at rates that jump: no torque does that.
+        StateError: a joint does not start where its motion does.
+    """
+    if plan.kind in ("held", "linear") and len(plan.time) > 1:
+        raise ParameterError(
+            "Scene.prescribed", True, f"False with {plan.kind} set-points",
+            "Joints follow a motion exactly where its rates are continuous: KinematicControl, "
+            "ArcWalk, JointMotion, HoldPosture.",
+        )  # fmt: skip
+    angle, rate = motion_at(plan, start.time)
+    for name, here, there in (("angle", start.q[7:], angle), ("rate", start.v[6:], rate)):
+        off = np.abs(here - there)
+        if not off.size or off.max() <= START_TOLERANCE:
+            continue
+        joint = int(off.argmax())
+        unit = "rad" if name == "angle" else "rad/s"
+        raise StateError(
+            f"initial {name} of {robot.joint_names[joint]} = {here[joint]:.9g} {unit}: its motion "
+            f"has {there[joint]:.9g} {unit} at t = {start.time:g} s. With Scene.prescribed, start "
+            "there, or leave `initial` out."
+        )
+
+
+def refuse_commands(prescribed: bool, what: str) -> None:
+    """Refuse prescribed motion where set-points are not known before the run.
+
+    Raises:
+        ParameterError: joints are to follow commands exactly.
+    """
+    if prescribed:
+        raise ParameterError(
+            "Scene.prescribed", True, f"False {what}",
+            "Commands jump at ticks; stiff servos follow them, nothing follows them exactly.",
+        )  # fmt: skip
+
+
+def on_motion(start: Checkpoint, plan: JointTrajectory) -> Checkpoint:
+    """Return a start whose joints have the rates that their motion has there."""
+    return replace(start, v=np.concatenate([start.v[:6], motion_at(plan, start.time)[1]]))
+
+
+def motion_at(plan: JointTrajectory, time: float) -> tuple[Array, Array]:
+    """Return angles [rad] and rates [rad/s] of a motion (n,), as the native core follows it."""
+    from hexapod_pin import native
+
+    return native.set_points_at(
+        time=plan.time.tolist(), position=plan.q, rate=plan.v, kind=plan.kind,
+        acceleration=native_acceleration(plan), at=float(time),
+    )[:2]  # fmt: skip
+
+
+def native_acceleration(plan: JointTrajectory) -> Array:
+    """Return the accelerations of quintic intervals as the core takes them (K - 1, 2 n)."""
+    if plan.kind != "quintic" or plan.acceleration is None:
+        return np.zeros((0, 0))
+    flat: Array = np.ascontiguousarray(plan.acceleration.reshape(len(plan.time) - 1, -1))
+    return flat

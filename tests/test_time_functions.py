@@ -1,0 +1,246 @@
+"""Functions of time: closed forms, exact derivatives, kinks, sums, repetition, form as data."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import tomli_w
+
+import hexapod_pin as hp
+from hexapod_pin.control.motion_function import MotionFunction
+from hexapod_pin.control.step_functions import adams_step
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.spec import read_toml
+
+TRANSITIONS = (hp.Step, hp.Step5, hp.Havsin)
+SPAN: dict[str, Any] = {"begin": 0.7, "end": 1.9, "initial": 0.25, "final": -0.15}
+
+
+def shape(kind: type[MotionFunction]) -> Callable[[Any], Any]:
+    """Return h(s) as ADAMS' manual prints it, for real and complex s."""
+    forms: dict[type[MotionFunction], Callable[[Any], Any]] = {
+        hp.Step: lambda s: 3 * s * s - 2 * s * s * s,
+        hp.Step5: lambda s: 10 * s**3 - 15 * s**4 + 6 * s**5,
+        hp.Havsin: lambda s: (1 + np.sin(np.pi * s - np.pi / 2)) / 2,
+    }
+    return forms[kind]
+
+
+EVERY: dict[str, MotionFunction] = {
+    "step": hp.Step(**SPAN),
+    "step5": hp.Step5(**SPAN),
+    "havsin": hp.Havsin(**SPAN),
+    "sine": hp.Sine(amplitude=0.3, period=0.8, phase=0.3, mean=0.1),
+    "waypoints": hp.Waypoints(time=(0.4, 1.0, 1.3, 2.2), value=(0.1, 0.3, -0.2, 0.0)),
+    "hermite": hp.Hermite(time=(0.4, 1.0, 2.2), value=(0.1, 0.3, -0.2), rate=(0.5, -0.4, 0.1)),
+    "sum": hp.Sum(terms=(hp.Step(**SPAN), hp.Sine(amplitude=0.1, period=0.5), 0.7)),
+    "periodic": hp.Periodic(
+        function=hp.Sum(
+            terms=(
+                hp.Step(begin=0.0, end=0.3, initial=-0.2, final=0.2),
+                hp.Step5(begin=0.3, end=0.5, initial=0.0, final=-0.4),
+            )
+        ),
+        period=0.6,
+        start=0.25,
+    ),
+}
+every_function = pytest.mark.parametrize("function", EVERY.values(), ids=EVERY)
+
+
+def away_from_kinks(function: MotionFunction, seed: int, margin: float) -> np.ndarray:
+    """Return random times from 0 to 3 s, none within a margin of a kink [s]."""
+    time = np.random.default_rng(seed).uniform(0.0, 3.0, 500)
+    kinks = np.array([*function.kinks_until(3.0), np.inf])
+    return time[np.abs(time[:, None] - kinks).min(axis=1) > margin]
+
+
+@pytest.mark.parametrize("kind", TRANSITIONS)
+def test_transitions_are_those_of_adams(kind: type[MotionFunction]) -> None:
+    """Value and rate by a complex step through the printed formula, exact to rounding."""
+    function, h = kind(**SPAN), shape(kind)
+    s = np.random.default_rng(1).uniform(0.0, 1.0, 300)
+    value, rate = function.value_and_rate(0.7 + 1.2 * s)
+    np.testing.assert_allclose(value, 0.25 - 0.4 * h(s), atol=1e-15)
+    slope = h(s + 1e-30j).imag / 1e-30
+    np.testing.assert_allclose(rate, -0.4 / 1.2 * slope, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("kind", "slope", "bend"),
+    [(hp.Step, 1.5, 6.0), (hp.Step5, 1.875, 0.0), (hp.Havsin, np.pi / 2, np.pi**2 / 2)],
+)
+def test_middle_and_ends(kind: type[MotionFunction], slope: float, bend: float) -> None:
+    """Half way at half time with the largest rate; accelerations of the table at the ends."""
+    function = kind(**SPAN)
+    time = np.array([-3.0, 0.7, 1.3, 1.9, 50.0])
+    value, rate, acceleration = function.derivatives(time)
+    np.testing.assert_allclose(value, [0.25, 0.25, 0.05, -0.15, -0.15], atol=1e-15)
+    np.testing.assert_allclose(rate, [0, 0, -slope / 3.0, 0, 0], atol=1e-15)
+    first = -0.4 / 1.2**2 * bend
+    np.testing.assert_allclose(acceleration, [0, first, 0, 0, 0], atol=1e-14)
+    before = function.acceleration(time, inside=time - 1e-3)
+    np.testing.assert_allclose(before, [0, 0, 0, -first, 0], atol=1e-14)
+
+
+def test_largest_acceleration_of_step5() -> None:
+    """10 / sqrt(3) at s = 1/2 - sqrt(3) / 6."""
+    step = hp.Step5(begin=0.0, end=1.0, initial=0.0, final=1.0)
+    found = step.acceleration(np.linspace(0.0, 1.0, 100_001)).max()
+    assert found == pytest.approx(10.0 / np.sqrt(3.0), rel=1e-9)
+    at = step.acceleration(np.array(0.5 - np.sqrt(3.0) / 6.0))
+    assert at == pytest.approx(10.0 / np.sqrt(3.0), rel=1e-14)
+
+
+@every_function
+def test_derivatives_are_those_of_the_value(function: MotionFunction) -> None:
+    """Central differences of fourth order in h = 5e-4 s: error |f^(5)| h^4 / 30 < 2e-9."""
+    time, h = away_from_kinks(function, 3, 1.1e-3), 5e-4
+    stencil = [(-2, 1 / 12), (-1, -8 / 12), (1, 8 / 12), (2, -1 / 12)]
+    rate = sum(w * function.value_and_rate(time + k * h)[0] for k, w in stencil) / h
+    bend = sum(w * function.value_and_rate(time + k * h)[1] for k, w in stencil) / h
+    _, found_rate, found_bend = function.derivatives(time)
+    np.testing.assert_allclose(found_rate, rate, atol=3e-9)
+    np.testing.assert_allclose(found_bend, bend, atol=1e-8)
+
+
+@every_function
+def test_value_and_rate_are_continuous_and_one_sided_accelerations_are_limits(
+    function: MotionFunction,
+) -> None:
+    kinks = np.array(function.kinks_until(3.0))
+    for sign in (-1.0, 1.0):
+        near = kinks + sign * 1e-9
+        for a, b in zip(function.value_and_rate(near), function.value_and_rate(kinks), strict=True):
+            np.testing.assert_allclose(a, b, atol=1e-7)  # rates move by 1e-9 s times acceleration
+        one_sided = function.acceleration(kinks, inside=kinks + sign * 1e-4)
+        np.testing.assert_allclose(one_sided, function.acceleration(near), atol=1e-5)
+
+
+def test_classes_of_continuity() -> None:
+    """STEP and HAVSIN jump in acceleration at both ends, STEP5 and waypoints do not."""
+    for name, jumps in {"step": True, "step5": False, "havsin": True, "waypoints": False}.items():
+        function = EVERY[name]
+        ends = np.array(function.kinks_until(3.0))
+        after, before = (function.acceleration(ends, inside=ends + d) for d in (1e-4, -1e-4))
+        assert (np.abs(after - before) > 0.1).all() == jumps
+        if not jumps:
+            np.testing.assert_allclose(after, before, atol=1e-12)
+
+
+def test_step_is_the_one_of_the_arc_walk() -> None:
+    s = np.linspace(-0.5, 1.5, 41)
+    value, rate = hp.Step(begin=0, end=1, initial=0, final=1).value_and_rate(s)
+    np.testing.assert_array_equal(value, adams_step(s)[0])
+    np.testing.assert_array_equal(rate, adams_step(s)[1])
+
+
+def test_hermite_goes_straight_on() -> None:
+    curve = EVERY["hermite"]
+    value, rate, bend = curve.derivatives(np.array([0.0, 0.4, 1.0, 2.2, 3.2]))
+    np.testing.assert_allclose(value, [-0.1, 0.1, 0.3, -0.2, -0.1], atol=1e-15)
+    np.testing.assert_allclose(rate, [0.5, 0.5, -0.4, 0.1, 0.1], atol=1e-15)
+    assert bend[0] == bend[-1] == bend[-2] == 0.0
+
+
+def test_hermite_with_rates_of_zero_is_a_step() -> None:
+    time = np.linspace(0.0, 3.0, 301)
+    curve = hp.Hermite(time=(0.7, 1.9), value=(0.25, -0.15), rate=(0.0, 0.0))
+    for a, b in zip(curve.derivatives(time), hp.Step(**SPAN).derivatives(time), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-14)
+
+
+def test_sum_adds_and_lists_all_kinks() -> None:
+    other = hp.Havsin(begin=1.0, end=1.9, initial=0.0, final=0.2)
+    total, time = hp.Sum(terms=(hp.Step(**SPAN), other, 2.0)), np.linspace(0.0, 3.0, 61)
+    for k, offset in enumerate((2.0, 0.0, 0.0)):
+        parts = hp.Step(**SPAN).derivatives(time)[k] + other.derivatives(time)[k]
+        np.testing.assert_allclose(total.derivatives(time)[k], offset + parts, atol=1e-15)
+    assert total.kinks_until(9.0) == (0.7, 1.0, 1.9)
+    assert total.shortest_time == pytest.approx(0.45)
+
+
+def test_repetition() -> None:
+    function = EVERY["periodic"]
+    time = np.random.default_rng(4).uniform(-2.0, 2.0, 200)
+    for now, later in zip(
+        function.derivatives(time), function.derivatives(time + 3 * 0.6), strict=True
+    ):
+        np.testing.assert_allclose(now, later, atol=1e-11)
+    np.testing.assert_allclose(
+        function.kinks_until(1.2), [0.15, 0.25, 0.55, 0.75, 0.85, 1.15], atol=1e-12
+    )
+    start = function.value_and_rate(np.array([0.25, 0.4, 0.55]))[0]
+    np.testing.assert_allclose(start, [-0.2, 0.0, 0.2], atol=1e-15)
+
+
+RISE = hp.Step(begin=0.0, end=0.5, initial=0.0, final=0.1)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: hp.Step(begin=1, end=1, initial=0, final=1), "Step.end = 1.0: must be after"),
+        (lambda: hp.Step5(begin=1, end=0, initial=0, final=1), "Step5.end = 0.0: must be after"),
+        (lambda: hp.Havsin(begin=0, initial=0, final=1), "Havsin.end"),
+        (lambda: hp.Step(begin=0, end=1, initial=0, final=np.inf), "Step.final"),
+        (lambda: hp.Sum(terms=()), "Sum.terms"),
+        (
+            lambda: hp.Periodic(function=RISE, period=1.0),
+            "Periodic.function value at its period = 0.1: must be 0 as at 0: it would jump by -0.1",
+        ),
+        (
+            lambda: hp.Periodic(function=hp.Sine(amplitude=1, period=1), period=0.5),
+            "Periodic.function rate at its period = -6.28",
+        ),
+        (lambda: hp.Periodic(function=0.3, period=1.0), "Periodic.function"),
+        (lambda: hp.Hermite(time=(0, 1), value=(0, 1), rate=(0,)), "Hermite lengths"),
+        (lambda: hp.Hermite(time=(1, 1), value=(0, 1), rate=(0, 0)), "Hermite.time"),
+        (
+            lambda: hp.Periodic(function=hp.Sine(amplitude=1, period=1e-4), period=1e-4)
+            .kinks_until(200.0),
+            "Periodic.period = 0.0001: must be at least 0.0002 s",
+        ),
+    ],
+)  # fmt: skip
+def test_refusals(make: Callable[[], Any], message: str) -> None:
+    with pytest.raises(ParameterError, match=re.escape(message)):
+        make()
+
+
+@every_function
+def test_toml_round_trip(function: MotionFunction) -> None:
+    """As part of a BodyMotion, which takes every kind of function."""
+    body = hp.BodyMotion(pitch=function, height=0.01)
+    text = tomli_w.dumps(body.model_dump(mode="json"))
+    assert hp.BodyMotion(**read_toml(text)) == body
+    assert type(hp.BodyMotion(**read_toml(text)).pitch) is type(function)
+
+
+def test_a_trunk_can_rise_with_a_step() -> None:
+    """Inverse kinematics of a standing robot: feet sink in the body as the trunk rises."""
+    robot = hp.load_robot("kharagpur")
+    rise = hp.Periodic(
+        function=hp.Sum(
+            terms=(
+                hp.Step(begin=0.5, end=1.0, initial=0.0, final=0.02),
+                hp.Step5(begin=1.0, end=1.8, initial=0.0, final=-0.02),
+            )
+        ),
+        period=2.0,
+    )
+    gait = hp.Gait.tripod(stroke=0.0, cycle_time=1.0)
+    control = hp.KinematicControl(gait, body=hp.BodyMotion(height=rise))
+    plan, path = control.plan(robot, 4.0), control.path(robot)
+    standing = path.positions(np.zeros(1))[0, :, 2]
+    time = np.array([0.5, 0.75, 1.0, 1.4, 2.75, 3.0])
+    drop = standing - path.positions(time)[..., 2]
+    wanted = rise.value_and_rate(time)[0]
+    np.testing.assert_allclose(wanted, [0.0, 0.01, 0.02, 0.01, 0.01, 0.02], atol=1e-15)
+    np.testing.assert_allclose(drop, np.repeat(wanted[:, None], 6, axis=1), atol=1e-12)
+    for kink in rise.kinks_until(3.9)[1:]:
+        assert np.abs(plan.time - kink).min() < 1e-9
