@@ -75,6 +75,8 @@ if TYPE_CHECKING:
     from hexapod_pin.results.comparison import Comparison as Comparison
     from hexapod_pin.results.joint_moments import JointMoments as JointMoments
     from hexapod_pin.results.joint_moments import joint_moments as joint_moments
+    from hexapod_pin.results.peak_verdict import PeakVerdict as PeakVerdict
+    from hexapod_pin.results.peak_verdict import PeakVerdicts as PeakVerdicts
     from hexapod_pin.results.phase_torque import PhaseTorques as PhaseTorques
     from hexapod_pin.results.phase_torque import phase_torques as phase_torques
     from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
@@ -102,6 +104,7 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session
     from hexapod_pin.sweep.compare import compare as compare
+    from hexapod_pin.sweep.judge_peaks import judge_peaks as judge_peaks
     from hexapod_pin.sweep.objective import RelativeObjective as RelativeObjective
     from hexapod_pin.sweep.tuning import tune as tune
     from hexapod_pin.sweep.tuning_result import TuningResult as TuningResult
@@ -144,6 +147,8 @@ _MODULES = {
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
     "Payload": "simulation.loads",
+    "PeakVerdict": "results.peak_verdict",
+    "PeakVerdicts": "results.peak_verdict",
     "Periodic": "control.time_function",
     "PhaseTorques": "results.phase_torque",
     "Push": "simulation.loads",
@@ -182,6 +187,7 @@ _MODULES = {
     "compare": "sweep.compare",
     "iterate_batch": "simulation.batch",
     "joint_moments": "results.joint_moments",
+    "judge_peaks": "sweep.judge_peaks",
     "load_case": "simulation.case",
     "load_robot": "robot.robot",
     "load_summary": "results.summary",

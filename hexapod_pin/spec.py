@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from typing import Any
 
@@ -46,6 +47,17 @@ def parameter_error(owner: str, error: ValidationError) -> ParameterError:
     if first["type"] == "missing":
         return ParameterError(where, None, "given: it has no default")
     return ParameterError(where, first["input"], allowed)
+
+
+def require_factor(factor: float) -> float:
+    """Return a factor on a parameter.
+
+    Raises:
+        ParameterError: it is not positive and finite.
+    """
+    if not (math.isfinite(factor) and factor > 0.0):
+        raise ParameterError("factor", factor, "positive and finite")
+    return float(factor)
 
 
 def read_toml(text: str, *, required: tuple[str, ...] = ()) -> dict[str, Any]:

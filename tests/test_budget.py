@@ -180,7 +180,8 @@ def test_the_table_says_what_was_simulated_and_what_is_assumed() -> None:
     assert "assumed: hips at x = 0.2 m" in table
     assert "assumed: no joint damping" in table
     assert "Outside the window lf_coxa_joint reaches 50 N m at 0 s" in table
-    assert "half the step" in table
+    assert "what lies between two is missed" in table
+    assert "--verdict" in table
 
 
 def test_json_holds_every_number_and_no_infinity() -> None:

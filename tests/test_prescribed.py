@@ -1,4 +1,4 @@
-"""Joints that follow a motion exactly: against SciPy and Pinocchio, by all methods, and beside servos."""
+"""Joints that follow a motion exactly: against SciPy and Pinocchio, by all methods."""
 
 from __future__ import annotations
 
@@ -73,7 +73,9 @@ def by_scipy(robot: hp.Robot, time: Array) -> Array:
             depth = foot.radius - place[2]
             if depth <= 0.0:
                 continue
-            jacobian = pin.getJointJacobian(model, data, joint, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+            jacobian = pin.getJointJacobian(
+                model, data, joint, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+            )
             lever = place - [0.0, 0.0, foot.radius] - data.oMi[joint].translation
             rows = jacobian[:3] - pin.skew(lever) @ jacobian[3:]
             u = rows @ v
@@ -96,7 +98,9 @@ def by_scipy(robot: hp.Robot, time: Array) -> Array:
             t_eval=inside,
         )  # fmt: skip
         rows += list(found.y.T)
-    return np.array([np.concatenate([y[:7], joints(t)[0]]) for y, t in zip(rows, time, strict=True)])
+    return np.array(
+        [np.concatenate([y[:7], joints(t)[0]]) for y, t in zip(rows, time, strict=True)]
+    )
 
 
 def motion_start(robot: hp.Robot) -> hp.HoldPosture:

@@ -17,13 +17,14 @@ PROMISED = """
 __version__ AdamsCoulomb AdamsImpact ArcWalk Blueprint BodyMotion BrownMcPhee Case Checkpoint
 Command compare Comparison Contact errors FeedbackController Flat FootControl FootForceSensing Gait
 Groove Havsin HeightField Hermite HoldPosture HuntCrossley iterate_batch joint_moments JointMoments
-JointMotion JointStops KelvinVoigt KinematicControl Ledge Levelling load_case load_robot
-load_summary load_trace LostLeg Measurement Motor paper_motion Patch PatchedGround Payload Periodic
-phase_torques PhaseTorques Push Ramp register_controller RelativeObjective Restitution Robot
-SampledTrajectory Scene Sensor Sensors Servo Session ShakingGround simulate simulate_batch Sine
-SlipPid Slope SmoothStep Stability stability Stairs State Step Step5 StickSlip study_grounds Sum
-Summary TanhCoulomb torque_budget TorqueBudget TouchDown Trace tune TuningResult urdf_path
-VelocityCommand view VirtualSuspension WalkMetrics Waypoints
+JointMotion JointStops judge_peaks KelvinVoigt KinematicControl Ledge Levelling load_case
+load_robot load_summary load_trace LostLeg Measurement Motor paper_motion Patch PatchedGround
+Payload PeakVerdict PeakVerdicts Periodic phase_torques PhaseTorques Push Ramp register_controller
+RelativeObjective Restitution Robot SampledTrajectory Scene Sensor Sensors Servo Session
+ShakingGround simulate simulate_batch Sine SlipPid Slope SmoothStep stability Stability Stairs
+State Step Step5 StickSlip study_grounds Sum Summary TanhCoulomb torque_budget TorqueBudget
+TouchDown Trace tune TuningResult urdf_path VelocityCommand view VirtualSuspension WalkMetrics
+Waypoints
 """.split()
 
 

@@ -10,12 +10,24 @@ import typer
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
+    from hexapod_pin.results.peak_verdict import PeakVerdicts
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.simulation.case import Case
 
 
-def run_and_report(case: Case, title: str, trace_path: Path, html_path: Path | None) -> None:
-    """Run a case with a progress bar; print its torque table; write its trace and its playback."""
+def run_and_report(
+    case: Case,
+    title: str,
+    trace_path: Path,
+    html_path: Path | None,
+    *,
+    verdict: bool = False,
+    threads: int = 1,
+) -> None:
+    """Run a case with a progress bar; print its torque table; write its trace and its playback.
+
+    With `verdict` compute its peaks again, so many runs at a time, once all files are written.
+    """
     from hexapod_pin.commands.output_files import run_saving
     from hexapod_pin.commands.progress import progress_bar
     from hexapod_pin.results.joint_limits import events_text
@@ -30,20 +42,33 @@ def run_and_report(case: Case, title: str, trace_path: Path, html_path: Path | N
         from hexapod_pin.view.html import write_html
 
         write_html(trace, html_path)
-    _print_budget(trace)
+    whole = _print_budget(trace)
     for path in (trace_path, html_path):
         if path is not None:
             typer.echo(f"wrote {path}")
+    if verdict and whole:
+        typer.echo("\n" + verdict_on_peaks(trace, threads).table())
 
 
-def _print_budget(trace: Trace) -> None:
-    """Print the torque table, or why a walk this short has none."""
+def verdict_on_peaks(trace: Trace, threads: int) -> PeakVerdicts:
+    """Compute the peaks of a trace again, with a progress bar, and return which hold."""
+    from hexapod_pin.commands.progress import progress_bar
+    from hexapod_pin.sweep.judge_peaks import judge_peaks
+
+    with progress_bar("computing peaks again") as progress:
+        return judge_peaks(trace, threads=threads, progress=progress)
+
+
+def _print_budget(trace: Trace) -> bool:
+    """Print the torque table, or why a walk this short has none; return whether it has one."""
     from hexapod_pin.results.torque_budget import torque_budget
 
     try:
         typer.echo("\n" + torque_budget(trace).table() + "\n")
     except ParameterError as error:
         typer.echo(f"no torque table: {error}", err=True)
+        return False
+    return True
 
 
 def run_summary(trace: Trace) -> str:

@@ -23,6 +23,14 @@ Feet = Annotated[
     typer.Option(help="Names of the foot links, separated by commas, where not found by name."),
 ]
 NoHtml = Annotated[bool, typer.Option("--no-html", help="Write no playback.")]
+Verdict = Annotated[
+    bool,
+    typer.Option(
+        "--verdict",
+        help="Compute the peaks again, finer and with stiffer contact and servos: which hold?",
+    ),
+]
+Threads = Annotated[int, typer.Option(help="Runs of the verdict at a time.")]
 FootRadius = Annotated[
     OptionalFloat,
     typer.Option(help="Radius of all foot spheres [m]; default: the URDF's own."),

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hexapod_pin.commands.options import NoHtml, OptionalPath
+from hexapod_pin.commands.options import NoHtml, OptionalPath, Threads, Verdict
 
 
 def run(
@@ -15,6 +15,8 @@ def run(
     out: Annotated[Path, typer.Option(help="Trace file to write.")] = Path("run.nc"),
     html: Annotated[Path, typer.Option(help="Playback file to write.")] = Path("run.html"),
     no_html: NoHtml = False,
+    verdict: Verdict = False,
+    threads: Threads = 1,
     code: Annotated[
         OptionalPath,
         typer.Option("--import", help="A Python file that registers the case's own controller."),
@@ -38,4 +40,5 @@ def run(
         f"{robot.name}: {robot.total_mass:.5g} kg. {robot.provenance}\n"
         f"case {case}: {settings.duration:g} s, digest {found.digest}"
     )
-    run_and_report(found, f"running {settings.duration:g} s", trace_path, html_path)
+    title = f"running {settings.duration:g} s"
+    run_and_report(found, title, trace_path, html_path, verdict=verdict, threads=threads)

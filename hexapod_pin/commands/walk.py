@@ -16,6 +16,8 @@ from hexapod_pin.commands.options import (
     OptionalPath,
     OptionalText,
     RobotName,
+    Threads,
+    Verdict,
     foot_names,
     given,
 )
@@ -88,6 +90,8 @@ def walk(
     save_case: Annotated[
         OptionalPath, typer.Option(help="Write the case too, for `hexapod-pin run`.")
     ] = None,
+    verdict: Verdict = False,
+    threads: Threads = 1,
     feet: Feet = None,
     foot_radius: FootRadius = None,
 ) -> None:
@@ -120,7 +124,8 @@ def walk(
     )  # fmt: skip
     if case_path is not None:
         typer.echo(f"wrote {case.save(case_path)}")
-    run_and_report(case, f"walking {duration:g} s", trace_path, html_path)
+    title = f"walking {duration:g} s"
+    run_and_report(case, title, trace_path, html_path, verdict=verdict, threads=threads)
 
 
 def _print_plan(robot: Robot, gait: Gait, stroke_source: str) -> None:

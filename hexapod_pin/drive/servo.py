@@ -10,7 +10,7 @@ from pydantic import NonNegativeFloat, field_validator, model_serializer
 
 from hexapod_pin.drive.motor import Motor
 from hexapod_pin.drive.per_joint import numbers_by_joint, values_by_joint
-from hexapod_pin.spec import Spec
+from hexapod_pin.spec import Spec, require_factor
 
 if TYPE_CHECKING:
     from pydantic import SerializerFunctionWrapHandler
@@ -89,6 +89,23 @@ class Servo(Spec):
         found = values_by_joint(robot, "Servo.motor", self.motor)
         return tuple(found.get(name) for name in robot.joint_names)
 
+    def stiffer(self, factor: float) -> Servo:
+        """Return servos that answer any error of a joint with `factor` times the torque.
+
+        kd / kp stays, the time by which assumed gains are built (`from_effort`). Keeping the
+        damping ratio instead (kd times the root of the factor) would hide how far a touch-down's
+        torque depends on the gains: where servos are overdamped, most of it is kd times a rate.
+
+        Args:
+            factor: on kp and kd [-]. Limits and motors stay.
+
+        Raises:
+            ParameterError: the factor is not positive and finite.
+        """
+        scale = require_factor(factor)
+        gains = {"kp": _scaled(self.kp, scale), "kd": _scaled(self.kd, scale)}
+        return self.model_copy(update=gains)
+
     @classmethod
     def from_effort(
         cls,
@@ -121,6 +138,14 @@ class Servo(Spec):
             kd=stiffness * time if kd is None else kd,
             assumed=kp is None or kd is None,
         )
+
+
+def _scaled(gain: Gain, factor: float) -> Gain:
+    if isinstance(gain, dict):
+        return {key: factor * value for key, value in gain.items()}
+    if isinstance(gain, tuple):
+        return tuple(factor * value for value in gain)
+    return factor * gain
 
 
 def _text(gain: float | Mapping[str, float] | tuple[float, ...]) -> str:

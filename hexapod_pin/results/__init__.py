@@ -4,6 +4,7 @@ from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.energy_margin import nesm
 from hexapod_pin.results.joint_moments import JointMoments, joint_moments
+from hexapod_pin.results.peak_verdict import PeakVerdict, PeakVerdicts
 from hexapod_pin.results.phase_torque import PhaseTorques, phase_torques
 from hexapod_pin.results.robot_budget import TorqueBudget
 from hexapod_pin.results.stability import Stability, stability
@@ -26,6 +27,8 @@ __all__ = [
     "Checkpoint",
     "Comparison",
     "JointMoments",
+    "PeakVerdict",
+    "PeakVerdicts",
     "PhaseTorques",
     "Stability",
     "Summary",

@@ -20,14 +20,14 @@ ACCEPTED_STEPS, SAMPLES = "accepted steps", "samples"
 
 PEAK_CAVEAT = {
     ACCEPTED_STEPS: (
-        "Peaks are those of accepted steps, not of the sampling. A raw peak follows a touch-down: "
-        "it depends on contact stiffness and on the accuracy or step. Repeat with a tenth of the "
-        "accuracy or half the step before sizing by it; p99 and RMS are steadier."
+        "Peaks are those of accepted steps, not of the sampling. A raw peak follows a touch-down, "
+        "or how feet share the load: it depends on the stiffness of contact and servos, and on the "
+        "accuracy or step. `--verdict` (judge_peaks) says which peaks hold."
     ),
     SAMPLES: (
         "Peaks are those of samples: what lies between two is missed. A raw peak follows a "
-        "touch-down: it depends on contact stiffness, step and sampling. Repeat with half the step "
-        "before sizing by it; p99 and RMS are steadier."
+        "touch-down, or how feet share the load: it depends on the stiffness of contact and "
+        "servos, on step and sampling. `--verdict` (judge_peaks) says which peaks hold."
     ),
 }
 
@@ -119,9 +119,9 @@ class TorqueBudget:
         finite: dict[str, Any] = without_non_finite(plain)
         return finite
 
-    def to_json(self) -> str:
-        """Return `to_dict` as JSON text."""
-        return json.dumps(self.to_dict(), indent=2, allow_nan=False)
+    def to_json(self, **more: Any) -> str:
+        """Return `to_dict` as JSON text, with `more` entries, such as a verdict on the peaks."""
+        return json.dumps({**self.to_dict(), **more}, indent=2, allow_nan=False)
 
     def table(self) -> str:
         """Return the budget as a plain text table with units."""

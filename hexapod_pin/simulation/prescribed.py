@@ -68,10 +68,11 @@ def motion_at(plan: JointTrajectory, time: float) -> tuple[Array, Array]:
     """Return angles [rad] and rates [rad/s] of a motion (n,), as the native core follows it."""
     from hexapod_pin import native
 
-    return native.set_points_at(
+    rows = native.set_points_at(
         time=plan.time.tolist(), position=plan.q, rate=plan.v, kind=plan.kind,
         acceleration=native_acceleration(plan), at=float(time),
-    )[:2]  # fmt: skip
+    )  # fmt: skip
+    return rows[0], rows[1]
 
 
 def native_acceleration(plan: JointTrajectory) -> Array:

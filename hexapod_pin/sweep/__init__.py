@@ -3,6 +3,7 @@
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.walk_metrics import WalkMetrics
 from hexapod_pin.sweep.compare import compare
+from hexapod_pin.sweep.judge_peaks import judge_peaks
 from hexapod_pin.sweep.objective import RelativeObjective
 from hexapod_pin.sweep.random_bumps import random_bumps
 from hexapod_pin.sweep.tuning import tune
@@ -14,6 +15,7 @@ __all__ = [
     "TuningResult",
     "WalkMetrics",
     "compare",
+    "judge_peaks",
     "random_bumps",
     "tune",
 ]

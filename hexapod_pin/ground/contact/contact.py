@@ -143,6 +143,19 @@ class Contact(Spec):
         note = f"{self.assumed}; but mu {mu:g} as given" if self.assumed else ""
         return Contact(normal=self.normal, friction=self.friction.with_mu(mu), assumed=note)
 
+    def stiffer(self, factor: float) -> Contact:
+        """Return the contact of a foot `factor` times as stiff in all directions.
+
+        Normal stiffness and the spring of `StickSlip` take the factor, as of a foot whose modulus
+        does; restitution, damping ratio and friction coefficients stay.
+
+        Raises:
+            ParameterError: the factor is not positive and finite.
+        """
+        note = f"{self.assumed}; but {factor:g} times as stiff" if self.assumed else ""
+        normal, friction = self.normal.stiffer(factor), self.friction.stiffer(factor)
+        return Contact(normal=normal, friction=friction, assumed=note)
+
     @classmethod
     def preset(cls, name: str) -> Contact:
         """Return the contact of one of the names in `PRESETS`.

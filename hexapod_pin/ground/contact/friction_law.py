@@ -11,9 +11,11 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.spec import Spec
+from hexapod_pin.spec import Spec, require_factor
 
 if TYPE_CHECKING:
+    from typing import Self
+
     from numpy.typing import ArrayLike
 
     from hexapod_pin.arrays import Array
@@ -33,6 +35,15 @@ class FrictionLaw(Spec):
             ParameterError: mu is negative or not finite.
         """
         raise TypeError(f"{type(self).__name__} is abstract")
+
+    def stiffer(self, factor: float) -> Self:
+        """Return the law of a foot `factor` times as stiff: a law without a spring as it is.
+
+        Raises:
+            ParameterError: the factor is not positive and finite.
+        """
+        require_factor(factor)
+        return self
 
     @property
     def limit(self) -> float:

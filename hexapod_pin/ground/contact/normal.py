@@ -13,9 +13,11 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.contact.soil import Soil
-from hexapod_pin.spec import Spec
+from hexapod_pin.spec import Spec, require_factor
 
 if TYPE_CHECKING:
+    from typing import Self
+
     from numpy.typing import ArrayLike
 
     from hexapod_pin.arrays import Array
@@ -76,6 +78,29 @@ class NormalLaw(Spec):
         for name, value in fields.items():
             setattr(law, name, value)
         return law
+
+    def stiffer(self, factor: float) -> Self:
+        """Return the law of a foot `factor` times as stiff that bounces as before.
+
+        A free impact m d'' = -F at a given speed has depths in proportion to
+        L = (m v^2/K)^(1/(n + 1)): its restitution stays where damping in N s/m goes with 1/L and
+        depths with L. Damping that is a share of K d^n, as here, goes with K by itself.
+
+        Args:
+            factor: on K [-].
+
+        Raises:
+            ParameterError: the factor is not positive and finite.
+        """
+        return self._changed(stiffness=require_factor(factor) * self.stiffness)
+
+    def _changed(self, **fields: float) -> Self:
+        """Return the same law with other numbers."""
+        return type(self)(**{**self.model_dump(), **fields})
+
+    def _impact_depth(self, factor: float) -> float:
+        """Return the depth of a free impact with `factor` times the stiffness, over that with K."""
+        return float(require_factor(factor) ** (-1.0 / (self.exponent + 1.0)))
 
     def force(self, depth: ArrayLike, rate: ArrayLike = 0.0, touch_speed: ArrayLike = 0.0) -> Array:
         """Return the normal force [N], never negative.
@@ -154,6 +179,11 @@ class KelvinVoigt(NormalLaw):
     exponent: Exponent = 1.0
     damping: NonNegativeFloat
 
+    def stiffer(self, factor: float) -> Self:
+        """Return the law of a foot `factor` times as stiff; see `NormalLaw.stiffer`."""
+        damping = self.damping / self._impact_depth(factor)
+        return self._changed(stiffness=factor * self.stiffness, damping=damping)
+
     def native(self) -> Any:
         """Return the native law."""
         return self._native("kelvin_voigt", damping=self.damping)
@@ -184,6 +214,15 @@ class AdamsImpact(NormalLaw):
             exponent=exponent,
             damping=damping * MM_PER_M,
             damping_depth=damping_depth / MM_PER_M,
+        )
+
+    def stiffer(self, factor: float) -> Self:
+        """Return the law of a foot `factor` times as stiff; see `NormalLaw.stiffer`."""
+        depth = self._impact_depth(factor)
+        return self._changed(
+            stiffness=factor * self.stiffness,
+            damping=self.damping / depth,
+            damping_depth=self.damping_depth * depth,
         )
 
     def native(self) -> Any:

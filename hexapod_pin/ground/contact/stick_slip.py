@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from hexapod_pin.ground.contact.friction_law import FrictionLaw, require_order, same_ratio
+from hexapod_pin.spec import require_factor
 
 if TYPE_CHECKING:
+    from typing import Self
+
     from numpy.typing import ArrayLike
 
     from hexapod_pin.arrays import Array
@@ -65,6 +69,22 @@ class StickSlip(FrictionLaw):
             stiffness=self.stiffness,
             damping=self.damping,
         )
+
+    def stiffer(self, factor: float) -> Self:
+        """Return the law of a foot `factor` times as stiff, with the same damping ratio.
+
+        k goes with the normal stiffness, as both go with the material's modulus (Mindlin 1949: k
+        over Hertz' stiffness is 2 (1 - nu)/(2 - nu)).
+
+        Args:
+            factor: on k [-]; c takes its square root.
+
+        Raises:
+            ParameterError: the factor is not positive and finite.
+        """
+        damping = math.sqrt(require_factor(factor)) * self.damping
+        changed = {"stiffness": factor * self.stiffness, "damping": damping}
+        return type(self)(**{**self.model_dump(), **changed})
 
     @property
     def limit(self) -> float:

@@ -1,0 +1,167 @@
+"""The verdict on peaks: which hold, which are ranges, and what moved them.
+
+A change moves a peak by its difference from the peak of the same run without that change. Peaks
+below 1 % of the robot's largest size no motor: they are held against 5 % of that 1 %. The largest
+peak of a kind of joint holds only where that of the joint which sets it does too: another joint
+that happens to reach as far is luck.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE, JointBudget
+from hexapod_pin.results.peak_notes import fall_notes, foot_impulses, outside_notes
+from hexapod_pin.results.peak_verdict import (
+    AT_LIMIT,
+    HOLDS_WITHIN,
+    NEGLIGIBLE_SHARE,
+    PEAK,
+    RANGE,
+    UNKNOWN,
+    PeakVerdict,
+    PeakVerdicts,
+)
+from hexapod_pin.results.recomputation import ACCURACY, RUN, Recomputation, Spread
+from hexapod_pin.results.robot_budget import TorqueBudget
+from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.torque_budget import torque_budget
+
+Rows = Mapping[str, Sequence[JointBudget]]
+"""The same joints in every computation that ran."""
+
+
+def judge_summaries(
+    summaries: Mapping[str, Summary],
+    recomputations: Sequence[Recomputation],
+    *,
+    limited: bool = True,
+    notes: Sequence[str] = (),
+) -> PeakVerdicts:
+    """Return the verdict on the peaks of a run from what it and its recomputations came to.
+
+    Args:
+        summaries: by "run" and the names of recomputations; one that failed has none.
+        recomputations: what was changed; each without a summary says why.
+        limited: whether drives cut torques at their limits.
+        notes: lines to print with the verdict.
+
+    Raises:
+        ParameterError: the run holds no whole cycle, or a recomputation has neither a summary nor
+            a reason for having none.
+    """
+    for row in recomputations:
+        if row.name not in summaries and not (row.failure or row.unneeded):
+            raise ParameterError("summaries", sorted(summaries), f"given of {row.name!r}")
+    budgets = {name: torque_budget(summary) for name, summary in summaries.items()}
+    run = budgets[RUN]
+    floors = {
+        name: NEGLIGIBLE_SHARE * max(row.peak_torque for row in budget.joints)
+        for name, budget in budgets.items()
+    }
+
+    def judged(name: str, rows: Rows) -> PeakVerdict:
+        return _verdict(name, rows, recomputations, floors, limited)
+
+    return PeakVerdicts(
+        robot=run.robot,
+        window=run.window,
+        recomputations=tuple(recomputations),
+        joints=tuple(
+            judged(row.joint, {name: [b.joints[k]] for name, b in budgets.items()})
+            for k, row in enumerate(run.joints)
+        ),
+        kinds=tuple(judged(row.kind, _of_kind(budgets, row.kind)) for row in run.kinds),
+        feet=foot_impulses(summaries),
+        sources=run.sources,
+        notes=(*notes, *outside_notes(summaries, budgets), *fall_notes(summaries, recomputations)),
+        assumed=run.assumed,
+    )
+
+
+def _of_kind(budgets: Mapping[str, TorqueBudget], kind: str) -> Rows:
+    return {
+        name: [row for row in budget.joints if row.kind == kind] for name, budget in budgets.items()
+    }
+
+
+def _verdict(
+    name: str,
+    rows: Rows,
+    recomputations: Sequence[Recomputation],
+    floors: Mapping[str, float],
+    limited: bool,
+) -> PeakVerdict:
+    """Return the verdict on the largest peak of some joints."""
+    peaks = _largest(rows, lambda row: row.peak_torque)
+    compared = [row for row in recomputations if row.name in peaks and row.baseline in peaks]
+    led = {row.name: _peak_of_leader(rows[row.baseline], rows[row.name]) for row in compared}
+    changes = {
+        row.name: max(
+            _change(peaks[row.baseline], peaks[row.name], floors[row.baseline]),
+            _change(peaks[row.baseline], led[row.name], floors[row.baseline]),
+            key=abs,
+        )
+        for row in compared
+    }
+    moved = tuple(key for key, change in changes.items() if not abs(change) <= HOLDS_WITHIN)
+    worst = max(rows[ACCURACY if ACCURACY in rows else RUN], key=lambda row: row.peak_torque)
+    failed = [row for row in recomputations if row.failure]
+    cut = limited and any(_reaches_limit(row) for each in rows.values() for row in each)
+    verdict = UNKNOWN if failed else AT_LIMIT if cut else RANGE if moved else PEAK
+    spread = Spread.of(peaks)
+    torque = replace(spread, low=min(spread.low, *led.values())) if led else spread
+    titles = {row.name: row.title for row in recomputations}
+    reasons = [f"{row.title} {row.failure.split(':')[0]}" for row in failed]
+    reasons += [f"{titles[key]} {100.0 * changes[key]:+.3g} %" for key in moved]
+    return PeakVerdict(
+        name=name,
+        kind=worst.kind,
+        verdict=verdict,
+        torque=torque,
+        computed=peaks,
+        changes=changes,
+        moved_by=moved,
+        effort_limit=worst.effort_limit,
+        at_limit=max(row.at_limit for each in rows.values() for row in each) if limited else 0.0,
+        p99=Spread.of(_largest(rows, lambda row: row.p99_torque)),
+        rms=Spread.of(_largest(rows, lambda row: row.rms_torque)),
+        text=_sentence(verdict, torque, reasons, worst.effort_limit),
+    )
+
+
+def _largest(rows: Rows, number: Callable[[JointBudget], float]) -> dict[str, float]:
+    return {name: max(number(row) for row in each) for name, each in rows.items()}
+
+
+def _peak_of_leader(before: Sequence[JointBudget], after: Sequence[JointBudget]) -> float:
+    """Return what has become of the largest peak: that of the same joint [N m]."""
+    leader = max(range(len(before)), key=lambda k: before[k].peak_torque)
+    return after[leader].peak_torque
+
+
+def _change(before: float, after: float, floor: float) -> float:
+    """Return the share by which a peak has moved [-]; of one too small to matter, of the floor."""
+    size = max(before, floor)
+    if size > 0.0:
+        return (after - before) / size
+    return 0.0 if after == 0.0 else float("inf")
+
+
+def _reaches_limit(row: JointBudget) -> bool:
+    return row.at_limit > 0.0 or row.peak_torque >= LIMITED_TORQUE_SHARE * row.effort_limit
+
+
+def _sentence(verdict: str, torque: Spread, reasons: Sequence[str], limit: float) -> str:
+    """Return a verdict in words."""
+    span = f"{torque.low:.4g} to {torque.high:.4g} N m"
+    why = f": {'; '.join(reasons)}" if reasons else ""
+    if verdict == UNKNOWN:
+        return f"range unknown{why} ({span} of what ran)"
+    if verdict == AT_LIMIT:
+        return f"at the limit, {span}{why}"
+    beyond = f"; beyond the limit of {limit:.4g} N m" if torque.high > limit else ""
+    number = f"{torque.value:.4g} N m" if verdict == PEAK else span
+    return f"{verdict} {number}{why}{beyond}"
