@@ -65,6 +65,13 @@ def walk(
         OptionalFloat,
         typer.Option(help="Servo damping [N m s/rad]; default assumed from the effort."),
     ] = None,
+    prescribed: Annotated[
+        bool,
+        typer.Option(
+            "--prescribed",
+            help="Joints follow the plan exactly; torques by inverse dynamics, no servo.",
+        ),
+    ] = False,
     accuracy: Annotated[
         OptionalFloat,
         typer.Option(help="Error in positions to keep [m and rad]; default 1e-4."),
@@ -101,6 +108,7 @@ def walk(
     from hexapod_pin.control.feasible_gait import feasible_gait
     from hexapod_pin.control.kinematic import KinematicControl
     from hexapod_pin.drive.servo import Servo
+    from hexapod_pin.errors import ParameterError
     from hexapod_pin.ground.contact import Contact
     from hexapod_pin.robot.robot import load_robot
     from hexapod_pin.simulation.case import Case
@@ -115,8 +123,11 @@ def walk(
         loaded, gait, stroke, cycle_time=cycle, heading=math.radians(heading),
         turn_rate=math.radians(turn), **given(duty=duty, lift=lift),
     )  # fmt: skip
+    if prescribed and not (kp is None and kd is None):
+        raise ParameterError("--kp, --kd", kp or kd, "left out with --prescribed: no servo acts")
     servo = Servo.from_effort(loaded, kp=kp, kd=kd)
-    scene = Scene(loaded, contact=Contact.preset(contact).with_mu(mu), servo=servo)
+    laws = Contact.preset(contact).with_mu(mu)
+    scene = Scene(loaded, contact=laws, servo=servo, prescribed=prescribed)
     _print_plan(loaded, chosen, why)
     case = Case(
         scene, KinematicControl(chosen), duration=duration,
