@@ -21,7 +21,7 @@ from hexapod_pin.results.grid_columns import (
     same_group,
 )
 from hexapod_pin.results.netcdf import Column, Group, read_netcdf, write_netcdf
-from hexapod_pin.results.phase_torque import PHASES
+from hexapod_pin.results.scheduled_phases import PHASES
 from hexapod_pin.results.trace_layout import described
 
 SCHEMA = ("hexapod_pin.torque_map", 1)

@@ -17,7 +17,7 @@ from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.errors import GaitError, ParameterError, SweepInterrupted
 from hexapod_pin.results.grid_columns import empty_grid
 from hexapod_pin.results.joint_budget import joint_kinds
-from hexapod_pin.results.phase_torque import PHASES, phase_torque
+from hexapod_pin.results.scheduled_phases import PHASES, scheduled_phase_torque
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.torque_map import GRID, LAYOUT, TorqueMap
@@ -182,7 +182,7 @@ def _phases(case: Case, trace: Trace) -> Numbers:
         return {}
     leg, legged = _legs(case.scene.robot)
     middle = 0.5 * (trace.time[:-1] + trace.time[1:])
-    found = phase_torque(trace, gait.feet_down(middle / gait.cycle_time)[:, leg])
+    found = scheduled_phase_torque(trace, gait.feet_down(middle / gait.cycle_time)[:, leg])
     blank: Array = np.where(legged, 0.0, np.nan)
     return {
         "phase_peak": found.peak + blank,

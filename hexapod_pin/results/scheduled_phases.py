@@ -16,7 +16,7 @@ PHASES = ("retraction", "protraction")
 """What a leg does in stance, and in swing ([S2]'s words)."""
 
 
-class PhaseTorque(NamedTuple):
+class PhaseNumbers(NamedTuple):
     """Joint torques of both `PHASES` within the window of a trace; NaN where a phase is empty."""
 
     peak: Array  # largest size (2, n) [N m]
@@ -25,7 +25,7 @@ class PhaseTorque(NamedTuple):
     sampling_error: float  # largest deviation of the whole window's RMS from accepted steps [-]
 
 
-def phase_torque(trace: Trace, down: NDArray[np.bool_]) -> PhaseTorque:
+def scheduled_phase_torque(trace: Trace, down: NDArray[np.bool_]) -> PhaseNumbers:
     """Return peak and RMS of the joint torques in each phase.
 
     Integrals are trapezoidal over samples, an interval between two samples belonging to one phase.
@@ -61,4 +61,4 @@ def phase_torque(trace: Trace, down: NDArray[np.bool_]) -> PhaseTorque:
     peak, rms, total = (np.stack(column) for column in zip(*rows, strict=True))
     whole = np.sqrt(square.sum(axis=0) / (time[-1] - time[0]))
     deviation = np.abs(whole - summary.torque_rms) / summary.torque_rms.max()
-    return PhaseTorque(peak, rms, total, float(deviation.max()))
+    return PhaseNumbers(peak, rms, total, float(deviation.max()))
