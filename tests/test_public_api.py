@@ -16,13 +16,14 @@ HEAVY = ("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h
 PROMISED = """
 __version__ AdamsCoulomb AdamsImpact ArcWalk Blueprint BodyMotion BrownMcPhee Case Checkpoint
 Command compare Comparison Contact errors FeedbackController Flat FootControl FootForceSensing
-Gait Groove HeightField HoldPosture HuntCrossley iterate_batch JointStops KelvinVoigt
-KinematicControl Ledge Levelling load_case load_robot load_summary load_trace LostLeg Measurement
-Motor Patch PatchedGround Payload Push Ramp register_controller RelativeObjective Restitution
-Robot SampledTrajectory Scene Sensor Sensors Servo Session ShakingGround simulate simulate_batch
-Sine SlipPid Slope SmoothStep Stairs State StickSlip study_grounds Summary TanhCoulomb
-torque_budget TorqueBudget TouchDown Trace tune TuningResult urdf_path VelocityCommand view
-VirtualSuspension WalkMetrics Waypoints
+Gait gait_energy GaitEnergy Groove HeightField HoldPosture HuntCrossley iterate_batch JointStops
+KelvinVoigt KinematicControl Ledge Levelling load_case load_gait_energy load_robot load_study
+load_summary load_torque_map load_trace LostLeg Measurement Motor Patch PatchedGround Payload
+Push Ramp register_controller RelativeObjective Restitution Robot SampledTrajectory Scene Sensor
+Sensors Servo Session ShakingGround simulate simulate_batch Sine SlipPid Slope SmoothStep Stairs
+State StickSlip study_grounds Summary TanhCoulomb torque_budget torque_map TorqueBudget
+TorqueMap TouchDown Trace tune TuningResult urdf_path VelocityCommand view VirtualSuspension
+WalkMetrics Waypoints write_study
 """.split()
 
 

@@ -89,6 +89,7 @@ def leg_clearance(robot: Robot, gait: Gait) -> Clearance:
     return clearance(six_legs(robot), leg_bodies(robot), gait)
 
 
+@lru_cache(maxsize=CHECKED_GAITS)
 def clearance(
     six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None = None
 ) -> Clearance:
@@ -98,9 +99,7 @@ def clearance(
 
 
 @lru_cache(maxsize=CHECKED_GAITS)
-def _clearance(
-    six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None
-) -> Clearance:
+def _clearance(six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None) -> Clearance:
     """Return the clearance of a gait in one second; times scale with the cycle."""
     if not bodies.pairs:
         return Clearance(("", ""), 0.0, np.inf, bodies.excluded, bodies.assumed)

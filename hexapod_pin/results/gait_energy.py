@@ -104,10 +104,11 @@ class GaitEnergy:
         cost_of_transport: absolute energy / (weight * distance): braking costs as much as driving
             [-]. This and all that follow (M, G, V).
         cost_of_transport_positive: positive energy / (weight * distance): braking is free [-].
-        cost_of_transport_electrical: integral of sum(torque * rate + copper_loss torque^2) / (weight
-            * distance): braking gives back [-].
-        torque_index: integral of the sum of torque^2 over joints, per distance [N^2 m s]. Li's index
-            ([S2]'s reference 13) weighs joints by numbers that could not be found: here all are 1.
+        cost_of_transport_electrical: integral of sum(torque * rate + copper_loss torque^2) over
+            (weight * distance): braking gives back [-].
+        torque_index: integral of the sum of torque^2 over joints, per distance [N^2 m s]. Li's
+            index ([S2]'s reference 13) weighs joints by numbers that could not be found: here all
+            are 1.
         torque_index_largest: the same of the joint with the largest [N^2 m s].
         torque_peak: largest of any joint [N m].
         torque_rms: largest of any joint [N m].
@@ -268,7 +269,9 @@ class GaitEnergy:
         return grid_group(self, LAYOUT, axes, GRID, SCHEMA)
 
     @classmethod
-    def from_group(cls, where: str, group: Group | tuple[Any, Any]) -> GaitEnergy:
+    def from_group(
+        cls, where: str, group: tuple[Mapping[str, npt.NDArray[Any]], Mapping[str, Any]]
+    ) -> GaitEnergy:
         """Return what a group's arrays and attributes hold; `where` is for messages.
 
         Raises:

@@ -27,7 +27,9 @@ def empty_grid(layout: Layout, sizes: Mapping[str, int]) -> dict[str, Array]:
     }
 
 
-def freeze_grid(owner: Any, layout: Layout, sizes: Mapping[str, int], grid: tuple[str, ...]) -> None:
+def freeze_grid(
+    owner: Any, layout: Layout, sizes: Mapping[str, int], grid: tuple[str, ...]
+) -> None:
     """Check the arrays, reasons and `meta` of a frozen dataclass, and make them read-only.
 
     Args:

@@ -123,7 +123,9 @@ def netcdf_groups(path: str | Path) -> tuple[str, ...]:
     Raises:
         TraceFileError: as of `read_netcdf`.
     """
-    return _read(path, lambda file: tuple(name for name in file if not hasattr(file[name], "shape")))
+    return _read(
+        path, lambda file: tuple(name for name in file if not hasattr(file[name], "shape"))
+    )
 
 
 def _read(path: str | Path, read: Callable[[Any], Result]) -> Result:

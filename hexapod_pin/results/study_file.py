@@ -44,11 +44,15 @@ def write_study(path: str | Path, parts: Mapping[str, StudyPart]) -> Path:
     for name, part in parts.items():
         if not name.isidentifier():
             raise ParameterError("parts", name, "names of letters, digits and _")
-        if not isinstance(part, StudyPart):
-            known = "a TorqueMap, GaitEnergy or Trace"
-            raise ParameterError(f"parts[{name!r}]", type(part).__name__, known)
+        _require_part(name, part)
     groups = {name: part.group() for name, part in parts.items()}
     return write_netcdf(path, {}, {"schema": SCHEMA, "schema_version": SCHEMA_VERSION}, groups)
+
+
+def _require_part(name: str, part: object) -> None:
+    if not isinstance(part, StudyPart):
+        known = "a TorqueMap, GaitEnergy or Trace"
+        raise ParameterError(f"parts[{name!r}]", type(part).__name__, known)
 
 
 def load_study(path: str | Path) -> dict[str, StudyPart]:
@@ -65,7 +69,7 @@ def load_study(path: str | Path) -> dict[str, StudyPart]:
 
 def _part(path: str | Path, name: str) -> StudyPart:
     found, where = read_netcdf(path, name), f"{path}, group {name}"
-    schema = found[1].get("schema")
+    schema = str(found[1].get("schema"))
     if schema not in _READERS:
         raise TraceFileError(f"{where}: schema {schema!r} is none of {', '.join(_READERS)}.")
     return _READERS[schema](where, found)

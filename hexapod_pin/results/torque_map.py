@@ -184,7 +184,9 @@ class TorqueMap:
         return grid_group(self, LAYOUT, axes, GRID, SCHEMA)
 
     @classmethod
-    def from_group(cls, where: str, group: Group | tuple[Any, Any]) -> TorqueMap:
+    def from_group(
+        cls, where: str, group: tuple[Mapping[str, npt.NDArray[Any]], Mapping[str, Any]]
+    ) -> TorqueMap:
         """Return the map of a group's arrays and attributes; `where` is for messages.
 
         Raises:

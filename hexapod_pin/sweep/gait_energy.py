@@ -28,7 +28,7 @@ from hexapod_pin.sweep.grid_runs import (
     Numbers,
     check_counts,
     grid_axis,
-    walk_settings,
+    walk_times,
 )
 from hexapod_pin.sweep.torque_map import CHECKED_POINTS
 
@@ -77,7 +77,8 @@ def gait_energy(
 
     Args:
         scenes: one, or several by name, such as {"servo": ..., "prescribed": ...}.
-        gaits: order and duty of the steps by name; None: tripod, ripple, tetrapod, wave 3/4 and 5/6.
+        gaits: order and duty of the steps by name; None: `study_gaits`, tripod, ripple,
+            tetrapod, wave 3/4 and wave 5/6.
         speeds: ascending [m/s].
         step_height: lift of the swing feet [m].
         stroke: of all gaits [m]; None: 0.14 m, unless a cycle time is given.
@@ -112,9 +113,12 @@ def gait_energy(
     for g, table in enumerate(tables.values()):
         for k, speed in enumerate(axis):
             gait = _at_speed(table, float(speed), step_height, stroke, cycle_time)
-            control, settings = controller(gait), walk_settings(gait.cycle_time, cycles)
+            control = controller(gait)
+            duration, sample = walk_times(gait.cycle_time, cycles)
             for s, scene in enumerate(named.values()):  # innermost: the plan is remembered
-                cases[s, g, k] = Case(scene, control, accuracy=accuracy, **settings)
+                cases[s, g, k] = Case(
+                    scene, control, accuracy=accuracy, duration=duration, sample=sample
+                )
     losses = {id(scene): loss[name] for name, scene in named.items()}
     runs = GridRuns(
         cases, lambda case, run: _numbers(case, run, losses[id(case.scene)]),
@@ -221,7 +225,9 @@ def _meta(
     if copper_loss is None and any(
         motor is None for s in scenes.values() for motor in s.servos.motors(s.robot)
     ):
-        assumed["electrical loss: velocity limit over effort limit of the URDF, times torque^2"] = None
+        assumed["electrical loss: velocity limit over effort limit of the URDF, times torque^2"] = (
+            None
+        )
     elif copper_loss is not None:
         assumed[f"electrical loss: {copper_loss:g} W/(N m)^2, times torque^2"] = None
     plain = {name: {**g.model_dump(), "phases": list(g.phases)} for name, g in gaits.items()}

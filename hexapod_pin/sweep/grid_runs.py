@@ -44,11 +44,11 @@ UNWALKABLE = (GaitError, ReachError, DivergenceError, RuntimeError)
 """What makes a point NaN; anything else is a mistake in the call, and is raised."""
 
 
-def walk_settings(cycle_time: float, cycles: int) -> dict[str, float]:
+def walk_times(cycle_time: float, cycles: int) -> tuple[float, float]:
     """Return duration and sample [s] of a run of whole cycles after the start-up."""
     count = SAMPLES_PER_CYCLE * math.ceil(cycle_time / (SAMPLES_PER_CYCLE * LONGEST_SAMPLE))
     sample = cycle_time / count
-    return {"duration": (TRANSIENT_CYCLES + cycles) * count * sample, "sample": sample}
+    return (TRANSIENT_CYCLES + cycles) * count * sample, sample
 
 
 @dataclass
@@ -119,9 +119,7 @@ class GridRuns:
             case = self.cases[place]
             if isinstance(case, Case) and case.accuracy is not None:
                 cases[place] = replace(case, accuracy=TIGHTER * case.accuracy)
-        again = GridRuns(
-            cases, self.read, self.keep, self.threads, self._later, len(self.cases)
-        )
+        again = GridRuns(cases, self.read, self.keep, self.threads, self._later)
         again.run()
         self.interrupted = again.interrupted
         pairs = [(p, self.found[p], found) for p, found in again.found.items()]
@@ -130,9 +128,8 @@ class GridRuns:
     def _later(self, fraction: float) -> None:
         """Tell the progress of repeated runs."""
         if self.progress is not None:
-            total = len(self.cases) + self.extra
-            repeated = fraction * total - len(self.cases)
-            self.progress(min(1.0, (len(self.cases) + max(0.0, repeated)) / total))
+            done = len(self.cases) + fraction * self.extra
+            self.progress(done / (len(self.cases) + self.extra))
 
     def arrays(self, empty: Mapping[str, Array], shape: Sequence[int]) -> dict[str, Any]:
         """Return the arrays of the grid, filled, and `reason`."""

@@ -29,9 +29,10 @@ from hexapod_pin.simulation.run_meta import package_versions
 from hexapod_pin.sweep.grid_runs import (
     GridRuns,
     Numbers,
+    Place,
     check_counts,
     grid_axis,
-    walk_settings,
+    walk_times,
 )
 
 if TYPE_CHECKING:
@@ -100,12 +101,14 @@ def torque_map(
         for i, stroke in enumerate(axes[0])
         for j, period in enumerate(axes[1])
     }
-    cases = {
-        place: c
-        if isinstance(c, Exception)
-        else Case(scene, c, accuracy=accuracy, **walk_settings(float(axes[1][place[1]]), cycles))
-        for place, c in controllers.items()
-    }
+    cases: dict[Place, Case | Exception] = {}
+    for place, control in controllers.items():
+        duration, sample = walk_times(float(axes[1][place[1]]), cycles)
+        cases[place] = (
+            control
+            if isinstance(control, Exception)
+            else Case(scene, control, accuracy=accuracy, duration=duration, sample=sample)
+        )
     runs = GridRuns(cases, _numbers, "trace", threads, progress, extra=check)
     runs.run()
     found = runs.check(check, lambda place: float(axes[0][place[0]] / axes[1][place[1]]))
@@ -135,7 +138,9 @@ def _maker(
 
     def arc(stroke: float, period: float) -> AnyController:
         if stroke >= longest:
-            text = f"arc walk: a stroke of {stroke:g} m; legs of this robot give below {longest:g} m."
+            text = (
+                f"arc walk: a stroke of {stroke:g} m; legs of this robot give below {longest:g} m."
+            )
             raise GaitError(text, "stroke", longest)
         table = base.with_changes(cycle_time=period)
         return ArcWalk(table, amplitude=float(np.arcsin(stroke / longest)))
