@@ -43,15 +43,24 @@ class AccuracyCheck:
         object.__setattr__(self, "change", change)
         object.__setattr__(self, "quantities", tuple(self.quantities))
 
-    def error(self, quantity: str) -> float:
+    def error(self, quantity: str, first: int | None = None) -> float:
         """Return the largest relative change of a quantity at the repeated points [-].
+
+        Args:
+            quantity: one of `quantities`.
+            first: of the points with this index on the grid's first axis alone; NaN where there is
+                none. None: of all.
 
         Raises:
             UnknownNameError: that quantity was not compared.
         """
         if quantity not in self.quantities:
             raise UnknownNameError("quantity", quantity, list(self.quantities))
-        return float(np.nanmax(self.change[:, self.quantities.index(quantity)]))
+        change = self.change[:, self.quantities.index(quantity)]
+        if first is not None:
+            change = change[self.points[:, 0] == first]
+        known = change[np.isfinite(change)]
+        return float(known.max()) if len(known) else float("nan")
 
     def columns(self) -> dict[str, Column]:
         """Return the check as columns of a file; names begin with "check_"."""

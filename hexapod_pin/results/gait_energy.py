@@ -174,12 +174,19 @@ class GaitEnergy:
         values: Array = getattr(self, quantity)[self.scenes.index(name)]
         return values
 
-    def tie(self, cost: str) -> float:
-        """Return the relative difference within which two gaits cost the same [-].
+    def tie(self, cost: str, scene: str | None = None) -> float:
+        """Return the relative difference within which two gaits of a scene cost the same [-].
 
         Twice the largest change of that cost at the tighter accuracy; 0 without a check.
+
+        Raises:
+            UnknownNameError: there is no such scene, or that cost was not compared.
         """
-        return 0.0 if self.check is None else 2.0 * self.check.error(cost)
+        self.of(cost, scene)  # refuses unknown names
+        if self.check is None:
+            return 0.0
+        error = self.check.error(cost, 0 if scene is None else self.scenes.index(scene))
+        return 2.0 * error if error >= 0.0 else 0.0
 
     def cheapest(
         self, cost: str = "cost_of_transport_positive", scene: str | None = None
@@ -195,7 +202,7 @@ class GaitEnergy:
         """
         if cost not in COSTS:
             raise UnknownNameError("cost", cost, list(COSTS))
-        rows, tie = [], self.tie(cost)
+        rows, tie = [], self.tie(cost, scene)
         for speed, column in zip(self.speed, self.of(cost, scene).T, strict=True):
             known = [int(k) for k in np.argsort(column) if np.isfinite(column[k])]
             least = float(column[known[0]]) if known else float("nan")
@@ -244,7 +251,7 @@ class GaitEnergy:
         width = max(12, *(len(name) + 2 for name in self.gaits))
         lines = [
             f"{LAYOUT[cost][2]} [{LAYOUT[cost][1]}], {scene or self.scenes[0]}; "
-            f"* cheapest, or as cheap within {self.tie(cost):.2g}",
+            f"* cheapest, or as cheap within {self.tie(cost, scene):.2g}",
             "speed [m/s]" + "".join(f"{name:>{width}}" for name in self.gaits),
         ]
         for row, column in zip(best, values.T, strict=True):

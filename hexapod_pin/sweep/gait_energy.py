@@ -42,6 +42,10 @@ STEP_HEIGHT = 0.02
 """Lift of the swing feet [m], *assumed*: that of `Gait`."""
 
 
+SPEEDS = tuple(0.03 * k for k in range(1, 11))
+"""Speeds up to 0.3 m/s [m/s], *assumed*: kharagpur's wave 5/6 ends at 0.12, its tripod beyond."""
+
+
 def study_gaits() -> dict[str, Gait]:
     """Return the gaits that are compared where none are given, by name."""
     return {
@@ -56,7 +60,7 @@ def study_gaits() -> dict[str, Gait]:
 def gait_energy(
     scenes: Scene | Mapping[str, Scene],
     gaits: Mapping[str, Gait] | None = None,
-    speeds: ArrayLike = (),
+    speeds: ArrayLike = SPEEDS,
     *,
     step_height: float = STEP_HEIGHT,
     stroke: float | None = None,
@@ -90,8 +94,8 @@ def gait_energy(
         cycles: whole cycles after the start-up.
         accuracy: as in `simulate` [m and rad].
         threads: how many run at a time.
-        check: points that are run again at a tenth of the accuracy: the stated error, and by it
-            which gaits tie.
+        check: points of each scene that are run again at a tenth of the accuracy: the stated error,
+            and by it which gaits tie.
         progress: called with the finished fraction (0..1).
 
     Raises:
@@ -122,10 +126,10 @@ def gait_energy(
     losses = {id(scene): loss[name] for name, scene in named.items()}
     runs = GridRuns(
         cases, lambda case, run: _numbers(case, run, losses[id(case.scene)]),
-        "summary", threads, progress, extra=check,
+        "summary", threads, progress, extra=check * len(named),
     )  # fmt: skip
     runs.run()
-    found = runs.check(check, lambda place: float(axis[place[2]]))
+    found = runs.check(check, lambda place: (place[0], float(axis[place[2]])))
     sizes = dict(zip(GRID, (len(named), len(tables), len(axis)), strict=True))
     result = GaitEnergy(
         scenes=tuple(named),

@@ -99,21 +99,30 @@ class GridRuns:
         except (KeyboardInterrupt, SimulationInterrupted):
             self.interrupted = True
 
-    def check(self, count: int, order: Callable[[Place], float]) -> AccuracyCheck | None:
+    def check(
+        self, count: int, order: Callable[[Place], tuple[int, float]]
+    ) -> AccuracyCheck | None:
         """Repeat some walked points at a tighter accuracy.
 
         Args:
-            count: how many, evenly through the walked points; 0: none.
-            order: by which the points are ordered before.
+            count: how many of each part of the grid, evenly through its walked points; 0: none.
+            order: the part of the grid that a point belongs to, and its place in it.
 
         Returns:
             What changed; None where nothing was repeated, or Ctrl-C came before the end.
         """
-        walked = sorted((p for p, found in self.found.items() if not isinstance(found, str)),
-                        key=order)  # fmt: skip
+        walked = sorted(
+            (place for place, found in self.found.items() if not isinstance(found, str)), key=order
+        )
         if not walked or count < 1 or self.interrupted:
             return None
-        chosen = sorted({walked[round(k)] for k in np.linspace(0, len(walked) - 1, count)})
+        chosen = sorted(
+            {
+                part[round(k)]
+                for part in _parts(walked, lambda place: order(place)[0])
+                for k in np.linspace(0, len(part) - 1, count)
+            }
+        )
         cases: dict[Place, Case | Exception] = {}
         for place in chosen:
             case = self.cases[place]
@@ -140,6 +149,14 @@ class GridRuns:
             for name, value in () if isinstance(found, str) else found.items():
                 filled[name][place] = np.nan if value is None else value
         return {**filled, "reason": reason}
+
+
+def _parts(places: Sequence[Place], part: Callable[[Place], int]) -> list[list[Place]]:
+    """Return the places of each part of a grid, in their order."""
+    found: dict[int, list[Place]] = {}
+    for place in places:
+        found.setdefault(part(place), []).append(place)
+    return list(found.values())
 
 
 def _check(pairs: Iterable[Any], cases: Mapping[Place, Case | Exception]) -> AccuracyCheck | None:

@@ -111,7 +111,7 @@ def torque_map(
         )
     runs = GridRuns(cases, _numbers, "trace", threads, progress, extra=check)
     runs.run()
-    found = runs.check(check, lambda place: float(axes[0][place[0]] / axes[1][place[1]]))
+    found = runs.check(check, lambda place: (0, axes[0][place[0]] / axes[1][place[1]]))
     result = _map(scene, axes, runs, found, _meta(scene, walk, gait, controllers, accuracy, cycles))
     if runs.interrupted:
         kept = sum(not isinstance(numbers, str) for numbers in runs.found.values())
