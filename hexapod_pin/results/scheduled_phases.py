@@ -22,7 +22,7 @@ class PhaseNumbers(NamedTuple):
     peak: Array  # largest size (2, n) [N m]
     rms: Array  # (2, n) [N m]
     time: Array  # of each phase in the window (2, n) [s]
-    sampling_error: float  # largest deviation of the whole window's RMS from accepted steps [-]
+    rms_error: Array  # how far sampling may have moved `rms` (2, n) [N m]
 
 
 def scheduled_phase_torque(trace: Trace, down: NDArray[np.bool_]) -> PhaseNumbers:
@@ -30,6 +30,8 @@ def scheduled_phase_torque(trace: Trace, down: NDArray[np.bool_]) -> PhaseNumber
 
     Integrals are trapezoidal over samples, an interval between two samples belonging to one phase.
     A phase's peak is that of samples, or the peak over accepted steps where that falls into it.
+    What the whole window's integral of torque^2 misses of that over accepted steps may all belong
+    to either phase: that bounds the error of its RMS, unless errors of both cancel.
 
     Args:
         trace: of a run with a summary.
@@ -59,6 +61,7 @@ def scheduled_phase_torque(trace: Trace, down: NDArray[np.bool_]) -> PhaseNumber
             rms = np.sqrt((inside * square).sum(axis=0) / total)
         rows.append((np.where(total > 0.0, peak, np.nan), rms, total))
     peak, rms, total = (np.stack(column) for column in zip(*rows, strict=True))
-    whole = np.sqrt(square.sum(axis=0) / (time[-1] - time[0]))
-    deviation = np.abs(whole - summary.torque_rms) / summary.torque_rms.max()
-    return PhaseNumbers(peak, rms, total, float(deviation.max()))
+    missed = np.abs(square.sum(axis=0) - summary.torque_rms**2 * (time[-1] - time[0]))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        error = np.sqrt(rms**2 + missed / total) - rms
+    return PhaseNumbers(peak, rms, total, error)

@@ -45,7 +45,7 @@ LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
     "phase_peak": (BY_PHASE, "N m", "largest axis torque by size in a phase of the leg"),
     "phase_rms": (BY_PHASE, "N m", "RMS axis torque in a phase of the leg"),
     "phase_time": (BY_PHASE, "s", "time of the phase in the window"),
-    "sampling_error": (GRID, "1", "deviation of sampled RMS from accepted steps, largest joint"),
+    "phase_rms_error": (BY_PHASE, "N m", "how far sampling may have moved phase_rms"),
 }
 """Name: (axes, unit, meaning) of every array."""
 
@@ -83,8 +83,7 @@ class TorqueMap:
             of all is in that phase (S, C, 2, n) [N m].
         phase_rms: (S, C, 2, n) [N m].
         phase_time: of each phase in the window (S, C, 2, n) [s].
-        sampling_error: largest deviation of the sampled RMS from that of accepted steps, over the
-            largest RMS of a joint: how far to trust `phase_rms` (S, C) [-].
+        phase_rms_error: how far sampling may have moved `phase_rms` (S, C, 2, n) [N m].
         reason: why a point could not be walked, "" where it was (S, C).
         check: some points at a tighter accuracy; None where none was run.
         meta: scene and controller as TOML text, settings, versions, what is assumed.
@@ -110,7 +109,7 @@ class TorqueMap:
     phase_peak: Array
     phase_rms: Array
     phase_time: Array
-    sampling_error: Array
+    phase_rms_error: Array
     reason: npt.NDArray[np.object_]
     check: AccuracyCheck | None = None
     meta: Mapping[str, Any] = field(default_factory=dict)

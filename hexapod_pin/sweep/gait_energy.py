@@ -43,7 +43,7 @@ STEP_HEIGHT = 0.02
 
 
 SPEEDS = tuple(0.03 * k for k in range(1, 11))
-"""Speeds up to 0.3 m/s [m/s], *assumed*: kharagpur's wave 5/6 ends below 0.12, its tripod beyond."""
+"""Speeds up to 0.3 m/s [m/s], *assumed*: kharagpur's wave 5/6 ends below 0.12."""
 
 
 def study_gaits() -> dict[str, Gait]:

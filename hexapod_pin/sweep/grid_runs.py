@@ -44,9 +44,16 @@ UNWALKABLE = (GaitError, ReachError, DivergenceError, RuntimeError)
 """What makes a point NaN; anything else is a mistake in the call, and is raised."""
 
 
-def walk_times(cycle_time: float, cycles: int) -> tuple[float, float]:
-    """Return duration and sample [s] of a run of whole cycles after the start-up."""
-    count = SAMPLES_PER_CYCLE * math.ceil(cycle_time / (SAMPLES_PER_CYCLE * LONGEST_SAMPLE))
+def walk_times(cycle_time: float, cycles: int, least: int = 1) -> tuple[float, float]:
+    """Return duration and sample [s] of a run of whole cycles after the start-up.
+
+    Args:
+        cycle_time: [s].
+        cycles: how many.
+        least: samples of a cycle, at least.
+    """
+    wanted = max(float(least), cycle_time / LONGEST_SAMPLE)
+    count = SAMPLES_PER_CYCLE * math.ceil(wanted / SAMPLES_PER_CYCLE)
     sample = cycle_time / count
     return (TRANSIENT_CYCLES + cycles) * count * sample, sample
 
@@ -164,7 +171,7 @@ def _check(pairs: Iterable[Any], cases: Mapping[Place, Case | Exception]) -> Acc
     known = [(p, a, b) for p, a, b in pairs if not isinstance(a, str) and not isinstance(b, str)]
     if not known:
         return None
-    names = tuple(name for name in known[0][1] if name != "sampling_error")
+    names = tuple(name for name in known[0][1] if name != "phase_rms_error")
     change = [[_change(a[name], b[name]) for name in names] for _, a, b in known]
     accuracy = next(float(c.accuracy or 0.0) for c in cases.values() if isinstance(c, Case))
     return AccuracyCheck(accuracy, np.array([p for p, _, _ in known]), names, np.array(change))

@@ -49,6 +49,9 @@ STROKES = tuple(0.01 * k for k in range(3, 15))
 CYCLE_TIMES = tuple(2.4 * 2.0 ** (k / 4.0) for k in range(-7, 5))
 """Cycle times around [S2]'s 2.4 s [s], from 0.71 to 4.8 s; the range is *assumed*."""
 
+PHASE_SAMPLES = 960
+"""Least samples of a cycle: enough for the RMS of a phase in which a foot comes down hard."""
+
 CHECKED_POINTS = 5
 """Points that are repeated at a tenth of the accuracy."""
 
@@ -69,7 +72,8 @@ def torque_map(
     """Run a walk at every stroke and cycle time, and return its joint torques.
 
     Each run lasts its start-up and then whole cycles, over which everything is taken. Peaks are
-    those of accepted steps; what is told by phase is read from samples of at most 5 ms.
+    those of accepted steps; what is told by phase is read from samples,
+    960 of a cycle or more, at most 5 ms apart.
 
     Args:
         scene: what is walked on.
@@ -103,7 +107,7 @@ def torque_map(
     }
     cases: dict[Place, Case | Exception] = {}
     for place, control in controllers.items():
-        duration, sample = walk_times(float(axes[1][place[1]]), cycles)
+        duration, sample = walk_times(float(axes[1][place[1]]), cycles, PHASE_SAMPLES)
         cases[place] = (
             control
             if isinstance(control, Exception)
@@ -193,7 +197,7 @@ def _phases(case: Case, trace: Trace) -> Numbers:
         "phase_peak": found.peak + blank,
         "phase_rms": found.rms + blank,
         "phase_time": found.time + blank,
-        "sampling_error": found.sampling_error,
+        "phase_rms_error": found.rms_error + blank,
     }
 
 

@@ -82,7 +82,8 @@ def draw_gait_energy(found: GaitEnergy, *, costs: Sequence[str] = SHOWN) -> Figu
     for axes in panels[-1]:
         axes.set_xlabel("speed [m/s]")
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=3, fontsize="small")
+    columns = 2 if len(found.scenes) == 1 else 3
+    figure.legend(handles, labels, loc="outside upper center", ncols=columns, fontsize="small")
     return figure
 
 
