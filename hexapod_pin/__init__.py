@@ -73,6 +73,8 @@ if TYPE_CHECKING:
     from hexapod_pin.ground.terrain import study_grounds as study_grounds
     from hexapod_pin.results.checkpoint import Checkpoint as Checkpoint
     from hexapod_pin.results.comparison import Comparison as Comparison
+    from hexapod_pin.results.gait_energy import GaitEnergy as GaitEnergy
+    from hexapod_pin.results.gait_energy import load_gait_energy as load_gait_energy
     from hexapod_pin.results.joint_moments import JointMoments as JointMoments
     from hexapod_pin.results.joint_moments import joint_moments as joint_moments
     from hexapod_pin.results.peak_verdict import PeakVerdict as PeakVerdict
@@ -82,9 +84,13 @@ if TYPE_CHECKING:
     from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
     from hexapod_pin.results.stability import Stability as Stability
     from hexapod_pin.results.stability import stability as stability
+    from hexapod_pin.results.study_file import load_study as load_study
+    from hexapod_pin.results.study_file import write_study as write_study
     from hexapod_pin.results.summary import Summary as Summary
     from hexapod_pin.results.summary import load_summary as load_summary
     from hexapod_pin.results.torque_budget import torque_budget as torque_budget
+    from hexapod_pin.results.torque_map import TorqueMap as TorqueMap
+    from hexapod_pin.results.torque_map import load_torque_map as load_torque_map
     from hexapod_pin.results.trace import Trace as Trace
     from hexapod_pin.results.trace_file import load_trace as load_trace
     from hexapod_pin.results.walk_metrics import WalkMetrics as WalkMetrics
@@ -104,8 +110,10 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session
     from hexapod_pin.sweep.compare import compare as compare
+    from hexapod_pin.sweep.gait_energy import gait_energy as gait_energy
     from hexapod_pin.sweep.judge_peaks import judge_peaks as judge_peaks
     from hexapod_pin.sweep.objective import RelativeObjective as RelativeObjective
+    from hexapod_pin.sweep.torque_map import torque_map as torque_map
     from hexapod_pin.sweep.tuning import tune as tune
     from hexapod_pin.sweep.tuning_result import TuningResult as TuningResult
 
@@ -128,6 +136,7 @@ _MODULES = {
     "FootControl": "control.foot_control",
     "FootForceSensing": "control.foot_control",
     "Gait": "control.gait",
+    "GaitEnergy": "results.gait_energy",
     "Groove": "ground.terrain",
     "Havsin": "control.step_functions",
     "HeightField": "ground.terrain",
@@ -177,6 +186,7 @@ _MODULES = {
     "Summary": "results.summary",
     "TanhCoulomb": "ground.contact",
     "TorqueBudget": "results.robot_budget",
+    "TorqueMap": "results.torque_map",
     "TouchDown": "control.foot_control",
     "Trace": "results.trace",
     "TuningResult": "sweep.tuning_result",
@@ -185,12 +195,16 @@ _MODULES = {
     "WalkMetrics": "results.walk_metrics",
     "Waypoints": "control.curves",
     "compare": "sweep.compare",
+    "gait_energy": "sweep.gait_energy",
     "iterate_batch": "simulation.batch",
     "joint_moments": "results.joint_moments",
     "judge_peaks": "sweep.judge_peaks",
     "load_case": "simulation.case",
+    "load_gait_energy": "results.gait_energy",
     "load_robot": "robot.robot",
+    "load_study": "results.study_file",
     "load_summary": "results.summary",
+    "load_torque_map": "results.torque_map",
     "load_trace": "results.trace_file",
     "paper_motion": "control.paper_motion",
     "phase_torques": "results.phase_torque",
@@ -200,8 +214,10 @@ _MODULES = {
     "stability": "results.stability",
     "study_grounds": "ground.terrain",
     "torque_budget": "results.torque_budget",
+    "torque_map": "sweep.torque_map",
     "tune": "sweep.tuning",
     "urdf_path": "robot.robot",
+    "write_study": "results.study_file",
 }
 
 _FORMER = {

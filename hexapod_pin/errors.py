@@ -148,6 +148,19 @@ class TuningInterrupted(SimulationInterrupted):
         super().__init__(message, None)
 
 
+class SweepInterrupted(SimulationInterrupted):
+    """Ctrl-C during a sweep over a grid.
+
+    Attributes:
+        result: the `TorqueMap` or `GaitEnergy` of what was done; points left out are NaN.
+    """
+
+    def __init__(self, message: str, result: Any) -> None:
+        """Keep what was done up to the interruption."""
+        self.result = result
+        super().__init__(message, None)
+
+
 class TraceFileError(HexapodError):
     """A result file cannot be written or read: missing, truncated, or of another schema."""
 

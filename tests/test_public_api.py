@@ -16,15 +16,15 @@ HEAVY = ("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h
 PROMISED = """
 __version__ AdamsCoulomb AdamsImpact ArcWalk Blueprint BodyMotion BrownMcPhee Case Checkpoint
 Command compare Comparison Contact errors FeedbackController Flat FootControl FootForceSensing Gait
-Groove Havsin HeightField Hermite HoldPosture HuntCrossley iterate_batch joint_moments JointMoments
-JointMotion JointStops judge_peaks KelvinVoigt KinematicControl Ledge Levelling load_case
-load_robot load_summary load_trace LostLeg Measurement Motor paper_motion Patch PatchedGround
-Payload PeakVerdict PeakVerdicts Periodic phase_torques PhaseTorques Push Ramp register_controller
-RelativeObjective Restitution Robot SampledTrajectory Scene Sensor Sensors Servo Session
-ShakingGround simulate simulate_batch Sine SlipPid Slope SmoothStep stability Stability Stairs
-State Step Step5 StickSlip study_grounds Sum Summary TanhCoulomb torque_budget TorqueBudget
-TouchDown Trace tune TuningResult urdf_path VelocityCommand view VirtualSuspension WalkMetrics
-Waypoints
+gait_energy GaitEnergy Groove Havsin HeightField Hermite HoldPosture HuntCrossley iterate_batch
+joint_moments JointMoments JointMotion JointStops judge_peaks KelvinVoigt KinematicControl Ledge
+Levelling load_case load_gait_energy load_robot load_study load_summary load_torque_map load_trace
+LostLeg Measurement Motor paper_motion Patch PatchedGround Payload PeakVerdict PeakVerdicts
+Periodic phase_torques PhaseTorques Push Ramp register_controller RelativeObjective Restitution
+Robot SampledTrajectory Scene Sensor Sensors Servo Session ShakingGround simulate simulate_batch
+Sine SlipPid Slope SmoothStep stability Stability Stairs State Step Step5 StickSlip study_grounds
+Sum Summary TanhCoulomb torque_budget torque_map TorqueBudget TorqueMap TouchDown Trace tune
+TuningResult urdf_path VelocityCommand view VirtualSuspension WalkMetrics Waypoints write_study
 """.split()
 
 

@@ -122,17 +122,26 @@ def _violation(
         low, high = (six.legs[int(k)].name for k in (np.argmin(six.soles), np.argmax(six.soles)))
         text = f"the standing posture has foot {high} {np.ptp(six.soles):.4f} m above foot {low}"
         return Violation(PATH, text)
+    walk = (six, gait.in_one_second(), amplitude, lift_angle, profile)
+    q, v = _joints(*walk)
+    found = _out_of_range(six, q)
+    if found is not None:
+        return found
+    posture = posture_violation(six, q, v / gait.cycle_time)
+    return _touching(bodies, *walk) if posture is None else posture[0]
+
+
+@lru_cache(maxsize=CHECKED_WALKS)
+def _joints(
+    six: SixLegs, gait: Gait, amplitude: float, lift_angle: float, profile: StanceProfile
+) -> tuple[Array, Array]:
+    """Return joint angles [rad] and rates [rad/s] at the checked times, (6, K, 3) each."""
     end = CHECKED_CYCLES * gait.cycle_time
     path = ArcPath(six, gait, amplitude, lift_angle, profile, end)
     events = np.array([0.0, *path.events(end), end])
     time = knot_times(events, CHECK_SPACING_CYCLES * gait.cycle_time)[0]
     once = path.steady_from + gait.cycle_time  # of the steady part one cycle is enough
-    q, v = path.joints(time[(time <= once) | (time >= path.steady_until)])
-    found = _out_of_range(six, q)
-    if found is not None:
-        return found
-    posture = posture_violation(six, q, v)
-    return _touching(six, bodies, q) if posture is None else posture[0]
+    return path.joints(time[(time <= once) | (time >= path.steady_until)])
 
 
 def _out_of_range(six: SixLegs, q: Array) -> Violation | None:
@@ -150,10 +159,19 @@ def _out_of_range(six: SixLegs, q: Array) -> Violation | None:
     )
 
 
-def _touching(six: SixLegs, bodies: LegBodies, q: Array) -> Violation | None:
-    """Return which links overlap most, joint angles (6, K, 3)."""
+@lru_cache(maxsize=CHECKED_WALKS)
+def _touching(
+    bodies: LegBodies,
+    six: SixLegs,
+    gait: Gait,
+    amplitude: float,
+    lift_angle: float,
+    profile: StanceProfile,
+) -> Violation | None:
+    """Return which links overlap most in a walk."""
     if not bodies.pairs:
         return None
+    q, _ = _joints(six, gait, amplitude, lift_angle, profile)
     angles = six.joint_rows(q, six.posture)
     base = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (len(angles), 1))
     distance, pair = bodies.distances(np.hstack([base, angles]))

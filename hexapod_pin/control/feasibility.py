@@ -6,9 +6,11 @@ One walk is checked as a whole: start, steady cycles and stop, every foot target
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.foot_path import FootPath
@@ -27,6 +29,9 @@ CHECKED_CYCLES = 7
 """Length of the checked walk [cycles]: 2 to start, 2.25 or more steady, the rest to stop."""
 
 SAMPLES_PER_CYCLE = 300
+
+KEPT_PATHS = 64
+"""How many paths are remembered as checked, whatever the cycle time (0.2 MB each)."""
 
 MIN_NORMALISED_DETERMINANT = 0.02
 """Smallest normalised Jacobian determinant a plan may pass (*assumed*).
@@ -68,6 +73,18 @@ def violation(six: SixLegs, gait: Gait, motion: BodyMotion | None = None) -> Vio
     """
     if np.ptp(six.soles) > MAX_FOOT_HEIGHT_SPREAD:
         return _uneven(six)
+    found = _path_or_rates(six, gait.in_one_second(), motion)
+    if isinstance(found, Violation):
+        return found
+    fast = _too_fast(six, found / gait.cycle_time)
+    return None if fast is None else fast[0]
+
+
+@lru_cache(maxsize=KEPT_PATHS)
+def _path_or_rates(
+    six: SixLegs, gait: Gait, motion: BodyMotion | None
+) -> Violation | NDArray[np.float64]:
+    """Return what is wrong with the paths of a gait, or its joint rates [rad/s], (6, K, 3)."""
     path = FootPath.of(six, gait, stop_at=CHECKED_CYCLES * gait.cycle_time, motion=motion)
     try:
         p_BF, v_BF = six.foot_motion(path, checked_times(path))
@@ -77,8 +94,8 @@ def violation(six: SixLegs, gait: Gait, motion: BodyMotion | None = None) -> Vio
     if refused is not None:
         found = _singular(six, q, refused[0])
         return Violation(PATH, str(refused[1])) if found is None else found[0]
-    found = posture_violation(six, q, six.kinematics.estimated_rates(p_BF, v_BF, q))
-    return None if found is None else found[0]
+    found = _singular(six, q, len(six.legs))
+    return six.kinematics.estimated_rates(p_BF, v_BF, q) if found is None else found[0]
 
 
 def posture_violation(six: SixLegs, q: Array, v: Array) -> tuple[Violation, int] | None:

@@ -85,6 +85,15 @@ class Gait(Spec):
         """Return the gait with some fields replaced, validated."""
         return Gait(**{**self.model_dump(), **fields})
 
+    def in_one_second(self) -> Gait:
+        """Return the gait of the same paths with a cycle of 1 s.
+
+        Places at a share of the cycle are the same; rates are those of this gait times its cycle
+        time. What does not depend on time need be found only once for all cycle times.
+        """
+        turn = self.turn_rate * self.cycle_time
+        return self.with_changes(cycle_time=1.0, turn_rate=turn)
+
     @property
     def minimum_feet_down(self) -> int:
         """Smallest number of feet on the ground at any time, instants of exchange aside."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -94,6 +94,13 @@ def clearance(
     six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None = None
 ) -> Clearance:
     """Return the clearance of a gait, as `leg_clearance`; `motion` is the trunk's, constant."""
+    found = _clearance(six, bodies, gait.in_one_second(), motion)
+    return replace(found, time=found.time * gait.cycle_time)
+
+
+@lru_cache(maxsize=CHECKED_GAITS)
+def _clearance(six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None) -> Clearance:
+    """Return the clearance of a gait in one second; times scale with the cycle."""
     if not bodies.pairs:
         return Clearance(("", ""), 0.0, np.inf, bodies.excluded, bodies.assumed)
     path = FootPath.of(six, gait, stop_at=CHECKED_CYCLES * gait.cycle_time, motion=motion)

@@ -3,11 +3,13 @@
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.energy_margin import nesm
+from hexapod_pin.results.gait_energy import GaitEnergy, load_gait_energy
 from hexapod_pin.results.joint_moments import JointMoments, joint_moments
 from hexapod_pin.results.peak_verdict import PeakVerdict, PeakVerdicts
 from hexapod_pin.results.phase_torque import PhaseTorques, phase_torques
 from hexapod_pin.results.robot_budget import TorqueBudget
 from hexapod_pin.results.stability import Stability, stability
+from hexapod_pin.results.study_file import load_study, write_study
 from hexapod_pin.results.summary import Summary, load_summary
 from hexapod_pin.results.support_polygon import (
     longitudinal_margins,
@@ -15,6 +17,7 @@ from hexapod_pin.results.support_polygon import (
     support_polygon,
 )
 from hexapod_pin.results.torque_budget import torque_budget
+from hexapod_pin.results.torque_map import TorqueMap, load_torque_map
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_file import load_trace
 from hexapod_pin.results.walk_metrics import WalkMetrics
@@ -26,6 +29,7 @@ from hexapod_pin.results.zero_moment_point import (
 __all__ = [
     "Checkpoint",
     "Comparison",
+    "GaitEnergy",
     "JointMoments",
     "PeakVerdict",
     "PeakVerdicts",
@@ -33,10 +37,14 @@ __all__ = [
     "Stability",
     "Summary",
     "TorqueBudget",
+    "TorqueMap",
     "Trace",
     "WalkMetrics",
     "joint_moments",
+    "load_gait_energy",
+    "load_study",
     "load_summary",
+    "load_torque_map",
     "load_trace",
     "longitudinal_margins",
     "nesm",
@@ -45,6 +53,7 @@ __all__ = [
     "static_margin",
     "support_polygon",
     "torque_budget",
+    "write_study",
     "zero_moment_point",
     "zero_moment_point_of_motion",
 ]

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from hexapod_pin.errors import TraceFileError
 from hexapod_pin.results.atomic_file import write_atomically
+
+Result = TypeVar("Result")
 
 
 class Column(NamedTuple):
@@ -22,12 +24,28 @@ class Column(NamedTuple):
     attributes: Mapping[str, str]  # "units", "long_name", ...
 
 
+class Group(NamedTuple):
+    """What one group of a file holds; its axes are its own."""
+
+    columns: Mapping[str, Column]
+    attributes: Mapping[str, Any]
+
+
 def write_netcdf(
-    path: str | Path, columns: Mapping[str, Column], attributes: Mapping[str, Any]
+    path: str | Path,
+    columns: Mapping[str, Column],
+    attributes: Mapping[str, Any],
+    groups: Mapping[str, Group] | None = None,
 ) -> Path:
     """Write `columns` and the file's `attributes` to `path`, wholly or not at all.
 
     The file is composed in memory first: HDF5 cannot recover from a disk that fills up under it.
+
+    Args:
+        path: the file.
+        columns: of the file itself.
+        attributes: of the file itself.
+        groups: more columns and attributes, in groups of these names.
 
     Raises:
         TraceFileError: the file cannot be written; the old one, if any, is intact.
@@ -36,12 +54,19 @@ def write_netcdf(
 
     image = io.BytesIO()
     with h5netcdf.File(image, "w") as file:
-        file.dimensions = _dimensions(columns)
-        for name, column in columns.items():
-            _write_column(file, name, column)
-        for key, value in attributes.items():
-            file.attrs[key] = value
+        _write_group(file, Group(columns, attributes))
+        for name, group in (groups or {}).items():
+            _write_group(file.create_group(name), group)
     return write_atomically(path, image.getbuffer())
+
+
+def _write_group(place: Any, group: Group) -> None:
+    """Write columns and attributes into a file or one of its groups."""
+    place.dimensions = _dimensions(group.columns)
+    for name, column in group.columns.items():
+        _write_column(place, name, column)
+    for key, value in group.attributes.items():
+        place.attrs[key] = value
 
 
 def _dimensions(columns: Mapping[str, Column]) -> dict[str, int]:
@@ -69,24 +94,60 @@ def _write_column(file: Any, name: str, column: Column) -> None:
         variable.attrs[key] = value
 
 
-def read_netcdf(path: str | Path) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
+def read_netcdf(
+    path: str | Path, group: str | None = None
+) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
     """Return the arrays of all variables of a file by name, and the file's attributes.
 
     Text comes back as str objects, everything else as it was stored.
 
+    Args:
+        path: the file.
+        group: name of the group to read; None: what is in no group.
+
     Raises:
-        TraceFileError: the file is missing, truncated, damaged, or no netCDF-4 file.
+        TraceFileError: the file is missing, truncated, damaged, or no netCDF-4 file, or has no
+            such group.
     """
+    found = _read(path, lambda file: _read_group(file if group is None else file.get(group)))
+    if found is None:
+        raise TraceFileError(
+            f"{path}: no group {group!r}; it has {', '.join(netcdf_groups(path)) or 'none'}."
+        )
+    return found
+
+
+def netcdf_groups(path: str | Path) -> tuple[str, ...]:
+    """Return the names of the groups of a file, in the order of the alphabet.
+
+    Raises:
+        TraceFileError: as of `read_netcdf`.
+    """
+    return _read(
+        path, lambda file: tuple(name for name in file if not hasattr(file[name], "shape"))
+    )
+
+
+def _read(path: str | Path, read: Callable[[Any], Result]) -> Result:
+    """Return what `read` makes of an open file, or say what is wrong with the file."""
     import h5py  # a netCDF-4 file is HDF5; h5netcdf leaves warnings behind on damage
 
     if not os.path.isfile(path):
         raise TraceFileError(f"{path}: no such file.")
     try:
         with h5py.File(path, "r") as file:
-            arrays = {name: _read_column(variable) for name, variable in file.items()}
-            return arrays, {key: _scalar(value) for key, value in file.attrs.items()}
+            return read(file)
     except Exception as error:  # HDF5 reports damage by many types, OSError to UnicodeError
         raise TraceFileError(f"{path}: {_damage(Path(path), error)}") from error
+
+
+def _read_group(place: Any) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]] | None:
+    """Return variables and attributes of a file or a group; None of a variable or of nothing."""
+    if place is None or hasattr(place, "shape"):
+        return None
+    variables = {name: item for name, item in place.items() if hasattr(item, "shape")}
+    arrays = {name: _read_column(variable) for name, variable in variables.items()}
+    return arrays, {key: _scalar(value) for key, value in place.attrs.items()}
 
 
 def _scalar(value: Any) -> Any:

@@ -23,7 +23,7 @@ from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.event import Event
 from hexapod_pin.results.joint_limits import JointLimits, joint_limits
-from hexapod_pin.results.netcdf import Column, write_netcdf
+from hexapod_pin.results.netcdf import Column, Group, write_netcdf
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.summary_layout import SUMMARY_META
 from hexapod_pin.results.trace_layout import (
@@ -318,7 +318,11 @@ class Trace:
         Raises:
             TraceFileError: the file cannot be written; an old one stays as it was.
         """
-        return write_netcdf(path, self._columns(), self._attributes())
+        return write_netcdf(path, *self.group())
+
+    def group(self) -> Group:
+        """Return everything as columns and attributes of a file."""
+        return Group(self._columns(), self._attributes())
 
 
 def _index(kind: str, name: str, names: tuple[str, ...]) -> int:

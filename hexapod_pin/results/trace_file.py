@@ -23,7 +23,16 @@ def load_trace(path: str | Path) -> Trace:
         TraceFileError: the file is missing, truncated, damaged, of another kind or of a newer
             schema; the message names the file and the reason.
     """
-    arrays, attributes = read_netcdf(path)
+    return trace_from_group(str(path), read_netcdf(path))
+
+
+def trace_from_group(path: str, group: tuple[Mapping[str, Any], Mapping[str, Any]]) -> Trace:
+    """Return the trace of a group's arrays and attributes; `path` is for messages.
+
+    Raises:
+        TraceFileError: as `load_trace`.
+    """
+    arrays, attributes = group
     _check_schema(path, attributes)
     try:
         trace = _from_arrays(arrays)

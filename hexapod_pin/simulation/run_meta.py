@@ -49,7 +49,7 @@ def run_meta(run: NativeRun) -> dict[str, Any]:
         "urdf": robot.urdf,
         "foot_radius": contact_radii(run.scene),
         "velocity_limit": robot.velocity.tolist(),
-        "versions": _versions(),
+        "versions": package_versions(),
     }
 
 
@@ -108,7 +108,8 @@ def trunk_events(run: NativeRun) -> list[Event]:
 
 
 @cache
-def _versions() -> dict[str, str]:
+def package_versions() -> dict[str, str]:
+    """Return the versions that a result depends on."""
     from importlib.metadata import version
 
     return {name: version(name) for name in ("hexapod-pin", "pin", "numpy")}

@@ -1,21 +1,30 @@
-"""Many runs for one question: controllers compared on the same scenes, parameters tuned."""
+"""Many runs for one question: controllers compared, parameters tuned, walks on a grid."""
 
 from hexapod_pin.results.comparison import Comparison
+from hexapod_pin.results.gait_energy import GaitEnergy
+from hexapod_pin.results.torque_map import TorqueMap
 from hexapod_pin.results.walk_metrics import WalkMetrics
 from hexapod_pin.sweep.compare import compare
+from hexapod_pin.sweep.gait_energy import gait_energy, study_gaits
 from hexapod_pin.sweep.judge_peaks import judge_peaks
 from hexapod_pin.sweep.objective import RelativeObjective
 from hexapod_pin.sweep.random_bumps import random_bumps
+from hexapod_pin.sweep.torque_map import torque_map
 from hexapod_pin.sweep.tuning import tune
 from hexapod_pin.sweep.tuning_result import TuningResult
 
 __all__ = [
     "Comparison",
+    "GaitEnergy",
     "RelativeObjective",
+    "TorqueMap",
     "TuningResult",
     "WalkMetrics",
     "compare",
+    "gait_energy",
     "judge_peaks",
     "random_bumps",
+    "study_gaits",
+    "torque_map",
     "tune",
 ]

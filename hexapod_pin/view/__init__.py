@@ -1,15 +1,20 @@
-"""Look at walks: offline HTML files, or live in the browser; figures of laws and comparisons."""
+"""Look at walks: offline HTML files, or live in the browser; figures of laws and of results."""
 
 from hexapod_pin.view.comparison_figure import write_comparison_figure
 from hexapod_pin.view.contact_figure import write_figure
+from hexapod_pin.view.gait_energy_figure import write_gait_energy_figure
 from hexapod_pin.view.html import live_viewer, view, write_html
 from hexapod_pin.view.side_by_side import write_side_by_side
+from hexapod_pin.view.torque_map_figure import write_torque_curves, write_torque_heat_map
 
 __all__ = [
     "live_viewer",
     "view",
     "write_comparison_figure",
     "write_figure",
+    "write_gait_energy_figure",
     "write_html",
     "write_side_by_side",
+    "write_torque_curves",
+    "write_torque_heat_map",
 ]

@@ -1,0 +1,229 @@
+"""Torque against stroke and cycle time: `hp.torque_map`, its phases, its file and its figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.control import six_legs
+from hexapod_pin.errors import ParameterError, SweepInterrupted, TraceFileError, UnknownNameError
+from hexapod_pin.results.scheduled_phases import scheduled_phase_torque
+from hexapod_pin.results.torque_map import LAYOUT, NOT_RUN
+from hexapod_pin.sweep.grid_runs import walk_times
+from hexapod_pin.sweep.torque_map import PHASE_SAMPLES
+from hexapod_pin.view import write_torque_curves, write_torque_heat_map
+
+ROBOT = hp.load_robot("kharagpur")
+SCENE = hp.Scene(ROBOT, contact=hp.Contact.preset("s2"))
+STROKES, TIMES = (0.06, 0.14), (0.8, 1.2)
+RADIUS = 0.20284  # [m], physics 2.2: L1 + L2
+
+
+@pytest.fixture(scope="module")
+def found() -> hp.TorqueMap:
+    told: list[float] = []
+    got = hp.torque_map(
+        SCENE, "arc", strokes=STROKES, cycle_times=TIMES, check=2, progress=told.append
+    )
+    assert told == sorted(told) and len(told) == 6 and told[-1] == pytest.approx(1.0)
+    return got
+
+
+def arc(stroke: float, period: float) -> hp.ArcWalk:
+    """S2's walk with a stroke, from the closed form 2 R sin A."""
+    return hp.ArcWalk(
+        hp.Gait.tetrapod(cycle_time=period), amplitude=float(np.arcsin(stroke / (2 * RADIUS)))
+    )
+
+
+def test_a_map_is_what_its_walks_come_to_one_by_one(found: hp.TorqueMap) -> None:
+    """To the bit, with the same controller; the summary and its budget are computed alike."""
+    for i, stroke in enumerate(STROKES):
+        for j, period in enumerate(TIMES):
+            radius = float(hp.ArcWalk().path(ROBOT).radius.mean())
+            walk = hp.ArcWalk(
+                hp.Gait.tetrapod(cycle_time=period),
+                amplitude=float(np.arcsin(stroke / (2.0 * radius))),
+            )
+            duration, sample = walk_times(period, 1, PHASE_SAMPLES)
+            trace = hp.simulate(SCENE, walk, duration=duration, accuracy=1e-4, sample=sample)
+            budget = hp.torque_budget(trace)
+            rows = budget.joints
+            assert found.torque_peak[i, j].tolist() == [row.peak_torque for row in rows]
+            assert found.torque_p99[i, j].tolist() == [row.p99_torque for row in rows]
+            assert found.torque_rms[i, j].tolist() == [row.rms_torque for row in rows]
+            assert found.speed_peak[i, j].tolist() == [row.peak_speed for row in rows]
+            assert found.cost_of_transport[i, j] == budget.cost_of_transport
+            assert found.normal_impulse[i, j].tolist() == trace.summary.normal_impulse.tolist()
+            femur = found.of_kind("torque_peak", "femur")[i, j]
+            assert femur == budget.kind("femur").peak.peak_torque
+            energy = found.of_kind("positive_energy", "coxa")[i, j]
+            assert energy == pytest.approx(budget.kind("coxa").positive_energy, rel=1e-12)
+
+
+def test_the_stroke_of_an_arc_walk_is_the_one_asked_for(found: hp.TorqueMap) -> None:
+    """V = stroke / (duty T); the amplitude from R as published agrees to its rounding, 1e-5."""
+    wanted = np.array(STROKES)[:, None] / (2.0 / 3.0 * np.array(TIMES))
+    np.testing.assert_allclose(found.nominal_speed, wanted, rtol=1e-12)
+    assert arc(0.14, 1.2).path(ROBOT).speed == pytest.approx(wanted[1, 1], rel=2e-5)
+
+
+def test_feet_carry_the_weight(found: hp.TorqueMap) -> None:
+    """Impulses of a periodic walk: weight times cycle time; 1 %, as it is not yet periodic."""
+    weight = ROBOT.total_mass * 9.81
+    total = found.normal_impulse.sum(axis=-1)
+    np.testing.assert_allclose(total, np.broadcast_to(weight * np.array(TIMES), (2, 2)), rtol=1e-2)
+
+
+def test_phases_part_the_window(found: hp.TorqueMap) -> None:
+    """Times add up to the cycle, mean squares to that of the window; the duty is the gait's."""
+    np.testing.assert_allclose(
+        found.phase_time.sum(axis=2),
+        np.broadcast_to(np.array(TIMES)[:, None], (2, 2, 18)),
+        rtol=1e-12,
+    )
+    np.testing.assert_allclose(
+        found.phase_time[:, :, 0], np.broadcast_to(2 / 3 * np.array(TIMES)[:, None], (2, 2, 18)),
+        rtol=1e-9,
+    )  # fmt: skip
+    square = (found.phase_rms**2 * found.phase_time).sum(axis=2) / np.array(TIMES)[:, None]
+    missed = np.abs(square - found.torque_rms**2) * np.array(TIMES)[:, None]
+    bound = np.sqrt(found.phase_rms**2 + missed[:, :, None] / found.phase_time) - found.phase_rms
+    np.testing.assert_allclose(found.phase_rms_error, bound, atol=1e-9)
+    assert found.phase_rms_error.max() < 0.02 * found.phase_rms.max()
+    assert (found.phase_peak.max(axis=2) == found.torque_peak).all()
+
+
+def test_phases_are_those_of_the_legs() -> None:
+    """Against a loop over joints and samples, with legs and schedule looked up by name."""
+    walk, period = arc(0.1, 0.9), 0.9
+    duration, sample = walk_times(period, 1, PHASE_SAMPLES)
+    trace = hp.simulate(SCENE, walk, duration=duration, sample=sample, accuracy=1e-3)
+    legs = [
+        next(leg.name for leg in ROBOT.legs if joint in leg.joints) for joint in trace.joint_names
+    ]
+    order = ("lf", "lm", "lr", "rf", "rm", "rr")
+    middle = 0.5 * (trace.time[1:] + trace.time[:-1])
+    down = walk.gait.feet_down(middle / period)[:, [order.index(leg) for leg in legs]]
+    got = scheduled_phase_torque(trace, down)
+    window = np.flatnonzero(trace.time > 2.0 * period - 1e-9)
+    for j in range(len(legs)):
+        stance = [k for k in window[:-1] if down[k, j]]
+        square = sum(
+            0.5 * (trace.torque[k, j] ** 2 + trace.torque[k + 1, j] ** 2) * sample for k in stance
+        )
+        assert got.rms[0, j] == pytest.approx(np.sqrt(square / (len(stance) * sample)), rel=1e-9)
+    femora = [j for j, name in enumerate(trace.joint_names) if "femur" in name]
+    assert (got.rms[0, femora] > got.rms[1, femora]).all()  # legs carry the robot in stance
+    with pytest.raises(ParameterError, match="down"):
+        scheduled_phase_torque(trace, down[1:])
+
+
+def test_the_stated_error_is_that_of_a_tenth_of_the_accuracy(found: hp.TorqueMap) -> None:
+    """Of two points, the slowest and the fastest; repeated by hand."""
+    check = found.check
+    assert check is not None and check.accuracy == pytest.approx(1e-5)
+    assert sorted(map(tuple, check.points)) == [(0, 1), (1, 0)]
+    assert 0.0 < check.error("torque_rms") < 0.02
+    assert check.error("cost_of_transport") < 0.01
+    tight = hp.torque_map(
+        SCENE, "arc", strokes=[0.06], cycle_times=[1.2], accuracy=1e-5, check=0
+    ).torque_rms[0, 0]
+    change = np.abs(found.torque_rms[0, 1] - tight).max() / tight.max()
+    row = [tuple(p) for p in check.points].index((0, 1))
+    assert check.change[row, check.quantities.index("torque_rms")] == pytest.approx(
+        change, rel=1e-9
+    )
+    with pytest.raises(UnknownNameError, match="wobble"):
+        check.error("wobble")
+
+
+def test_a_point_that_cannot_be_walked_is_nan_with_its_reason() -> None:
+    """Joints too fast, legs in each other's way, and a stroke longer than the legs."""
+    got = hp.torque_map(
+        SCENE, "arc", strokes=[0.05, 0.16, 0.5], cycle_times=[0.12, 0.9], accuracy=1e-3, check=0
+    )
+    assert "rad/s" in got.reason[0, 0] and "overlap" in got.reason[1, 1]
+    assert "stroke of 0.5 m" in got.reason[2, 1] and "0.405" in got.reason[2, 1]
+    assert got.reason[0, 1] == "" and np.isfinite(got.torque_peak[0, 1]).all()
+    assert np.isnan(got.torque_peak[1:]).all() and np.isnan(got.cost_of_transport[0, 0])
+    assert got.check is None and got.finished
+
+
+def test_a_walk_of_ones_own_and_the_straight_one() -> None:
+    """A factory that makes what "straight" makes gives the same bits."""
+    settings = {"strokes": [0.06], "cycle_times": [0.9], "accuracy": 1e-3, "check": 0}
+
+    def own(stroke: float, period: float) -> hp.KinematicControl:
+        return hp.KinematicControl(hp.Gait.tripod(stroke=stroke, cycle_time=period))
+
+    first = hp.torque_map(SCENE, own, **settings)
+    second = hp.torque_map(SCENE, "straight", gait=hp.Gait.tripod(), **settings)
+    assert (first.torque_rms == second.torque_rms).all()
+    assert first.phase_time[0, 0, 0, 0] == pytest.approx(0.45, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"strokes": []}, "strokes"), ({"strokes": [0.1, 0.1]}, "ascending"),
+        ({"cycle_times": [-1.0]}, "cycle_times"), ({"cycles": 0}, "cycles"),
+        ({"check": -1}, "check"), ({"walk": "moon"}, "walk"), ({"accuracy": 3.0}, "accuracy"),
+    ],
+)  # fmt: skip
+def test_what_is_out_of_range_is_refused_before_anything_runs(change: dict, told: str) -> None:
+    settings = {"strokes": [0.1], "cycle_times": [1.0], **change}
+    with pytest.raises(ParameterError, match=told):
+        hp.torque_map(SCENE, settings.pop("walk", "arc"), **settings)
+
+
+def test_an_interrupted_map_keeps_what_is_done() -> None:
+    """Ctrl-C after the first point: the rest says that it was not run."""
+
+    def stop(fraction: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(SweepInterrupted, match="1 of 2 points") as caught:
+        hp.torque_map(SCENE, strokes=[0.06], cycle_times=[0.8, 0.9], accuracy=1e-3, progress=stop)
+    kept = caught.value.result
+    assert not kept.finished and sorted(kept.reason[0]) == ["", NOT_RUN]
+    assert np.isfinite(kept.torque_peak).all(axis=-1).sum() == 1
+
+
+def test_the_file_gives_every_bit_back(found: hp.TorqueMap, tmp_path: Path) -> None:
+    import xarray
+
+    path = found.save(tmp_path / "map.nc")
+    assert hp.load_torque_map(path) == found
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
+        assert data["torque_peak"].dims == ("stroke", "cycle_time", "joint")
+        assert all({"units", "long_name"} <= set(data[name].attrs) for name in LAYOUT)
+    assert found.meta["scene"] == SCENE.to_toml() and "hexapod-pin" in found.meta["versions"]
+    with pytest.raises(TraceFileError, match="schema"):
+        hp.load_gait_energy(path)
+
+
+def test_figures(found: hp.TorqueMap, tmp_path: Path) -> None:
+    for name, path in {
+        "curves": write_torque_curves(found, tmp_path / "curves.png", cycle_times=[1.2]),
+        "rms": write_torque_curves(found, tmp_path / "rms.svg", quantity="phase_rms"),
+        "map": write_torque_heat_map(found, tmp_path / "map.png"),
+    }.items():
+        assert path.stat().st_size > 10_000, name
+    with pytest.raises(ParameterError, match="quantity"):
+        write_torque_curves(found, tmp_path / "x.png", quantity="mood")
+    with pytest.raises(UnknownNameError, match="toe"):
+        found.of_kind("torque_peak", "toe")
+
+
+def test_legs_of_joints_are_those_of_the_robot() -> None:
+    """The schedule's column of every joint: the leg that the URDF has it on."""
+    from hexapod_pin.sweep.torque_map import _legs
+
+    leg, legged = _legs(ROBOT)
+    assert legged.all()
+    names = [one.name for one in six_legs(ROBOT).legs]
+    assert [names[k] for k in leg] == [joint.split("_")[0] for joint in ROBOT.joint_names]
