@@ -143,6 +143,12 @@ class ChartFlow {
     plant.servo_demand(q_, v_, set_points_, demand);
   }
 
+  // Motor torques of a prescribed motion at the state last evaluated, at time t, N m.
+  const VectorXd& reaction_torque(double t) {
+    find_acceleration(t);
+    return torque_;
+  }
+
   // Accelerations of the joints there, of a prescribed motion, rad/s^2.
   const VectorXd& joint_acceleration() const { return set_points_.a; }
 

@@ -22,6 +22,8 @@ class DormandPrince853 {
 
   static double tolerance_share(double) { return 0.3; }  // of the accuracy, for one step
 
+  static double prescribed_share(double) { return 1.0; }  // stability, not accuracy, sets its steps
+
   explicit DormandPrince853(const PlantT&) {}
 
   std::vector<double> memory() const { return {}; }

@@ -28,6 +28,12 @@ class ExtrapolatedEuler {
     return std::clamp(std::pow(accuracy / 1e-4, 0.4), 0.4, 1.0);
   }
 
+  // Further share where joints follow a motion: no servo gives way to an error on a stiff foot. With it
+  // errors are those of servo runs (benchmarks/results/prescribed_cost.md).
+  static double prescribed_share(double accuracy) {
+    return std::clamp(0.15 * std::pow(1e-4 / accuracy, 0.3), 0.075, 0.3);
+  }
+
   explicit ExtrapolatedEuler(const PlantT& plant)
       : linear_(plant), joints_(plant.joints()), works_(plant.feet.size()) {}
 

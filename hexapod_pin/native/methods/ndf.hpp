@@ -27,8 +27,7 @@ class NdfDriver {
   NdfDriver(PlantT& plant, Reference& reference, double accuracy,
             const std::vector<double>& /*memory*/, AcceptedStep& observer)
       : flow_(plant, reference), observer_(observer), 
-        tolerance_((DriveEvents<PlantT>::hard(plant, reference) ? kHardDriveShare : 1.0) * kToleranceShare *
-                   accuracy),
+        tolerance_(scene_share(plant, reference) * kToleranceShare * accuracy),
         norm_{tolerance_, kLeastVelocityWeight, plant.law.friction.steepness()},
         newton_(flow_, norm_), drives_(flow_, norm_), touch_(plant.feet.size(), kTouchTolerances * tolerance_) {}
 
@@ -70,6 +69,7 @@ class NdfDriver {
   using Newton = NdfNewton<PlantT>;
   static constexpr double kToleranceShare = 1.0 / 6.0;  // of the accuracy that one step may lose
   static constexpr double kHardDriveShare = 0.03;  // of that, with hard drives
+  static constexpr double kPrescribedShare = 0.3;  // of that, where joints follow a motion
   static constexpr double kLeastVelocityWeight = 0.03;  // s, of velocity errors
   static constexpr double kHardVelocityWeight = 0.3;  // s, where a joint is at its torque limit or slides
   // Tolerances that an error of order 1 or 2 counts for after a switch of the drives: there may be
@@ -82,6 +82,11 @@ class NdfDriver {
   static constexpr double kLimitGrowth = 1.2;      // of the step limit, per step after a failure
   static constexpr int kMaxTries = 100, kMaxEventTries = 4, kMaxSwitchTries = 8;
   static constexpr double kLeastEventStep = 1e-11;  // s, and of the time
+
+  static double scene_share(const PlantT& plant, const Reference& reference) {
+    if (PlantT::kPrescribed) return kPrescribedShare;
+    return DriveEvents<PlantT>::hard(plant, reference) ? kHardDriveShare : 1.0;
+  }
 
   void begin(double t, const VectorXd& q, const VectorXd& v) {
     flow_.begin(q, v, y_);

@@ -28,8 +28,7 @@ class OneStepDriver {
   OneStepDriver(PlantT& plant, Reference& reference, double accuracy,
                 const std::vector<double>& memory, AcceptedStep& observer)
       : flow_(plant, reference), method_(plant), observer_(observer),
-        norm_{(DriveEvents<PlantT>::hard(plant, reference) ? kHardDriveShare : 1.0) *
-                  Method::tolerance_share(accuracy) * accuracy,
+        norm_{scene_share(plant, reference, accuracy) * Method::tolerance_share(accuracy) * accuracy,
               Method::kLeastVelocityWeight,
               Method::kWeightFollowsFriction ? plant.law.friction.steepness() : 0.0},
         touch_(plant.feet.size(), norm_.tolerance, Method::kLocatesLiftOff), drives_(flow_, norm_),
@@ -49,6 +48,7 @@ class OneStepDriver {
       flow_.begin(q, v, y0_);
       touch_.begin(flow_.plant);
       drives_.weigh(flow_.plant, Method::kLeastVelocityWeight, Method::kHardVelocityWeight, norm_);
+      if (PlantT::kPrescribed && t < watched_until_) start_torque_ = flow_.reaction_torque(t);
       method_.begin(flow_, t, y0_);
       const double done = step_from(t, h);
       if (done <= 0.0 || !(flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed)) return false;
@@ -89,6 +89,12 @@ class OneStepDriver {
   static constexpr double kLeastEventStep = 1e-11;  // s, and of the time
   static constexpr double kLeastShare = 1e-3;  // of a step: where the ground has a jump, the gap has no root
 
+  // Share of the usual tolerance that this scene needs.
+  static double scene_share(const PlantT& plant, const Reference& reference, double accuracy) {
+    if (PlantT::kPrescribed) return Method::prescribed_share(accuracy);
+    return DriveEvents<PlantT>::hard(plant, reference) ? kHardDriveShare : 1.0;
+  }
+
   // Accepts a step of h, shorter where the error or a touch-down requires it, and leaves the plant
   // evaluated at its end; returns its length, or -1.
   double step_from(double t, double h) {
@@ -108,7 +114,7 @@ class OneStepDriver {
         double drive = drives_.share(t + h, y1_, h);
         if (switched == kMaxSwitchTries || h < least) drive = 1.0;
         const double change =
-            t < watched_until_ ? drives_.torque_change(flow_.plant) / kMostTorqueChange : 0.0;
+            t < watched_until_ ? torque_change(t + h) / kMostTorqueChange : 0.0;
         if (change > 1.0 && h > kLeastTorqueStep) {
           ++refined_;
           h = step_ = h * std::max(0.25, kTorqueAim / change);
@@ -130,6 +136,13 @@ class OneStepDriver {
     return -1.0;
   }
 
+  // Largest change of a motor's torque in the step that ends at t, as a share of its cap.
+  double torque_change(double t) {
+    if constexpr (!PlantT::kPrescribed) return drives_.torque_change(flow_.plant);
+    const VectorXd change = flow_.reaction_torque(t) - start_torque_;
+    return change.cwiseAbs().cwiseQuotient(flow_.plant.drive.cap).maxCoeff();
+  }
+
   void accept(double h, double size, bool cut, bool located) {
     const double next = next_step(h, size, method_.order(), true);
     if (located) ++events_;
@@ -147,6 +160,7 @@ class OneStepDriver {
   DriveEvents<PlantT> drives_;
   double step_, watched_until_ = 0.0;  // s
   VectorXd y0_, y1_, error_;
+  VectorXd start_torque_;  // of a prescribed motion, N m
   long steps_ = 0, rejected_ = 0, events_ = 0, refined_ = 0;
   double largest_turn_ = 0.0, error_most_ = 0.0, error_sum_ = 0.0;
 };
