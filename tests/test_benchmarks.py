@@ -86,8 +86,6 @@ SHORT = {
     "prescribed_cost": [
         "--rounds",
         "1",
-        "--cycles",
-        "2",
         "--robots",
         "kharagpur",
         "--contacts",
