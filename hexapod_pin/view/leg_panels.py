@@ -38,7 +38,8 @@ PAPER_NUMBERS = {"lf": 1, "rf": 2, "lm": 3, "rm": 4, "lr": 5, "rr": 6}
 
 COLUMNS = 3
 
-DPI = 110
+DPI = 100
+"""Of PNG files: 900 to 1000 pixels wide."""
 
 
 class Leg(NamedTuple):

@@ -81,8 +81,9 @@ def draw_joint_motion(
             angle = SIGNS[k] * np.degrees(trace.q[kept, 7 + joint])
             angle -= TIBIA_REFERENCE if KINDS[k] == "tibia" else 0.0
             rate = SIGNS[k] * np.degrees(trace.v[kept, 6 + joint])
-            above.plot(time, angle, color=COLORS[k], lw=1.4, label=f"{KINDS[k]} {ANGLES[k]}")
-            below.plot(time, rate, color=COLORS[k], lw=1.2, label=RATES[k])
+            look = {"color": COLORS[k], "lw": 1.3, "zorder": 2.5 - 0.1 * k}
+            above.plot(time, angle, label=f"{KINDS[k]} {ANGLES[k]}", **look)
+            below.plot(time, rate, label=RATES[k], **look)
     label_rows(panels, ("angle [°]", "rate [°/s]"), "time [s]")
     add_legend(figure, panels[0][0], f"{robot_of(trace)}: joint motions, and their rates below")
     return figure
@@ -141,7 +142,7 @@ def draw_joint_torques(
                 drawn, label = values[:count, joint], f"joint {k + 1} ({KINDS[k]})"
                 axes.plot(time, drawn, color=COLORS[k], lw=0.9, label=label)
                 if every:
-                    axes.plot(time[::every], drawn[::every], ".", color=COLORS[k], ms=3)
+                    axes.plot(time[::every], drawn[::every], ".", color=COLORS[k], ms=3.5)
     label_rows(panels, ("axis torque [N m]", "total moment [N m]"), "time [s]")
     title = f"{robot_of(trace)}: torque about the joints' axes; below, size of the total moment"
     title += f"\npoints: every {1e3 * points:.3g} ms" if points else ""
