@@ -1,4 +1,4 @@
-"""The figure of a study's gait energy: costs of gaits against speed; and which is cheapest where."""
+"""The figure of a study's gait energy: costs against speed, and which gait is cheapest where."""
 
 from __future__ import annotations
 

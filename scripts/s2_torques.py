@@ -1,4 +1,4 @@
-"""S2's figure 6 from a study file: joint torques, and what speed adds to their quasi-static limit."""
+"""S2's figure 6 from a study file: joint torques; and what speed adds to those of a slow walk."""
 
 from __future__ import annotations
 

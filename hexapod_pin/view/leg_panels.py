@@ -1,15 +1,12 @@
-"""What figures of legs share: which joints a leg has, panels in a grid, stance, the file."""
+"""What figures of legs share: which joints a leg has, panels in a grid, stance."""
 
 from __future__ import annotations
 
-import io
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.steady_window import Window, steady_window
@@ -37,9 +34,7 @@ PAPER_NUMBERS = {"lf": 1, "rf": 2, "lm": 3, "rm": 4, "lr": 5, "rr": 6}
 """[S2]'s numbers of the legs; that odd ones are left is *assumed*."""
 
 COLUMNS = 3
-
-DPI = 100
-"""Of PNG files: 900 to 1000 pixels wide."""
+"""Legs side by side."""
 
 
 class Leg(NamedTuple):
@@ -167,14 +162,3 @@ def add_legend(figure: Figure, axes: Axes, title: str, *, shaded: bool = True) -
         handles, labels = [*handles, Patch(color=STANCE)], [*labels, "foot on the ground"]
     figure.suptitle(title, fontsize="medium")
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small")
-
-
-def save_figure(figure: Figure, path: str | Path, ending: str) -> Path:
-    """Write a figure, wholly or not at all, and return its path.
-
-    Raises:
-        TraceFileError: the file cannot be written.
-    """
-    stream = io.BytesIO()
-    figure.savefig(stream, format=ending, dpi=DPI)
-    return write_atomically(path, stream.getvalue())

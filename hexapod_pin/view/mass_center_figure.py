@@ -12,7 +12,8 @@ from hexapod_pin.results.stability import EXCURSIONS, Stability, stability
 from hexapod_pin.results.support_polygon import support_polygon
 from hexapod_pin.results.zero_moment_point import contact_points
 from hexapod_pin.view.contact_figure import require_ending
-from hexapod_pin.view.leg_panels import COLORS, STANCE, cycle_of, save_figure
+from hexapod_pin.view.figure_file import save_figure
+from hexapod_pin.view.leg_panels import COLORS, STANCE, cycle_of
 from hexapod_pin.view.walk_figures import robot_of
 
 if TYPE_CHECKING:

@@ -12,6 +12,7 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_moments import joint_moments
 from hexapod_pin.results.steady_window import steady_window
 from hexapod_pin.view.contact_figure import require_ending
+from hexapod_pin.view.figure_file import save_figure
 from hexapod_pin.view.leg_panels import (
     COLORS,
     Leg,
@@ -20,7 +21,6 @@ from hexapod_pin.view.leg_panels import (
     label_rows,
     leg_grid,
     legs_of,
-    save_figure,
 )
 from hexapod_pin.view.walk_figures import robot_of
 
@@ -32,6 +32,12 @@ if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace
 
 COXA, FEMUR = 0, 1
+
+LEAST_SWING = 1e-3
+"""Of the first harmonics of all coxae below which these stand still [rad]."""
+
+LEAST_OVERLAP = 0.95
+"""Of the first harmonics of two walks of one gait, 1 where coxae move alike [-]; *assumed*."""
 
 
 class Cycle(NamedTuple):
@@ -138,17 +144,16 @@ def _aligned(slow: Cycle, fast: Cycle, legs: Sequence[Leg]) -> Cycle:
     """Return the slow cycle in the phase of the fast one, by the coxae's first harmonics.
 
     Raises:
-        ParameterError: the coxae stand still.
+        ParameterError: the coxae stand still, or one is ahead of another by another phase.
     """
     coxae = [leg.joints[COXA] for leg in legs]
     first = [
         np.mean(np.exp(-2j * np.pi * cycle.phase)[:, None] * cycle.angle[:, coxae], axis=0)
         for cycle in (slow, fast)
     ]
-    overlap = np.vdot(first[0], first[1])
-    scale = float(np.linalg.norm(first[0]) * np.linalg.norm(first[1]))
-    if scale == 0.0 or abs(overlap) < 0.5 * scale:
-        raise ParameterError("slow", abs(overlap), "a walk of the same gait, whose coxae move")
+    overlap, size = np.vdot(first[0], first[1]), np.linalg.norm(first, axis=1)
+    if size.min() < LEAST_SWING or abs(overlap) < LEAST_OVERLAP * size.prod():
+        raise ParameterError("slow", slow.length, "a walk of the same gait, whose coxae move")
     phase = np.mod(slow.phase - np.angle(overlap) / (2.0 * np.pi), 1.0)
     order = np.argsort(phase)
     return Cycle(

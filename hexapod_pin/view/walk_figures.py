@@ -13,6 +13,7 @@ import numpy as np
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_moments import joint_moments
 from hexapod_pin.view.contact_figure import require_ending
+from hexapod_pin.view.figure_file import save_figure
 from hexapod_pin.view.leg_panels import (
     COLORS,
     KINDS,
@@ -21,7 +22,6 @@ from hexapod_pin.view.leg_panels import (
     label_rows,
     leg_grid,
     legs_of,
-    save_figure,
     shade_stance,
 )
 
@@ -39,6 +39,9 @@ TIBIA_REFERENCE = 90.0
 """Of beta_3 as drawn [degrees]: the tibia upright below a level femur."""
 
 ANGLES = (r"$\theta_1$", r"$\beta_2$", rf"$\beta_3 - {TIBIA_REFERENCE:g}°$")
+
+LINES = ("-", "-", "--")
+"""Of the joints: femur and tibia both stand still in stance."""
 
 RATES = (r"$\dot\theta_1$", r"$\dot\beta_2$", r"$\dot\beta_3$")
 
@@ -81,9 +84,9 @@ def draw_joint_motion(
             angle = SIGNS[k] * np.degrees(trace.q[kept, 7 + joint])
             angle -= TIBIA_REFERENCE if KINDS[k] == "tibia" else 0.0
             rate = SIGNS[k] * np.degrees(trace.v[kept, 6 + joint])
-            look = {"color": COLORS[k], "lw": 1.3, "zorder": 2.5 - 0.1 * k}
-            above.plot(time, angle, label=f"{KINDS[k]} {ANGLES[k]}", **look)
-            below.plot(time, rate, label=RATES[k], **look)
+            line, color = LINES[k], COLORS[k]
+            above.plot(time, angle, line, color=color, lw=1.3, label=f"{KINDS[k]} {ANGLES[k]}")
+            below.plot(time, rate, line, color=color, lw=1.3, label=RATES[k])
     label_rows(panels, ("angle [°]", "rate [°/s]"), "time [s]")
     add_legend(figure, panels[0][0], f"{robot_of(trace)}: joint motions, and their rates below")
     return figure
