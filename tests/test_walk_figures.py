@@ -153,7 +153,7 @@ def test_slow_walk_is_shifted_into_the_phase_of_the_other(trace: hp.Trace, slow:
     assert np.ptp(first) > 1.0
     title = draw_quasi_static(trace, later, ["lr"]).get_suptitle()
     apart = float(title.split("differ by ")[1].split("°")[0])
-    assert apart < 0.2  # 2.5 degrees a sample: not one sample off
+    assert apart < 0.2  # swinging coxae go 1 degree a sample: not one sample off
 
 
 def test_legs_have_their_joints_and_s2s_numbers(trace: hp.Trace) -> None:
@@ -215,12 +215,34 @@ def test_scripts_draw_from_the_file(
     tmp_path: Path,
 ) -> None:  # fmt: skip
     parts = {"paper": trace, "constant": trace, "slow_tetrapod": slow}
-    study = hp.write_study(tmp_path / "study.nc", parts)
+    assert_script_writes(script, options, written, parts, tmp_path)
+
+
+@pytest.mark.slow
+def test_scripts_of_sweeps_draw_from_the_file(tmp_path: Path) -> None:
+    scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s2())
+    coarse = {"accuracy": 1e-3}
+    parts = {
+        "torque_map": hp.torque_map(scene, "arc", strokes=[0.06], cycle_times=[0.8], **coarse),
+        "gait_energy": hp.gait_energy(
+            {"servo": scene}, {"tripod": hp.Gait.tripod()}, [0.1], **coarse
+        ),
+    }
+    written = ["s2_torque_map.png", "s2_torque_peak.png", "s2_torque_rms.png"]
+    assert_script_writes("s2_sweeps", [], written, parts, tmp_path)
+    (tmp_path / "energy").mkdir()
+    assert_script_writes("s2_energy", [], ["s2_energy.png"], parts, tmp_path / "energy")
+
+
+def assert_script_writes(
+    script: str, options: list[str], written: list[str], parts: dict, folder: Path
+) -> None:
+    study = hp.write_study(folder / "study.nc", parts)
     spec = importlib.util.spec_from_file_location(script, SCRIPTS / f"{script}.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    out = tmp_path / "figures"
+    out = folder / "figures"
     assert module.main([str(study), str(out), *options]) == 0
     assert sorted(path.name for path in out.iterdir()) == written
     assert all(path.stat().st_size < 200_000 for path in out.iterdir())

@@ -117,7 +117,7 @@ def leg_grid(legs: Sequence[Leg], rows: int, height: float) -> tuple[Figure, lis
     size = (1.0 + 2.9 * columns, 0.8 + height * rows * blocks)
     figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(rows * blocks, columns, squeeze=False, sharex=True)
-    panels = []
+    panels: list[list[Axes]] = []
     for k, leg in enumerate(legs):
         top, column = rows * (k // COLUMNS), k % COLUMNS
         own = [grid[top + row, column] for row in range(rows)]
