@@ -70,12 +70,16 @@ def test_joint_motion_is_the_trace_in_degrees_and_signs_of_s2(trace: hp.Trace) -
 
 
 def test_stance_is_shaded_where_the_foot_was_pushed(trace: hp.Trace) -> None:
-    """Leg 1 swings in the second third of the cycle: two spans of a third, the others free."""
+    """Leg 1 swings in the second third of the cycle: two spans of a third, the others free.
+
+    A foot pushed in the interval that ends at a sample is shaded over that interval.
+    """
     axes = draw_joint_motion(trace, ["lf"], cycles=1).axes[0]
     spans = [path.get_extents().intervalx for path in axes.collections[0].get_paths()]
-    spacing = 0.02  # of the samples
-    ends = [[2.4, 3.2], [4.0, 4.8]]
-    assert np.array(spans) == pytest.approx(np.array(ends), abs=1.01 * spacing)
+    assert np.array(spans) == pytest.approx(np.array([[2.4, 3.2], [4.0, 4.8]]), abs=0.021)
+    down = trace.contact[120:241, trace.foot("lf_foot")]
+    lands = 120 + int(np.flatnonzero(~down[:-1] & down[1:])[0])
+    assert spans[1][0] == pytest.approx(trace.time[lands], abs=1e-9)
 
 
 def test_margins_and_excursions_are_those_of_stability(trace: hp.Trace) -> None:
