@@ -149,7 +149,8 @@ def label_rows(panels: Sequence[Sequence[Axes]], labels: Sequence[str], across: 
 
 def shade_stance(axes: Axes, time: Array, down: NDArray[np.bool_]) -> None:
     """Shade the intervals at whose end a foot was pushed."""
-    axes.fill_between(time, 0.0, 1.0, where=list(down), step="pre", color=STANCE, lw=0,
+    ends, pushed = np.repeat(time, 2)[1:-1], np.repeat(down[1:], 2)  # of each interval
+    axes.fill_between(ends, 0.0, 1.0, where=pushed.tolist(), color=STANCE, lw=0,
                       transform=axes.get_xaxis_transform(), zorder=0)  # fmt: skip
 
 
