@@ -4,8 +4,11 @@ from hexapod_pin.view.comparison_figure import write_comparison_figure
 from hexapod_pin.view.contact_figure import write_figure
 from hexapod_pin.view.gait_energy_figure import write_gait_energy_figure
 from hexapod_pin.view.html import live_viewer, view, write_html
+from hexapod_pin.view.mass_center_figure import write_mass_center_figure
+from hexapod_pin.view.quasi_static_figure import write_quasi_static_figure
 from hexapod_pin.view.side_by_side import write_side_by_side
 from hexapod_pin.view.torque_map_figure import write_torque_curves, write_torque_heat_map
+from hexapod_pin.view.walk_figures import write_joint_motion_figure, write_joint_torque_figure
 
 __all__ = [
     "live_viewer",
@@ -14,6 +17,10 @@ __all__ = [
     "write_figure",
     "write_gait_energy_figure",
     "write_html",
+    "write_joint_motion_figure",
+    "write_joint_torque_figure",
+    "write_mass_center_figure",
+    "write_quasi_static_figure",
     "write_side_by_side",
     "write_torque_curves",
     "write_torque_heat_map",

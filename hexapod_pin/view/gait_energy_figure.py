@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.gait_energy import COSTS
 from hexapod_pin.view.contact_figure import require_ending
+from hexapod_pin.view.figure_file import save_figure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -54,9 +53,7 @@ def write_gait_energy_figure(
         ModuleNotFoundError: matplotlib is not installed.
     """
     ending = require_ending(Path(path))
-    stream = io.BytesIO()
-    draw_gait_energy(found, costs=costs).savefig(stream, format=ending, dpi=130)
-    return write_atomically(path, stream.getvalue())
+    return save_figure(draw_gait_energy(found, costs=costs), path, ending)
 
 
 def draw_gait_energy(found: GaitEnergy, *, costs: Sequence[str] = SHOWN) -> Figure:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.scheduled_phases import PHASES
 from hexapod_pin.view.contact_figure import require_ending
+from hexapod_pin.view.figure_file import save_figure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,7 +66,7 @@ def write_torque_curves(
     """
     ending = require_ending(Path(path))
     figure = draw_torque_curves(found, quantity, strokes, cycle_times)
-    return _write(figure, path, ending)
+    return save_figure(figure, path, ending)
 
 
 def write_torque_heat_map(
@@ -86,13 +85,7 @@ def write_torque_heat_map(
         ModuleNotFoundError: matplotlib is not installed.
     """
     ending = require_ending(Path(path))
-    return _write(draw_torque_heat_map(found, quantity), path, ending)
-
-
-def _write(figure: Figure, path: str | Path, ending: str) -> Path:
-    stream = io.BytesIO()
-    figure.savefig(stream, format=ending, dpi=130)
-    return write_atomically(path, stream.getvalue())
+    return save_figure(draw_torque_heat_map(found, quantity), path, ending)
 
 
 def draw_torque_curves(

@@ -1,0 +1,31 @@
+"""The file of a figure."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hexapod_pin.results.atomic_file import write_atomically
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DPI = 100
+"""Of PNG files: a figure over a page's width has 900 to 1000 pixels."""
+
+
+def save_figure(figure: Figure, path: str | Path, ending: str) -> Path:
+    """Write a figure, wholly or not at all, and return its path.
+
+    Args:
+        figure: to write.
+        path: of the file.
+        ending: its format: "png", "svg" or "pdf".
+
+    Raises:
+        TraceFileError: the file cannot be written.
+    """
+    stream = io.BytesIO()
+    figure.savefig(stream, format=ending, dpi=DPI)
+    return write_atomically(path, stream.getvalue())

@@ -1,0 +1,252 @@
+"""Figures of walks show what the trace and its analyses say, with S2's signs."""
+
+from __future__ import annotations
+
+import importlib.util
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from synthetic import synthetic_trace
+
+import hexapod_pin as hp
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.view import (
+    write_joint_motion_figure,
+    write_joint_torque_figure,
+    write_mass_center_figure,
+    write_quasi_static_figure,
+)
+from hexapod_pin.view.leg_panels import legs_of
+from hexapod_pin.view.mass_center_figure import draw_mass_center
+from hexapod_pin.view.quasi_static_figure import draw_quasi_static
+from hexapod_pin.view.walk_figures import draw_joint_motion, draw_joint_torques
+
+pytest.importorskip("matplotlib")
+SCRIPTS = Path(__file__).parents[1] / "scripts"
+
+
+def walk(cycle_time: float, duration: float) -> hp.Trace:
+    robot = hp.load_robot("kharagpur")
+    motion = hp.paper_motion(robot, hp.Gait.tetrapod(cycle_time=cycle_time), profile="constant")
+    scene = hp.Scene(robot, contact=hp.Contact.s2(), prescribed=True)
+    return hp.simulate(scene, motion, duration=duration, accuracy=1e-3, sample=cycle_time / 120)
+
+
+@pytest.fixture(scope="module")
+def trace() -> hp.Trace:
+    return walk(2.4, 7.2)
+
+
+@pytest.fixture(scope="module")
+def slow() -> hp.Trace:
+    return walk(12.0, 27.0)  # a cycle of start, one of the window, and a quarter to shift it by
+
+
+def curves(axes: object) -> dict[str, np.ndarray]:
+    """Return the labelled lines of a panel, (points, 2) each."""
+    lines = {line.get_label(): line.get_xydata() for line in axes.get_lines()}  # type: ignore[attr-defined]
+    return {label: data for label, data in lines.items() if not label.startswith("_")}
+
+
+def test_joint_motion_is_the_trace_in_degrees_and_signs_of_s2(trace: hp.Trace) -> None:
+    figure = draw_joint_motion(trace, ["lf"], cycles=1)
+    angle, rate = (list(curves(axes).values()) for axes in figure.axes)
+    kept = slice(120, 241)  # the second cycle
+    for k, (joint, sign, less) in enumerate([("coxa", 1, 0), ("femur", -1, 0), ("tibia", 1, 90)]):
+        j = trace.joint(f"lf_{joint}_joint")
+        np.testing.assert_array_equal(angle[k][:, 0], trace.time[kept])
+        expected = np.degrees(trace.q[kept, 7 + j])
+        np.testing.assert_allclose(angle[k][:, 1], sign * expected - less, atol=1e-12)
+        expected = np.degrees(trace.v[kept, 6 + j])
+        np.testing.assert_allclose(rate[k][:, 1], sign * expected, atol=1e-12)
+    # S2's own numbers: +-20 degrees, a lift by 6 degrees upwards; the middle of the swing is a
+    # sample, and the standing posture is level to 0.01 degrees.
+    assert np.abs(angle[0][:, 1]).max() == pytest.approx(20.2, abs=0.1)  # with the blends
+    assert angle[1][:, 1].max() == pytest.approx(6.0, abs=0.01)
+    assert angle[1][:, 1].min() == pytest.approx(0.0, abs=0.01)
+    assert angle[2][:, 1] == pytest.approx(0.0, abs=0.01)
+
+
+def test_stance_is_shaded_where_the_foot_was_pushed(trace: hp.Trace) -> None:
+    """Leg 1 swings in the second third of the cycle: two spans of a third, the others free.
+
+    A foot pushed in the interval that ends at a sample is shaded over that interval.
+    """
+    axes = draw_joint_motion(trace, ["lf"], cycles=1).axes[0]
+    spans = [path.get_extents().intervalx for path in axes.collections[0].get_paths()]
+    assert np.array(spans) == pytest.approx(np.array([[2.4, 3.2], [4.0, 4.8]]), abs=0.021)
+    down = trace.contact[120:241, trace.foot("lf_foot")]
+    lands = 120 + int(np.flatnonzero(~down[:-1] & down[1:])[0])
+    assert spans[1][0] == pytest.approx(trace.time[lands], abs=1e-9)
+
+
+def test_margins_and_excursions_are_those_of_stability(trace: hp.Trace) -> None:
+    figure, found = draw_mass_center(trace), hp.stability(trace)
+    off, margins, above, *coordinates = figure.axes
+    for k, data in enumerate(curves(off).values()):
+        np.testing.assert_array_equal(data[:, 1], 1e3 * found.excursion[:, k])
+    drawn = curves(margins)
+    names = ("static_margin", "zmp_margin", "nesm")
+    for name, (label, data) in zip(names, drawn.items(), strict=True):
+        np.testing.assert_array_equal(data, np.stack([found.time, 1e3 * getattr(found, name)], 1))
+        assert f"least {1e3 * found.least(name)[0]:.1f} mm" in label
+    marks = [line.get_xydata()[0] for line in margins.get_lines() if line.get_marker() == "v"]
+    expected = [(time, 1e3 * least) for least, time in map(found.least, names)]
+    np.testing.assert_array_equal(marks, expected)
+    np.testing.assert_array_equal(curves(above)["centre of mass"], 1e3 * found.com[:, :2])
+    for axis, axes in enumerate(coordinates):
+        np.testing.assert_array_equal(
+            axes.get_lines()[0].get_xydata()[:, 1], 1e3 * trace.com[:, axis]
+        )
+
+
+def test_support_polygons_have_the_grounded_feet_as_corners(trace: hp.Trace) -> None:
+    above = draw_mass_center(trace).axes[2]
+    drawn = [data for label, data in curves(above).items() if label.startswith("support")]
+    assert [len(data) for data in drawn] == [5, 5, 5]  # S2's tetrapod: four feet, closed
+    row = int(np.argmin(np.abs(trace.time - 2.8)))  # legs 2 and 3 in the middle of their swing
+    feet = (
+        1e3 * trace.foot_position[row][[trace.foot(f"{leg}_foot") for leg in "lf lr rm rr".split()]]
+    )
+    assert sorted(map(tuple, drawn[0][:-1])) == sorted(map(tuple, feet[:, :2]))
+
+
+def test_torques_are_those_of_joint_moments(trace: hp.Trace) -> None:
+    figure = draw_joint_torques(trace, ["rm"], cycles=None, points=0.1)
+    moments = hp.joint_moments(trace)
+    for axes, values in zip(figure.axes, (moments.axis_torque, moments.moment), strict=True):
+        for data, kind in zip(curves(axes).values(), ("coxa", "femur", "tibia"), strict=True):
+            expected = values[:, moments.joint(f"rm_{kind}_joint")]
+            np.testing.assert_array_equal(data, np.stack([moments.time, expected], axis=1))
+        points = [line for line in axes.get_lines() if line.get_marker() == "."]
+        assert [len(line.get_xdata()) for line in points] == [48] * 3  # 4.8 s, every 0.1 s
+    one = draw_joint_torques(trace, ["rm"], cycles=1).axes[0]
+    assert len(one.get_lines()[0].get_xdata()) == 120
+
+
+def test_quasi_static_shows_both_speeds_and_their_difference(
+    trace: hp.Trace, slow: hp.Trace
+) -> None:
+    moments = hp.joint_moments(trace)
+    figure = draw_quasi_static(trace, slow, ["lm"])
+    femur, total = (list(curves(axes).values()) for axes in figure.axes)
+    for drawn, values, kind in (
+        (femur, moments.axis_torque, "femur"),
+        (total, moments.moment, "coxa"),
+    ):
+        last = values[-120:, moments.joint(f"lm_{kind}_joint")]
+        np.testing.assert_array_equal(drawn[0][:, 1], last)
+        np.testing.assert_allclose(drawn[2], np.stack(
+            [drawn[0][:, 0], drawn[0][:, 1] - drawn[1][:, 1]], axis=1), atol=1e-15)  # fmt: skip
+    # Leg 3 swings in the first third: -0.153 N m, its distal weight, at any speed (closed form).
+    swing = slice(10, 30)
+    assert femur[1][swing, 1] == pytest.approx(-0.153, abs=0.01)
+
+
+def test_slow_walk_is_shifted_into_the_phase_of_the_other(trace: hp.Trace, slow: hp.Trace) -> None:
+    """A window that begins a quarter of a cycle later gives the same curve."""
+    later = replace(slow, meta={**slow.meta, "steady_from": 15.0, "steady_until": 27.0})
+    first, second = (
+        list(curves(draw_quasi_static(trace, one, ["lr"]).axes[0]).values())[1][:, 1]
+        for one in (slow, later)
+    )
+    # But for touch-downs, which fall between samples, and what drifts from cycle to cycle.
+    assert np.median(np.abs(first - second)) < 5e-3
+    assert np.ptp(first) > 1.0
+    title = draw_quasi_static(trace, later, ["lr"]).get_suptitle()
+    apart = float(title.split("differ by ")[1].split("°")[0])
+    assert apart < 0.2  # swinging coxae go 1 degree a sample: not one sample off
+
+
+def test_legs_have_their_joints_and_s2s_numbers(trace: hp.Trace) -> None:
+    legs = legs_of(trace)
+    assert [leg.title for leg in legs] == [
+        "leg 1 (lf)", "leg 3 (lm)", "leg 5 (lr)", "leg 2 (rf)", "leg 4 (rm)", "leg 6 (rr)",
+    ]  # fmt: skip
+    for leg in legs:
+        names = [trace.joint_names[j] for j in leg.joints]
+        assert names == [f"{leg.name}_{kind}_joint" for kind in ("coxa", "femur", "tibia")]
+        assert trace.foot_names[leg.foot] == f"{leg.name}_foot"
+
+
+def test_each_writes_a_file_and_refuses_other_endings(
+    trace: hp.Trace, slow: hp.Trace, tmp_path: Path
+) -> None:
+    for name, write in {
+        "motion": lambda path: write_joint_motion_figure(trace, path, ["lf"]),
+        "torque": lambda path: write_joint_torque_figure(trace, path, ["lf"], points=0.02),
+        "mass_center": lambda path: write_mass_center_figure(trace, path, polygons=1),
+        "quasi": lambda path: write_quasi_static_figure(trace, slow, path, ["lf"]),
+    }.items():
+        assert write(tmp_path / f"{name}.png").stat().st_size > 10_000
+        with pytest.raises(ParameterError, match="ending in"):
+            write(tmp_path / f"{name}.jpeg")
+
+
+def test_refusals(trace: hp.Trace, slow: hp.Trace) -> None:
+    with pytest.raises(UnknownNameError, match="leg"):
+        draw_joint_motion(trace, ["tail"])
+    with pytest.raises(ParameterError, match="cycles"):
+        draw_joint_motion(trace, cycles=0)
+    with pytest.raises(ParameterError, match="points"):
+        draw_joint_torques(trace, ["lf"], points=1e-4)
+    with pytest.raises(ParameterError, match="polygons"):
+        draw_mass_center(trace, polygons=0)
+    with pytest.raises(ParameterError, match="cycle longer than"):
+        draw_quasi_static(slow, trace)
+    for order in ((6, 7, 8, 3, 4, 5, 0, 1, 2, 15, 16, 17, 12, 13, 14, 9, 10, 11), (2,) * 18):
+        with pytest.raises(ParameterError, match="same gait"):  # from front to rear; coxae stand
+            other = np.concatenate([slow.q[:, :7], slow.q[:, 7:][:, order]], axis=1)
+            draw_quasi_static(trace, replace(slow, q=other))
+    with pytest.raises(ParameterError, match="urdf"):
+        draw_joint_motion(synthetic_trace(urdf=None))
+
+
+@pytest.mark.parametrize(
+    ("script", "options", "written"),
+    [
+        pytest.param("s2_motion", [], ["s2_motion.png"], marks=pytest.mark.slow),
+        ("s2_mass_center", ["--group", "constant"], ["s2_mass_center_constant.png"]),
+        pytest.param(
+            "s2_torques", [], ["s2_quasi_static.png", "s2_torques.png"], marks=pytest.mark.slow
+        ),
+    ],
+)
+def test_scripts_draw_from_the_file(
+    script: str, options: list[str], written: list[str], trace: hp.Trace, slow: hp.Trace,
+    tmp_path: Path,
+) -> None:  # fmt: skip
+    parts = {"paper": trace, "constant": trace, "slow_tetrapod": slow}
+    assert_script_writes(script, options, written, parts, tmp_path)
+
+
+@pytest.mark.slow
+def test_scripts_of_sweeps_draw_from_the_file(tmp_path: Path) -> None:
+    scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s2())
+    coarse = {"accuracy": 1e-3}
+    parts = {
+        "torque_map": hp.torque_map(scene, "arc", strokes=[0.06], cycle_times=[0.8], **coarse),
+        "gait_energy": hp.gait_energy(
+            {"servo": scene}, {"tripod": hp.Gait.tripod()}, [0.1], **coarse
+        ),
+    }
+    written = ["s2_torque_map.png", "s2_torque_peak.png", "s2_torque_rms.png"]
+    assert_script_writes("s2_sweeps", [], written, parts, tmp_path)
+    (tmp_path / "energy").mkdir()
+    assert_script_writes("s2_energy", [], ["s2_energy.png"], parts, tmp_path / "energy")
+
+
+def assert_script_writes(
+    script: str, options: list[str], written: list[str], parts: dict, folder: Path
+) -> None:
+    study = hp.write_study(folder / "study.nc", parts)
+    spec = importlib.util.spec_from_file_location(script, SCRIPTS / f"{script}.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    out = folder / "figures"
+    assert module.main([str(study), str(out), *options]) == 0
+    assert sorted(path.name for path in out.iterdir()) == written
+    assert all(path.stat().st_size < 200_000 for path in out.iterdir())
