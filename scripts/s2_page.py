@@ -15,7 +15,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("study", type=Path, help="file of s2_study.py")
-    parser.add_argument("--out", type=Path, default=Path("docs"), help="folder of the page")
+    parser.add_argument("out", type=Path, help="folder of the page")
     options = parser.parse_args(argv)
     study = hp.load_study(options.study)
     verdicts = {name: hp.judge_peaks(study[name], threads=2) for name in WALKS}

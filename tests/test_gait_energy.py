@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import runpy
 from pathlib import Path
 
 import numpy as np
@@ -185,17 +184,3 @@ def test_an_interrupted_study_keeps_what_is_done() -> None:
     with pytest.raises(SweepInterrupted) as caught:
         hp.gait_energy(SCENES["s2"], GAITS, [0.1], stroke=0.06, accuracy=1e-3, progress=stop)
     assert np.isfinite(caught.value.result.cost_of_transport).sum() == 1
-
-
-def test_the_study_script_writes_one_file_and_draws_from_it(tmp_path: Path) -> None:
-    script = Path(__file__).parents[1] / "scripts" / "sweep_study.py"
-    options = ["--out", str(tmp_path), "--every", "11"]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sys.argv", [str(script), *options])
-        with pytest.raises(SystemExit) as done:
-            runpy.run_path(str(script), run_name="__main__")
-    assert done.value.code == 0
-    study = hp.load_study(tmp_path / "sweep_study.nc")
-    assert study["torque_map_arc"].torque_peak.shape == (2, 2, 18)
-    assert study["gait_energy"].cost_of_transport.shape == (1, 5, 1)
-    assert len(list(tmp_path.glob("*.png"))) == 4

@@ -23,7 +23,7 @@ ENVELOPE = {
     "wave 5/6": (lambda **k: hp.Gait.wave(5 / 6, **k), 0.93, 0.61, 1.50),
 }
 CONTACT = hp.Contact(
-    normal=hp.HuntCrossley(stiffness=1e6, exponent=1.0, dissipation=20.0),
+    normal=hp.HuntCrossley(stiffness=1e6, exponent=1.0, dissipation=100.0),
     friction=hp.Contact.preset("s2").friction,
 )
 
@@ -34,7 +34,12 @@ def slow(request: pytest.FixtureRequest) -> tuple[str, hp.Trace, slice]:
     gait = ENVELOPE[request.param][0](cycle_time=CYCLE)
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=CONTACT, prescribed=True)
     trace = hp.simulate(
-        scene, hp.ArcWalk(gait), duration=3 * CYCLE, accuracy=1e-6, sample=CYCLE / 1200
+        scene,
+        hp.ArcWalk(gait),
+        duration=3 * CYCLE,
+        method="ndf",
+        accuracy=1e-8,
+        sample=CYCLE / 1200,
     )
     return request.param, trace, hp.torque_budget(trace).window.samples
 

@@ -74,7 +74,7 @@ def study_cases() -> dict[str, Case]:
     robot = load_robot("kharagpur")
     scene, sample = study_scene(robot), DURATION / OUTPUT_SAMPLES / SAMPLES_PER_OUTPUT
     linear = Contact(
-        normal=HuntCrossley(stiffness=LINEAR_STIFFNESS, exponent=1.0, dissipation=20.0),
+        normal=HuntCrossley(stiffness=LINEAR_STIFFNESS, exponent=1.0, dissipation=100.0),
         friction=scene.contact.friction,
     )
     walks: dict[str, tuple[Scene, Controller]] = {
@@ -90,7 +90,7 @@ def study_cases() -> dict[str, Case]:
     for name, gait in slow_gaits().items():
         cases[name] = Case(
             replace(scene, contact=linear), ArcWalk(gait), duration=3.0 * gait.cycle_time,
-            accuracy=1e-6, sample=gait.cycle_time / OUTPUT_SAMPLES,
+            method="ndf", accuracy=1e-8, sample=gait.cycle_time / OUTPUT_SAMPLES,
         )  # fmt: skip
     return cases
 
@@ -130,6 +130,8 @@ def study_parts(bar: Bar, *, threads: int = 2, every: int = 1) -> dict[str, Stud
         raise StudyInterrupted({**parts, name: stop.result}) from None
     except SimulationInterrupted as stop:
         raise StudyInterrupted(parts | _traces(cases, stop.results or [])) from None
+    except KeyboardInterrupt:
+        raise StudyInterrupted(parts) from None
     return parts
 
 

@@ -12,9 +12,9 @@ speed.
 
 ```
 python scripts/s2_study.py --out s2_study.nc     # all runs, one netCDF file
-python scripts/s2_motion.py s2_study.nc          # figure 3; s2_mass_center.py: 5; s2_torques.py: 6
-python scripts/s2_sweeps.py s2_study.nc          # stroke and cycle time; s2_energy.py: energy
-python scripts/s2_page.py s2_study.nc            # this page
+python scripts/s2_motion.py s2_study.nc docs     # figure 3; s2_mass_center.py: 5; s2_torques.py: 6
+python scripts/s2_sweeps.py s2_study.nc docs     # stroke and cycle time; s2_energy.py: energy
+python scripts/s2_page.py s2_study.nc docs       # this page
 ```
 
 S2 prints no torque numbers, and its motion leaves open whether coxae turn in stance at a
@@ -61,7 +61,7 @@ SLOW = """
 ![Dynamic difference](s2_quasi_static.png)
 
 At ten times the cycle time, on feet with linear contact, which share the load as least squares
-does. The figure shows what speed adds.
+does; arcs at constant rate, as in the figure, which shows what speed adds.
 """
 
 SWEEPS = """
@@ -71,8 +71,8 @@ SWEEPS = """
 
 ![Torque maps](s2_torque_map.png)
 
-S2's motion, STEP in stance, prescribed; 12 strokes by 12 cycle times (*assumed* ranges). At a
-tenth of the accuracy peaks change by at most {peak} of their value, RMS by {rms}.
+S2's motion, STEP in stance, prescribed; 12 strokes by 12 cycle times (*assumed* ranges). At
+ten times the accuracy peaks change by at most {peak} of their value, RMS by {rms}.
 """
 
 ENERGY = """

@@ -1,0 +1,78 @@
+"""S2's study: its script leaves one file for claims and page; Ctrl-C loses nothing."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.benchmark.studies import s2_page
+from hexapod_pin.benchmark.studies.s2_claims import FAILS, HOLDS, claims
+from hexapod_pin.benchmark.studies.s2_runs import StudyInterrupted, study_cases, study_parts
+
+SCRIPTS = Path(__file__).parents[1] / "scripts"
+
+
+def main(script: str) -> Callable[[list[str]], int]:
+    spec = importlib.util.spec_from_file_location(script, SCRIPTS / f"{script}.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.main
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> dict:
+    """Return what the script leaves, with two values of each axis of the sweeps."""
+    path = tmp_path_factory.mktemp("study") / "study.nc"
+    assert main("s2_study")(["--out", str(path), "--every", "11"]) == 0
+    return hp.load_study(path)
+
+
+def test_one_file_holds_everything(study: dict) -> None:
+    assert set(study) == {*study_cases(), "torque_map", "gait_energy"}
+    assert study["paper"].time[-1] == pytest.approx(10.0)
+    assert len(study["paper"].time[::5]) == 601  # S2's 600 output steps
+    assert study["torque_map"].torque_peak.shape == (2, 2, 18)
+    assert study["gait_energy"].scenes == ("servo", "prescribed")
+
+
+def test_joint_one_is_highest_by_total_moment_only(study: dict) -> None:
+    verdicts = {claim.text: claim.verdict for claim in claims(study)}
+    text = "the torque of joint 1 is the highest in every leg"
+    assert verdicts[f"{text}: axis torque, what a motor gives"] == FAILS
+    assert verdicts[f"{text}: total moment across the joint"] == HOLDS
+    assert verdicts["at most three cycles in 10 s"] == FAILS
+    assert verdicts["the walk is statically stable"] == HOLDS
+
+
+def test_slow_walks_stand_in_the_page_beside_statics(study: dict) -> None:
+    table = s2_page.envelope_table(study)
+    assert [row[0] for row in table.rows] == ["tripod", "tetrapod", "wave 2/3", "wave 5/6"]
+    shares = [float(cell.split("(")[1].rstrip("%)")) for row in table.rows for cell in row[1:]]
+    assert max(map(abs, shares)) <= 2.0
+
+
+def test_page_is_written_from_the_file(study: dict, tmp_path: Path) -> None:
+    verdicts = {"paper": hp.judge_peaks(study["paper"], threads=2)}
+    text = s2_page.write_page(tmp_path, study, verdicts).read_text()
+    assert "| 0.56 / 0.44 / 0.189 |" in text  # coxa of S2's motion: peak, p99, RMS
+    assert "peak 1.318 N m" in text
+    assert max(len(line) for line in text.splitlines() if not line.startswith("|")) < 140
+
+
+def test_ctrl_c_keeps_what_is_done() -> None:
+    @contextmanager
+    def bar(title: str) -> Iterator[Callable[[float], None]]:
+        if title == "stroke and cycle time":
+            raise KeyboardInterrupt
+        yield lambda fraction: None
+
+    with pytest.raises((StudyInterrupted, KeyboardInterrupt)) as caught:
+        study_parts(bar, every=11)
+    assert isinstance(caught.value, StudyInterrupted)
+    assert set(caught.value.parts) == set(study_cases())
