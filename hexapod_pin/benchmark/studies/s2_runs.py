@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from math import asin
 
+from hexapod_pin.control.arc_path import StanceProfile
 from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_trajectory import Controller
@@ -89,8 +90,8 @@ def study_cases() -> dict[str, Case]:
     }
     for name, gait in slow_gaits().items():
         cases[name] = Case(
-            replace(scene, contact=linear), ArcWalk(gait), duration=3.0 * gait.cycle_time,
-            method="ndf", accuracy=1e-8, sample=gait.cycle_time / OUTPUT_SAMPLES,
+            replace(scene, contact=linear), arc_walk(robot, STROKE, gait), method="ndf",
+            accuracy=1e-8, duration=3.0 * gait.cycle_time, sample=gait.cycle_time / OUTPUT_SAMPLES,
         )  # fmt: skip
     return cases
 
@@ -108,6 +109,10 @@ def study_parts(bar: Bar, *, threads: int = 2, every: int = 1) -> dict[str, Stud
     """
     parts: dict[str, StudyPart] = {}
     scene, cases = study_scene(load_robot("kharagpur")), study_cases()
+
+    def paper(stroke: float, cycle_time: float) -> ArcWalk:  # the map is named after it
+        return paper_walk(scene.robot, stroke, cycle_time)
+
     try:
         with bar("S2's simulation") as progress:
             parts |= _traces(cases, simulate_batch(
@@ -116,7 +121,7 @@ def study_parts(bar: Bar, *, threads: int = 2, every: int = 1) -> dict[str, Stud
         with bar("stroke and cycle time") as progress:
             parts["torque_map"] = torque_map(
                 scene,
-                lambda stroke, period: paper_walk(scene.robot, stroke, period),
+                paper,
                 strokes=STROKES[::-every][::-1], cycle_times=CYCLE_TIMES[::-every][::-1],
                 accuracy=ACCURACY, threads=threads, progress=progress,
             )  # fmt: skip
@@ -142,5 +147,12 @@ def _traces(cases: Mapping[str, Case], results: Sequence[object]) -> dict[str, S
 
 def paper_walk(robot: Robot, stroke: float, cycle_time: float) -> ArcWalk:
     """Return S2's walk with a stroke [m] and a cycle time [s]: STEPs in stance and swing."""
+    return arc_walk(robot, stroke, Gait.tetrapod(cycle_time=cycle_time), "step")
+
+
+def arc_walk(
+    robot: Robot, stroke: float, gait: Gait, profile: StanceProfile = "constant"
+) -> ArcWalk:
+    """Return a walk on arcs with a stroke [m]."""
     amplitude = asin(stroke / (2.0 * float(ArcWalk().path(robot).radius.mean())))
-    return ArcWalk(Gait.tetrapod(cycle_time=cycle_time), amplitude=amplitude, profile="step")
+    return ArcWalk(gait, amplitude=amplitude, profile=profile)
