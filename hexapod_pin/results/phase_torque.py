@@ -16,12 +16,11 @@ from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.joint_moments import JointMoments, joint_moments
 from hexapod_pin.results.plain_json import without_non_finite
 from hexapod_pin.results.recorded_robot import RecordedRobot
+from hexapod_pin.results.scheduled_phases import PHASES
 from hexapod_pin.results.steady_window import Window, steady_window
 from hexapod_pin.results.trace import Trace
 
-RETRACTION, PROTRACTION = "retraction", "protraction"
-PHASES = (RETRACTION, PROTRACTION)
-"""Foot on the ground (stance), foot in the air (swing)."""
+RETRACTION, PROTRACTION = PHASES
 
 
 @dataclass(frozen=True)
