@@ -61,7 +61,8 @@ SLOW = """
 ![Dynamic difference](s2_quasi_static.png)
 
 At ten times the cycle time, on feet with linear contact, which share the load as least squares
-does; arcs at constant rate, as in the figure, which shows what speed adds.
+does; arcs at constant rate, as in the figure, which shows what speed adds. That is likely friction
+more than inertia: the force of S2's law grows with the speed at which feet scrub.
 """
 
 SWEEPS = """

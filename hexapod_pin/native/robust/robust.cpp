@@ -17,7 +17,10 @@ std::unique_ptr<Rollout> start_with(const RunSetup& setup) {
 
 template <bool kFlatFirst>
 std::unique_ptr<Rollout> start(const RunSetup& setup) {
-  if (setup.plant.prescribed) return start_with<PrescribedSystem, kFlatFirst>(setup);
+  if (setup.plant.prescribed) {
+    if constexpr (kFlatFirst) return start_with<PrescribedSystem, true>(setup);
+    else throw std::invalid_argument("method robust-reference is for joints that are driven");
+  }
   const Tree& tree = setup.plant.dynamics.tree();
   if (tree.joints > 2 && !setup.plant.arrow())
     throw std::invalid_argument(
