@@ -61,6 +61,16 @@ def test_servos_that_stiffen_come_to_it(robot: hp.Robot) -> None:
     assert off[2] < off[1] < off[0]
 
 
+def test_servos_are_told_the_same_motion(robot: hp.Robot) -> None:
+    """Quintics between knots carry a sine to 1e-11 of its amplitude, into the core too."""
+    motion = {"rm_coxa_joint": hp.Sine(amplitude=0.1, period=0.5)}
+    trace = hp.simulate(hp.Scene(robot), hp.JointMotion(motion), duration=0.6, sample=0.01)
+    value, rate = motion["rm_coxa_joint"].value_and_rate(trace.time)
+    joint = robot.joint_index("rm_coxa_joint")
+    assert np.abs(trace.q_ref[:, joint] - value).max() < 2e-12
+    assert np.abs(trace.v_ref[:, joint] - rate).max() < 1e-9
+
+
 def test_motor_turns_its_rotor_and_its_friction(robot: hp.Robot) -> None:
     """Torque of a joint in the air: what a rotor and friction add, in closed form."""
     motion = hp.JointMotion(

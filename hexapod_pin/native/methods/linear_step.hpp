@@ -171,9 +171,12 @@ class LinearStep {
     }
   }
 
-  // Joints that follow a motion: their mean rates over the step, by which they move, and accelerations.
+  // Joints that follow a motion: their mean rates over the step, by which they move, and accelerations;
+  // the base as if it went on.
   void take_motion(double h, const VectorXd& joints, const VectorXd& v) {
     const Eigen::Index n = joints.size();
+    v_end_ = used_ = v;
+    v_end_.tail(n) = set_points_.v;
     used_.tail(n) = (set_points_.q - joints) / h;
     acceleration_.tail(n) = (set_points_.v - v.tail(n)) / h;
   }
@@ -256,7 +259,7 @@ class LinearStep {
     const Vec3& n = foot.ground.normal;
     const Mat3 w = h * contact.slope(secant_[i]);
     const Vec3 k = (h * h) * contact.minus_dz;
-    if constexpr (PlantT::kPrescribed) return add_foot_to_base(plant, i, h, w, k, v);
+    if constexpr (PlantT::kPrescribed) return add_foot_to_base(plant, i, h, w, k);
     const Eigen::Matrix<double, 3, 6> end_b = foot.jb + h * foot.qb;
     const LegJacobian end_l = foot.jl + h * foot.ql;
     Eigen::Matrix<double, 3, 6> xb = w.lazyProduct(end_b);
@@ -270,16 +273,12 @@ class LinearStep {
   }
 
   // The same where the joints' part of the motion is known.
-  void add_foot_to_base(PlantT& plant, std::size_t i, double h, const Mat3& w, const Vec3& k,
-                        const VectorXd& v) {
+  void add_foot_to_base(PlantT& plant, std::size_t i, double h, const Mat3& w, const Vec3& k) {
     const auto& foot = plant.feet[i];
     const ContactForce& contact = foot.contact;
     Eigen::Matrix<double, 3, 6> xb = w.lazyProduct(foot.jb + h * foot.qb);
     xb.noalias() += k * (foot.ground.normal.transpose() * foot.jb);
     plant.system.add_foot(int(plant.foot_of(i)), foot.jb, foot.jl, xb, foot.jl);
-    used_.template head<6>() = v.template head<6>();
-    v_end_ = v;
-    v_end_.tail(plant.joints()) = set_points_.v;
     Vec3 moved;
     const Vec3 change = end_velocity(plant, i, h, v_end_, moved) - foot.velocity;
     const Vec3 f = contact.force - contact.slope(secant_[i]) * change -

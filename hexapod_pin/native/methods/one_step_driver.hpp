@@ -139,8 +139,9 @@ class OneStepDriver {
   // Largest change of a motor's torque in the step that ends at t, as a share of its cap.
   double torque_change(double t) {
     if constexpr (!PlantT::kPrescribed) return drives_.torque_change(flow_.plant);
-    const VectorXd change = flow_.reaction_torque(t) - start_torque_;
-    return change.cwiseAbs().cwiseQuotient(flow_.plant.drive.cap).maxCoeff();
+    const auto change = (flow_.reaction_torque(t) - start_torque_).array().abs();
+    const auto& cap = flow_.plant.drive.cap.array();
+    return (cap > 0.0).select(change / cap, 0.0).maxCoeff();  // an effort of 0 says nothing
   }
 
   void accept(double h, double size, bool cut, bool located) {
