@@ -16,7 +16,6 @@ from types import SimpleNamespace
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.commands.app import main
 from hexapod_pin.control.gait import GAITS
 from hexapod_pin.errors import DivergenceError, SimulationInterrupted
 from hexapod_pin.ground.contact.contact import PRESETS
@@ -26,21 +25,6 @@ Run = Callable[..., SimpleNamespace]
 
 WALK = ("walk", "kharagpur", "--gait", "tripod", "--cycle", "0.8", "--stroke", "0.05")
 SHORT = ("--duration", "3.2")  # two cycles to start, two steady ones
-
-
-@pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run a command in an empty folder; give its status, stdout, stderr and what it left."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*words: str) -> SimpleNamespace:
-        with pytest.raises(SystemExit) as exit_:
-            main(words)
-        out, err = capsys.readouterr()
-        left = sorted(path.name for path in tmp_path.iterdir())
-        return SimpleNamespace(status=exit_.value.code, out=out, err=err, left=left)
-
-    return command
 
 
 @pytest.fixture(scope="module")

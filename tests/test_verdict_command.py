@@ -12,26 +12,11 @@ from types import SimpleNamespace
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.commands.app import main
 
 Run = Callable[..., SimpleNamespace]
 WALK = ("walk", "kharagpur", "--gait", "tripod", "--cycle", "0.8", "--stroke", "0.05", "--no-html")
 QUICK = ("--accuracy", "1e-2", "--sample", "0.02")
 STEADY = ("--duration", "2.4")  # two cycles to start, a steady one
-
-
-@pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run a command in an empty folder; give its status, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*words: str) -> SimpleNamespace:
-        with pytest.raises(SystemExit) as exit_:
-            main(words)
-        out, err = capsys.readouterr()
-        return SimpleNamespace(status=exit_.value.code, out=out, err=err)
-
-    return command
 
 
 def test_walk_run_and_budget_give_the_verdict_of_the_library(run: Run) -> None:

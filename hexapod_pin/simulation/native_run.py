@@ -22,7 +22,7 @@ from hexapod_pin.results.trace_layout import ENERGIES
 from hexapod_pin.simulation.loaded_model import native_loads
 from hexapod_pin.simulation.methods import MethodSettings, check_supported
 from hexapod_pin.simulation.plant import native_plant, standing_on
-from hexapod_pin.simulation.prescribed import check_prescribed, native_acceleration, on_motion
+from hexapod_pin.simulation.prescribed import native_acceleration, prescribed_start
 from hexapod_pin.simulation.run_meta import plain_counters, run_meta, run_summary
 
 if TYPE_CHECKING:
@@ -66,8 +66,6 @@ class NativeRun:
             record: whether samples are kept.
         """
         check_supported(how.choice, scene)
-        if scene.prescribed:
-            check_prescribed(scene.robot, set_points, start)
         self.scene, self.how, self.set_points = scene, how, set_points
         self.controller = dict(controller or {"kind": "commands"})
         self.trunk_points = native_loads(scene).trunk_points
@@ -211,8 +209,8 @@ def open_loop_run(case: Case, how: RunSettings, *, record: bool = True) -> Nativ
     controller = cast("Controller", case.controller)
     plan = controller.plan(scene.robot, begin + max(how.duration, how.grid.sample))
     start = starting_point(scene, plan.q[0], initial, plan.start_pose)
-    if scene.prescribed and initial is None:
-        start = on_motion(start, plan)
+    if scene.prescribed:
+        start = prescribed_start(scene.robot, plan, start, given=initial is not None)
     run = NativeRun(scene, how, start, plan, controller=controller.to_dict(), record=record)
     run.case = case
     return run

@@ -19,12 +19,14 @@ START_TOLERANCE = 1e-9
 """How far the joints may be from their motion at the start [rad, rad/s]."""
 
 
-def check_prescribed(robot: Robot, plan: JointTrajectory, start: Checkpoint) -> None:
-    """Refuse a motion that jumps, and a start beside it.
+def prescribed_start(
+    robot: Robot, plan: JointTrajectory, start: Checkpoint, *, given: bool
+) -> Checkpoint:
+    """Return a start whose joints have the rates of their motion; one that is given must have them.
 
     Raises:
         ParameterError: set-points jump, or move at rates that jump: no torque does that.
-        StateError: a joint does not start where its motion does.
+        StateError: a joint of a given state does not start where its motion does.
     """
     if plan.kind in ("held", "linear") and len(plan.time) > 1:
         raise ParameterError(
@@ -33,15 +35,23 @@ def check_prescribed(robot: Robot, plan: JointTrajectory, start: Checkpoint) -> 
             "ArcWalk, JointMotion, HoldPosture.",
         )  # fmt: skip
     angle, rate = motion_at(plan, start.time)
-    for name, here, there in (("angle", start.q[7:], angle), ("rate", start.v[6:], rate)):
-        off = np.abs(here - there)
-        if not off.size or off.max() <= START_TOLERANCE:
-            continue
+    if not given:
+        return replace(start, v=np.concatenate([start.v[:6], rate]))
+    _check_joints(robot, "angle", "rad", start.q[7:], angle, start.time)
+    _check_joints(robot, "rate", "rad/s", start.v[6:], rate, start.time)
+    return start
+
+
+def _check_joints(
+    robot: Robot, name: str, unit: str, here: Array, there: Array, time: float
+) -> None:
+    """Refuse joints that are not where their motion is at a time [s]."""
+    off = np.abs(here - there)
+    if off.size and off.max() > START_TOLERANCE:
         joint = int(off.argmax())
-        unit = "rad" if name == "angle" else "rad/s"
         raise StateError(
             f"initial {name} of {robot.joint_names[joint]} = {here[joint]:.9g} {unit}: its motion "
-            f"has {there[joint]:.9g} {unit} at t = {start.time:g} s. With Scene.prescribed, start "
+            f"has {there[joint]:.9g} {unit} at t = {time:g} s. With Scene.prescribed, start "
             "there, or leave `initial` out."
         )
 
@@ -57,11 +67,6 @@ def refuse_commands(prescribed: bool, what: str) -> None:
             "Scene.prescribed", True, f"False {what}",
             "Commands jump at ticks; stiff servos follow them, nothing follows them exactly.",
         )  # fmt: skip
-
-
-def on_motion(start: Checkpoint, plan: JointTrajectory) -> Checkpoint:
-    """Return a start whose joints have the rates that their motion has there."""
-    return replace(start, v=np.concatenate([start.v[:6], motion_at(plan, start.time)[1]]))
 
 
 def motion_at(plan: JointTrajectory, time: float) -> tuple[Array, Array]:

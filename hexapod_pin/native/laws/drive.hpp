@@ -138,6 +138,11 @@ struct DriveLaw {
     return mode == FrictionMode::backward ? friction[joint] : 0.0;
   }
 
+  // What viscous and dry friction take of the motor's torque at a rate; of dry friction at rest nothing.
+  double resistance(int joint, double rate) const {
+    return damping[joint] * rate - dry_torque(joint, sliding(joint, rate));
+  }
+
   // Where a state belongs; a joint at rest with dry friction is stuck until what it must hold says
   // otherwise.
   DriveMode mode(int joint, double angle, double rate, double demand) const {

@@ -6,6 +6,7 @@
 #include "methods/error_control.hpp"
 #include "plant/chart.hpp"
 #include "plant/plant.hpp"
+#include "plant/reaction.hpp"
 #include "plant/reference.hpp"
 
 namespace hexapod {
@@ -170,8 +171,8 @@ class ChartFlow {
   void find_acceleration(double t) {
     if constexpr (PlantT::kPrescribed) {
       set_points_.take_motion(reference, t);
-      plant.prescribed_acceleration(set_points_.a, rate_);
-      plant.reaction_torque(v_, rate_, torque_);
+      prescribed_acceleration(plant, set_points_.a, rate_);
+      hexapod::reaction_torque(plant, v_, rate_, torque_);
     } else {
       servo_demand(t, demand_);
       plant.motor_torque(v_, demand_, torque_);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "plant/plant.hpp"
+#include "plant/reaction.hpp"
 #include "plant/reference.hpp"
 
 namespace hexapod {
@@ -196,13 +197,8 @@ class LinearStep {
   // Work of the torques that the motion takes.
   void accumulate_reaction(const PlantT& plant, double h, EnergyLedger& ledger) {
     const auto force = [this](std::size_t i) { return released_[i] ? Vec3(Vec3::Zero()) : force_[i]; };
-    plant.reaction_torque(v_end_, acceleration_, force, reaction_);
-    for (int j = 0; j < plant.joints(); ++j) {
-      const double rate = v_end_[6 + j];
-      ledger.servo += h * reaction_[j] * rate;
-      ledger.joint_damping += h * (plant.drive.damping[j] * rate -
-                                   plant.drive.dry_torque(j, plant.drive.sliding(j, rate))) * rate;
-    }
+    reaction_torque(plant, v_end_, acceleration_, force, reaction_);
+    add_reaction_work(plant, v_end_, reaction_, h, ledger);
   }
 
   void add_joint(PlantT& plant, int j, double h, double angle, double rate) {

@@ -11,6 +11,7 @@
 
 #include "plant/chart.hpp"
 #include "plant/plant.hpp"
+#include "plant/reaction.hpp"
 
 namespace hexapod {
 
@@ -127,13 +128,8 @@ class StiffBlock {
   void accumulate_reaction(const PlantT& plant, const VectorXd& v, const VectorXd& acceleration,
                            const Z& dz, EnergyLedger& ledger) {
     const auto force = [&](std::size_t i) { return corrected_force(plant, i, dz); };
-    plant.reaction_torque(v, acceleration, force, reaction_);
-    for (int j = 0; j < plant.joints(); ++j) {
-      const double rate = v[6 + j];
-      ledger.servo += reaction_[j] * rate;
-      ledger.joint_damping += (plant.drive.damping[j] * rate -
-                               plant.drive.dry_torque(j, plant.drive.sliding(j, rate))) * rate;
-    }
+    reaction_torque(plant, v, acceleration, force, reaction_);
+    add_reaction_work(plant, v, reaction_, 1.0, ledger);
   }
 
   // Force of a contact at the end of the correction.

@@ -129,6 +129,8 @@ class Plant {
   }
 
   std::size_t foot_of(std::size_t contact) const { return contact / per_foot; }
+  // joints that move a contact
+  const std::vector<std::size_t>& columns(std::size_t i) const { return columns_[foot_of(i)]; }
 
   template <class Force>
   void add_jacobian_transposed(std::size_t i, const Force& f, VectorXd& out) const {
@@ -145,14 +147,6 @@ class Plant {
     Vec3 sum = xb * v.head<6>();
     for (std::size_t k = 0; k < columns(i).size(); ++k)
       sum += xl.col(k) * v[Tree::column(columns(i)[k])];
-    return sum;
-  }
-
-  // What joint rates (n) give a contact's velocity.
-  Vec3 leg_velocity(std::size_t i, const VectorXd& rates) const {
-    Vec3 sum = Vec3::Zero();
-    for (std::size_t k = 0; k < columns(i).size(); ++k)
-      sum += feet[i].jl.col(k) * rates[Tree::column(columns(i)[k]) - 6];
     return sum;
   }
 
@@ -251,46 +245,14 @@ class Plant {
     ledger.push += dt * push_power(v);
     ledger.joint_damping += dt * v.tail(joints()).cwiseAbs2().dot(drive.damping);
     if (dry || kPrescribed)
-      for (int j = 0; j < joints(); ++j)
-        ledger.joint_damping -= dt * drive.dry_torque(j, friction_mode(j, v[6 + j])) * v[6 + j];
+      for (int j = 0; j < joints(); ++j) {
+        const FrictionMode friction = kPrescribed ? drive.sliding(j, v[6 + j]) : mode[j].friction;
+        ledger.joint_damping -= dt * drive.dry_torque(j, friction) * v[6 + j];
+      }
     for (int j = 0; j < joints(); ++j) ledger.stops -= dt * stop[j].torque * v[6 + j];
     for (std::size_t i = 0; i < feet.size(); ++i)
       if (feet[i].active)
         ledger.add_contact(i, feet[i].contact.force, feet[i].velocity, feet[i].ground.normal, dt);
-  }
-
-  // v' at the evaluated state where the joints have the given accelerations: of prescribed motions.
-  void prescribed_acceleration(const VectorXd& joint_acceleration, VectorXd& out) {
-    out = -bias();
-    for (std::size_t i = 0; i < feet.size(); ++i)
-      if (feet[i].active)
-        out.template head<6>().noalias() += feet[i].jb.transpose() * feet[i].contact.force;
-    out.tail(joints()) = joint_acceleration;
-    system.load(mass_upper());
-    system.factor();
-    system.solve(out);
-  }
-
-  // Torque of the motors [N m] that gives the joints these accelerations (nv) at these rates (nv) under
-  // the contact forces `force(i)`: inverse dynamics, S2 appendix eq. 1 solved for the torques.
-  template <class Force>
-  void reaction_torque(const VectorXd& v, const VectorXd& acceleration, const Force& force,
-                       VectorXd& torque) const {
-    for (int j = 0; j < joints(); ++j) {
-      const double rate = v[6 + j];
-      torque[j] = inertial_torque(j, acceleration) + bias()[6 + j] + drive.damping[j] * rate -
-                  drive.dry_torque(j, drive.sliding(j, rate));
-    }
-    for (std::size_t i = 0; i < feet.size(); ++i) {
-      if (!feet[i].active) continue;
-      const Vec3 f = force(i);
-      for (std::size_t k = 0; k < columns(i).size(); ++k)
-        torque[Tree::column(columns(i)[k]) - 6] -= feet[i].jl.col(k).dot(f);
-    }
-  }
-  void reaction_torque(const VectorXd& v, const VectorXd& acceleration, VectorXd& torque) const {
-    const auto own = [this](std::size_t i) { return feet[i].contact.force; };
-    reaction_torque(v, acceleration, own, torque);
   }
 
   // v' at the evaluated state under the given motor torques. A stuck joint has none; what it must hold
@@ -338,12 +300,6 @@ class Plant {
   long evaluations = 0;
 
  private:
-  const std::vector<std::size_t>& columns(std::size_t i) const { return columns_[foot_of(i)]; }
-
-  FrictionMode friction_mode(int j, double rate) const {
-    return kPrescribed ? drive.sliding(j, rate) : mode[j].friction;
-  }
-
   void place_foot(std::size_t f, double t, const VectorXd& q, const VectorXd& v, double implicit_dt) {
     const FootMount& mount = mounts[f];
     const Vec3 center = dynamics.point(mount.joint, mount.offset), world = q.head<3>() + center;

@@ -11,6 +11,7 @@
 
 #include "plant/chart.hpp"
 #include "plant/plant.hpp"
+#include "plant/reaction.hpp"
 #include "robust/flat_newton.hpp"
 #include "robust/joint_drives.hpp"
 #include "robust/leg_elimination.hpp"
@@ -125,13 +126,9 @@ class RobustStep {
 
   // Work of the torques that the motion takes.
   void accumulate_reaction(const PlantT& plant, double h, EnergyLedger& ledger) {
-    const DriveLaw& drive = plant.drive;
-    for (int j = 0; j < plant.joints(); ++j) {
-      const double rate = velocity_used_[6 + j];
-      const double loss = drive.damping[j] * rate - drive.dry_torque(j, drive.sliding(j, rate));
-      ledger.servo += h * (reaction_[j] + loss) * rate;
-      ledger.joint_damping += h * loss * rate;
-    }
+    for (int j = 0; j < plant.joints(); ++j)
+      reaction_[j] += plant.drive.resistance(j, velocity_used_[6 + j]);
+    add_reaction_work(plant, velocity_used_, reaction_, h, ledger);
   }
 
   void stop_stuck(const VectorXd& v) {
@@ -267,7 +264,7 @@ class RobustStep {
     if constexpr (PlantT::kPrescribed) {
       c.jt.template topRows<6>() = foot.jb.transpose();
       c.foot.g.setZero();
-      c.free = c.start + plant.leg_velocity(i, mean_change_);
+      c.free = c.start + leg_velocity(plant, i, mean_change_);
     } else {
       legs_.place(leg_of(plant, i), foot.jb, foot.jl, size, c);
     }

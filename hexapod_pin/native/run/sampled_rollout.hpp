@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "plant/reaction.hpp"
 #include "run/accepted_step.hpp"
 #include "run/rollout.hpp"
 #include "run/summary.hpp"
@@ -161,8 +162,8 @@ class SampledRollout : public Rollout, protected AcceptedStep {
     reference_.begin_sample(t);
     if constexpr (PlantT::kPrescribed) {
       set_points_.take_motion(reference_, t);
-      plant_.prescribed_acceleration(set_points_.a, acceleration_);
-      plant_.reaction_torque(v, acceleration_, torque_);
+      prescribed_acceleration(plant_, set_points_.a, acceleration_);
+      reaction_torque(plant_, v, acceleration_, torque_);
     } else {
       set_points_.take(reference_, t);
       plant_.servo_torque(q, v, set_points_, torque_);
