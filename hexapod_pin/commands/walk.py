@@ -29,7 +29,12 @@ if TYPE_CHECKING:
 
 def walk(
     robot: RobotName,
-    gait: Annotated[str, typer.Option(help="tripod, ripple, tetrapod (S2) or wave.")] = "tetrapod",
+    gait: Annotated[
+        OptionalText,
+        typer.Option(
+            help="tripod, ripple, tetrapod (S2) or wave; default tetrapod, with 4, 5 or 7 legs wave."
+        ),
+    ] = None,
     stroke: Annotated[
         OptionalFloat,
         typer.Option(help="[m]; default 0.14, or 80 % of the largest that fits where that is less"),
@@ -107,6 +112,7 @@ def walk(
     from hexapod_pin.commands.output_files import distinct, writable
     from hexapod_pin.control.feasible_gait import feasible_gait
     from hexapod_pin.control.kinematic import KinematicControl
+    from hexapod_pin.control.named_gait import default_gait
     from hexapod_pin.drive.servo import Servo
     from hexapod_pin.errors import ParameterError
     from hexapod_pin.ground.contact import Contact
@@ -120,7 +126,7 @@ def walk(
     case_path = None if save_case is None else writable("--save-case", save_case)
     loaded = load_robot(robot, feet=foot_names(feet), foot_radius=foot_radius)
     chosen, why = feasible_gait(
-        loaded, gait, stroke, cycle_time=cycle, heading=math.radians(heading),
+        loaded, gait or default_gait(loaded), stroke, cycle_time=cycle, heading=math.radians(heading),
         turn_rate=math.radians(turn), **given(duty=duty, lift=lift),
     )  # fmt: skip
     if prescribed and not (kp is None and kd is None):
