@@ -94,6 +94,8 @@ if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace as Trace
     from hexapod_pin.results.trace_file import load_trace as load_trace
     from hexapod_pin.results.walk_metrics import WalkMetrics as WalkMetrics
+    from hexapod_pin.results.walk_verdict import WalkVerdict as WalkVerdict
+    from hexapod_pin.results.walk_verdict import walk_verdict as walk_verdict
     from hexapod_pin.robot.description.blueprint import Blueprint as Blueprint
     from hexapod_pin.robot.robot import Robot as Robot
     from hexapod_pin.robot.robot import load_robot as load_robot
@@ -193,6 +195,7 @@ _MODULES = {
     "VelocityCommand": "control.velocity_command",
     "VirtualSuspension": "control.foot_control",
     "WalkMetrics": "results.walk_metrics",
+    "WalkVerdict": "results.walk_verdict",
     "Waypoints": "control.curves",
     "compare": "sweep.compare",
     "gait_energy": "sweep.gait_energy",
@@ -217,6 +220,7 @@ _MODULES = {
     "torque_map": "sweep.torque_map",
     "tune": "sweep.tuning",
     "urdf_path": "robot.robot",
+    "walk_verdict": "results.walk_verdict",
     "write_study": "results.study_file",
 }
 

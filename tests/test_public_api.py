@@ -24,7 +24,8 @@ Periodic phase_torques PhaseTorques Push Ramp register_controller RelativeObject
 Robot SampledTrajectory Scene Sensor Sensors Servo Session ShakingGround simulate simulate_batch
 Sine SlipPid Slope SmoothStep stability Stability Stairs State Step Step5 StickSlip study_grounds
 Sum Summary TanhCoulomb torque_budget torque_map TorqueBudget TorqueMap TouchDown Trace tune
-TuningResult urdf_path VelocityCommand view VirtualSuspension WalkMetrics Waypoints write_study
+TuningResult urdf_path VelocityCommand view VirtualSuspension walk_verdict WalkMetrics
+WalkVerdict Waypoints write_study
 """.split()
 
 
