@@ -15,9 +15,12 @@ from hexapod_pin.commands.options import (
     OptionalFloat,
     OptionalPath,
     OptionalText,
+    Record,
     RobotName,
     Threads,
+    TraceOut,
     Verdict,
+    comma_list,
     foot_names,
     given,
 )
@@ -96,7 +99,7 @@ def walk(
         OptionalFloat,
         typer.Option(help="Time between samples [s]; default 2 ms, with fixed steps 1 ms."),
     ] = None,
-    out: Annotated[Path, typer.Option(help="Trace file to write.")] = Path("walk.nc"),
+    out: TraceOut = Path("walk.nc"),
     html: Annotated[Path, typer.Option(help="Playback file to write.")] = Path("walk.html"),
     no_html: NoHtml = False,
     save_case: Annotated[
@@ -106,10 +109,11 @@ def walk(
     threads: Threads = 1,
     feet: Feet = None,
     foot_radius: FootRadius = None,
+    record: Record = None,
 ) -> None:
     """Walk a robot; print its torque table; leave a trace and a playback."""
     from hexapod_pin.commands.case_report import run_and_report
-    from hexapod_pin.commands.output_files import distinct, writable
+    from hexapod_pin.commands.output_files import distinct, writable, writable_trace
     from hexapod_pin.control.feasible_gait import feasible_gait
     from hexapod_pin.control.kinematic import KinematicControl
     from hexapod_pin.control.named_gait import default_gait
@@ -120,7 +124,7 @@ def walk(
     from hexapod_pin.simulation.case import Case
     from hexapod_pin.simulation.scene import Scene
 
-    trace_path = writable("--out", out)
+    trace_path = writable_trace("--out", out)
     html_path = None if no_html else writable("--html", html)
     distinct(trace_path, html_path)
     case_path = None if save_case is None else writable("--save-case", save_case)
@@ -138,6 +142,7 @@ def walk(
     case = Case(
         scene, KinematicControl(chosen), duration=duration,
         accuracy=accuracy, method=method, step=step, sample=sample,
+        record=comma_list(record),
     )  # fmt: skip
     if case_path is not None:
         typer.echo(f"wrote {case.save(case_path)}")
