@@ -8,14 +8,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.errors import HexapodError
 from hexapod_pin.robot.description.solids import box_inertia, rod_inertia
 from hexapod_pin.robot.description.urdf_file import Link, attribute, origin, triple
 from hexapod_pin.robot.description.urdf_inertia import rotation
+from hexapod_pin.robot.reading.mesh_file import read_mesh
 
 FLAT = 1e-9
 """A hull thinner than this share of its largest edge has no volume."""
@@ -26,6 +28,10 @@ class MeshFinder(Protocol):
 
     def find(self, uri: str) -> Path | None:
         """Return the file."""
+        ...
+
+    def why(self, uri: str) -> str:
+        """Return what was tried, and the way out."""
         ...
 
 
@@ -170,18 +176,17 @@ def mesh_solid(path: Path, scale: Array) -> Solid | None:
         path: STL, DAE or OBJ file.
         scale: factors along its axes. Shape (3,).
     """
-    import trimesh
+    from scipy.spatial import QhullError
+    from trimesh.convex import convex_hull
 
     try:
-        mesh: Any = trimesh.load(str(path), force="mesh")
-        mesh.apply_scale(scale)
-        low, high = np.array(mesh.bounds)
-        body = mesh.convex_hull
-        volume, centre = float(body.volume), np.array(body.center_mass)
-        inertia = np.array(body.moment_inertia)
-    except Exception:  # what a mesh reader raises is not ours to know
+        vertices = read_mesh(path, tuple(scale)).vertices
+        hull = convex_hull(vertices)
+    except (HexapodError, QhullError, ValueError):
         return None
-    edges = high - low
-    if not volume > FLAT * edges.max() ** 3 or not np.all(np.isfinite(inertia)):
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    volume, edges = float(hull.volume), high - low
+    inertia = np.array(hull.moment_inertia)
+    if not volume > FLAT * float(edges.max()) ** 3 or not np.all(np.isfinite(inertia)):
         return None
-    return Solid(volume, centre, inertia, low, high)
+    return Solid(volume, np.array(hull.center_mass), inertia, low, high)
