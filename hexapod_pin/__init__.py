@@ -94,7 +94,11 @@ if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace as Trace
     from hexapod_pin.results.trace_file import load_trace as load_trace
     from hexapod_pin.results.walk_metrics import WalkMetrics as WalkMetrics
+    from hexapod_pin.results.walk_verdict import WalkVerdict as WalkVerdict
+    from hexapod_pin.results.walk_verdict import walk_verdict as walk_verdict
     from hexapod_pin.robot.description.blueprint import Blueprint as Blueprint
+    from hexapod_pin.robot.description.segments import Segment as Segment
+    from hexapod_pin.robot.description.segments import Trunk as Trunk
     from hexapod_pin.robot.robot import Robot as Robot
     from hexapod_pin.robot.robot import load_robot as load_robot
     from hexapod_pin.robot.robot import urdf_path as urdf_path
@@ -167,6 +171,7 @@ _MODULES = {
     "Robot": "robot.robot",
     "SampledTrajectory": "control.sampled_trajectory",
     "Scene": "simulation.scene",
+    "Segment": "robot.description.segments",
     "Sensor": "control.sensors",
     "Sensors": "control.sensors",
     "Servo": "drive.servo",
@@ -189,10 +194,12 @@ _MODULES = {
     "TorqueMap": "results.torque_map",
     "TouchDown": "control.foot_control",
     "Trace": "results.trace",
+    "Trunk": "robot.description.segments",
     "TuningResult": "sweep.tuning_result",
     "VelocityCommand": "control.velocity_command",
     "VirtualSuspension": "control.foot_control",
     "WalkMetrics": "results.walk_metrics",
+    "WalkVerdict": "results.walk_verdict",
     "Waypoints": "control.curves",
     "compare": "sweep.compare",
     "gait_energy": "sweep.gait_energy",
@@ -217,6 +224,7 @@ _MODULES = {
     "torque_map": "sweep.torque_map",
     "tune": "sweep.tuning",
     "urdf_path": "robot.robot",
+    "walk_verdict": "results.walk_verdict",
     "write_study": "results.study_file",
 }
 

@@ -24,18 +24,23 @@ def run_and_report(
     verdict: bool = False,
     threads: int = 1,
 ) -> None:
-    """Run a case with a progress bar; print its torque table; write its trace and its playback.
+    """Run a case with a progress bar; print the verdict on it and its torque table; write files.
 
     With `verdict` compute its peaks again, so many runs at a time, once all files are written.
+    Where the robot does not walk, exit with DOES_NOT_WALK: the reason, and what to change.
     """
     from hexapod_pin.commands.output_files import run_saving
     from hexapod_pin.commands.progress import progress_bar
+    from hexapod_pin.commands.status import DOES_NOT_WALK, fail
     from hexapod_pin.results.joint_limits import events_text
+    from hexapod_pin.results.walk_verdict import walk_verdict
     from hexapod_pin.simulation.run import run_case
 
     with progress_bar(title) as progress:
-        trace = run_saving(lambda: run_case(case, progress), trace_path)
-    typer.echo(run_summary(trace))
+        planning = progress.stage(f"planning {case.duration:g} s")
+        trace = run_saving(lambda: run_case(case, progress, planning), trace_path)
+    walk = walk_verdict(trace)
+    typer.echo(f"{walk.line}\n{run_summary(trace)}")
     for line in events_text(trace.events, trace.limits):
         typer.echo(f"note: {line}")
     if html_path is not None:
@@ -48,6 +53,12 @@ def run_and_report(
             typer.echo(f"wrote {path}")
     if verdict and whole:
         typer.echo("\n" + verdict_on_peaks(trace, threads).table())
+    if not walk.walks:
+        fail(f"{walk.robot} does not walk: {walk.reason}. {_sentence(walk.advice)}", DOES_NOT_WALK)
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def verdict_on_peaks(trace: Trace, threads: int) -> PeakVerdicts:
@@ -75,11 +86,13 @@ def run_summary(trace: Trace) -> str:
     """Return one line: how the run was integrated, what it cost, what it says of its own error."""
     meta, counters = trace.meta, trace.counters
     how = f"accuracy {meta['accuracy']:g}" if meta["accuracy"] else f"step {meta['step']:g} s"
-    error = f"error estimate {trace.error_estimate:.1e} m or rad, " if meta["accuracy"] else ""
-    worked = float(abs(trace.energy["servo_work"]).max())
-    residual = float(abs(trace.energy_residual).max())
+    error = f"largest error of a step {trace.step_error:.1e} m or rad, " if meta["accuracy"] else ""
+    energy = "energy not recorded"
+    if "energy" in trace.recorded:
+        worked = float(abs(trace.energy["servo_work"]).max())
+        residual = float(abs(trace.energy_residual).max())
+        energy = f"energy residual {residual:.1e} J of {worked:.3g} J of servo work"
     return (
         f"method {meta['method']}, {how}: {counters['steps']} steps, "
-        f"{counters['evaluations']} evaluations, {meta['wall_time']:.2g} s; {error}"
-        f"energy residual {residual:.1e} J of {worked:.3g} J of servo work"
+        f"{counters['evaluations']} evaluations, {meta['wall_time']:.2g} s; {error}{energy}"
     )

@@ -1,4 +1,7 @@
-"""Exit status: 0 done, 2 refused or failed with one message on stderr, 130 interrupted."""
+"""Exit status: 0 done, 2 refused or failed, 3 ran but does not walk, 130 interrupted.
+
+Each but 0 leaves one message on stderr.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from typing import NoReturn
 import typer
 
 FAILED = 2
+DOES_NOT_WALK = 3
 INTERRUPTED = 130
 
 

@@ -21,6 +21,7 @@ from hexapod_pin.results.torque_map import TorqueMap, load_torque_map
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_file import load_trace
 from hexapod_pin.results.walk_metrics import WalkMetrics
+from hexapod_pin.results.walk_verdict import WalkVerdict, walk_verdict
 from hexapod_pin.results.zero_moment_point import (
     zero_moment_point,
     zero_moment_point_of_motion,
@@ -40,6 +41,7 @@ __all__ = [
     "TorqueMap",
     "Trace",
     "WalkMetrics",
+    "WalkVerdict",
     "joint_moments",
     "load_gait_energy",
     "load_study",
@@ -53,6 +55,7 @@ __all__ = [
     "static_margin",
     "support_polygon",
     "torque_budget",
+    "walk_verdict",
     "write_study",
     "zero_moment_point",
     "zero_moment_point_of_motion",

@@ -26,9 +26,15 @@ def distance_per_cycle(place: Array, turn: Array, along: Array) -> float:
         along: unit vector of travel at the start. Shape (2,).
     """
     ways, middle = np.diff(place[::2], axis=0), turn[1::2]
-    cos, sin = np.cos(middle), np.sin(middle)
-    heading = np.stack([cos * along[0] - sin * along[1], sin * along[0] + cos * along[1]], axis=1)
-    return float(np.mean(np.sum(ways * heading, axis=1)))
+    return float(np.mean(np.sum(ways * heading_at(middle, along), axis=1)))
+
+
+def heading_at(turn: Array, along: Array) -> Array:
+    """Return unit vectors `along` (2,) or (k, 2), turned with the trunk by (k,) [rad]. (k, 2)."""
+    cos, sin = np.cos(turn), np.sin(turn)
+    x, y = along[..., 0], along[..., 1]
+    heading: Array = np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)
+    return heading
 
 
 def path_error(

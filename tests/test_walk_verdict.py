@@ -1,0 +1,233 @@
+"""The verdict on a walk: each of its elements with a known answer, and real runs."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from synthetic import JOINTS, synthetic_trace
+
+import hexapod_pin as hp
+from hexapod_pin.commands.app import main
+from hexapod_pin.commands.status import DOES_NOT_WALK
+from hexapod_pin.control.planned_body import planned_body
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.walk_verdict import WalkVerdict
+from hexapod_pin.robot.standing_torque import standing_torque
+
+TRIPOD = hp.Gait.tripod(stroke=0.06, cycle_time=1.0)
+STEADY = 4.0
+"""Two cycles to start and two steady ones [s]."""
+
+
+def changed(trace: Trace, **arrays: np.ndarray) -> Trace:
+    """Return a trace with other arrays."""
+    names = ("time q v torque q_ref v_ref foot_position foot_force foot_gap com energy counters "
+             "joint_names foot_names meta foot_normal").split()  # fmt: skip
+    return Trace(**{name: arrays.get(name, getattr(trace, name)) for name in names})
+
+
+def turned(trace: Trace, about: int, angle: np.ndarray) -> Trace:
+    """Return a trace whose trunk is turned about an axis (0 x, 1 y, 2 z) by angles (T,) [rad]."""
+    q = np.array(trace.q)
+    q[:, 3:7] = 0.0
+    q[:, 3 + about], q[:, 6] = np.sin(0.5 * angle), np.cos(0.5 * angle)
+    return changed(trace, q=q)
+
+
+@cache
+def walk(
+    gait: hp.Gait = TRIPOD, duration: float = STEADY, mu: float = 0.7, **scene: object
+) -> WalkVerdict:
+    """Return the verdict on kharagpur."""
+    contact = hp.Contact.accurate().with_mu(mu)
+    setting = hp.Scene(hp.load_robot("kharagpur"), contact=contact, **scene)  # type: ignore[arg-type]
+    return hp.walk_verdict(hp.simulate(setting, hp.KinematicControl(gait), duration=duration))
+
+
+def test_a_glide_at_the_nominal_speed_walks() -> None:
+    """0.1 m/s for three whole cycles of 1 s: 0.3 m, to rounding."""
+    verdict = hp.walk_verdict(synthetic_trace())
+    assert verdict.walks and verdict.advice == ""
+    assert (verdict.way.start, verdict.way.end, verdict.way.cycles) == (1.0, 4.0, 3)
+    assert verdict.way.way == pytest.approx(0.3, rel=1e-12)
+    assert verdict.way.speed_share == pytest.approx(1.0, rel=1e-12)
+    assert verdict.way.turn_share is None and verdict.way.yaw_error == 0.0
+    assert "\n" not in verdict.line and verdict.line.startswith("synthetic walks: 0.3 m in 3 s")
+
+
+@pytest.mark.parametrize(("speed", "walks"), [(0.081, True), (0.079, False), (-0.1, False)])
+def test_eighty_percent_of_the_nominal_speed_is_walking(speed: float, walks: bool) -> None:
+    verdict = hp.walk_verdict(synthetic_trace(speed=speed, nominal_speed=0.1))
+    assert verdict.walks is walks
+    assert verdict.way.speed_share == pytest.approx(10.0 * speed, rel=1e-12)
+    assert walks or "of the nominal speed" in verdict.reason
+
+
+def test_yaw_of_a_straight_walk_is_an_error_with_its_sign() -> None:
+    """Yaw 0.1 rad/s to the right over the window of 3 s: -0.3 rad."""
+    trace = synthetic_trace()
+    verdict = hp.walk_verdict(turned(trace, 2, -0.1 * trace.time))
+    assert verdict.way.yaw_error == pytest.approx(-0.3, abs=1e-12)
+    assert f"yaw off by {math.degrees(-0.3):.2g} deg" in verdict.line
+
+
+def test_a_fall_is_told_with_time_and_manner() -> None:
+    """Tipping at 0.2 rad/s passes 45 degrees at 3.927 s: the next sample is 3.93 s."""
+    trace = synthetic_trace(duration=8.0)
+    for axis in (0, 1):
+        fall = hp.walk_verdict(turned(trace, axis, 0.2 * trace.time)).fall
+        assert fall is not None and "tipped over" in fall.how
+        assert fall.time == pytest.approx(math.radians(45.0) / 0.2, abs=0.01)
+    com = np.array(trace.com)
+    com[trace.time >= 2.0, 2] = 0.05  # 0.09 m over the feet at the start, 0.04 m then
+    fall = hp.walk_verdict(changed(trace, com=com)).fall
+    assert fall is not None and fall.time == 2.0 and "sank" in fall.how
+    force = np.array(trace.foot_force)
+    force[(trace.time > 3.0) & (trace.time < 3.2)] = 0.0
+    verdict = hp.walk_verdict(changed(trace, foot_force=force))
+    assert verdict.fall is not None and verdict.fall.how == "all feet left the ground"
+    assert verdict.fall.time == pytest.approx(3.01) and not verdict.walks
+    force[trace.time < 3.11] = 5.0  # 0.09 s in the air: a hop, no fall
+    assert hp.walk_verdict(changed(trace, foot_force=force)).fall is None
+
+
+def test_a_slope_is_no_fall() -> None:
+    """On ground tilted by 50 degrees a trunk parallel to it stands upright."""
+    angle = math.radians(50.0)
+    trace = turned(synthetic_trace(), 1, np.full(401, angle))
+    up = np.array([math.sin(angle), 0.0, math.cos(angle)])
+    normal = np.broadcast_to(up, trace.foot_normal.shape)
+    assert hp.walk_verdict(changed(trace, foot_normal=normal)).fall is None
+
+
+def test_trunk_contact_is_not_walking() -> None:
+    event = {"time": 2.5, "kind": "trunk-contact", "what": "base_link -x", "place": [0, 0, 0]}
+    verdict = hp.walk_verdict(synthetic_trace(events=[event, event]))
+    assert not verdict.walks and verdict.trunk_contacts == 2
+    assert "trunk on the ground at 2.5 s (2 contacts)" in verdict.line
+    event["time"] = 0.0
+    assert "higher posture" in hp.walk_verdict(synthetic_trace(events=[event])).advice
+
+
+def test_the_worst_joint_at_its_limits_is_named() -> None:
+    """Joint 4 at its effort for a quarter of the samples; joint 7 too fast for a tenth of them."""
+    torque, rate = np.zeros((401, 18)), np.zeros((401, 18))
+    torque[:100, 4], torque[:10, 5], rate[:40, 7] = -5.0, 5.0, 3.0
+    trace = synthetic_trace(torque=torque, rate=rate, velocity_limit=[3.0] * 18)
+    verdict = hp.walk_verdict(trace)
+    assert verdict.at_torque_limit == (JOINTS[4], pytest.approx(100 / 401), 2)
+    assert verdict.at_speed_limit == (JOINTS[7], pytest.approx(40 / 401), 1)
+    assert f"2 joints at the torque limit, {JOINTS[4]} 24.94%" in verdict.line
+
+
+def test_a_built_in_walk_walks() -> None:
+    """The way of the torque budget, over the same window; slip of a few percent on rubber."""
+    robot = hp.load_robot("kharagpur")
+    trace = hp.simulate(hp.Scene(robot), hp.KinematicControl(TRIPOD), duration=STEADY)
+    verdict, budget = hp.walk_verdict(trace), hp.torque_budget(trace)
+    assert verdict.walks and verdict.way.speed_share == pytest.approx(1.0, abs=0.01)
+    assert verdict.way.speed == pytest.approx(budget.speed, rel=1e-12)
+    assert verdict.slip is not None
+    assert verdict.slip.total == pytest.approx(
+        hp.WalkMetrics.of(trace.summary).slip_per_metre, rel=1e-12
+    )
+    assert verdict.step_error == trace.counters["error_most"] < 1e-4
+    assert verdict.to_dict()["way"]["speed_share"] == verdict.way.speed_share
+
+
+def test_curves_stops_and_turns_on_the_spot_are_judged_by_their_plan() -> None:
+    spot = walk(hp.Gait.tripod(stroke=0.0, turn_rate=-0.3, cycle_time=1.0))
+    assert spot.walks and spot.way.speed_share is None and spot.slip.per_metre is None
+    assert spot.way.turn_share == pytest.approx(1.0, abs=0.02)
+    assert math.degrees(spot.way.turn) == pytest.approx(math.degrees(-0.6), rel=0.02)
+    curve = walk(hp.Gait.tripod(stroke=0.04, turn_rate=0.2, cycle_time=1.0))
+    assert curve.walks and curve.way.turn_share == pytest.approx(1.0, abs=0.02)
+    assert curve.way.speed_share == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_walk_without_a_whole_cycle_is_judged_over_all_of_it() -> None:
+    """1.8 s of 1 s cycles: the ramp of 1.25 s takes half of its way: 0.12 (1.8 - 0.625) m."""
+    verdict = walk(TRIPOD, 1.8)
+    assert verdict.way.cycles is None and verdict.needs == pytest.approx(3.0)
+    assert verdict.way.planned_way == pytest.approx(0.12 * (1.8 - 0.625), rel=1e-4)
+    assert verdict.way.speed_share == pytest.approx(1.0, abs=0.05)
+    assert "that takes 3 s or more" in verdict.line
+    short = walk(TRIPOD, 0.3)
+    assert short.way.speed_share is None and short.walks and "too short" in short.line
+
+
+def test_commands_are_judged_by_their_own_plan() -> None:
+    """Ahead, then to the left and turning: way and yaw of the commanded body."""
+    command = hp.VelocityCommand(
+        time=(0.0, 2.0), forward=(0.05, 0.0), lateral=(0.0, 0.04), turn_rate=(0.0, 0.2)
+    )
+    control = hp.KinematicControl(TRIPOD, velocity=command)
+    trace = hp.simulate(hp.Scene(hp.load_robot("kharagpur")), control, duration=4.0)
+    verdict, body = hp.walk_verdict(trace), planned_body(control.to_dict())
+    assert body is not None and verdict.walks
+    assert verdict.way.planned_turn == pytest.approx(body.pose(np.array([4.0]))[0, 2], abs=1e-12)
+    assert verdict.way.speed_share == pytest.approx(1.0, abs=0.05)
+    assert verdict.way.turn_share == pytest.approx(1.0, abs=0.05)
+
+
+def test_prescribed_walks_and_postures() -> None:
+    assert "prescribed motion: no limit acts" in walk(prescribed=True).line
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    held = hp.walk_verdict(hp.simulate(scene, hp.HoldPosture(), duration=0.3))
+    assert held.walks and held.line.startswith("kharagpur stands: ")
+
+
+def test_soft_servos_and_ice_are_told_apart() -> None:
+    soft = walk(servo=hp.Servo(kp=3.0, kd=0.1))
+    assert not soft.walks and "stiffer servos" in soft.advice
+    ice = walk(mu=1e-4)
+    assert not ice.walks and "friction coefficient than 0.0001 (--mu)" in ice.advice
+    assert ice.slip is not None and (ice.slip.total is None or ice.slip.total > 1.0)
+
+
+def weak(folder: Path) -> Path:
+    """Write kharagpur with a twentieth of its effort, 0.3 N m."""
+    text = hp.urdf_path("kharagpur").read_text()
+    assert text.count('effort="6"') == 18
+    path = folder / "weak.urdf"
+    path.write_text(text.replace('effort="6"', 'effort="0.3"'))
+    return path
+
+
+def test_standing_torque_is_that_of_a_lever() -> None:
+    """Kharagpur on lm, rf and rr: lm carries half of the weight at the end of a level femur."""
+    robot = hp.load_robot("kharagpur")
+    model, q = robot.model, robot.stand().q
+    import pinocchio as pin
+
+    data = model.createData()
+    pin.forwardKinematics(model, data, q)
+    joint = model.getJointId("lm_femur_joint")
+    at = data.oMi[joint].translation
+    foot = data.oMi[model.getJointId(robot.foot("lm_foot").joint)].act(robot.foot("lm_foot").offset)
+    own = sum(
+        model.inertias[j].mass * (data.oMi[j].act(model.inertias[j].lever) - at)[1]
+        for j in model.subtrees[joint]
+    )
+    lever = 9.81 * (0.5 * robot.total_mass * (foot - at)[1] - own)
+    found = standing_torque(robot)[robot.joint_index("lm_femur_joint")]
+    assert found == pytest.approx(abs(lever), rel=1e-9)
+
+
+def test_a_robot_too_weak_ends_with_status_3_and_what_it_needs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    need = max(standing_torque(hp.load_robot("kharagpur")))
+    with pytest.raises(SystemExit) as ended:
+        main(["walk", str(weak(tmp_path)), "--cycle", "1.2", "--stroke", "0.06",
+              "--duration", "4", "--no-html", "--out", str(tmp_path / "w.nc")])  # fmt: skip
+    told = capsys.readouterr()
+    assert ended.value.code == DOES_NOT_WALK == 3
+    assert (tmp_path / "w.nc").is_file()
+    assert told.out.index("does not walk:") < told.out.index("Torque budget")
+    assert told.err.startswith("hexapod-pin: ") and told.err.count("\n") == 1
+    assert f"takes {need:.3g} N m at" in told.err and "which has 0.3" in told.err
