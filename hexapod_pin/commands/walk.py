@@ -125,7 +125,7 @@ def walk(
     )  # fmt: skip
     if prescribed and not (kp is None and kd is None):
         raise ParameterError("--kp, --kd", kp or kd, "left out with --prescribed: no servo acts")
-    servo = Servo.from_effort(loaded, kp=kp, kd=kd)
+    servo = Servo.for_robot(loaded, kp=kp, kd=kd)
     laws = Contact.preset(contact).with_mu(mu)
     scene = Scene(loaded, contact=laws, servo=servo, prescribed=prescribed)
     _print_plan(loaded, chosen, why)
