@@ -15,6 +15,7 @@ from hexapod_pin.commands.options import (
     OptionalFloat,
     OptionalPath,
     OptionalText,
+    Quick,
     RobotName,
     Threads,
     Verdict,
@@ -98,6 +99,7 @@ def walk(
         OptionalPath, typer.Option(help="Write the case too, for `hexapod-pin run`.")
     ] = None,
     verdict: Verdict = False,
+    quick: Quick = False,
     threads: Threads = 1,
     feet: Feet = None,
     foot_radius: FootRadius = None,
@@ -136,7 +138,9 @@ def walk(
     if case_path is not None:
         typer.echo(f"wrote {case.save(case_path)}")
     title = f"walking {duration:g} s"
-    run_and_report(case, title, trace_path, html_path, verdict=verdict, threads=threads)
+    run_and_report(
+        case, title, trace_path, html_path, verdict=verdict, quick=quick, threads=threads
+    )
 
 
 def _print_plan(robot: Robot, gait: Gait, stroke_source: str) -> None:
