@@ -97,6 +97,8 @@ if TYPE_CHECKING:
     from hexapod_pin.results.walk_verdict import WalkVerdict as WalkVerdict
     from hexapod_pin.results.walk_verdict import walk_verdict as walk_verdict
     from hexapod_pin.robot.description.blueprint import Blueprint as Blueprint
+    from hexapod_pin.robot.description.segments import Segment as Segment
+    from hexapod_pin.robot.description.segments import Trunk as Trunk
     from hexapod_pin.robot.robot import Robot as Robot
     from hexapod_pin.robot.robot import load_robot as load_robot
     from hexapod_pin.robot.robot import urdf_path as urdf_path
@@ -169,6 +171,7 @@ _MODULES = {
     "Robot": "robot.robot",
     "SampledTrajectory": "control.sampled_trajectory",
     "Scene": "simulation.scene",
+    "Segment": "robot.description.segments",
     "Sensor": "control.sensors",
     "Sensors": "control.sensors",
     "Servo": "drive.servo",
@@ -191,6 +194,7 @@ _MODULES = {
     "TorqueMap": "results.torque_map",
     "TouchDown": "control.foot_control",
     "Trace": "results.trace",
+    "Trunk": "robot.description.segments",
     "TuningResult": "sweep.tuning_result",
     "VelocityCommand": "control.velocity_command",
     "VirtualSuspension": "control.foot_control",

@@ -117,7 +117,7 @@ class SimulationInterrupted(HexapodError):
     """Ctrl-C during a simulation.
 
     Attributes:
-        trace: what a single run had done; None of a batch.
+        trace: what a single run had done; None of a batch, or of a run still being planned.
         results: what a batch had done, in the order of its cases, None for the rest; else None.
         comparison: the `Comparison` of what was done, of controllers being compared; else None.
     """
@@ -163,6 +163,23 @@ class SweepInterrupted(SimulationInterrupted):
 
 class TraceFileError(HexapodError):
     """A result file cannot be written or read: missing, truncated, or of another schema."""
+
+
+class NotRecordedError(HexapodError):
+    """A trace lacks samples that something needs: they were not recorded.
+
+    Attributes:
+        name: the array, as of `Trace`.
+        record: the groups to record so that it is there, what is there now included.
+    """
+
+    def __init__(self, name: str, record: list[str]) -> None:
+        """Compose the message from its parts."""
+        self.name, self.record = name, list(record)
+        super().__init__(
+            f"the trace holds no {name}: it was not recorded. Simulate again with "
+            f"record={self.record} (`hexapod-pin walk --record {','.join(self.record)}`)."
+        )
 
 
 class ViewerError(HexapodError):

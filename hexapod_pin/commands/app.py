@@ -17,6 +17,7 @@ from hexapod_pin.commands.budget import budget
 from hexapod_pin.commands.check import check
 from hexapod_pin.commands.compare import compare
 from hexapod_pin.commands.contact import contact
+from hexapod_pin.commands.option_names import in_options
 from hexapod_pin.commands.run import run
 from hexapod_pin.commands.stability import stability
 from hexapod_pin.commands.status import FAILED, INTERRUPTED, fail
@@ -27,15 +28,24 @@ from hexapod_pin.errors import HexapodError, SimulationInterrupted
 
 
 class _Commands(TyperGroup):
-    """Tells Ctrl-C apart from typer's own silent exit."""
+    """Turns errors into one message, and tells Ctrl-C apart from typer's own silent exit."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was asked for."""
         try:
             return super().invoke(ctx)
-        except KeyboardInterrupt as error:
-            text = "interrupted; what was written before is whole"
-            raise SimulationInterrupted(text, None) from error
+        except KeyboardInterrupt:
+            fail("interrupted; what was written before is whole", INTERRUPTED)
+        except HexapodError as error:
+            status = INTERRUPTED if isinstance(error, SimulationInterrupted) else FAILED
+            fail(in_options(error, self._options(ctx)), status)
+
+    def _options(self, ctx: Any) -> dict[str, str]:
+        """Return the options of the command that was asked for, by their arguments."""
+        command = self.get_command(ctx, ctx.invoked_subcommand or "")
+        parameters = [] if command is None else command.params
+        longest = {one.name: max(one.opts, key=len) for one in parameters if one.name}
+        return {name: option for name, option in longest.items() if option.startswith("--")}
 
 
 app = typer.Typer(
@@ -76,10 +86,5 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
     Args:
         argv: arguments without the program's name; None takes those of the process.
     """
-    try:
-        app(args=None if argv is None else list(argv), prog_name="hexapod-pin")
-    except SimulationInterrupted as error:
-        fail(str(error), INTERRUPTED)
-    except HexapodError as error:
-        fail(str(error), FAILED)
+    app(args=None if argv is None else list(argv), prog_name="hexapod-pin")
     sys.exit(0)

@@ -40,7 +40,8 @@ def run_and_report(
     from hexapod_pin.simulation.run import run_case
 
     with progress_bar(title) as progress:
-        trace = run_saving(lambda: run_case(case, progress), trace_path)
+        planning = progress.stage(f"planning {case.duration:g} s")
+        trace = run_saving(lambda: run_case(case, progress, planning), trace_path)
     walk = walk_verdict(trace)
     typer.echo(f"{walk.line}\n{run_summary(trace)}")
     for line in events_text(trace.events, trace.limits):
@@ -104,10 +105,12 @@ def run_summary(trace: Trace) -> str:
     meta, counters = trace.meta, trace.counters
     how = f"accuracy {meta['accuracy']:g}" if meta["accuracy"] else f"step {meta['step']:g} s"
     error = f"largest error of a step {trace.step_error:.1e} m or rad, " if meta["accuracy"] else ""
-    worked = float(abs(trace.energy["servo_work"]).max())
-    residual = float(abs(trace.energy_residual).max())
+    energy = "energy not recorded"
+    if "energy" in trace.recorded:
+        worked = float(abs(trace.energy["servo_work"]).max())
+        residual = float(abs(trace.energy_residual).max())
+        energy = f"energy residual {residual:.1e} J of {worked:.3g} J of servo work"
     return (
         f"method {meta['method']}, {how}: {counters['steps']} steps, "
-        f"{counters['evaluations']} evaluations, {meta['wall_time']:.2g} s; {error}"
-        f"energy residual {residual:.1e} J of {worked:.3g} J of servo work"
+        f"{counters['evaluations']} evaluations, {meta['wall_time']:.2g} s; {error}{energy}"
     )

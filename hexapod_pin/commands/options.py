@@ -18,6 +18,17 @@ OptionalPath = Optional[Path]  # noqa: UP045
 
 RobotName = Annotated[str, typer.Argument(help="kharagpur, athena, or the path of a URDF.")]
 TracePath = Annotated[Path, typer.Argument(help="A file that `walk` left (walk.nc).")]
+TraceOut = Annotated[
+    Path,
+    typer.Option(help="Trace file to write: .nc, .h5, .hdf5; or .csv, .csv.gz as a plain table."),
+]
+Record = Annotated[
+    OptionalText,
+    typer.Option(
+        help="Samples to keep, separated by commas: torque, set_points, contacts, com, energy; "
+        "motion alone for none of them. Default: all."
+    ),
+]
 Feet = Annotated[
     OptionalText,
     typer.Option(help="Names of the foot links, separated by commas, where not found by name."),
@@ -49,15 +60,20 @@ def given(**fields: float | None) -> dict[str, float]:
     return {name: value for name, value in fields.items() if value is not None}
 
 
+def comma_list(text: str | None) -> list[str] | None:
+    """Return the parts of a comma-separated list; None of nothing."""
+    return None if text is None else [part.strip() for part in text.split(",")]
+
+
 def foot_names(text: str | None) -> list[str] | None:
     """Return the names in a comma-separated list.
 
     Raises:
         ParameterError: a name is empty or given twice.
     """
-    if text is None:
+    names = comma_list(text)
+    if names is None:
         return None
-    names = [name.strip() for name in text.split(",")]
     if not all(names) or len(set(names)) < len(names):
         raise ParameterError("--feet", text, "different link names, separated by commas")
     return names

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import DivergenceError, SimulationInterrupted, TraceFileError
+from hexapod_pin.results.file_ending import CSV, NETCDF, check_ending
 
 if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace
@@ -26,6 +27,17 @@ def writable(option: str, path: Path) -> Path:
         raise TraceFileError(f"{option} {path}: is a folder; name a file in it.")
     if not os.access(path.parent, os.W_OK):
         raise TraceFileError(f"{option} {path}: the folder {path.parent} is not writable.")
+    return path
+
+
+def writable_trace(option: str, path: Path) -> Path:
+    """Return the absolute path of a trace to write, as `writable`.
+
+    Raises:
+        TraceFileError: as `writable`; or the ending is none of a trace's.
+    """
+    path = writable(option, path)
+    check_ending(f"{option} {path}", (*NETCDF, *CSV))
     return path
 
 
@@ -48,6 +60,8 @@ def run_saving(job: Callable[[], Trace], out: Path) -> Trace:
     try:
         trace = job()
     except (DivergenceError, SimulationInterrupted) as error:
+        if error.trace is None:  # stopped before it began
+            raise
         saved = error.trace.save(out)
         kept = f"the {error.trace.time[-1]:g} s done so far are in {saved}"
         raise type(error)(f"{error}\n{kept}", error.trace) from error

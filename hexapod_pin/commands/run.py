@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
-from hexapod_pin.commands.options import NoHtml, OptionalPath, Quick, Threads, Verdict
+from hexapod_pin.commands.options import NoHtml, OptionalPath, Quick, Threads, TraceOut, Verdict
 
 
 def run(
     case: Annotated[Path, typer.Argument(help="A file that `walk --save-case` left (case.toml).")],
-    out: Annotated[Path, typer.Option(help="Trace file to write.")] = Path("run.nc"),
+    out: TraceOut = Path("run.nc"),
     html: Annotated[Path, typer.Option(help="Playback file to write.")] = Path("run.html"),
     no_html: NoHtml = False,
     verdict: Verdict = False,
@@ -26,10 +26,10 @@ def run(
     """Run a case from its file; print its torque table; leave a trace and a playback."""
     from hexapod_pin.commands.case_report import run_and_report
     from hexapod_pin.commands.import_file import import_file
-    from hexapod_pin.commands.output_files import distinct, writable
+    from hexapod_pin.commands.output_files import distinct, writable, writable_trace
     from hexapod_pin.simulation.case import load_case
 
-    trace_path = writable("--out", out)
+    trace_path = writable_trace("--out", out)
     html_path = None if no_html else writable("--html", html)
     distinct(trace_path, html_path)
     if code is not None:

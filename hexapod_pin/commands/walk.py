@@ -16,9 +16,12 @@ from hexapod_pin.commands.options import (
     OptionalPath,
     OptionalText,
     Quick,
+    Record,
     RobotName,
     Threads,
+    TraceOut,
     Verdict,
+    comma_list,
     foot_names,
     given,
 )
@@ -30,7 +33,12 @@ if TYPE_CHECKING:
 
 def walk(
     robot: RobotName,
-    gait: Annotated[str, typer.Option(help="tripod, ripple, tetrapod (S2) or wave.")] = "tetrapod",
+    gait: Annotated[
+        OptionalText,
+        typer.Option(
+            help="tripod, ripple, tetrapod (S2) or wave; default tetrapod, with 4, 5 or 7 legs wave."
+        ),
+    ] = None,
     stroke: Annotated[
         OptionalFloat,
         typer.Option(help="[m]; default 0.14, or 80 % of the largest that fits where that is less"),
@@ -92,7 +100,7 @@ def walk(
         OptionalFloat,
         typer.Option(help="Time between samples [s]; default 2 ms, with fixed steps 1 ms."),
     ] = None,
-    out: Annotated[Path, typer.Option(help="Trace file to write.")] = Path("walk.nc"),
+    out: TraceOut = Path("walk.nc"),
     html: Annotated[Path, typer.Option(help="Playback file to write.")] = Path("walk.html"),
     no_html: NoHtml = False,
     save_case: Annotated[
@@ -103,12 +111,14 @@ def walk(
     threads: Threads = 1,
     feet: Feet = None,
     foot_radius: FootRadius = None,
+    record: Record = None,
 ) -> None:
     """Walk a robot; print its torque table; leave a trace and a playback."""
     from hexapod_pin.commands.case_report import run_and_report
-    from hexapod_pin.commands.output_files import distinct, writable
+    from hexapod_pin.commands.output_files import distinct, writable, writable_trace
     from hexapod_pin.control.feasible_gait import feasible_gait
     from hexapod_pin.control.kinematic import KinematicControl
+    from hexapod_pin.control.named_gait import default_gait
     from hexapod_pin.drive.servo import Servo
     from hexapod_pin.errors import ParameterError
     from hexapod_pin.ground.contact import Contact
@@ -116,13 +126,13 @@ def walk(
     from hexapod_pin.simulation.case import Case
     from hexapod_pin.simulation.scene import Scene
 
-    trace_path = writable("--out", out)
+    trace_path = writable_trace("--out", out)
     html_path = None if no_html else writable("--html", html)
     distinct(trace_path, html_path)
     case_path = None if save_case is None else writable("--save-case", save_case)
     loaded = load_robot(robot, feet=foot_names(feet), foot_radius=foot_radius)
     chosen, why = feasible_gait(
-        loaded, gait, stroke, cycle_time=cycle, heading=math.radians(heading),
+        loaded, gait or default_gait(loaded), stroke, cycle_time=cycle, heading=math.radians(heading),
         turn_rate=math.radians(turn), **given(duty=duty, lift=lift),
     )  # fmt: skip
     if prescribed and not (kp is None and kd is None):
@@ -134,6 +144,7 @@ def walk(
     case = Case(
         scene, KinematicControl(chosen), duration=duration,
         accuracy=accuracy, method=method, step=step, sample=sample,
+        record=comma_list(record),
     )  # fmt: skip
     if case_path is not None:
         typer.echo(f"wrote {case.save(case_path)}")

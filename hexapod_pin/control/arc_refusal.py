@@ -22,7 +22,7 @@ from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.gait_refusal import MAX_CYCLE_DOUBLINGS, bisect
 from hexapod_pin.control.knot_table import knot_times
 from hexapod_pin.control.leg_clearance import TOUCHING
-from hexapod_pin.control.six_legs import SixLegs, six_legs
+from hexapod_pin.control.six_legs import SixLegs, require_six_of_three
 from hexapod_pin.errors import GaitError
 from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
 from hexapod_pin.robot.leg_geometry import ANGLE_TOLERANCE
@@ -94,7 +94,9 @@ def refuse_impossible_arc(
     Raises:
         GaitError: naming leg, joint, value and limit, and the largest request that works.
     """
-    found = _find_refusal(six_legs(robot), leg_bodies(robot), gait, amplitude, lift_angle, profile)
+    six = require_six_of_three(robot, "ArcWalk")
+    gait = six.fitted(gait)
+    found = _find_refusal(six, leg_bodies(robot), gait, amplitude, lift_angle, profile)
     if found is not None:
         raise GaitError(*found)
 

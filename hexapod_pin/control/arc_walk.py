@@ -13,7 +13,7 @@ from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration, whole_cycles
 from hexapod_pin.control.knot_table import MAX_KNOT_SPACING, knot_times
-from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.control.six_legs import require_six_of_three
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -76,11 +76,12 @@ class ArcWalk:
         """Return the planned motion of the feet and of the body.
 
         Raises:
-            GaitError: the robot does not have six legs that point sideways.
+            GaitError: the robot does not have six three-joint legs that point sideways.
             ParameterError: a stop too early for starting and stopping.
         """
+        six = require_six_of_three(robot, "ArcWalk")
         return ArcPath(
-            six_legs(robot), self.gait, self.amplitude, self.lift_angle, self.profile, self.stop_at
+            six, six.fitted(self.gait), self.amplitude, self.lift_angle, self.profile, self.stop_at
         )
 
     def plan(self, robot: Robot, duration: float) -> JointTrajectory:
@@ -93,9 +94,10 @@ class ArcWalk:
                 and `limit` say what to change and how far.
             ParameterError: the duration, or a stop too early for starting and stopping.
         """
-        end, six, path = check_duration(duration), six_legs(robot), self.path(robot)
-        refuse_impossible_arc(robot, self.gait, self.amplitude, self.lift_angle, self.profile)
-        period = self.gait.cycle_time
+        end, path = check_duration(duration), self.path(robot)
+        six = path.six
+        refuse_impossible_arc(robot, path.gait, self.amplitude, self.lift_angle, self.profile)
+        period = path.gait.cycle_time
         last = end if self.stop_at is None else min(end, self.stop_at)
         events = np.concatenate([[0.0], path.events(last + 2.0 * period)])
         if self.stop_at is not None:
@@ -123,4 +125,5 @@ class ArcWalk:
         }  # fmt: skip
         if self.stop_at is not None:
             settings["stop_at"] = self.stop_at
-        return {**settings, "gait": {**gait, "phases": list(gait["phases"])}}
+        lists = {name: list(gait[name]) for name in ("phases", "leg_names") if name in gait}
+        return {**settings, "gait": {**gait, **lists}}

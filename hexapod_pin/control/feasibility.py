@@ -46,6 +46,12 @@ MAX_FOOT_HEIGHT_SPREAD = 1e-3
 EQUAL_RATES = 1e-9
 """Relative difference of the largest rates of two legs that is taken for rounding."""
 
+SINGULAR = {
+    2: "neither joint moves the foot along the direction of travel or both move it alike",
+    3: "knee straight or foot under the yaw axis",
+}
+"""Singular postures of legs, by the number of their joints."""
+
 PATH, RATE, POSTURE = "path", "rate", "posture"
 
 
@@ -70,7 +76,11 @@ def violation(six: SixLegs, gait: Gait, motion: BodyMotion | None = None) -> Vio
         six: its legs.
         gait: the gait.
         motion: constant offsets of the trunk; None: none.
+
+    Raises:
+        GaitError: the gait has phases for other legs.
     """
+    six, gait = six.along(gait), six.fitted(gait)
     if np.ptp(six.soles) > MAX_FOOT_HEIGHT_SPREAD:
         return _uneven(six)
     found = _path_or_rates(six, gait.in_one_second(), motion)
@@ -84,7 +94,7 @@ def violation(six: SixLegs, gait: Gait, motion: BodyMotion | None = None) -> Vio
 def _path_or_rates(
     six: SixLegs, gait: Gait, motion: BodyMotion | None
 ) -> Violation | NDArray[np.float64]:
-    """Return what is wrong with the paths of a gait, or its joint rates [rad/s], (6, K, 3)."""
+    """Return what is wrong with the paths of a gait, or its joint rates [rad/s], (L, K, J)."""
     path = FootPath.of(six, gait, stop_at=CHECKED_CYCLES * gait.cycle_time, motion=motion)
     try:
         p_BF, v_BF = six.foot_motion(path, checked_times(path))
@@ -103,8 +113,8 @@ def posture_violation(six: SixLegs, q: Array, v: Array) -> tuple[Violation, int]
 
     Args:
         six: the legs.
-        q: joint angles leg by leg [rad]. Shape (6, K, 3).
-        v: joint rates [rad/s]. Shape (6, K, 3).
+        q: joint angles leg by leg [rad]. Shape (L, K, J).
+        v: joint rates [rad/s]. Shape (L, K, J).
 
     Returns:
         The violation and its row among the K; None without one.
@@ -138,7 +148,7 @@ def _uneven(six: SixLegs) -> Violation:
     return Violation(
         POSTURE,
         f"the standing posture has foot {high} {np.ptp(six.soles):.4f} m above foot {low}; "
-        "all six must stand on the same ground",
+        "all must stand on the same ground",
     )
 
 
@@ -147,13 +157,13 @@ def _near_singular(leg: LegKinematics, lowest: float) -> Violation:
     return Violation(
         PATH,
         f"leg {leg.name}: the foot path comes too near a singular posture of "
-        f"{', '.join(leg.joints)}, knee straight or foot under the yaw axis "
+        f"{', '.join(leg.joints)}, {SINGULAR[len(leg.joints)]} "
         f"(normalised determinant {lowest:.4f}, at least {MIN_NORMALISED_DETERMINANT:g})",
     )
 
 
 def _too_fast(six: SixLegs, rates: Array) -> tuple[Violation, int] | None:
-    """Return the violation of the joint that exceeds its velocity limit most, rates (6, K, 3).
+    """Return the violation of the joint that exceeds its velocity limit most, rates (L, K, J).
 
     Of legs that move alike, up to rounding, the first in gait order is named.
     """

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.gait_refusal import refuse_impossible
+from hexapod_pin.control.named_gait import named_gait
 from hexapod_pin.errors import GaitError
 
 if TYPE_CHECKING:
@@ -33,17 +34,17 @@ def feasible_gait(
         fields: cycle_time, duty, lift, heading, turn_rate.
 
     Raises:
-        UnknownNameError: there is no such gait.
+        UnknownNameError: there is no such gait for the robot's number of legs.
         GaitError: the robot cannot walk it, whatever the stroke where none was given.
         ParameterError: a value is out of range.
     """
-    gait = Gait.by_name(name, stroke=DEFAULT_STROKE if stroke is None else stroke, **fields)
+    gait = named_gait(robot, name, stroke=DEFAULT_STROKE if stroke is None else stroke, **fields)
     try:
         refuse_impossible(robot, gait)
     except GaitError as error:
         if stroke is not None or error.quantity != "stroke" or error.limit is None:
             raise
-        shorter = Gait.by_name(name, stroke=STROKE_SHARE * error.limit, **fields)
+        shorter = named_gait(robot, name, stroke=STROKE_SHARE * error.limit, **fields)
         refuse_impossible(robot, shorter)
         return shorter, (
             f"chosen: {STROKE_SHARE:.0%} of the largest that fits, {error.limit:.4g} m, "

@@ -45,11 +45,11 @@ EVENT_SEPARATION_CYCLES = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class FootPath(WalkSchedule):
-    """The planned motion of six feet relative to a level base at its standing height.
+    """The planned motion of L feet relative to a level base at its standing height.
 
     Attributes:
-        gait: the gait.
-        neutral_feet: standing foot centres in the base frame, legs in gait order [m]. (6, 3).
+        gait: the gait, with L phases.
+        neutral_feet: standing foot centres in the base frame, legs in gait order [m]. (L, 3).
         stop_at: time at which the robot stands still again on its neutral feet [s]; None walks on.
         legs: whose spherical feet roll; None: the feet are points.
         command: velocity to follow instead of the gait's own; None: the gait's stroke, heading and
@@ -77,14 +77,20 @@ class FootPath(WalkSchedule):
 
     @staticmethod
     def of(six: SixLegs, gait: Gait, **settings: Any) -> FootPath:
-        """Return the path of a robot's own feet; `settings` as of `stop_at` and `motion`."""
+        """Return the path of a robot's own feet; `settings` as of `stop_at`, `motion`, `command`.
+
+        Raises:
+            GaitError: a gait for other legs, or a command that two-joint legs cannot follow.
+        """
+        gait, six = six.fitted(gait), six.along(gait, settings.get("command"))
         return FootPath(gait, six.neutral_feet, legs=six, **settings)
 
     def __post_init__(self) -> None:
         """Check and copy the arguments."""
         feet = read_only(self.neutral_feet)
-        if feet.shape != (6, 3) or not np.isfinite(feet).all():
-            raise ParameterError("FootPath.neutral_feet", feet.shape, "finite, of shape (6, 3)")
+        shape = (len(self.gait.phases), 3)
+        if feet.shape != shape or not np.isfinite(feet).all():
+            raise ParameterError("FootPath.neutral_feet", feet.shape, f"finite, of shape {shape}")
         object.__setattr__(self, "neutral_feet", feet)
         halt = last_motion(self.gait, self.stop_at)
         object.__setattr__(self, "_halt", halt)
@@ -125,7 +131,7 @@ class FootPath(WalkSchedule):
         return self.body.pose(np.asarray(time, dtype=float))
 
     def stance(self, time: ArrayLike) -> NDArray[np.bool_]:
-        """Return which feet are planned to be on the ground. Shape (K,) -> (K, 6)."""
+        """Return which feet are planned to be on the ground. Shape (K,) -> (K, L)."""
         return self._feet(np.asarray(time, dtype=float))[2]
 
     @property
@@ -159,11 +165,11 @@ class FootPath(WalkSchedule):
         return np.inf if self.motion is None else self.motion.shortest_time
 
     def positions(self, time: ArrayLike) -> Array:
-        """Return foot centres in the base frame [m]. Shape (K,) -> (K, 6, 3)."""
+        """Return foot centres in the base frame [m]. Shape (K,) -> (K, L, 3)."""
         return self.positions_and_velocities(time)[0]
 
     def velocities(self, time: ArrayLike) -> Array:
-        """Return d/dt of `positions`, base axes [m/s]. Shape (K,) -> (K, 6, 3)."""
+        """Return d/dt of `positions`, base axes [m/s]. Shape (K,) -> (K, L, 3)."""
         return self.positions_and_velocities(time)[1]
 
     def positions_and_velocities(self, time: ArrayLike) -> tuple[Array, Array]:
@@ -173,7 +179,7 @@ class FootPath(WalkSchedule):
             time: [s]. Shape (K,).
 
         Returns:
-            Positions and velocities in base axes. Shape (K, 6, 3) each.
+            Positions and velocities in base axes. Shape (K, L, 3) each.
         """
         t = np.asarray(time, dtype=float)
         p_WF, v_WF, _ = self._feet(t)
@@ -191,7 +197,7 @@ class FootPath(WalkSchedule):
         return (p, v) if self.motion is None else self.motion.offset(t[:, None]).motion_into(p, v)
 
     def _feet(self, time: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Return foot positions and velocities in the world (K, 6, 3) and which feet are down."""
+        """Return foot positions and velocities in the world (K, L, 3) and which feet are down."""
         duty, period = self.gait.duty, self.gait.cycle_time
         cycles = time[:, None] / period - np.array(self.gait.phases)
         placement = np.floor(cycles)

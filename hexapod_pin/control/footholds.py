@@ -20,7 +20,7 @@ class Footholds:
 
     Attributes:
         gait: the gait.
-        neutral_feet: standing foot centres in the base frame, legs in gait order [m]. (6, 3).
+        neutral_feet: standing foot centres in the base frame, legs in gait order [m]. (L, 3).
         body: the planned motion of the base.
     """
 
@@ -32,17 +32,17 @@ class Footholds:
         """Return where each leg stands in the world after its k-th placement [m].
 
         Args:
-            placement: k per time and leg; the foot is placed at (k + phase) cycles. Shape (K, 6).
+            placement: k per time and leg; the foot is placed at (k + phase) cycles. Shape (K, L).
 
         Returns:
             The neutral foot under the body at mid-stance; under the standing body if the swing
-            to that place would have begun before t = 0. Shape (K, 6, 3).
+            to that place would have begun before t = 0. Shape (K, L, 3).
         """
         middle = self.middle(placement)
         return self.under(self.body.pose(middle.ravel()).reshape(*middle.shape, 3))
 
     def under(self, pose: Array) -> Array:
-        """Return the standing feet under poses (K, 6, 3) of the body in the world, a leg each."""
+        """Return the standing feet under poses (K, L, 3) of the body in the world, a leg each."""
         feet = np.broadcast_to(self.neutral_feet, pose.shape)
         p_WF = turned(feet, pose[..., 2])
         p_WF[..., :2] += pose[..., :2]
@@ -52,7 +52,7 @@ class Footholds:
         """Return the middle of the stances after the k-th placements, 0 of the first [s].
 
         Args:
-            placement: as of `at`. Shape (K, 6).
+            placement: as of `at`. Shape (K, L).
         """
         duty, period = self.gait.duty, self.gait.cycle_time
         placed = placement + np.array(self.gait.phases)
@@ -63,18 +63,18 @@ class Footholds:
         """Return the footholds after the k-th placements and the travel to the next [m].
 
         Args:
-            placement: k per time and leg. Shape (K, 6).
+            placement: k per time and leg. Shape (K, L).
 
         Returns:
-            Shape (K, 6, 3) each, in the world.
+            Shape (K, L, 3) each, in the world.
         """
         first, last = (placement.min(), placement.max()) if placement.size else (0.0, 0.0)
         count = int(last - first) + 2
         if count > len(placement):  # a table would be larger than what is asked for
             here = self.at(placement)
             return here, self.at(placement + 1.0) - here
-        table = self.at(np.tile(first + np.arange(count)[:, None], (1, 6)))
-        row, leg = (placement - first).astype(int), np.arange(6)
+        table = self.at(np.tile(first + np.arange(count)[:, None], (1, len(self.neutral_feet))))
+        row, leg = (placement - first).astype(int), np.arange(len(self.neutral_feet))
         return table[row, leg], np.diff(table, axis=0)[row, leg]
 
 

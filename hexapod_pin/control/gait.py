@@ -1,8 +1,9 @@
 """Gaits: which foot is placed when, how far, how high and where to.
 
 A gait is a periodic table. Leg i is placed on the ground at the times (k + phases[i]) cycle_time,
-stays for duty * cycle_time, and swings for the rest: a swing ends at its placement. Legs are in
-the order lf lm lr rf rm rr.
+stays for duty * cycle_time, and swings for the rest: a swing ends at its placement. Six legs are
+in the order lf lm lr rf rm rr; 4, 5, 7 or 8 legs as `leg_order` gives it: left from front to rear,
+then right from front to rear.
 [S2]'s leg numbers 1..6 are lf rf lm rm lr rr (odd = left: *assumed*, the paper does not say).
 """
 
@@ -10,25 +11,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import Field
+from pydantic import Field, model_serializer
 
 from hexapod_pin.control.phase_table import (
     MIN_FEET_DOWN,
-    MIN_WAVE_DUTY,
     PHASE_TOLERANCE,
     age_at_placements,
     smallest_duty,
+    smallest_wave_duty,
+    usual_wave_duty,
     wave_phases,
 )
-from hexapod_pin.errors import GaitError, UnknownNameError
+from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 from hexapod_pin.spec import Spec
 
+if TYPE_CHECKING:
+    from pydantic import SerializerFunctionWrapHandler
+
 LEG_ORDER = ("lf", "lm", "lr", "rf", "rm", "rr")
-"""Legs in the order of `Gait.phases`."""
+"""Six legs in the order of `Gait.phases`."""
+
+LEG_COUNTS = (4, 5, 6, 7, 8)
+"""Numbers of legs for which there are gaits."""
 
 Phase = Annotated[float, Field(ge=0.0, lt=1.0)]
 
@@ -38,7 +46,10 @@ class Gait(Spec):
 
     Attributes:
         name: what it is called.
-        phases: placement of each leg as a fraction of the cycle, legs lf lm lr rf rm rr.
+        phases: placement of each leg as a fraction of the cycle, legs lf lm lr rf rm rr; four to
+            eight of them. They may be given as a mapping, leg's name -> phase.
+        leg_names: the legs that `phases` belong to, where they were given as a mapping and are not
+            lf lm lr rf rm rr; None: in the order above.
         duty: share of the cycle a foot is on the ground, below 1.
         stroke: travel of the body while one foot is on the ground [m]; 0 turns on the spot.
         cycle_time: [s].
@@ -50,22 +61,26 @@ class Gait(Spec):
     Stroke and cycle time default to those of [S2].
 
     Raises:
-        ParameterError: a parameter is outside its range or not finite.
+        ParameterError: a parameter is outside its range or not finite, or not four to eight phases.
         GaitError: fewer than three feet are down at some instant; `limit` is the smallest duty.
     """
 
     name: str = Field(default="custom", min_length=1)
-    phases: tuple[Phase, Phase, Phase, Phase, Phase, Phase]
+    phases: Annotated[tuple[Phase, ...], Field(min_length=4, max_length=8)]
     duty: float = Field(gt=0.0, lt=1.0)
     stroke: float = Field(default=0.14, ge=0.0)
     cycle_time: float = Field(default=2.4, gt=0.0)
     lift: float = Field(default=0.02, ge=0.0)
     heading: float = 0.0
     turn_rate: float = 0.0
+    leg_names: tuple[str, ...] | None = None
 
     def __init__(self, /, **fields: Any) -> None:
         """Validate the fields, then refuse a gait that cannot stand."""
-        super().__init__(**fields)
+        super().__init__(**_by_order(fields))
+        if self.leg_names is not None and len(set(self.leg_names)) != len(self.phases):
+            allowed = f"{len(self.phases)} different names, one for each phase"
+            raise ParameterError("Gait.leg_names", self.leg_names, allowed)
         if self.minimum_feet_down < MIN_FEET_DOWN:
             smallest = smallest_duty(self.phases)
             raise GaitError(
@@ -75,6 +90,10 @@ class Gait(Spec):
                 "duty",
                 smallest,
             )
+
+    @model_serializer(mode="wrap")
+    def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
+        return {name: value for name, value in dump(self).items() if value is not None}
 
     @property
     def speed(self) -> float:
@@ -107,7 +126,7 @@ class Gait(Spec):
             phase: time as a fraction of the cycle, any real number. Shape (...).
 
         Returns:
-            True from placement until lift-off. Shape (..., 6).
+            True from placement until lift-off. Shape (..., L).
         """
         age = np.mod(np.asarray(phase, dtype=float)[..., None] - np.array(self.phases), 1.0)
         age = np.where(age > 1.0 - PHASE_TOLERANCE, 0.0, age)
@@ -119,11 +138,19 @@ class Gait(Spec):
         return cls._named("tripod", (0.0, 0.5, 0.0, 0.5, 0.0, 0.5), 1 / 2, fields)
 
     @classmethod
-    def tetrapod(cls, **fields: Any) -> Gait:
+    def tetrapod(cls, *, legs: int = 6, **fields: Any) -> Gait:
         """[S2]'s gait (duty 2/3): legs (2, 3) swing first, then (1, 6), then (4, 5).
 
         The two sides are 2/3 of a cycle apart, not 1/2, so loads differ between left and right.
+        Eight legs: two sets of four, each second leg of a side, take turns (duty 1/2).
+
+        Raises:
+            GaitError: other than six or eight legs.
         """
+        if legs == 8:
+            return cls._named("tetrapod", (0.0, 0.5, 0.0, 0.5, 0.5, 0.0, 0.5, 0.0), 1 / 2, fields)
+        if legs != 6:
+            raise GaitError(_no_table("tetrapod", legs), "legs", None)
         return cls._named("tetrapod", (2 / 3, 1 / 3, 0.0, 1 / 3, 0.0, 2 / 3), 2 / 3, fields)
 
     @classmethod
@@ -137,47 +164,61 @@ class Gait(Spec):
         return cls._named("ripple", (1 / 2, 5 / 6, 1 / 6, 0.0, 1 / 3, 2 / 3), 2 / 3, fields)
 
     @classmethod
-    def wave(cls, duty: float = 5 / 6, **fields: Any) -> Gait:
+    def wave(cls, duty: float | None = None, *, legs: int = 6, **fields: Any) -> Gait:
         """Symmetric wave gait of Song and Waldron: rear-to-front waves, sides 1/2 apart.
 
+        With an odd number of legs one after the other around the robot.
+
         Args:
-            duty: 1/2 (the tripod) or more, below 1.
+            duty: 3 / legs (1/2 with six, the tripod) or more, below 1; None: 5/6, and above six
+                legs (legs - 1) / legs.
+            legs: their number, four to eight.
             fields: stroke, cycle_time, lift, heading, turn_rate, name.
 
         Raises:
-            GaitError: the duty is below 1/2.
+            GaitError: the duty is below 3 / legs, or another number of legs.
         """
-        if 0.0 < duty < MIN_WAVE_DUTY - PHASE_TOLERANCE:
+        if legs not in LEG_COUNTS:
+            raise GaitError(_no_table("wave", legs), "legs", None)
+        duty = usual_wave_duty(legs) if duty is None else duty
+        least = smallest_wave_duty(legs)
+        if 0.0 < duty < least - PHASE_TOLERANCE:
             raise GaitError(
                 f"gait wave: duty = {duty:g} leaves fewer than {MIN_FEET_DOWN} feet on the ground; "
-                f"a wave gait needs a duty of at least {MIN_WAVE_DUTY:g}.",
+                f"a wave gait needs a duty of at least {least:g}.",
                 "duty",
-                MIN_WAVE_DUTY,
+                least,
             )
-        phases = wave_phases(duty if MIN_WAVE_DUTY <= duty < 1.0 else MIN_WAVE_DUTY)
+        phases = wave_phases(duty if least <= duty < 1.0 else least, legs)
         return cls._named("wave", phases, duty, fields)
 
     @classmethod
-    def custom(cls, phases: ArrayLike, duty: float, **fields: Any) -> Gait:
+    def custom(cls, phases: ArrayLike | Mapping[str, float], duty: float, **fields: Any) -> Gait:
         """Build a gait from its own table.
 
         Args:
-            phases: placements as fractions of the cycle, legs lf lm lr rf rm rr. Shape (6,).
+            phases: placements as fractions of the cycle, legs lf lm lr rf rm rr, shape (L,); or
+                leg's name -> placement.
             duty: share of the cycle on the ground.
             fields: stroke, cycle_time, lift, heading, turn_rate, name.
         """
-        return cls(phases=tuple(np.asarray(phases).tolist()), duty=duty, **fields)
+        if not isinstance(phases, Mapping):
+            phases = tuple(np.asarray(phases).tolist())
+        return cls(phases=phases, duty=duty, **fields)
 
     @staticmethod
-    def by_name(name: str, **fields: Any) -> Gait:
-        """Build one of GAITS from its name; the wave also takes `duty=`.
+    def by_name(name: str, *, legs: int = 6, **fields: Any) -> Gait:
+        """Build one of GAITS from its name for a number of legs; the wave also takes `duty=`.
 
         Raises:
-            UnknownNameError: there is no such gait.
+            UnknownNameError: there is no such gait, or none of that name for so many legs; it
+                lists those that fit.
         """
         if name not in GAITS:
             raise UnknownNameError("gait", name, list(GAITS))
-        return GAITS[name](**fields)
+        if name not in gaits_for(legs):
+            raise UnknownNameError(f"gait of {legs} legs", name, list(gaits_for(legs)))
+        return GAITS[name](**fields) if legs == 6 else GAITS[name](legs=legs, **fields)
 
     @classmethod
     def _named(
@@ -191,3 +232,28 @@ GAITS: Mapping[str, Callable[..., Gait]] = MappingProxyType(
     {"tripod": Gait.tripod, "ripple": Gait.ripple, "tetrapod": Gait.tetrapod, "wave": Gait.wave}
 )
 """The gaits that have a name, and what builds each from its fields."""
+
+
+def gaits_for(legs: int) -> tuple[str, ...]:
+    """Return the names of the gaits that a robot of so many legs can walk; of GAITS."""
+    if legs == 6:
+        return tuple(GAITS)
+    if legs == 8:
+        return ("tetrapod", "wave")
+    return ("wave",) if legs in LEG_COUNTS else ()
+
+
+def _no_table(name: str, legs: int) -> str:
+    """Say which gaits a number of legs has instead of one."""
+    fitting = ", ".join(gaits_for(legs)) or "none: a robot walks on 4 to 8 legs"
+    return f"gait {name} has no table for {legs} legs; gaits that fit: {fitting}."
+
+
+def _by_order(fields: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields of a gait with phases given as a mapping turned into a tuple."""
+    phases = fields.get("phases")
+    if not isinstance(phases, Mapping):
+        return fields
+    if sorted(phases) == sorted(LEG_ORDER):
+        return {**fields, "phases": tuple(phases[leg] for leg in LEG_ORDER)}
+    return {**fields, "phases": tuple(phases.values()), "leg_names": tuple(phases)}

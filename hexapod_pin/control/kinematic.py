@@ -56,7 +56,7 @@ class KinematicControl:
         """Return the planned motion of the feet and of the body.
 
         Raises:
-            GaitError: the robot does not have six legs.
+            GaitError: the robot has no legs for this gait.
             ParameterError: a stop too early for starting and stopping.
         """
         return FootPath.of(
@@ -79,11 +79,12 @@ class KinematicControl:
         cycles do not repeat has no cycle time and its window is the whole walk.
 
         Raises:
-            GaitError: reach, singularity, joint position or joint velocity limits forbid the
-                gait; `quantity` and `limit` say what to change and how far.
+            GaitError: the robot's legs do not fit the gait, or reach, singularity, joint position
+                or joint velocity limits forbid it; `quantity` and `limit` say what to change and how far.
             ParameterError: the duration, or a stop too early for starting and stopping.
         """
-        end, six, path = check_duration(duration), six_legs(robot), self.path(robot)
+        end, path = check_duration(duration), self.path(robot)
+        six = six_legs(robot).along(self.gait, self.velocity)
         if path.periodic:
             refuse_impossible(robot, self.gait, self.body)
             time, q, v = walk_knots(six, path, end)
@@ -110,7 +111,7 @@ class KinematicControl:
         Raises:
             GaitError: naming what fails, and when.
         """
-        six = six_legs(robot)
+        six = six_legs(robot).along(self.gait, self.velocity)
         try:
             knots = walk_knots(six, path, end)
             refuse_impossible_knots(six, path, *knots)
@@ -131,4 +132,5 @@ class KinematicControl:
         for name in ("body", "velocity"):
             if getattr(self, name) is not None:
                 settings[name] = getattr(self, name).model_dump(mode="json")
-        return {**settings, "gait": {**gait, "phases": list(gait["phases"])}}
+        lists = {name: list(gait[name]) for name in ("phases", "leg_names") if name in gait}
+        return {**settings, "gait": {**gait, **lists}}

@@ -17,7 +17,6 @@ from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES, FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.six_legs import SixLegs
 from hexapod_pin.control.walk_schedule import TRANSIENT_CYCLES
-from hexapod_pin.robot.leg_velocity import joint_rates
 
 if TYPE_CHECKING:
     from hexapod_pin.control.body_motion import BodyMotion
@@ -72,7 +71,7 @@ def sample_knots(six: SixLegs, path: FootPath, time: Array, near: Array | None =
     both[::2], both[1::2] = time, 0.5 * (time[:-1] + time[1:])
     p_BF, v_BF = six.foot_motion(path, both)
     q = six.kinematics.inverse(p_BF, None if near is None else six.leg_rows(near))
-    v = joint_rates(six.kinematics.jacobian(q[:, ::2]), v_BF[:, ::2])
+    v = six.kinematics.rates(v_BF[:, ::2], q[:, ::2])
     eighth = 0.125 * np.diff(time)[:, None]
     cubic = 0.5 * (q[:, :-1:2] + q[:, 2::2]) + eighth * (v[:, :-1] - v[:, 1:])
     return Knots(
@@ -165,6 +164,7 @@ def knot_table(six: SixLegs, gait: Gait, motion: BodyMotion | None = None) -> Kn
     Raises:
         ReachError: a leg cannot follow.
     """
+    six = six.along(gait)
     period, path = gait.cycle_time, FootPath.of(six, gait, motion=motion)
     whole = period * (np.array([TRANSIENT_CYCLES, STEADY_CYCLES]) - EVENT_SEPARATION_CYCLES)
     events = np.append(0.0, path.events((STEADY_CYCLES + 2) * period))

@@ -103,6 +103,7 @@ def _clearance(six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion |
     """Return the clearance of a gait in one second; times scale with the cycle."""
     if not bodies.pairs:
         return Clearance(("", ""), 0.0, np.inf, bodies.excluded, bodies.assumed)
+    six = six.along(gait)
     path = FootPath.of(six, gait, stop_at=CHECKED_CYCLES * gait.cycle_time, motion=motion)
     time = checked_times(path, SAMPLES_PER_CYCLE)
     q = _postures(six, path, time)
@@ -144,7 +145,7 @@ def _postures(six: SixLegs, path: FootPath, time: Array, near: Array | None = No
         six: the legs.
         path: what their feet follow.
         time: [s]. Shape (K,).
-        near: reference for the first angles, the standing posture if None [rad]. Shape (6, 3).
+        near: reference for the first angles, the standing posture if None [rad]. Shape (L, J).
 
     Raises:
         ReachError: the feet cannot follow.

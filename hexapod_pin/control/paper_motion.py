@@ -68,6 +68,7 @@ def paper_motion(
         profile=profile,
     )
     path = walk.path(robot)
+    gait = path.gait
     refuse_impossible_arc(robot, gait, walk.amplitude, lift_angle, profile)
     motion: dict[str, float | MotionFunction] = {}
     for leg, sense, phase in zip(path.six.legs, arc_senses(path.six)[1], gait.phases, strict=True):

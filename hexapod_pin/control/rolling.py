@@ -32,6 +32,7 @@ from hexapod_pin.control.chebyshev import (
 from hexapod_pin.control.footholds import turned
 from hexapod_pin.control.stances import LONGEST_PIECE_CYCLES, Stances, stances
 from hexapod_pin.errors import ReachError
+from hexapod_pin.robot.leg_velocity import joint_rates
 
 if TYPE_CHECKING:
     from hexapod_pin.control.body_motion import TrunkOffset
@@ -52,19 +53,19 @@ KEPT_TABLES = 4
 
 @dataclass(frozen=True, eq=False)
 class RollTable:
-    """Displacements d(t) of the foot centres of six legs, in the world, piece by piece.
+    """Displacements d(t) of the foot centres of L legs, in the world, piece by piece.
 
     Attributes:
-        marks: where the pieces begin, and the end of the last [s]. Six of shape (M + 1,).
-        powers: coefficients of s^k, s from -1 to 1 over the piece [m]. Six of shape (D, M, 2).
+        marks: where the pieces begin, and the end of the last [s]. L of shape (M + 1,).
+        powers: coefficients of s^k, s from -1 to 1 over the piece [m]. L of shape (D, M, 2).
     """
 
     marks: tuple[Array, ...]
     powers: tuple[Array, ...]
 
     def at(self, time: Array) -> tuple[Array, Array]:
-        """Return d [m] and d' [m/s] at K times inside the table, horizontal. (K, 6, 2) each."""
-        both = [self._leg(leg, time) for leg in range(6)]
+        """Return d [m] and d' [m/s] at K times inside the table, horizontal. (K, L, 2) each."""
+        both = [self._leg(leg, time) for leg in range(len(self.marks))]
         return np.stack([d for d, _ in both], axis=1), np.stack([v for _, v in both], axis=1)
 
     def _leg(self, leg: int, time: Array) -> tuple[Array, Array]:
@@ -94,13 +95,13 @@ def roll_table(six: SixLegs, path: FootPath, until: float) -> RollTable:
     rate, start = _solve(_Rolling.of(six, path, pieces), pieces, until)
     powers = 0.5 * pieces.length[..., None, None] * (integral_powers() @ rate)
     powers[:, :, 0] += start
-    tables = [_with_swings(pieces, powers, leg) for leg in range(6)]
+    tables = [_with_swings(pieces, powers, leg) for leg in range(len(pieces.begin))]
     return RollTable(pieces.marks, tuple(tables))
 
 
 @dataclass(frozen=True, eq=False)
 class _Rolling:
-    """The motion of the trunk at the points of every piece, and the feet; L = 6, M = P * POINTS.
+    """The motion of the trunk at the points of every piece, and the feet; M = P * POINTS.
 
     Attributes:
         six: the legs.
@@ -120,9 +121,10 @@ class _Rolling:
     def of(six: SixLegs, path: FootPath, pieces: Stances) -> _Rolling:
         """Evaluate the motion of a path's body at the points of the pieces."""
         share = 0.5 * (points() + 1.0)
-        time = (pieces.begin[..., None] + pieces.length[..., None] * share).reshape(6, -1)
+        count = len(pieces.begin)
+        time = (pieces.begin[..., None] + pieces.length[..., None] * share).reshape(count, -1)
         pose, twist = path.body.pose_and_twist(time.ravel())
-        pose, twist = pose.reshape(6, -1, 3), twist.reshape(6, -1, 3)
+        pose, twist = pose.reshape(count, -1, 3), twist.reshape(count, -1, 3)
         p_LF = np.repeat(pieces.foothold, POINTS, axis=1)
         p_LF[..., :2] -= pose[..., :2]
         trunk = None if path.motion is None else path.motion.offset(time)
@@ -145,7 +147,7 @@ class _Rolling:
         q = legs.unlimited(p_BF)
         axes = legs.chain.axes(q)
         jacobian = legs.jacobian(q) + _cross(axes, arm[..., None])
-        qdot = np.linalg.solve(jacobian, u_B[..., None])
+        qdot = joint_rates(jacobian, u_B, legs.task)[..., None]
         omega = (axes @ qdot)[..., 0]
         if self.trunk is not None:
             omega = self.trunk.turned_out(omega)
@@ -159,7 +161,7 @@ class _Rolling:
 
 
 def _solve(rolling: _Rolling, pieces: Stances, until: float) -> tuple[Array, Array]:
-    """Return d' at the points (6, P, POINTS, 2) [m/s] and d where each piece begins (6, P, 2) [m].
+    """Return d' at the points (L, P, POINTS, 2) [m/s] and d where each piece begins (L, P, 2) [m].
 
     Pieces after `until` [s] only say where swings lead to: out of reach they do not roll.
 
@@ -168,11 +170,11 @@ def _solve(rolling: _Rolling, pieces: Stances, until: float) -> tuple[Array, Arr
     """
     half, late = 0.5 * pieces.length[..., None, None], pieces.begin >= until
     d = np.zeros((*pieces.begin.shape, POINTS, 2))
-    change = np.full(6, np.inf)
+    change = np.full(len(d), np.inf)
     with np.errstate(all="ignore"):
         for _ in range(MAX_ITERATIONS):
             try:
-                rate = rolling.rate(d.reshape(6, -1, 2)).reshape(d.shape)
+                rate = rolling.rate(d.reshape(len(d), -1, 2)).reshape(d.shape)
                 rate[late & ~(np.abs(rate).max(axis=(2, 3)) < FASTEST_ROLL)] = 0.0
             except np.linalg.LinAlgError:
                 break
@@ -187,7 +189,7 @@ def _solve(rolling: _Rolling, pieces: Stances, until: float) -> tuple[Array, Arr
                 break
     if (change <= CONVERGED).all():
         return rate, start
-    rolling.require_reach(np.zeros((6, rolling.yaw.shape[1], 2)))
+    rolling.require_reach(np.zeros((len(d), rolling.yaw.shape[1], 2)))
     name = rolling.six.legs[int(np.argmax(change))].name
     raise ReachError(name, "the roll of the feet has no solution: a leg is close to its full reach")
 

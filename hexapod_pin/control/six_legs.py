@@ -1,17 +1,20 @@
-"""The six legs of a walking robot, in gait order, with what a plan needs of each."""
+"""The legs of a walking robot, in gait order, with what a plan needs of each.
+
+Four to eight legs of two or three joints each, all with the same number; L legs of J joints.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array, read_only
-from hexapod_pin.control.gait import LEG_ORDER
+from hexapod_pin.control.gait import LEG_COUNTS, LEG_ORDER, Gait, gaits_for
 from hexapod_pin.errors import GaitError
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.leg_set import LegSet
@@ -19,22 +22,35 @@ from hexapod_pin.robot.once_per_robot import once_per_robot
 
 if TYPE_CHECKING:
     from hexapod_pin.control.foot_path import FootPath
+    from hexapod_pin.control.velocity_command import VelocityCommand
     from hexapod_pin.robot.robot import Robot
+
+
+STRAIGHT_AHEAD = 1e-6
+"""A leg less than this to the right of straight ahead is the first on the left [rad]."""
+
+MAX_TURN_OF_TRAVEL = 1e-6
+"""Directions of travel that differ by less are one [rad]."""
+
+KEPT_DIRECTIONS = 64
+"""How many sets of legs with their directions of travel are remembered."""
 
 
 @dataclass(frozen=True, eq=False)
 class SixLegs:
-    """Six legs in gait order; one instance per robot, compared by identity.
+    """Legs in gait order; one instance per robot and direction of travel, compared by identity.
 
     Attributes:
+        robot_name: of the robot.
         kinematics: the legs with stacked geometry.
-        radius: of each foot sphere [m]. Shape (6,).
-        soles: lowest point of each foot in the standing posture, base frame [m]. Shape (6,).
-        max_rate: joint velocity limits [rad/s]. Shape (6, 3).
-        joint_index: place of each leg's joints in `Robot.joint_names`. Shape (6, 3).
-        posture: standing angles of all joints of the robot [rad]. Shape (n,).
+        radius: of each foot sphere [m]. Shape (L,).
+        soles: lowest point of each foot in the standing posture, base frame [m]. Shape (L,).
+        max_rate: joint velocity limits [rad/s]. Shape (L, J).
+        joint_index: place of each leg's joints in `Robot.joint_names`. Shape (L, J).
+        posture: standing angles of all joints of the robot, held ones included [rad]. Shape (n,).
     """
 
+    robot_name: str
     kinematics: LegSet
     radius: Array
     soles: Array
@@ -49,20 +65,59 @@ class SixLegs:
 
     @property
     def neutral_feet(self) -> Array:
-        """Foot centres of the standing posture, base frame [m]. Shape (6, 3)."""
+        """Foot centres of the standing posture, base frame [m]. Shape (L, 3)."""
         return self.kinematics.neutral_feet
 
+    def fitted(self, gait: Gait) -> Gait:
+        """Return a gait with a phase for each of these legs, in their order.
+
+        Raises:
+            GaitError: it has phases for other legs, or another number; names the gaits that fit.
+        """
+        names, count = [leg.name for leg in self.legs], len(gait.phases)
+        if gait.leg_names is None and count == len(names):
+            return gait
+        if gait.leg_names is not None and sorted(gait.leg_names) == sorted(names):
+            phase = dict(zip(gait.leg_names, gait.phases, strict=True))
+            fields = {**gait.model_dump(), "phases": tuple(phase[name] for name in names)}
+            return Gait(**{**fields, "leg_names": None})
+        given = "" if gait.leg_names is None else f" ({', '.join(gait.leg_names)})"
+        raise GaitError(
+            f"gait {gait.name} has phases for {count} legs{given}; robot {self.robot_name} has "
+            f"{len(names)} ({', '.join(names)}). Gaits that fit {len(names)} legs: "
+            f"{', '.join(gaits_for(len(names)))}, or Gait.custom with a phase for each leg.",
+            "phases",
+            None,
+        )
+
+    def along(self, gait: Gait, command: VelocityCommand | None = None) -> SixLegs:
+        """Return the legs with the feet of two-joint legs travelling as a gait, or a command, asks.
+
+        Legs of three joints follow any path: they are returned as they are.
+
+        Raises:
+            GaitError: a command changes the direction in which a two-joint leg has to travel.
+        """
+        if self.kinematics.task is None:
+            return self
+        turn = gait.turn_rate
+        twists = np.array([[gait.speed * f(gait.heading) for f in (np.cos, np.sin)] + [turn]])
+        if command is not None:
+            twists = command.twists[command.twists.any(axis=1)]
+        directions = _directions(self, twists if len(twists) else np.zeros((1, 3)))
+        return _along(self, tuple(map(tuple, np.round(directions, 12).tolist())))
+
     def foot_motion(self, path: FootPath, time: Array) -> tuple[Array, Array]:
-        """Return foot positions [m] and velocities [m/s] leg by leg, base frame. (6, K, 3) each."""
+        """Return foot positions [m] and velocities [m/s] leg by leg, base frame. (L, K, 3) each."""
         p_BF, v_BF = path.positions_and_velocities(time)
         first, second = (np.ascontiguousarray(np.swapaxes(x, 0, 1)) for x in (p_BF, v_BF))
         return first, second
 
     def joint_rows(self, values: Array, others: ArrayLike) -> Array:
-        """Return values of the legs' joints (6, K, 3) with a row per time, `joint_names` order.
+        """Return values of the legs' joints (L, K, J) with a row per time, `joint_names` order.
 
         Args:
-            values: of the legs' joints. Shape (6, K, 3).
+            values: of the legs' joints. Shape (L, K, J).
             others: of the joints that belong to no leg; the entries of the legs' are not used.
                 A number or shape (n,).
 
@@ -83,7 +138,7 @@ class SixLegs:
         """Return the joint angles that put the feet at given places: inverse kinematics.
 
         Args:
-            feet: centres of the feet, base frame, legs in gait order [m]. Shape (B, 6, 3).
+            feet: centres of the feet, base frame, legs in gait order [m]. Shape (B, L, 3).
             near: angles to be nearest to, by whole turns, and those of the joints that belong to
                 no leg; the standing posture if None [rad]. Shape (B, n).
 
@@ -107,31 +162,39 @@ class SixLegs:
         return self.joint_rows(self.kinematics.inverse_each(p_BF, start), rows)
 
     def leg_rows(self, row: Array) -> Array:
-        """Return a row (n,) of joint values leg by leg. Shape (6, 3)."""
+        """Return a row (n,) of joint values leg by leg. Shape (L, J)."""
         legs: Array = row[self.joint_index]
         return legs
 
 
 @once_per_robot
 def six_legs(robot: Robot) -> SixLegs:
-    """Return the six legs of a robot in gait order.
+    """Return the legs of a robot in gait order.
 
     Raises:
-        GaitError: the robot does not have six legs.
+        GaitError: the robot has no legs to walk with, or legs of two and of three joints.
     """
-    names = [leg.name for leg in robot.legs]
-    if sorted(names) != sorted(LEG_ORDER):
+    if len(robot.legs) not in LEG_COUNTS:
         raise GaitError(
-            f"robot {robot.name} has {len(names)} legs that a gait can move "
-            f"({', '.join(names) or 'none'}); a gait needs the six legs {', '.join(LEG_ORDER)}.",
+            f"robot {robot.name} has {len(robot.legs)} legs that a gait can move; a gait needs "
+            "4 to 8. State them in the file: <hexapod_pin><leg name= joints= foot=/>.",
             "legs",
             None,
         )
-    legs = [LegKinematics.of(robot, name) for name in LEG_ORDER]
+    if len({len(leg.joints) for leg in robot.legs}) > 1:
+        counts = ", ".join(f"{leg.name} {len(leg.joints)}" for leg in robot.legs)
+        raise GaitError(
+            f"robot {robot.name}: its legs walk with different numbers of joints ({counts}); "
+            "give all the same number, and state surplus joints as <held>.",
+            "legs",
+            None,
+        )
+    legs = _in_gait_order([LegKinematics.of(robot, leg.name) for leg in robot.legs])
     index = np.array([[robot.joint_index(joint) for joint in leg.joints] for leg in legs])
     radius = np.array([robot.foot(robot.leg(leg.name).foot).radius for leg in legs])
     kinematics = LegSet.of(legs)
     return SixLegs(
+        robot_name=robot.name,
         kinematics=kinematics,
         radius=read_only(radius),
         soles=read_only(kinematics.neutral_feet[:, 2] - radius),
@@ -142,14 +205,93 @@ def six_legs(robot: Robot) -> SixLegs:
 
 
 def walking_legs(robot: Robot) -> list[LegKinematics]:
-    """Return the six legs in gait order, one by one.
+    """Return the legs in gait order, one by one.
 
     Raises:
-        GaitError: the robot does not have six legs.
+        GaitError: the robot has no legs that a gait can move.
     """
     return list(six_legs(robot).legs)
 
 
+def leg_order(robot: Robot) -> tuple[str, ...]:
+    """Return the names of a robot's legs in gait order, that of `Gait.phases`.
+
+    Six legs lf lm lr rf rm rr are in this order. Others go by where they stand: left from front to
+    rear, then right from front to rear, with an odd number the one more on the left.
+
+    Raises:
+        GaitError: the robot has no legs that a gait can move.
+    """
+    return tuple(leg.name for leg in six_legs(robot).legs)
+
+
+def require_six_of_three(robot: Robot, what: str) -> SixLegs:
+    """Return the legs of a robot with the six three-joint legs that something needs.
+
+    Raises:
+        GaitError: the robot has other legs; it names what needs them.
+    """
+    legs = six_legs(robot)
+    if legs.joint_index.shape != (6, 3):
+        count, joints = legs.joint_index.shape
+        raise GaitError(
+            f"{what} needs six legs of three joints; robot {robot.name} has {count} of {joints}. "
+            "KinematicControl walks with 4 to 8 legs of two or three joints.",
+            "legs",
+            None,
+        )
+    return legs
+
+
+def _in_gait_order(legs: list[LegKinematics]) -> list[LegKinematics]:
+    """Return legs as `leg_order` says: around the robot from the front over the left, in halves."""
+    if sorted(leg.name for leg in legs) == sorted(LEG_ORDER):
+        return sorted(legs, key=lambda leg: LEG_ORDER.index(leg.name))
+    feet = neutral_feet(legs)[:, :2]
+    x, y = (feet - feet.mean(axis=0)).T
+    angle = np.mod(np.arctan2(y, x) + STRAIGHT_AHEAD, 2.0 * np.pi)
+    around = [legs[k] for k in np.argsort(angle, kind="stable")]
+    left = (len(legs) + 1) // 2
+    return around[:left] + around[left:][::-1]
+
+
+def _directions(legs: SixLegs, twists: Array) -> Array:
+    """Return the direction in which each foot travels under a body's twists (S, 3). (L, 3).
+
+    Raises:
+        GaitError: a leg has to travel in different directions.
+    """
+    x, y = legs.neutral_feet[:, 0], legs.neutral_feet[:, 1]
+    vx, vy, turn = twists.T[..., None]
+    ground = np.stack([vx - turn * y, vy + turn * x, 0.0 * (turn + x)], axis=-1)
+    speed = np.linalg.norm(ground, axis=-1)
+    fastest = ground[np.argmax(speed, axis=0), np.arange(len(x))]
+    length = np.linalg.norm(fastest, axis=-1, keepdims=True)
+    ahead = np.where(length > 0.0, fastest / np.where(length > 0.0, length, 1.0), (1.0, 0.0, 0.0))
+    aside = np.linalg.norm(np.cross(ground, ahead), axis=-1) > MAX_TURN_OF_TRAVEL * speed
+    if aside.any():
+        leg = legs.legs[int(np.argmax(aside.any(axis=0)))]
+        raise GaitError(
+            f"leg {leg.name} has two joints: its foot follows one direction of travel, and this "
+            "velocity command asks for several. Keep the ratio of speeds and turn rate.",
+            "velocity",
+            None,
+        )
+    return ahead
+
+
+@lru_cache(maxsize=KEPT_DIRECTIONS)
+def _along(legs: SixLegs, directions: tuple[tuple[float, ...], ...]) -> SixLegs:
+    """Return legs whose feet travel in these directions, one per leg; always the same instance."""
+    turned = [leg.along(way) for leg, way in zip(legs.legs, directions, strict=True)]
+    same = all(
+        np.array_equal(new.task, old.task)
+        for new, old in zip(turned, legs.legs, strict=True)
+        if new.task is not None and old.task is not None
+    )
+    return legs if same else replace(legs, kinematics=LegSet.of(turned))
+
+
 def neutral_feet(legs: Sequence[LegKinematics]) -> Array:
-    """Return the foot centres of the standing posture in the base frame [m]. Shape (6, 3)."""
+    """Return the foot centres of the standing posture in the base frame [m]. Shape (L, 3)."""
     return np.array([leg.forward(leg.posture) for leg in legs])

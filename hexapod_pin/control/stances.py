@@ -20,18 +20,18 @@ LONGEST_PIECE_CYCLES = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Stances:
-    """Pieces of the stances of six legs, P for each leg, in the order of time.
+    """Pieces of the stances of L legs, P for each leg, in the order of time.
 
     A foot that is placed where it stood has not left the ground: that is one stance. Legs with
     fewer pieces end with pieces of no duration.
 
     Attributes:
         marks: ascending times that part each leg's motion; the last of each leg may repeat [s].
-        down: whether a leg stands between a mark and the next, else it swings. (6, M - 1).
-        begin: of the pieces of stances [s]. Shape (6, P).
-        length: [s]. Shape (6, P).
-        foothold: where the foot stands in the world [m]. Shape (6, P, 3).
-        anchor: the piece that begins when the foot is over its foothold. Shape (6, P).
+        down: whether a leg stands between a mark and the next, else it swings. (L, M - 1).
+        begin: of the pieces of stances [s]. Shape (L, P).
+        length: [s]. Shape (L, P).
+        foothold: where the foot stands in the world [m]. Shape (L, P, 3).
+        anchor: the piece that begins when the foot is over its foothold. Shape (L, P).
     """
 
     marks: tuple[Array, ...]
@@ -53,12 +53,13 @@ def stances(footholds: Footholds, body: PlanarMotion, until: float, longest: flo
     """
     gait = footholds.gait
     placement = np.arange(-1.0, int(until / gait.cycle_time) + 3.0)
-    table = np.tile(placement[:, None], (1, 6))
+    count = len(gait.phases)
+    table = np.tile(placement[:, None], (1, count))
     place, middle = footholds.at(table), footholds.middle(table)
     moves = np.linalg.norm(np.diff(place, axis=0), axis=-1) > COINCIDENT
     placed = (table + np.array(gait.phases)) * gait.cycle_time
     legs = []
-    for leg in range(6):
+    for leg in range(count):
         first = np.flatnonzero(np.append(True, moves[:, leg]))
         last = np.append(first[1:], len(placement)) - 1
         begin = placed[first, leg]

@@ -18,6 +18,7 @@ from hexapod_pin.control.knot_table import (
     knot_times,
     sample_knots,
 )
+from hexapod_pin.control.planning_progress import tell_planned
 from hexapod_pin.control.six_legs import SixLegs
 from hexapod_pin.control.walk_schedule import TRANSIENT_CYCLES
 
@@ -106,6 +107,7 @@ def _unrepeated(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array,
     share = max(1, int(BLOCK_KNOTS * MAX_KNOT_SPACING * last / events[-1]))
     blocks: list[Knots] = []
     for first in range(0, last, share):
+        tell_planned(first / last)
         near = blocks[-1].q[-1] if blocks else None
         blocks.append(_span_knots(six, path, events[first : first + share + 1], near))
     columns = []

@@ -10,6 +10,7 @@ from typing import Any
 
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.results.file_ending import JSON, check_ending
 from hexapod_pin.results.compared_run import ComparedRun, Outcome
 from hexapod_pin.results.estimate import CONFIDENCE, Estimate, mean_estimate, relative_change
 from hexapod_pin.results.walk_metrics import METRICS
@@ -150,6 +151,7 @@ class Comparison:
         Raises:
             TraceFileError: the file cannot be written.
         """
+        check_ending(path, JSON)
         return write_atomically(path, self.to_json().encode())
 
     def table(self) -> str:

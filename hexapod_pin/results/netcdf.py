@@ -12,8 +12,18 @@ import numpy as np
 
 from hexapod_pin.errors import TraceFileError
 from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.results.file_ending import NETCDF, check_ending
 
 Result = TypeVar("Result")
+
+ZLIB = 1
+"""Level of compression: higher ones take longer and save less than 1 % more of a walk's trace."""
+
+CHUNK_ROWS = 1 << 16
+"""Rows of a column that are compressed together."""
+
+LEAST_COMPRESSED = 1 << 14
+"""Smaller arrays are stored as they are [bytes]."""
 
 
 class Column(NamedTuple):
@@ -48,10 +58,12 @@ def write_netcdf(
         groups: more columns and attributes, in groups of these names.
 
     Raises:
-        TraceFileError: the file cannot be written; the old one, if any, is intact.
+        TraceFileError: another ending than that of a netCDF-4 file, or the file cannot be written;
+            the old one, if any, is intact.
     """
     import h5netcdf
 
+    check_ending(path, NETCDF)
     image = io.BytesIO()
     with h5netcdf.File(image, "w") as file:
         _write_group(file, Group(columns, attributes))
@@ -78,6 +90,14 @@ def _dimensions(columns: Mapping[str, Column]) -> dict[str, int]:
     }
 
 
+def _storage(values: np.ndarray[Any, Any]) -> dict[str, Any]:
+    """Return how an array is stored: long ones column by column, compressed without loss."""
+    if values.ndim == 0 or values.nbytes < LEAST_COMPRESSED:
+        return {}
+    chunks = (min(len(values), CHUNK_ROWS), *(1 for _ in values.shape[1:]))
+    return {"chunks": chunks, "compression": "gzip", "compression_opts": ZLIB, "shuffle": True}
+
+
 def _write_column(file: Any, name: str, column: Column) -> None:
     """Write one column: text as variable-length UTF-8, booleans as xarray reads them."""
     import h5py
@@ -89,7 +109,7 @@ def _write_column(file: Any, name: str, column: Column) -> None:
     else:
         if values.dtype == bool:
             values, attributes = values.astype(np.int8), {**attributes, "dtype": "bool"}
-        variable = file.create_variable(name, column.dims, data=values)
+        variable = file.create_variable(name, column.dims, data=values, **_storage(values))
     for key, value in attributes.items():
         variable.attrs[key] = value
 

@@ -19,6 +19,7 @@ from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.event import Event
+from hexapod_pin.results.file_ending import JSON, check_ending
 from hexapod_pin.results.joint_limits import JointLimits, joint_limits
 from hexapod_pin.results.plain_json import without_non_finite
 from hexapod_pin.results.summary_layout import LAYOUT, SCHEMA, SCHEMA_VERSION, shape_of
@@ -266,6 +267,7 @@ class Summary:
         Raises:
             TraceFileError: the file cannot be written.
         """
+        check_ending(path, JSON)
         return write_atomically(path, self.to_json().encode())
 
 

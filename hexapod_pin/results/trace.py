@@ -18,14 +18,18 @@ import numpy as np
 import numpy.typing as npt
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import NotRecordedError, ParameterError, UnknownNameError
+from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.event import Event
+from hexapod_pin.results.file_ending import CSV, NETCDF, check_ending
 from hexapod_pin.results.joint_limits import JointLimits, joint_limits
 from hexapod_pin.results.netcdf import Column, Group, write_netcdf
+from hexapod_pin.results.recording import ALWAYS, GROUP_OF, GROUPS
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.summary_layout import SUMMARY_META
+from hexapod_pin.results.trace_csv import csv_bytes
 from hexapod_pin.results.trace_layout import (
     BASE_Q,
     BASE_V,
@@ -49,7 +53,8 @@ class Trace:
     """Samples of a simulation: T times, n joints, F feet; SI units, radians.
 
     Arrays are read-only, copied where they were not. Two traces are equal when every bit is,
-    but for the wall-clock time in `meta`.
+    but for the wall-clock time in `meta`. What was not recorded is given as None, and asking for
+    it raises `NotRecordedError`; `recorded` tells what is there. Time, q and v always are.
 
     Attributes:
         time: (T,) [s], strictly increasing.
@@ -102,13 +107,15 @@ class Trace:
         names = {"joint_names": tuple(self.joint_names), "foot_names": tuple(self.foot_names)}
         for name, value in names.items():
             object.__setattr__(self, name, value)
+        self._leave_out()
         shapes = self._shapes()
-        if np.shape(self.foot_normal) == (3,):
+        if "contacts" in self.recorded and np.shape(self.foot_normal) == (3,):
             normal = np.broadcast_to(self.foot_normal, shapes["foot_normal"])
             object.__setattr__(self, "foot_normal", normal)
         for name, shape in shapes.items():
             object.__setattr__(self, name, frozen(f"Trace.{name}", getattr(self, name), shape))
-        object.__setattr__(self, "energy", self._frozen_energy())
+        if "energy" in self.recorded:
+            object.__setattr__(self, "energy", self._frozen_energy())
         object.__setattr__(self, "counters", frozen_json("Trace.counters", self.counters))
         object.__setattr__(self, "meta", frozen_json("Trace.meta", self.meta))
         if np.any(np.diff(self.time) <= 0.0) or not np.all(np.isfinite(self.time)):
@@ -119,7 +126,40 @@ class Trace:
         sizes = {axis: len(labels) for axis, labels in self._labels().items()}
         if np.ndim(self.time) != 1 or sizes["time"] == 0:
             raise ParameterError("Trace.time", np.shape(self.time), "a 1-D array of >= 1 times [s]")
-        return {name: tuple(sizes[axis] for axis in row[0]) for name, row in LAYOUT.items()}
+        held = {name: row for name, row in LAYOUT.items() if name in vars(self)}
+        return {name: tuple(sizes[axis] for axis in row[0]) for name, row in held.items()}
+
+    def _leave_out(self) -> None:
+        """Take away the arrays that are None: a group is there as a whole, or not at all."""
+        for group, arrays in GROUPS.items():
+            given = [name for name in arrays if getattr(self, name) is not None]
+            if "foot_normal" in given and given == ["foot_normal"]:
+                given = []  # its default is no sample
+            missing = [name for name in arrays if name not in given]
+            if missing and (given or group == ALWAYS):
+                raise ParameterError(f"Trace.{missing[0]}", None, f"given with {group}")
+            for name in missing:
+                object.__delattr__(self, name)
+
+    if not TYPE_CHECKING:  # with it, a type checker would take any name for granted
+
+        def __getattr__(self, name: str) -> Any:
+            """Refuse what was not recorded, naming what to record."""
+            if name not in GROUP_OF:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            kept = {*self.recorded, GROUP_OF[name]} - {ALWAYS}
+            raise NotRecordedError(name, [group for group in GROUPS if group in kept])
+
+    def __repr__(self) -> str:
+        """Return what it is of and what it holds; the arrays themselves are long."""
+        size = f"{len(self.time)} samples to {self.time[-1]:g} s, {len(self.joint_names)} joints"
+        return f"<Trace: {size}, {len(self.foot_names)} feet; recorded {', '.join(self.recorded)}>"
+
+    @property
+    def recorded(self) -> tuple[str, ...]:
+        """The groups of arrays that it holds: "motion", and of the others what was recorded."""
+        held = vars(self)
+        return tuple(group for group, arrays in GROUPS.items() if arrays[0] in held)
 
     def _labels(self) -> dict[str, Any]:
         """Return the labels of every axis."""
@@ -283,8 +323,9 @@ class Trace:
 
     def _arrays(self) -> dict[str, Array]:
         """Return the stored arrays by their names in a file."""
-        arrays = {name: getattr(self, name) for name in LAYOUT}
-        return arrays | {f"energy_{name}": self.energy[name] for name in sorted(self.energy)}
+        arrays = {name: getattr(self, name) for name in LAYOUT if name in vars(self)}
+        energy = vars(self).get("energy", {})
+        return arrays | {f"energy_{name}": energy[name] for name in sorted(energy)}
 
     def _columns(self) -> dict[str, Column]:
         """Return everything, with what follows from it, as labelled columns."""
@@ -294,25 +335,41 @@ class Trace:
             if axis != "time"
         }
         for name, (dims, units, meaning) in LAYOUT.items():
-            columns[name] = Column(dims, getattr(self, name), described(units, meaning))
-        for name in sorted(self.energy):
-            about = described("J", name.replace("_", " "))
-            columns[f"energy_{name}"] = Column(("time",), self.energy[name], about)
-        feet = ("time", "foot")
-        columns["normal_force"] = Column(feet, self.normal_force, described("N", "along normal"))
-        about = described("N", "foot force within the ground, world axes")
-        columns["tangential_force"] = Column((*feet, "axis"), self.tangential_force, about)
-        columns["contact"] = Column(feet, self.contact, described("1", "the ground pushes"))
-        about = described("J", "energy that the method lost or made")
-        columns["energy_residual"] = Column(("time",), self.energy_residual, about)
+            if name in vars(self):
+                columns[name] = Column(dims, getattr(self, name), described(units, meaning))
+        if "energy" in self.recorded:
+            columns |= self._energy_columns()
+        if "contacts" in self.recorded:
+            columns |= self._contact_columns()
         for name in ("meta", "counters"):
             text = json.dumps(dict(getattr(self, name)))
             columns[name] = Column((), np.array(text, dtype=object), {"long_name": "JSON"})
         return columns
 
+    def _energy_columns(self) -> dict[str, Column]:
+        """Return the energies and what is missing from their balance."""
+        values = {f"energy_{name}": (self.energy[name], name) for name in sorted(self.energy)}
+        values["energy_residual"] = (self.energy_residual, "energy that the method lost or made")
+        return {
+            name: Column(("time",), array, described("J", meaning.replace("_", " ")))
+            for name, (array, meaning) in values.items()
+        }
+
+    def _contact_columns(self) -> dict[str, Column]:
+        """Return what follows from the foot forces and the ground's normals."""
+        feet = ("time", "foot")
+        about = described("N", "foot force within the ground, world axes")
+        return {
+            "normal_force": Column(feet, self.normal_force, described("N", "along normal")),
+            "tangential_force": Column((*feet, "axis"), self.tangential_force, about),
+            "contact": Column(feet, self.contact, described("1", "the ground pushes")),
+        }
+
     def _attributes(self) -> dict[str, Any]:
-        """Return the attributes of the file."""
-        return {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, "digest": self.digest}
+        """Return the attributes of the file; `recorded` where it does not hold everything."""
+        held = self.recorded
+        some = {} if len(held) == len(GROUPS) else {"recorded": ", ".join(held)}
+        return {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, "digest": self.digest, **some}
 
     def to_dataset(self) -> xarray.Dataset:
         """Return an xarray.Dataset: named axes, units, and what follows from the samples.
@@ -327,11 +384,18 @@ class Trace:
         return xarray.Dataset(rows, coords=coords, attrs=self._attributes())
 
     def save(self, path: str | Path) -> Path:
-        """Write the trace to a netCDF-4 file, wholly or not at all, and return its path.
+        """Write the trace to a file, wholly or not at all, and return its path.
+
+        The path's ending says how. ".nc", ".h5" and ".hdf5" are netCDF-4, compressed without loss,
+        which `load_trace` reads again. ".csv" and ".csv.gz" are a table for other programs: one row
+        per sample, a header with names and units, numbers that keep every bit; without `meta`.
 
         Raises:
-            TraceFileError: the file cannot be written; an old one stays as it was.
+            TraceFileError: another ending, or the file cannot be written; an old one stays as it
+                was.
         """
+        if check_ending(path, (*NETCDF, *CSV)) in CSV:
+            return write_atomically(path, csv_bytes(path, self._columns()))
         return write_netcdf(path, *self.group())
 
     def group(self) -> Group:

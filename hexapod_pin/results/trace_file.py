@@ -11,7 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.results.file_ending import CSV, NETCDF, ending
 from hexapod_pin.results.netcdf import read_netcdf
+from hexapod_pin.results.recording import left_out, recorded_groups
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import LAYOUT, SCHEMA, SCHEMA_VERSION
 
@@ -23,6 +25,11 @@ def load_trace(path: str | Path) -> Trace:
         TraceFileError: the file is missing, truncated, damaged, of another kind or of a newer
             schema; the message names the file and the reason.
     """
+    if ending(path, CSV) is not None:
+        raise TraceFileError(
+            f"{path}: a CSV file is for reading elsewhere: it holds the samples without what a "
+            f"trace knows of its run. Save the trace as {', '.join(NETCDF)} to read it again."
+        )
     return trace_from_group(str(path), read_netcdf(path))
 
 
@@ -35,7 +42,7 @@ def trace_from_group(path: str, group: tuple[Mapping[str, Any], Mapping[str, Any
     arrays, attributes = group
     _check_schema(path, attributes)
     try:
-        trace = _from_arrays(arrays)
+        trace = _from_arrays(arrays, _recorded(attributes))
     except KeyError as error:
         raise TraceFileError(f"{path}: variable {error.args[0]!r} is missing.") from error
     except (ParameterError, ValueError, TypeError, AttributeError) as error:
@@ -58,15 +65,23 @@ def _check_schema(path: str | Path, attributes: Mapping[str, Any]) -> None:
         )
 
 
-def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]]) -> Trace:
-    """Build a trace from the variables of a file."""
+def _recorded(attributes: Mapping[str, Any]) -> tuple[str, ...] | None:
+    """Return the groups that a file says it holds; None: all."""
+    told = attributes.get("recorded")
+    return None if told is None else recorded_groups(str(told).split(", "))
+
+
+def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ...] | None) -> Trace:
+    """Build a trace from the variables of a file and the groups that it holds, None for all."""
     prefix = "energy_"
     stored = (name for name in arrays if name.startswith(prefix) and name != "energy_residual")
+    absent = left_out(recorded)
+    energy = {name[len(prefix) :]: arrays[name] for name in stored}
     return Trace(
-        energy={name[len(prefix) :]: arrays[name] for name in stored},
+        energy=None if "energy" in absent else energy,  # type: ignore[arg-type]
         counters=json.loads(arrays["counters"].item()),
         meta=json.loads(arrays["meta"].item()),
         joint_names=tuple(arrays["joint"]),
         foot_names=tuple(arrays["foot"]),
-        **{name: arrays[name] for name in LAYOUT},
+        **{name: None if name in absent else arrays[name] for name in LAYOUT},
     )

@@ -1,6 +1,10 @@
 """Geometry of one leg: foot position and Jacobian for any sign and zero convention.
 
-Everything is read from the robot's model at q = 0. Angles in rad, lengths in m, base axes.
+Everything is read from the robot's model with walking joints at zero and held joints at the places
+where they are held. Angles in rad, lengths in m, base axes.
+
+A leg of three joints follows a foot path in space. A leg of two joints follows two components of
+it: height, and travel along one horizontal direction; its foot then scrubs in the third.
 """
 
 from __future__ import annotations
@@ -11,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hexapod_pin.arrays import Array
+from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ReachError
 from hexapod_pin.robot.serial_chain import SerialChain
 from hexapod_pin.robot.yaw_pitch_pitch import YawPitchPitch
@@ -29,18 +33,20 @@ class LegGeometry:
 
     Attributes:
         name: the leg's name.
-        joints: joint names. Three.
-        axes: unit joint axes at q = 0, base axes. Shape (3, 3), one row per joint.
-        origins: joint origins at q = 0, base frame [m]. Shape (3, 3).
+        joints: names of the J joints it walks with. Two or three.
+        axes: unit joint axes at q = 0, base axes. Shape (J, 3), one row per joint.
+        origins: joint origins at q = 0, base frame [m]. Shape (J, 3).
         foot: foot centre at q = 0, base frame [m]. Shape (3,).
-        lower: lower joint limits [rad]. Shape (3,).
-        upper: upper joint limits [rad]. Shape (3,).
-        posture: joint angles of the robot's standing posture [rad]. Shape (3,).
+        lower: lower joint limits [rad]. Shape (J,).
+        upper: upper joint limits [rad]. Shape (J,).
+        posture: joint angles of the robot's standing posture [rad]. Shape (J,).
         closed_form: the yaw-pitch-pitch geometry, or None for a leg of another shape.
+        task: directions in base axes along which the foot follows its path, for a leg of two
+            joints: travel and height. None: all three. Shape (2, 3).
     """
 
     name: str
-    joints: tuple[str, str, str]
+    joints: tuple[str, ...]
     axes: Array
     origins: Array
     foot: Array
@@ -48,6 +54,7 @@ class LegGeometry:
     upper: Array
     posture: Array
     closed_form: YawPitchPitch | None
+    task: Array | None = None
 
     @cached_property
     def chain(self) -> SerialChain:
@@ -58,7 +65,7 @@ class LegGeometry:
         """Return the foot centre in the base frame [m].
 
         Args:
-            q: joint angles [rad]. Shape (..., 3).
+            q: joint angles [rad]. Shape (..., J).
 
         Returns:
             p_BF. Shape (..., 3).
@@ -69,15 +76,19 @@ class LegGeometry:
         """Return d p_BF / d q [m/rad], base axes.
 
         Args:
-            q: joint angles [rad]. Shape (..., 3).
+            q: joint angles [rad]. Shape (..., J).
 
         Returns:
-            One column per joint. Shape (..., 3, 3).
+            One column per joint. Shape (..., 3, J).
         """
         return self.chain.jacobian(np.asarray(q, dtype=float))
 
+    def followed(self, vectors: Array) -> Array:
+        """Return the components of vectors (..., 3) that the foot can follow. Shape (..., J)."""
+        return vectors if self.task is None else vectors @ self.task.T
+
     def check_limits(self, q: Array) -> None:
-        """Refuse joint angles (N, 3) beyond the joint limits.
+        """Refuse joint angles (N, J) beyond the joint limits.
 
         Raises:
             ReachError: naming the joint that crosses its limit most.
@@ -90,6 +101,17 @@ class LegGeometry:
                 f"joint {self.joints[joint]} would need {q[row, joint]:.4f} rad; its limits are "
                 f"{self.lower[joint]:.4f} to {self.upper[joint]:.4f} rad.",
             )
+
+
+def travel_and_height(direction: ArrayLike) -> Array:
+    """Return the `task` of a leg of two joints that travels along a horizontal direction.
+
+    Args:
+        direction: in base axes, any length but zero; its vertical part counts for nothing. (3,).
+    """
+    x, y, _ = np.asarray(direction, dtype=float)
+    length = np.hypot(x, y)
+    return read_only([[x / length, y / length, 0.0], [0.0, 0.0, 1.0]])
 
 
 def point_text(point: Array) -> str:

@@ -1,12 +1,12 @@
 """Kinematics of one leg: foot position, Jacobian, and joint angles for a foot position.
 
-A leg of the yaw-pitch-pitch class is solved in closed form, any other leg of three joints
+A leg of the yaw-pitch-pitch class is solved in closed form, any other leg of two or three joints
 numerically. Angles in rad, lengths in m, base axes.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ReachError
 from hexapod_pin.robot.closed_form_inverse import all_branches, distance_outside, follow_branch
-from hexapod_pin.robot.leg_geometry import LegGeometry
+from hexapod_pin.robot.leg_geometry import LegGeometry, travel_and_height
 from hexapod_pin.robot.numerical_inverse import distance_missed, follow_search
 from hexapod_pin.robot.yaw_pitch_pitch import YawPitchPitch
 
@@ -31,6 +31,8 @@ class LegKinematics(LegGeometry):
     def of(robot: Robot, leg_name: str) -> LegKinematics:
         """Read the geometry of one leg from the robot's model.
 
+        A leg of two joints follows height and travel ahead; see `along`.
+
         Raises:
             UnknownNameError: if the robot has no leg of that name.
         """
@@ -40,7 +42,7 @@ class LegKinematics(LegGeometry):
         foot = robot.foot(leg.foot)
         model = robot.model
         data = model.createData()
-        pin.computeJointJacobians(model, data, pin.neutral(model))
+        pin.computeJointJacobians(model, data, _held_configuration(robot))
         ids = [model.getJointId(joint) for joint in leg.joints]
         axes = np.array([data.J[3:, model.idx_vs[i]] for i in ids])
         origins = np.array([data.oMi[i].translation for i in ids])
@@ -55,8 +57,18 @@ class LegKinematics(LegGeometry):
             lower=read_only(robot.lower[rows]),
             upper=read_only(robot.upper[rows]),
             posture=read_only(robot.posture[rows]),
-            closed_form=YawPitchPitch.from_geometry(axes, origins, p_BF),
+            closed_form=YawPitchPitch.from_geometry(axes, origins, p_BF) if len(ids) == 3 else None,
+            task=travel_and_height((1.0, 0.0, 0.0)) if len(ids) == 2 else None,
         )
+
+    def along(self, direction: ArrayLike) -> LegKinematics:
+        """Return the leg with its foot travelling along a horizontal direction, base axes (3,).
+
+        A leg of three joints follows any path and is returned as it is.
+        """
+        if self.task is None:
+            return self
+        return replace(self, task=travel_and_height(direction))
 
     def excess(self, p_BF: ArrayLike) -> Array:
         """Return how far targets lie outside the leg's reach, joint limits aside [m].
@@ -105,11 +117,12 @@ class LegKinematics(LegGeometry):
 
         Args:
             p_BF: targets in the base frame [m]. Shape (3,) or (N, 3).
-            near: reference joint angles [rad], the standing posture if None. Shape (3,).
+            near: reference joint angles [rad], the standing posture if None. Shape (J,).
             limits: refuse angles outside the joint limits.
 
         Returns:
-            Joint angles [rad]. Shape of `p_BF`.
+            Joint angles [rad]. Shape (J,) or (N, J). With two joints only height and travel of
+            the targets are followed.
 
         Raises:
             ReachError: if a target is outside the reach or on the yaw axis, or needs a joint
@@ -126,4 +139,13 @@ class LegKinematics(LegGeometry):
             q = follow_branch(self, self.closed_form, targets, reference, limits=limits)
         if limits:
             self.check_limits(q)
-        return q.reshape(p.shape)
+        return q.reshape(*p.shape[:-1], len(self.joints))
+
+
+def _held_configuration(robot: Robot) -> Array:
+    """Return the model's zero configuration with held joints at their places. Shape (7 + n,)."""
+    q = np.zeros(7 + len(robot.joint_names))
+    q[6] = 1.0
+    for name, place in robot.held.items():
+        q[7 + robot.joint_index(name)] = place
+    return q

@@ -30,9 +30,11 @@ class LegSet:
     Attributes:
         legs: the legs one by one.
         chain: their stacked joint axes.
-        posture: joint angles of the standing posture [rad]. Shape (L, 3).
+        posture: joint angles of the standing posture [rad]. Shape (L, J).
         neutral_feet: foot centres of that posture, base frame [m]. Shape (L, 3).
         closed_form: stacked closed form on the branch of the posture; None if any leg has none.
+        task: directions that legs of two joints follow, as of `LegGeometry`; None: all three.
+            Shape (L, 1, 2, 3).
     """
 
     legs: tuple[LegKinematics, ...]
@@ -40,10 +42,12 @@ class LegSet:
     posture: Array
     neutral_feet: Array
     closed_form: StackedClosedForm | None
+    task: Array | None = None
 
     @staticmethod
     def of(legs: Sequence[LegKinematics]) -> LegSet:
-        """Stack legs."""
+        """Stack legs that have the same number of joints."""
+        tasks = [leg.task for leg in legs if leg.task is not None]
         feet = np.stack([leg.forward(leg.posture) for leg in legs])
         return LegSet(
             legs=tuple(legs),
@@ -51,20 +55,33 @@ class LegSet:
             posture=np.stack([leg.posture for leg in legs]),
             neutral_feet=read_only(feet),
             closed_form=StackedClosedForm.of(legs, feet),
+            task=np.stack(tasks)[:, None] if tasks else None,
         )
 
     def jacobian(self, q: Array) -> Array:
-        """Return d p_BF / d q of joint angles (L, N, 3), a column per joint [m/rad].
+        """Return d p_BF / d q of joint angles (L, N, J), a column per joint [m/rad].
 
         Returns:
-            Shape (L, N, 3, 3).
+            Shape (L, N, 3, J).
         """
         return self.chain.jacobian(q)
 
+    def rates(self, v_BF: Array, q: Array) -> Array:
+        """Return the joint rates that move the feet.
+
+        Args:
+            v_BF: foot velocities in base axes [m/s]. Shape (L, N, 3).
+            q: joint angles [rad]. Shape (L, N, J).
+
+        Returns:
+            Shape (L, N, J).
+        """
+        return joint_rates(self.jacobian(q), v_BF, self.task)
+
     def normalised_determinant(self, q: Array) -> Array:
-        """Return how far from singular postures (L, N, 3) are; see `leg_velocity`. (L, N)."""
+        """Return how far from singular postures (L, N, J) are; see `leg_velocity`. (L, N)."""
         if self.closed_form is None:
-            return normalised_determinant(self.jacobian(q))
+            return normalised_determinant(self.jacobian(q), self.task)
         return closed_form_determinant(self.closed_form.geometry, q)
 
     def estimated_rates(self, p_BF: Array, v_BF: Array, q: Array) -> Array:
@@ -73,14 +90,14 @@ class LegSet:
         Args:
             p_BF: foot positions in the base frame [m]. Shape (L, N, 3).
             v_BF: foot velocities in base axes [m/s]. Shape (L, N, 3).
-            q: joint angles from `inverse` [rad]. Shape (L, N, 3).
+            q: joint angles from `inverse` [rad]. Shape (L, N, J).
 
         Returns:
-            Shape (L, N, 3).
+            Shape (L, N, J).
         """
         form = self.closed_form
         if form is None:
-            return joint_rates(self.jacobian(q), v_BF)
+            return self.rates(v_BF, q)
         return closed_form_rates(form.geometry, form.fold, p_BF, v_BF, q)
 
     def inverse(self, p_BF: Array, near: Array | None = None) -> Array:
@@ -88,10 +105,10 @@ class LegSet:
 
         Args:
             p_BF: foot targets in the base frame [m]. Shape (L, N, 3).
-            near: reference for the first angles, the standing posture if None [rad]. (L, 3).
+            near: reference for the first angles, the standing posture if None [rad]. (L, J).
 
         Returns:
-            Joint angles, continuous along each path [rad]. Shape (L, N, 3).
+            Joint angles, continuous along each path [rad]. Shape (L, N, J).
 
         Raises:
             ReachError: of the first leg that cannot follow its path inside its joint limits.
@@ -122,7 +139,8 @@ class LegSet:
         """
         start = self.posture if near is None else near
         if self.closed_form is None or not np.isfinite(p_BF).all():
-            return self._one_by_one(np.zeros(p_BF.shape), p_BF, start, range(len(self.legs)))
+            empty = np.zeros((*p_BF.shape[:-1], self.posture.shape[1]))
+            return self._one_by_one(empty, p_BF, start, range(len(self.legs)))
         q, failed = self.closed_form.solve(p_BF, start)
         return self._one_by_one(q, p_BF, start, np.flatnonzero(failed))
 
@@ -131,10 +149,10 @@ class LegSet:
 
         Args:
             p_BF: foot targets in the base frame [m]. Shape (L, N, 3).
-            near: angles to be nearest to, by whole turns [rad]. Shape (L, N, 3).
+            near: angles to be nearest to, by whole turns [rad]. Shape (L, N, J).
 
         Returns:
-            Joint angles on the branch of the standing posture [rad]. Shape (L, N, 3).
+            Joint angles on the branch of the standing posture [rad]. Shape (L, N, J).
 
         Raises:
             ReachError: of the first leg that cannot reach a target inside its joint limits.

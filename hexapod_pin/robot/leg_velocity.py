@@ -12,22 +12,31 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.robot.yaw_pitch_pitch import YawPitchPitch
 
 
-def joint_rates(jacobian: Array, v_BF: Array) -> Array:
+def joint_rates(jacobian: Array, v_BF: Array, task: Array | None = None) -> Array:
     """Return the joint rates [rad/s] that move a foot at v_BF [m/s].
 
     Args:
-        jacobian: d p_BF / d q [m/rad]. Shape (..., 3, 3).
+        jacobian: d p_BF / d q [m/rad]. Shape (..., 3, J).
         v_BF: foot velocity in base axes. Shape (..., 3).
+        task: directions that legs of two joints follow, as of `LegGeometry`; None: all three.
+            Shape (..., 2, 3).
 
     Returns:
-        Shape of `v_BF`.
+        Shape (..., J).
     """
+    if task is not None:
+        jacobian, v_BF = task @ jacobian, (task @ v_BF[..., None])[..., 0]
     return np.asarray(np.linalg.solve(jacobian, v_BF[..., None])[..., 0], dtype=np.float64)
 
 
-def normalised_determinant(jacobian: Array) -> Array:
-    """Return |det J| over the product of the lengths of J's columns. (..., 3, 3) -> (...)."""
+def normalised_determinant(jacobian: Array, task: Array | None = None) -> Array:
+    """Return |det J| over the product of the lengths of J's columns. (..., 3, J) -> (...).
+
+    Of legs of two joints J's determinant is that of its components along the task, (..., 2, 3):
+    it vanishes also where neither joint moves the foot along the direction of travel.
+    """
     size = np.prod(np.linalg.norm(jacobian, axis=-2), axis=-1)
+    jacobian = jacobian if task is None else task @ jacobian
     share: Array = np.abs(np.linalg.det(jacobian)) / np.maximum(size, np.finfo(float).tiny)
     return share
 

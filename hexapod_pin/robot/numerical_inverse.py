@@ -15,6 +15,7 @@ MAX_ANGLE_CHANGE = 0.2
 
 NEWTON_STEPS = 12
 MAX_NEWTON_STEP = 0.3  # of one joint [rad]
+CONVERGED_STEP = 1e-15  # largest of all joints at which the steps end [rad]
 NEWTON_DAMPING = 1e-14  # added to the diagonal of J^T J [m^2]
 
 
@@ -24,11 +25,11 @@ def follow_search(leg: LegGeometry, targets: Array, near: Array, *, limits: bool
     Args:
         leg: the leg.
         targets: foot targets in the base frame [m]. Shape (N, 3).
-        near: reference joint angles [rad]. Shape (3,).
+        near: reference joint angles [rad]. Shape (J,).
         limits: search inside the joint limits only.
 
     Returns:
-        Joint angles [rad]. Shape (N, 3).
+        Joint angles [rad]. Shape (N, J).
 
     Raises:
         ReachError: no solution was found for a target.
@@ -37,7 +38,8 @@ def follow_search(leg: LegGeometry, targets: Array, near: Array, *, limits: bool
     if miss > POSITION_TOLERANCE:
         raise _not_found(leg, targets[0], miss)
     q = _newton(leg, targets, np.tile(q_first, (len(targets), 1)))
-    found = np.linalg.norm(leg.forward(q) - targets, axis=1) <= POSITION_TOLERANCE
+    missed = leg.followed(leg.forward(q) - targets)
+    found = np.linalg.norm(missed, axis=1) <= POSITION_TOLERANCE
     if found.all() and (np.abs(np.diff(q, axis=0)) < MAX_ANGLE_CHANGE).all():
         return q
     for k in range(1, len(targets)):
@@ -55,9 +57,9 @@ def search(leg: LegGeometry, target: Array, near: Array, *, limits: bool) -> tup
 
     bounds: Any = (leg.lower, leg.upper) if limits else (-np.inf, np.inf)
     found = least_squares(
-        lambda q: leg.forward(q) - target,
+        lambda q: leg.followed(leg.forward(q) - target),
         np.clip(near, *bounds),
-        jac=leg.jacobian,
+        jac=lambda q: leg.followed(leg.jacobian(q).T).T,
         bounds=bounds,
         xtol=1e-15,
         ftol=1e-15,
@@ -73,13 +75,16 @@ def distance_missed(leg: LegGeometry, targets: Array) -> Array:
 
 
 def _newton(leg: LegGeometry, targets: Array, q: Array) -> Array:
-    """Take damped Newton steps towards all targets (N, 3) from q (N, 3)."""
+    """Take damped Newton steps towards all targets (N, 3) from q (N, J)."""
     for _ in range(NEWTON_STEPS):
         p, jacobian = leg.chain.forward_and_jacobian(q)
-        transposed = np.swapaxes(jacobian, -1, -2)
-        normal = transposed @ jacobian + NEWTON_DAMPING * np.eye(3)
-        step = np.linalg.solve(normal, transposed @ (targets - p)[..., None])[..., 0]
+        transposed = leg.followed(np.swapaxes(jacobian, -1, -2))
+        missed = leg.followed(targets - p)
+        normal = transposed @ np.swapaxes(transposed, -1, -2) + NEWTON_DAMPING * np.eye(q.shape[1])
+        step = np.linalg.solve(normal, transposed @ missed[..., None])[..., 0]
         q = q + np.clip(step, -MAX_NEWTON_STEP, MAX_NEWTON_STEP)
+        if np.abs(step).max() < CONVERGED_STEP:
+            break
     return q
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -14,12 +15,13 @@ from numpy.typing import ArrayLike
 from hexapod_pin.arrays import Array, digest, read_only
 from hexapod_pin.errors import UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_check import check_urdf
-from hexapod_pin.robot.description.urdf_file import UrdfFile, read_urdf
+from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, read_urdf
 from hexapod_pin.robot.loading.feet import Foot, place_feet
 from hexapod_pin.robot.loading.limbs import Leg, find_limbs
 from hexapod_pin.robot.loading.pin_model import build_model, joints_in_order
 from hexapod_pin.robot.loading.posture import Posture, joint_angles, standing_angles
 from hexapod_pin.robot.loading.provenance import read_provenance
+from hexapod_pin.robot.loading.stated_legs import stated_limbs, stated_places
 from hexapod_pin.robot.scratch_data import scratch_data
 from hexapod_pin.robot.state import State, checked_state
 
@@ -43,12 +45,13 @@ class Robot:
         source: what was given to `load_robot`.
         model: pin.Model with a free-flyer "root_joint"; q is base position, quaternion x, y, z, w,
             joint angles; v is the base's linear and angular velocity in base axes, joint rates.
-        legs: six legs (lf lm lr rf rm rr); empty for robots loaded with feet only.
+        legs: six legs (lf lm lr rf rm rr), or the 4 to 8 that the file states; empty for robots
+            loaded with feet only.
         feet: the feet, in the order of the legs, or as given.
         joint_names: the actuated joints; joint k is q[7 + k] and v[6 + k].
-        lower: (n_joints,) lower limits [rad].
+        lower: (n_joints,) lower limits [rad]; of sliding joints [m], and so on below.
         upper: (n_joints,) upper limits [rad].
-        effort: (n_joints,) largest torques [N m].
+        effort: (n_joints,) largest torques [N m]; of sliding joints largest forces [N].
         velocity: (n_joints,) largest rates [rad/s].
         damping: (n_joints,) viscous damping from the URDF [N m s/rad] (Pinocchio's own
             algorithms ignore it).
@@ -60,6 +63,8 @@ class Robot:
         notes: what the loader dropped or changed.
         urdf: full text of the file.
         digest: SHA-256 of that text.
+        held: joints that no leg walks with (head, arm, surplus leg joint, foot spring) and the
+            places where they are held [rad, or m of sliding joints], those of `posture`.
     """
 
     name: str
@@ -81,6 +86,7 @@ class Robot:
     notes: tuple[str, ...] = field(repr=False)
     urdf: str = field(repr=False)
     digest: str = field(repr=False)
+    held: Mapping[str, float] = field(default_factory=dict, repr=False)
 
     def leg(self, name: str) -> Leg:
         """Return a leg by name; UnknownNameError lists the known ones."""
@@ -171,12 +177,13 @@ def robot_of(
     findings, notes = check_urdf(file)
     if findings:
         raise UrdfError(file.source, findings)
-    limbs = find_limbs(file, feet)
+    limbs = stated_limbs(file, feet) or find_limbs(file, feet)
     given = read_provenance(file)
     model = build_model(file)
     joints = joints_in_order(file, model)
     placed, foot_notes = place_feet(file, model, limbs, foot_radius)
-    angles, posture_notes = standing_angles(joints, given.posture, posture)
+    own = {**given.posture, **stated_places(file)}
+    angles, posture_notes = standing_angles(joints, own, posture)
     return Robot(
         name=file.name, source=source, model=model, legs=limbs.legs, feet=placed,
         joint_names=tuple(joint.name for joint in joints),
@@ -189,8 +196,15 @@ def robot_of(
         total_mass=math.fsum(link.mass or 0.0 for link in file.links),
         posture=angles, provenance=given.line, assumed=given.assumed,
         notes=(*notes, *limbs.notes, *foot_notes, *posture_notes, *_unused(file, placed)),
-        urdf=file.text, digest=digest(file.text),
+        urdf=file.text, digest=digest(file.text), held=_held(joints, angles, limbs.legs),
     )  # fmt: skip
+
+
+def _held(joints: Sequence[Joint], angles: Array, legs: Sequence[Leg]) -> Mapping[str, float]:
+    """Return the standing places of the joints outside the legs; none of a robot without legs."""
+    walking = {name for leg in legs for name in leg.joints}
+    places = zip((joint.name for joint in joints), angles.tolist(), strict=True)
+    return MappingProxyType({name: x for name, x in places if legs and name not in walking})
 
 
 def urdf_path(name: str) -> Path:

@@ -1,4 +1,4 @@
-"""Forward kinematics and Jacobian of three revolute joints, for one leg or for stacked legs."""
+"""Forward kinematics and Jacobian of revolute joints in a row, for one leg or stacked legs."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ class JointAxis:
 
 @dataclass(frozen=True, eq=False)
 class SerialChain:
-    """Three revolute joints and a foot, of one leg or of L stacked legs.
+    """J revolute joints and a foot, of one leg or of L stacked legs.
 
-    Joint angles q have shape (..., 3) for one leg and (L, N, 3) for stacked legs.
+    Joint angles q have shape (..., J) for one leg and (L, N, J) for stacked legs.
 
     Attributes:
-        joints: from the body outwards. Three.
+        joints: from the body outwards. J of them.
         foot: foot centre at q = 0 in the base frame [m]. Shape (3,) or (L, 1, 3).
     """
 
@@ -63,7 +63,7 @@ class SerialChain:
 
     @staticmethod
     def of(axes: Array, origins: Array, foot: Array) -> SerialChain:
-        """Return one leg's chain from axes (3, 3) and origins (3, 3), a row per joint."""
+        """Return one leg's chain from axes (J, 3) and origins (J, 3), a row per joint."""
         return SerialChain(tuple(map(JointAxis.of, axes, origins)), foot)
 
     @staticmethod
@@ -74,37 +74,37 @@ class SerialChain:
         return SerialChain(tuple(JointAxis.stack(axes) for axes in joints), foot)
 
     def forward(self, q: Array) -> Array:
-        """Return the foot centre in the base frame [m]. Shape of `q`."""
-        p = np.broadcast_to(self.foot, q.shape)
+        """Return the foot centre in the base frame [m]. Shape (..., 3)."""
+        p = np.broadcast_to(self.foot, (*q.shape[:-1], 3))
         cos, sin = np.cos(q), np.sin(q)
-        for k in (2, 1, 0):
+        for k in reversed(range(len(self.joints))):
             joint = self.joints[k]
             c, s = cos[..., k, None], sin[..., k, None]
             p = joint.origin + joint.rotate(p - joint.origin, c, s)
         return p
 
     def axes(self, q: Array) -> Array:
-        """Return the joint axes in base axes, a column per joint. Shape (..., 3, 3)."""
-        cos, sin = np.cos(q), np.sin(q)
+        """Return the joint axes in base axes, a column per joint. Shape (..., 3, J)."""
+        cos, sin, shape = np.cos(q), np.sin(q), (*q.shape[:-1], 3)
         columns: list[Array] = []
-        for k in (1, 0):
+        for k in reversed(range(len(self.joints) - 1)):
             joint, c, s = self.joints[k], cos[..., k, None], sin[..., k, None]
             outer = self.joints[k + 1].row
-            columns.insert(0, np.broadcast_to(outer, q.shape))
+            columns.insert(0, np.broadcast_to(outer, shape))
             columns = [joint.rotate(column, c, s) for column in columns]
-        columns.insert(0, np.broadcast_to(self.joints[0].row, q.shape))
+        columns.insert(0, np.broadcast_to(self.joints[0].row, shape))
         return np.stack(columns, axis=-1)
 
     def jacobian(self, q: Array) -> Array:
-        """Return d foot / d q, a column per joint [m/rad]. Shape (..., 3, 3)."""
+        """Return d foot / d q, a column per joint [m/rad]. Shape (..., 3, J)."""
         return self.forward_and_jacobian(q)[1]
 
     def forward_and_jacobian(self, q: Array) -> tuple[Array, Array]:
         """Return both, by rotating the foot and the Jacobian's columns from the foot inwards."""
-        p = np.broadcast_to(self.foot, q.shape)
+        p = np.broadcast_to(self.foot, (*q.shape[:-1], 3))
         cos, sin = np.cos(q), np.sin(q)
         columns: list[Array] = []
-        for k in (2, 1, 0):
+        for k in reversed(range(len(self.joints))):
             joint, c, s = self.joints[k], cos[..., k, None], sin[..., k, None]
             p = joint.origin + joint.rotate(p - joint.origin, c, s)
             columns = [joint.rotate(column, c, s) for column in columns]

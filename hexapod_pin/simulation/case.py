@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.results.recording import recorded_groups
 from hexapod_pin.simulation.case_data import case_digest, case_to_dict, read_case
 from hexapod_pin.simulation.run_settings import RunSettings
 
@@ -35,6 +36,7 @@ class Case:
         method: as of `simulate`.
         step: as of `simulate` [s].
         sample: as of `simulate` [s].
+        record: as of `simulate`; kept as a tuple, None where everything is recorded.
 
     Raises:
         ParameterError: a setting is out of range, or they do not fit together.
@@ -54,6 +56,7 @@ class Case:
     method: str | None = field(default=None, kw_only=True)
     step: float | None = field(default=None, kw_only=True)
     sample: float | None = field(default=None, kw_only=True)
+    record: Sequence[str] | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         """Check the settings against each other."""
@@ -65,6 +68,7 @@ class Case:
                 raise ParameterError(f"Case.{name}", value, "a number")
         if self.method is not None and not isinstance(self.method, str):
             raise ParameterError("Case.method", self.method, "a name")
+        object.__setattr__(self, "record", recorded_groups(self.record))
         self._settings(0.0 if self.duration is None else self.duration)
 
     def _settings(self, duration: float) -> RunSettings:
@@ -137,7 +141,7 @@ class Case:
         try:
             return self._digest
         except ParameterError:
-            rest = (self.duration, self.accuracy, self.method, self.step, self.sample)
+            rest = (self.duration, self.accuracy, self.method, self.step, self.sample, self.record)
             return (id(self.scene), id(self.controller), id(self.initial), *rest)
 
     def run(self, progress: Callable[[float], None] | None = None) -> Trace:

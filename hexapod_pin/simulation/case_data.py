@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.case import Case
 
 SCHEMA = 1
-SETTINGS = ("duration", "accuracy", "method", "step", "sample")
+SETTINGS = ("duration", "accuracy", "method", "step", "sample", "record")
 ROBOT = ("source", "feet", "foot_radius", "posture", "digest")
 EXACT_INTEGERS = 2**53
 """Up to here a double holds every whole number."""
@@ -60,6 +60,8 @@ def run_to_toml(case: Case) -> str:
 def _run_to_dict(case: Case) -> dict[str, Any]:
     """Return all but scene and controller."""
     given = {name: getattr(case, name) for name in SETTINGS if getattr(case, name) is not None}
+    if "record" in given:
+        given["record"] = list(given["record"])
     data: dict[str, Any] = {"schema": SCHEMA, "run": given}
     if case.initial is not None:
         data["initial"] = _initial_to_dict(case.initial)
@@ -170,6 +172,7 @@ def case_digest(case: Case) -> str:
         "accuracy": how.choice.accuracy,
         "step": how.grid.step,
         "sample": how.grid.sample,
+        **({} if case.record is None else {"record": list(case.record)}),
     }
     return hashlib.sha256(json.dumps(_canonical(data), sort_keys=True).encode()).hexdigest()
 

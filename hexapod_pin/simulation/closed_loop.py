@@ -68,6 +68,7 @@ def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
         start,
         controller=described(controller),
         record=record,
+        groups=case.record,
         gait=getattr(controller, "gait", None),
         end=begin + how.duration,
     )

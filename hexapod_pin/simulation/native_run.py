@@ -17,6 +17,7 @@ from hexapod_pin.drive.drive_law import torque_limit
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
+from hexapod_pin.results.recording import left_out
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import ENERGIES
 from hexapod_pin.simulation.loaded_model import native_loads
@@ -38,6 +39,9 @@ if TYPE_CHECKING:
 PROGRESS_INTERVAL = 0.2
 """Simulated time between two looks at the keyboard and the progress bar [s]."""
 
+TABLES = {"energy": (*ENERGIES, "push_work")}
+"""Tables of the core by the array of a trace that holds them, where they differ."""
+
 TIME_ROUNDING = 1e-9
 """Share of a sampling interval by which a start may miss a sample and still be it."""
 
@@ -54,6 +58,7 @@ class NativeRun:
         *,
         controller: Mapping[str, Any] | None = None,
         record: bool = True,
+        groups: tuple[str, ...] | None = None,
     ) -> None:
         """Check and set up; nothing is simulated yet.
 
@@ -64,12 +69,14 @@ class NativeRun:
             set_points: what the drives follow until a command arrives.
             controller: for the trace: what controls the run, as TOML-able data.
             record: whether samples are kept.
+            groups: of arrays that the samples hold, as of `recorded_groups`.
         """
         check_supported(how.choice, scene)
         self.scene, self.how, self.set_points = scene, how, set_points
         self.controller = dict(controller or {"kind": "commands"})
         self.trunk_points = native_loads(scene).trunk_points
         self.recorded = record
+        self.omitted = left_out(groups)
         self.rollout = self._start(start, record)
         self.loop: Any = None
         self.case: Case | None = None  # what is run, where it is a case
@@ -83,7 +90,7 @@ class NativeRun:
         limit = np.asarray(self.scene.robot.velocity, dtype=float)
         settings: dict[str, Any] = dict(
             plant=native_plant(self.scene),
-            time=[float(t) for t in points.time],
+            time=points.time.tolist(),
             position=np.ascontiguousarray(points.q, dtype=float),
             rate=np.ascontiguousarray(points.v, dtype=float),
             kind=points.kind,
@@ -102,6 +109,7 @@ class NativeRun:
             trunk=[(place, radius) for _, place, radius, _ in self.trunk_points],
             window=np.array(summary_window(points)),
             torque_limit=LIMITED_TORQUE_SHARE * torque_limit(self.scene.robot, self.scene.servos),
+            omitted=[table for array in self.omitted for table in TABLES.get(array, (array,))],
         )  # fmt: skip
         try:
             return _native.start(**settings)
@@ -152,18 +160,18 @@ class NativeRun:
         for samples in record.values():  # own memory of each array: the trace takes them over
             samples.flags.writeable = False
         names = contact_names(self.scene)
-        energy = {name: record[name][:, 0] for name in ENERGIES}
-        if self.scene.loads:
-            energy["push_work"] = record["push_work"][:, 0]
+        flat = ("q", "v", "torque", "q_ref", "v_ref", "com", "foot_gap")
+        arrays: dict[str, Any] = {name: record[name] for name in flat}
+        for name in ("foot_position", "foot_force", "foot_normal"):
+            if name not in self.omitted:
+                arrays[name] = record[name].reshape(-1, len(names), 3)
+        energies = [*ENERGIES, *(["push_work"] if self.scene.loads else [])]
+        if "energy" not in self.omitted:
+            arrays["energy"] = {name: record[name][:, 0] for name in energies}
+        arrays |= dict.fromkeys(self.omitted)
         return Trace(
             time=record["time"][:, 0],
-            **{name: record[name] for name in ("q", "v", "torque", "q_ref", "v_ref", "com")},
-            **{
-                name: record[name].reshape(-1, len(names), 3)
-                for name in ("foot_position", "foot_force", "foot_normal")
-            },
-            foot_gap=record["foot_gap"],
-            energy=energy,
+            **arrays,
             counters=plain_counters(self),
             joint_names=self.scene.robot.joint_names,
             foot_names=names,
@@ -211,7 +219,10 @@ def open_loop_run(case: Case, how: RunSettings, *, record: bool = True) -> Nativ
     start = starting_point(scene, plan.q[0], initial, plan.start_pose)
     if scene.prescribed:
         start = prescribed_start(scene.robot, plan, start, given=initial is not None)
-    run = NativeRun(scene, how, start, plan, controller=controller.to_dict(), record=record)
+    run = NativeRun(
+        scene, how, start, plan, controller=controller.to_dict(), record=record,
+        groups=case.record,
+    )  # fmt: skip
     run.case = case
     return run
 
@@ -257,9 +268,9 @@ def contact_names(scene: Scene) -> tuple[str, ...]:
 
 def divergence(trace: Trace, choice: MethodSettings) -> DivergenceError:
     """Return the error of a run that left the finite world, with its samples."""
-    force = np.linalg.norm(trace.foot_force[-1], axis=1)
     culprits = _fastest_joint(trace.v[-1, 6:], trace.joint_names)
-    if force.size:
+    if "contacts" in trace.recorded and trace.foot_names:
+        force = np.linalg.norm(trace.foot_force[-1], axis=1)
         foot = int(force.argmax())
         culprits.append(f"most loaded foot {trace.foot_names[foot]} with {force[foot]:.3g} N")
     return DivergenceError(_diverged(trace.time[-1], culprits, choice), trace)

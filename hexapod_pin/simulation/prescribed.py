@@ -73,9 +73,12 @@ def motion_at(plan: JointTrajectory, time: float) -> tuple[Array, Array]:
     """Return angles [rad] and rates [rad/s] of a motion (n,), as the native core follows it."""
     from hexapod_pin import native
 
+    last = int(np.clip(np.searchsorted(plan.time, time, side="right"), 1, len(plan.time) - 1))
+    near = slice(max(0, last - 2), last + 2)
+    curves = native_acceleration(plan)
     rows = native.set_points_at(
-        time=plan.time.tolist(), position=plan.q, rate=plan.v, kind=plan.kind,
-        acceleration=native_acceleration(plan), at=float(time),
+        time=plan.time[near].tolist(), position=plan.q[near], rate=plan.v[near], kind=plan.kind,
+        acceleration=curves[near.start : near.stop - 1], at=float(time),
     )  # fmt: skip
     return rows[0], rows[1]
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from hexapod_pin.control.feedback import FeedbackController
+from hexapod_pin.control.planning_progress import planning_told_to
+from hexapod_pin.errors import SimulationInterrupted
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.closed_loop import closed_loop_run
 from hexapod_pin.simulation.native_run import open_loop_run
@@ -27,6 +29,7 @@ def simulate(
     method: str | None = None,
     step: float | None = None,
     sample: float | None = None,
+    record: Sequence[str] | None = None,
     initial: State | Checkpoint | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Trace:
@@ -44,6 +47,9 @@ def simulate(
         step: integration step of a fixed-step method [s]; default 1 ms.
         sample: time between samples [s]. Adaptive: default 2 ms. Fixed steps: a whole number of
             steps, default 1 ms or one step.
+        record: groups of samples to keep, None for all: "torque", "set_points", "contacts" (feet:
+            place, force, gap, normal), "com", "energy"; "motion" (time, q, v) always is. Summary
+            and torque budget need none of them.
         initial: state at t = 0; default standing at the controller's first set-point. Or a
             `Checkpoint` (`trace.checkpoint`) to go on from, at its own time.
         progress: called with the finished fraction (0..1) now and then.
@@ -56,19 +62,32 @@ def simulate(
         GaitError, ReachError: the controller cannot do this on this robot.
         StateError: `initial` does not fit the robot.
         DivergenceError: the run left the finite world; `.trace` holds what was good.
-        SimulationInterrupted: Ctrl-C; `.trace` holds what was done.
+        SimulationInterrupted: Ctrl-C; `.trace` holds what was done, None while planning.
     """
     case = Case(
         scene, controller, initial,
         duration=duration, accuracy=accuracy, method=method, step=step, sample=sample,
+        record=record,
     )  # fmt: skip
     return run_case(case, progress)
 
 
-def run_case(case: Case, progress: Callable[[float], None] | None = None) -> Trace:
-    """Run a case; returns and raises as `simulate`."""
-    if isinstance(case.controller, FeedbackController):
-        return closed_loop_run(case, case.settings, progress).require_good()
-    run = open_loop_run(case, case.settings)
+def run_case(
+    case: Case,
+    progress: Callable[[float], None] | None = None,
+    planning: Callable[[float], None] | None = None,
+) -> Trace:
+    """Run a case; returns and raises as `simulate`.
+
+    `planning` is called with the finished fraction of what is planned before the run.
+    """
+    try:
+        with planning_told_to(planning):
+            if isinstance(case.controller, FeedbackController):
+                return closed_loop_run(case, case.settings, progress).require_good()
+            run = open_loop_run(case, case.settings)
+    except KeyboardInterrupt:
+        text = "interrupted while the run was being planned; nothing was simulated"
+        raise SimulationInterrupted(text, None) from None
     run.advance(progress)
     return run.require_good()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.control.sensors import Sensors
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.recording import recorded_groups
 from hexapod_pin.simulation.control_loop import without_time
 from hexapod_pin.simulation.lock_step import LockStep
 from hexapod_pin.simulation.native_run import NativeRun, starting_point
@@ -51,6 +52,7 @@ class Session:
         accuracy: float | None = None,
         step: float | None = None,
         sample: float | None = None,
+        record: Sequence[str] | None = None,
         sensors: Sensors | None = None,
     ) -> None:
         """Set a run up; arguments as of `simulate`.
@@ -62,6 +64,7 @@ class Session:
             accuracy: of an adaptive method [m and rad].
             step: of a fixed-step method [s].
             sample: time between the samples of the trace [s].
+            record: groups of samples to keep, as of `simulate`; None for all.
             sensors: what `measure` reads through; None: ideal ones. A session has no ticks to be
                 late by: their delay must be 0.
 
@@ -71,7 +74,7 @@ class Session:
         """
         how = RunSettings.of(0.0, method, accuracy, step, sample)
         start = starting_point(scene, scene.robot.posture, initial)
-        self._run = live_run(scene, how, start)
+        self._run = live_run(scene, how, start, groups=recorded_groups(record))
         self._together = LockStep([self._run])
         self._measured = int((start.loop or {}).get("measured", 0))
         self._reader = (sensors or Sensors()).start([0])
@@ -174,6 +177,7 @@ def live_run(
     gait: Gait | None = None,
     end: float = 0.0,
     record: bool = True,
+    groups: tuple[str, ...] | None = None,
 ) -> NativeRun:
     """Return a run that waits for commands, holding the joint angles of its start.
 
@@ -185,10 +189,11 @@ def live_run(
         gait: as of `waiting`.
         end: as of `waiting` [s].
         record: as of `NativeRun`.
+        groups: as of `NativeRun`.
     """
     refuse_commands(scene.prescribed, "where a run is commanded at ticks")
     points = waiting(start.q[7:], gait, end)
-    run = NativeRun(scene, how, start, points, controller=controller, record=record)
+    run = NativeRun(scene, how, start, points, controller=controller, record=record, groups=groups)
     if not start.command.size:
         LockStep([run]).command(Command(start.q[None, 7:]), 0.0)
     return run

@@ -61,7 +61,7 @@ def robot_commands(trace: Trace, sizes: Sizes, *, root: str = ROOT) -> list[Comm
     for body, shapes in _robot(trace).bodies.items():
         for k, shape in enumerate(shapes):
             commands.append(mesh_object(f"{_body_path(root, body)}/{k}", shape))
-    for foot in trace.foot_names:
+    for foot in trace.foot_names if "contacts" in trace.recorded else ():
         commands += arrow(_arrow_path(root, foot), 0.02 * sizes.reach)
     return commands
 
@@ -170,7 +170,8 @@ def require_finite(trace: Trace, index: npt.NDArray[np.intp]) -> None:
     Raises:
         ViewerError: names the first that is not finite.
     """
-    for name in ("q", "foot_position", "foot_force"):
+    drawn = ("q", "foot_position", "foot_force") if "contacts" in trace.recorded else ("q",)
+    for name in drawn:
         values = getattr(trace, name)[index]
         good = np.isfinite(values).reshape(len(index), -1).all(axis=1)
         if not good.all():
@@ -192,7 +193,7 @@ def _motion(
     for body, (position, attitude) in _robot(trace).poses(q, trace.joint_names).items():
         motion[_body_path(root, body)] = {"position": position, "quaternion": attitude}
     radii = trace.meta.get("foot_radius") or [0.0] * len(trace.foot_names)
-    for f, foot in enumerate(trace.foot_names):
+    for f, foot in enumerate(trace.foot_names if "contacts" in trace.recorded else ()):
         contact = trace.foot_position[index, f] - radii[f] * trace.foot_normal[index, f]
         pointing = arrow_tracks(trace.foot_force[index, f] * sizes.force_scale)
         motion[_arrow_path(root, foot)] = {"position": contact, **pointing}

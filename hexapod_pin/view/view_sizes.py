@@ -24,7 +24,7 @@ class Sizes:
         """Measure a trace; by default an arrow of the robot's weight is 1.5 reaches long."""
         radii = np.asarray(trace.meta.get("foot_radius") or np.zeros(len(trace.foot_names)))
         ground, reach = 0.0, 0.3
-        if trace.foot_names:
+        if trace.foot_names and "contacts" in trace.recorded:
             away = trace.foot_position[0, :, :2] - trace.q[0, :2]
             reach = max(0.05, float(np.max(np.linalg.norm(away, axis=1))))
             ground = float(np.mean(trace.foot_position[0, :, 2] - radii - trace.foot_gap[0]))
@@ -39,4 +39,6 @@ def _weight(trace: Trace) -> float:
     """Return the robot's weight, or where it has none the largest foot force, or 1 [N]."""
     gravity = float(np.linalg.norm(trace.meta.get("gravity", (0.0, 0.0, -9.81))))
     weight = float(trace.meta.get("total_mass", 0.0)) * gravity
-    return weight or float(np.max(np.linalg.norm(trace.foot_force, axis=-1), initial=0.0)) or 1.0
+    if weight or "contacts" not in trace.recorded:
+        return weight or 1.0
+    return float(np.max(np.linalg.norm(trace.foot_force, axis=-1), initial=0.0)) or 1.0

@@ -20,6 +20,7 @@ from hexapod_pin.control.foot_control.virtual_suspension import VirtualSuspensio
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.sensors import Sensors
+from hexapod_pin.control.six_legs import require_six_of_three
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -110,7 +111,12 @@ class FootControl:
         return self.delay + (self.sensors.delay if self.sensors else 0.0)
 
     def posture(self, scene: Any) -> Array:
-        """Return the joint angles of the plan's beginning, in which a run starts [rad]."""
+        """Return the joint angles of the plan's beginning, in which a run starts [rad].
+
+        Raises:
+            GaitError: the robot has other than six legs of three joints, or cannot walk the plan.
+        """
+        require_six_of_three(scene.robot, "FootControl")
         return first_posture(scene.robot, self.walk)
 
     def start_key(self, scene: Any) -> str:
@@ -123,10 +129,12 @@ class FootControl:
 
         Raises:
             ParameterError: gains with which the loop would be unstable; says the range.
-            GaitError, ReachError: the robot cannot walk the plan.
+            GaitError, ReachError: the robot has other than six legs of three joints, or cannot walk
+                the plan.
         """
         key = self.start_key(scene)
         if key not in self._ready:
+            require_six_of_three(scene.robot, "FootControl")
             self._ready[key] = ready_law(self, scene)
             while len(self._ready) > KEPT_SCENES:
                 self._ready.popitem(last=False)

@@ -45,7 +45,8 @@ class PlannedWalk:
         """
         from hexapod_pin.native import WalkTable
 
-        self._path, gait = control.path(robot), control.gait
+        self._path = control.path(robot)
+        gait = self._path.gait
         if self._path.periodic:
             control.plan(robot, gait.cycle_time)
         self._cycle = gait.cycle_time

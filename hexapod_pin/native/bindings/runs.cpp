@@ -54,8 +54,11 @@ void check_start(const PlantSettings& s, const Checkpoint& from) {
     throw std::invalid_argument("a command in force must be (6, joints)");
 }
 
-Reference make_reference(const std::vector<double>& time, const RowMatrix& position,
-                         const RowMatrix& rate, const std::string& kind, const RowMatrix& acceleration) {
+// Set-points as NumPy holds them, without a copy.
+using KnotRows = Eigen::Ref<const RowMatrix>;
+
+Reference make_reference(const std::vector<double>& time, const KnotRows& position, const KnotRows& rate,
+                         const std::string& kind, const KnotRows& acceleration) {
   const auto rows = Eigen::Index(time.size()), columns = position.cols();
   if (rows < 1 || position.rows() != rows || rate.rows() != rows || rate.cols() != columns)
     throw std::invalid_argument("set-points must be (knots, joints), one row per time");
@@ -67,13 +70,13 @@ Reference make_reference(const std::vector<double>& time, const RowMatrix& posit
 }
 
 std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>& time,
-                               const RowMatrix& position, const RowMatrix& rate,
+                               const KnotRows& position, const KnotRows& rate,
                                const std::string& kind, const Checkpoint& from,
                                const std::string& method, double step, long stride, double sample,
                                double accuracy, bool record, const VectorXd& rate_limit,
                                const std::vector<std::pair<Vec3, double>>& trunk,
                                const Vec3& window, const VectorXd& torque_limit,
-                               const RowMatrix& acceleration) {
+                               const KnotRows& acceleration, const std::vector<std::string>& omitted) {
   check_start(s, from);
   const auto columns = Eigen::Index(s.dynamics.tree().nv - 6);
   if (position.cols() != columns) throw std::invalid_argument("one set-point per joint needed");
@@ -81,14 +84,14 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
     if (limit->size() != 0 && limit->size() != columns)
       throw std::invalid_argument("one limit per joint needed");
   RunSetup setup{s, make_reference(time, position, rate, kind, acceleration), from, step, stride, sample,
-                 accuracy, record, rate_limit, {window[0], window[1], window[2]}, torque_limit, {}};
+                 accuracy, record, rate_limit, {window[0], window[1], window[2]}, torque_limit, {}, omitted};
   for (const auto& [offset, radius] : trunk) setup.trunk.push_back({offset, radius});
   return start_run(method, setup);
 }
 
 // Angles, rates and accelerations of set-points at a time, as runs take them: (3, joints).
-RowMatrix set_points_at(const std::vector<double>& time, const RowMatrix& position, const RowMatrix& rate,
-                        const std::string& kind, const RowMatrix& acceleration, double at) {
+RowMatrix set_points_at(const std::vector<double>& time, const KnotRows& position, const KnotRows& rate,
+                        const std::string& kind, const KnotRows& acceleration, double at) {
   Reference reference = make_reference(time, position, rate, kind, acceleration);
   const Eigen::Index n = position.cols();
   VectorXd q(n), v(n), a(n);
@@ -252,7 +255,8 @@ void bind_runs(nb::module_& m) {
         "step"_a, "stride"_a, "sample"_a, "accuracy"_a, "record"_a = true,
         "rate_limit"_a = VectorXd(), "trunk"_a = std::vector<std::pair<Vec3, double>>(),
         "window"_a = Vec3(0.0, std::numeric_limits<double>::infinity(), 0.0),
-        "torque_limit"_a = VectorXd(), "acceleration"_a = RowMatrix());
+        "torque_limit"_a = VectorXd(), "acceleration"_a = RowMatrix(),
+        "omitted"_a = std::vector<std::string>());
   m.def("set_points_at", &set_points_at, "time"_a, "position"_a, "rate"_a, "kind"_a, "acceleration"_a,
         "at"_a, "Angles, rates and accelerations of set-points at one time, (3, joints).");
   bind_several(m);

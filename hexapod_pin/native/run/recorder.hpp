@@ -3,6 +3,8 @@
 // is the law's.
 #pragma once
 
+#include <algorithm>
+#include <string>
 #include <vector>
 
 #include "plant/plant.hpp"
@@ -12,9 +14,10 @@ namespace hexapod {
 
 class Recorder {
  public:
+  // `omitted`: names of tables that are not kept.
   template <class PlantT>
-  explicit Recorder(const PlantT& plant)
-      : tables_(layout(plant.tree, plant.mounts.size())), was_active_(plant.feet.size(), true) {}
+  Recorder(const PlantT& plant, const std::vector<std::string>& omitted)
+      : tables_(kept(layout(plant.tree, plant.mounts.size()), omitted)), was_active_(plant.feet.size(), true) {}
 
   SampleTables& tables() { return tables_; }
 
@@ -65,6 +68,13 @@ class Recorder {
             {"foot_gap", feet}, {"com", 3}, {"kinetic", 1}, {"potential", 1}, {"elastic", 1},
             {"servo_work", 1}, {"joint_damping_loss", 1}, {"normal_loss", 1},
             {"friction_loss", 1}, {"push_work", 1}};
+  }
+
+  static std::vector<SampleTable> kept(std::vector<SampleTable> tables,
+                                       const std::vector<std::string>& omitted) {
+    for (SampleTable& table : tables)
+      if (std::find(omitted.begin(), omitted.end(), table.name) != omitted.end()) table.width = 0;
+    return tables;
   }
 
   // Share of the weight [-] below which the mean force of a foot that is in the air at both ends of an

@@ -47,6 +47,7 @@ struct RunSetup {
   SummaryWindow window;
   VectorXd torque_limit;          // N m, from which a summary counts a joint at its limit; none: never
   std::vector<TrunkPoint> trunk;  // watched for touching the ground
+  std::vector<std::string> omitted;  // tables of samples that are not kept
 };
 
 // A command to the drives: see `Reference::command`.

@@ -18,14 +18,17 @@ namespace hexapod {
 
 struct SampleTable {
   const char* name;
-  std::size_t width;       // numbers per sample
+  std::size_t width;       // numbers per sample; 0 where it is not kept
   double* next = nullptr;  // where the next number goes
 
   template <class Vector>
   void append(const Vector& v) {
+    if (width == 0) return;
     next = std::copy(v.data(), v.data() + v.size(), next);
   }
-  void append(double x) { *next++ = x; }
+  void append(double x) {
+    if (width > 0) *next++ = x;
+  }
 };
 
 class SampleTables {

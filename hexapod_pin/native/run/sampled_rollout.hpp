@@ -77,7 +77,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
   SampledRollout(PlantT plant, const RunSetup& setup, bool differentiates_separated)
       : plant_(std::move(plant)), reference_(setup.reference), q_(setup.start.q),
         v_(setup.start.v), ledger_(plant_.feet.size()), time_(setup.start.time),
-        interval_(setup.sample), sample_index_(setup.start.first), recorder_(plant_),
+        interval_(setup.sample), sample_index_(setup.start.first), recorder_(plant_, setup.omitted),
         trunk_(setup.trunk), summary_(plant_.joints(), plant_.mounts.size()),
         foot_loads_(plant_.mounts.size()), record_(setup.record), rate_limit_(setup.rate_limit),
         torque_limit_(setup.torque_limit), limit_now_(setup.torque_limit),

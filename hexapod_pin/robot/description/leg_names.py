@@ -56,3 +56,15 @@ def leg_of_chain(joints: tuple[str, str, str]) -> str | None:
     legs = {role.leg for role in roles if role is not None}
     in_order = [role.segment for role in roles if role is not None] == [0, 1, 2]
     return legs.pop() if in_order and len(legs) == 1 else None
+
+
+def leg_names(left: int, right: int) -> tuple[str, ...]:
+    """Return names of so many legs on the left and right, front to rear: left ones first.
+
+    lf lm lr rf rm rr for three and three, lf lr rf rr for two and two, else l1 l2 ... r1 r2 ...
+    """
+    rows = {3: ("f", "m", "r"), 2: ("f", "r")}.get(left) if left == right else None
+    sides = (("l", left), ("r", right))
+    return tuple(
+        side + (rows[k] if rows else str(k + 1)) for side, count in sides for k in range(count)
+    )

@@ -1,4 +1,7 @@
-"""Six three-joint legs and their feet, found in the tree of a URDF; nothing goes by position."""
+"""Legs and their feet: six of three joints found by name in the tree of a URDF.
+
+Legs that a file states itself (`stated_legs`) go before; nothing goes by position.
+"""
 
 from __future__ import annotations
 
@@ -23,13 +26,14 @@ class Leg:
     """One leg.
 
     Attributes:
-        name: lf, lm, lr, rf, rm or rr.
-        joints: names of the coxa, femur and tibia joint, proximal first.
+        name: lf, lm, lr, rf, rm or rr where there are six; else as the file states it.
+        joints: names of the joints it walks with, proximal first: coxa, femur and tibia, or coxa
+            and femur. Two or three; other joints between trunk and foot are held.
         foot: name of the foot link.
     """
 
     name: str
-    joints: Chain
+    joints: tuple[str, ...]
     foot: str
 
 
@@ -38,7 +42,8 @@ class Limbs:
     """What stands on the ground.
 
     Attributes:
-        legs: six legs in the order lf lm lr rf rm rr; empty where the robot is no hexapod.
+        legs: six legs in the order lf lm lr rf rm rr, or those that the file states; empty where
+            the robot has no legs to walk with.
         feet: foot links, in the order of the legs, or as given.
         notes: how legs were named where their joints' names did not say it.
     """

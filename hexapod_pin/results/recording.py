@@ -1,0 +1,49 @@
+"""What of a run is kept as samples: groups of arrays, chosen before it starts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from hexapod_pin.errors import ParameterError
+
+GROUPS: dict[str, tuple[str, ...]] = {
+    "motion": ("time", "q", "v"),
+    "torque": ("torque",),
+    "set_points": ("q_ref", "v_ref"),
+    "contacts": ("foot_position", "foot_force", "foot_gap", "foot_normal"),
+    "com": ("com",),
+    "energy": ("energy",),
+}
+"""Arrays of a trace by the group they are recorded with, in the order in which groups are told."""
+
+ALWAYS = "motion"
+"""Recorded whatever is chosen: without it there is no trace."""
+
+GROUP_OF = {array: group for group, arrays in GROUPS.items() for array in arrays}
+
+
+def recorded_groups(chosen: Iterable[str] | None) -> tuple[str, ...] | None:
+    """Return chosen groups in the order of `GROUPS`, `ALWAYS` left out; None where all are.
+
+    Raises:
+        ParameterError: an unknown group, or a single text in the place of several.
+    """
+    if chosen is None:
+        return None
+    allowed = f"names out of {', '.join(GROUPS)}"
+    if isinstance(chosen, str) or not isinstance(chosen, Iterable):
+        raise ParameterError("record", chosen, f"a sequence of {allowed}")
+    names = tuple(chosen)
+    for name in names:
+        if not isinstance(name, str) or name not in GROUPS:
+            raise ParameterError("record", name, allowed)
+    kept = tuple(name for name in GROUPS if name in names and name != ALWAYS)
+    return None if len(kept) == len(GROUPS) - 1 else kept
+
+
+def left_out(recorded: Sequence[str] | None) -> tuple[str, ...]:
+    """Return the arrays that a choice of groups, as `recorded_groups` gives it, leaves out."""
+    if recorded is None:
+        return ()
+    kept = (ALWAYS, *recorded)
+    return tuple(array for array, group in GROUP_OF.items() if group not in kept)

@@ -1,0 +1,165 @@
+"""Feet of all legs: those that are given, those the file shows, those its shapes end in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
+from hexapod_pin.robot.description.urdf_file import UrdfFile
+from hexapod_pin.robot.recognition.feet import (
+    FoundFoot,
+    bare_foot,
+    frame_foot,
+    grouped,
+    off_tip,
+    shape_foot,
+    trusted_frames,
+)
+from hexapod_pin.robot.recognition.leg_choice import Legs
+from hexapod_pin.robot.recognition.tree_frames import Axis, turned_about
+
+Feet = tuple[FoundFoot, ...]
+
+
+def provisional_feet(
+    file: UrdfFile,
+    legs: Legs,
+    names: Sequence[str],
+    given: Sequence[str] | None,
+    radius: float | None,
+) -> Feet:
+    """Return the feet at the points furthest from the legs' last joints.
+
+    Args:
+        file: the URDF.
+        legs: the legs.
+        names: of the legs, in the same order.
+        given: foot links, one per leg; None to find them.
+        radius: of all feet [m]; None takes each foot's own.
+
+    Raises:
+        UrdfError: a leg without any sign of a foot; given feet that are not one on each leg.
+        UnknownNameError: a given foot that is no link.
+        ParameterError: a radius that is negative or not finite.
+    """
+    if radius is not None and not (np.isfinite(radius) and radius >= 0):
+        raise ParameterError("foot_radius", radius, "finite and at least 0 m")
+    downs = [np.zeros(3) if body.empty else body.furthest() for body in legs.bodies]
+    if given is not None:
+        return _sized(_given_feet(file, legs, names, given), radius)
+    if (frames := trusted_frames(file, legs.frames, legs.bodies)) is not None:
+        return _sized([_trusted(file, legs, frames[c.label]) for c in legs.chains], radius)
+    return _sized(_found(file, legs, names, downs), radius)
+
+
+def standing_feet(
+    file: UrdfFile, legs: Legs, names: Sequence[str], before: Feet, angles: Sequence[Array],
+    down: Array, radius: float | None,
+) -> Feet:  # fmt: skip
+    """Return the feet at the lowest points of the standing posture.
+
+    Args:
+        file: the URDF.
+        legs: the legs.
+        names: of the legs, in the same order.
+        before: the provisional feet: those that are no shapes' stay.
+        angles: of every leg's joints in that posture [rad].
+        down: downward unit vector in the root link's frame. Shape (3,).
+        radius: of all feet [m]; None takes each foot's own.
+    """
+    downs = [
+        _unturned(body.chain.joints, legs, q, down)
+        for body, q in zip(legs.bodies, angles, strict=True)
+    ]
+    found = _found(file, legs, names, downs)
+    kept = [old if _stays(old, body.empty) else new
+            for old, new, body in zip(before, found, legs.bodies, strict=True)]  # fmt: skip
+    return _sized(kept, radius)
+
+
+def feet_text(file: UrdfFile, legs: Legs, names: Sequence[str], feet: Feet) -> list[str]:
+    """Return what is inferred about feet, a sentence for the legs that share it."""
+    rules, frames, lost = {}, {}, {}
+    for name, body, foot in zip(names, legs.bodies, feet, strict=True):
+        reach = float(np.linalg.norm(body.axis.arm(foot.centre))) + foot.radius
+        size = f"{1e3 * reach:.1f} mm from the last joint, radius {1e3 * foot.radius:.1f} mm"
+        rules[name] = f"{size}: {foot.rule}" if foot.rule else ""
+        frames[name] = off_tip(file, legs.frames, body, foot)
+        lost[name] = body.lost[0] if body.lost and not body.empty else ""
+    return [
+        *(f"feet of {who}: {rule}" for who, rule in grouped(rules)),
+        *(f"foot of {who}: {text}" for who, text in grouped(frames)),
+        *(f"a shape of {who} is not used: {text}" for who, text in grouped(lost)),
+    ]
+
+
+def _found(
+    file: UrdfFile, legs: Legs, names: Sequence[str], downs: Sequence[Array]
+) -> list[FoundFoot]:
+    """Return the feet of the legs' shapes along a direction each, else what stands for them."""
+    findings, feet = [], []
+    for name, body, down in zip(names, legs.bodies, downs, strict=True):
+        try:
+            foot = (
+                shape_foot(body, down)
+                if not body.empty
+                else bare_foot(file, legs.frames, body, name)
+            )
+            feet.append(foot)
+        except UrdfError as error:
+            findings += error.findings
+    if findings:
+        raise UrdfError(file.source, findings)
+    return feet
+
+
+def _given_feet(
+    file: UrdfFile, legs: Legs, names: Sequence[str], given: Sequence[str]
+) -> list[FoundFoot]:
+    """Return the given feet in the order of the legs."""
+    for link in given:
+        if link not in file.link_by_name:
+            raise UnknownNameError("foot link", link, list(file.link_by_name))
+    feet, findings = [], []
+    for name, body in zip(names, legs.bodies, strict=True):
+        on_leg = [link for link in given if link in body.chain.body]
+        if len(on_leg) == 1:
+            feet.append(frame_foot(file, legs.frames, on_leg[0], ""))
+        else:
+            links = ", ".join(body.chain.body)
+            findings.append(
+                f"leg {name}: {len(on_leg)} of the given feet on it; give one of {links}"
+            )
+    if not findings and len(given) != len(feet):
+        findings.append(f"{len(given)} feet given for {len(feet)} legs; give each foot link once")
+    if findings:
+        raise UrdfError(file.source, findings)
+    return feet
+
+
+def _trusted(file: UrdfFile, legs: Legs, link: str) -> FoundFoot:
+    """Return the foot at a frame that agrees from leg to leg where the shapes do not."""
+    rule = "the frame called a foot (tips of the shapes differ from leg to leg, the frames agree)"
+    return frame_foot(file, legs.frames, link, rule)
+
+
+def _stays(foot: FoundFoot, shapeless: bool) -> bool:
+    """Tell whether a provisional foot is final: given, trusted, or of no shape."""
+    return shapeless or (foot.own and foot.rule not in ("", "collision sphere"))
+
+
+def _sized(feet: Sequence[FoundFoot], radius: float | None) -> Feet:
+    """Return the feet with the radius that the user gives, if any."""
+    return tuple(foot if radius is None else replace(foot, radius=float(radius)) for foot in feet)
+
+
+def _unturned(joints: Sequence[object], legs: Legs, angles: Array, down: Array) -> Array:
+    """Return the downward direction of a posture in the last body's place at q = 0. Shape (3,)."""
+    for joint, angle in zip(joints, angles, strict=True):
+        unit = legs.frames.axes[joint.name].unit  # type: ignore[attr-defined]
+        down = turned_about(Axis(np.zeros(3), unit), down, -float(angle))
+    return down

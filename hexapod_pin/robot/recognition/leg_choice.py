@@ -1,0 +1,141 @@
+"""Which limbs are the legs: by their likeness, or as the user names them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import UrdfError
+from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
+from hexapod_pin.robot.recognition.chains import (
+    LEG_COUNTS,
+    MOST_JOINTS,
+    Chain,
+    limb_chains,
+    refuse_wrong_legs,
+    similar_chains,
+)
+from hexapod_pin.robot.recognition.leg_body import LegBody, leg_body
+from hexapod_pin.robot.recognition.tree_frames import TreeFrames, tree_frames
+
+if TYPE_CHECKING:
+    from hexapod_pin.robot.reading.resources import ResourceFinder
+
+
+@dataclass(frozen=True, eq=False)
+class Legs:
+    """The legs of a robot before they are named.
+
+    Attributes:
+        chains: their joints.
+        bodies: their last bodies, in the same order.
+        tips: furthest point of each by its chain's label, root link's frame [m]. Shape (3,) each.
+        frames: of all links and joints, with `places`.
+        places: of the moved joints that are in no leg, and of those a leg holds [rad or m].
+        given: names that the user gave, in the same order; None.
+    """
+
+    chains: tuple[Chain, ...]
+    bodies: tuple[LegBody, ...]
+    tips: dict[str, Array]
+    frames: TreeFrames
+    places: dict[str, float]
+    given: tuple[str, ...] | None
+
+
+def choose_legs(
+    file: UrdfFile,
+    finder: ResourceFinder,
+    given: Mapping[str, Sequence[str]] | None,
+    held: Mapping[str, float],
+) -> Legs:
+    """Return the legs on the root link: 4, 6 or 8 chains alike, or those that are given.
+
+    Raises:
+        UrdfError: other limbs, naming them and the way out; given legs that are none.
+    """
+    chains = limb_chains(file, file.base)
+    if given is not None:
+        chains = _given_chains(file, chains, given)
+    walking = {joint.name for chain in chains for joint in chain.joints}
+    places = {
+        joint.name: held_place(joint, held)
+        for joint in file.joints
+        if joint.moves and (joint.name not in walking or joint.name in held)
+    }
+    frames = tree_frames(file, places)
+    bodies = {chain.label: leg_body(file, finder, frames, chain) for chain in chains}
+    tips = {label: _far(body, frames) for label, body in bodies.items()}
+    if given is None:
+        chains = similar_chains(chains, frames, tips)
+        refuse_wrong_legs(file, file.base, chains)
+    legs = {joint.name for chain in chains for joint in chain.joints}
+    rest = [joint for joint in file.joints if joint.moves and joint.name not in legs]
+    places |= {joint.name: held_place(joint, held) for joint in rest}
+    return Legs(
+        tuple(chains), tuple(bodies[chain.label] for chain in chains), tips,
+        tree_frames(file, places), places, None if given is None else tuple(given),
+    )  # fmt: skip
+
+
+def held_place(joint: Joint, held: Mapping[str, float]) -> float:
+    """Return where a joint is held: as asked, else zero moved into its limits [rad or m]."""
+    if joint.name in held:
+        return float(held[joint.name])
+    lower, upper = joint.limit("lower", 0.0), joint.limit("upper", 0.0)
+    bounded = joint.kind != "continuous" and np.isfinite([lower, upper]).all() and lower <= upper
+    return float(min(max(0.0, lower), upper)) if bounded else 0.0
+
+
+def _far(body: LegBody, frames: TreeFrames) -> Array:
+    """Return the point of a body furthest from its joint: of its frames where it has no shape."""
+    axis = body.axis
+    if not body.empty:
+        return np.asarray(axis.origin + body.reach * body.furthest())
+    places = [frames.links[name].position for name in body.chain.body]
+    return max(places, key=lambda place: float(np.linalg.norm(axis.arm(place))))
+
+
+def _given_chains(
+    file: UrdfFile, chains: Sequence[Chain], given: Mapping[str, Sequence[str]]
+) -> list[Chain]:
+    """Return the limbs that the user names, with the joints named where there are several."""
+    found, findings = [], []
+    for leg, members in given.items():
+        names = [members] if isinstance(members, str) else list(members)
+        owners = [chain for chain in chains if set(names) <= {*chain.names, *_joints(chain)}]
+        if not names or len(owners) != 1:
+            known = "; ".join(", ".join(_joints(chain)) for chain in chains)
+            findings.append(
+                f"--legs {leg}: {', '.join(names) or 'nothing'} is no joint or link of one limb on"
+                f" {file.base!r}; the limbs: {known}"
+            )
+        else:
+            found.append(_narrowed(owners[0], names) if len(names) > 1 else owners[0])
+    labels = [chain.label for chain in found]
+    if not findings and len(set(labels)) < len(labels):
+        findings.append("--legs: two legs on the same limb; name each limb once")
+    counts = {len(chain.joints) for chain in found}
+    if not findings and (len(counts) != 1 or not 2 <= min(counts) <= MOST_JOINTS):
+        findings.append(f"--legs: legs of {sorted(counts)} joints; all must have 2 to 5, the same")
+    if not findings and len(found) not in LEG_COUNTS:
+        findings.append(f"--legs: {len(found)} legs; must be 4, 6 or 8")
+    if findings:
+        raise UrdfError(file.source, findings)
+    return found
+
+
+def _narrowed(chain: Chain, names: Sequence[str]) -> Chain:
+    """Return a limb with only these joints walking; the others are held."""
+    joints = tuple(joint for joint in chain.joints if joint.name in names)
+    left = tuple(joint for joint in chain.joints if joint.name not in names)
+    return replace(chain, joints=joints, others=(*left, *chain.others)) if joints else chain
+
+
+def _joints(chain: Chain) -> list[str]:
+    """Return the names of a limb's joints."""
+    return [joint.name for joint in (*chain.joints, *chain.others)]
