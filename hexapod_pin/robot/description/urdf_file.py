@@ -11,6 +11,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from hexapod_pin.errors import UrdfError
+from hexapod_pin.robot.description.other_formats import advice_on
 
 MAX_BYTES = 50_000_000
 """Largest file that is read [bytes]."""
@@ -182,34 +183,56 @@ def read_urdf(path: str | Path, *, max_bytes: int = MAX_BYTES) -> UrdfFile:
         UrdfError: the file is missing, too large, not UTF-8, not XML (with line and column), has
             a document type declaration, or is not a <robot>.
     """
+    return parse_urdf(read_bytes(path, max_bytes=max_bytes), str(path), max_bytes=max_bytes)
+
+
+def read_bytes(path: str | Path, *, max_bytes: int = MAX_BYTES) -> bytes:
+    """Return what a file holds, one byte more than allowed at most.
+
+    Raises:
+        UrdfError: the file is missing or cannot be read.
+    """
     source = str(path)
-    file = Path(path).expanduser()
-    if not file.is_file():
-        raise UrdfError(source, ["no such file; give the path of a URDF"])
     try:
+        file = Path(path).expanduser()
+        if not file.is_file():
+            raise UrdfError(source, ["no such file; give the path of a URDF"])
         with file.open("rb") as stream:
-            data = stream.read(max_bytes + 1)
-    except OSError as error:
-        raise UrdfError(source, [f"cannot be read: {error.strerror}"]) from error
-    if len(data) > max_bytes:
-        raise UrdfError(source, [f"more than {max_bytes} bytes: too large for a URDF"])
-    return parse_urdf(data, source)
+            return stream.read(max_bytes + 1)
+    except (OSError, ValueError, RuntimeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UrdfError(source, [f"cannot be read: {reason}"]) from error
 
 
-def parse_urdf(data: bytes, source: str) -> UrdfFile:
+def parse_urdf(data: bytes, source: str, *, max_bytes: int = MAX_BYTES) -> UrdfFile:
     """Parse the bytes of a URDF; raises as `read_urdf`.
 
     Text before the XML declaration is dropped, which `UrdfFile.repairs` says.
     """
+    text, repairs = _decoded(data, source, max_bytes)
+    root = parse_tree(text, source)
+    if root.tag != "robot":
+        finding = f"the outermost element is <{root.tag}>: must be <robot>"
+        raise UrdfError(source, [finding + advice_on(root)])
+    return UrdfFile(source, text, root, repairs)
+
+
+def checked_text(data: bytes, source: str, max_bytes: int = MAX_BYTES) -> str:
+    """Return bytes as text that is XML without a document type; raises as `read_urdf`."""
+    text, _ = _decoded(data, source, max_bytes)
+    parse_tree(text, source)
+    return text
+
+
+def _decoded(data: bytes, source: str, max_bytes: int) -> tuple[str, tuple[str, ...]]:
+    """Return bytes as text from its XML declaration on, and what was dropped before it."""
+    if len(data) > max_bytes:
+        raise UrdfError(source, [f"more than {max_bytes} bytes: too large for a URDF"])
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise UrdfError(source, [f"not UTF-8 text (byte {error.start})"]) from error
-    text, repairs = _from_declaration(text)
-    root = parse_tree(text, source)
-    if root.tag != "robot":
-        raise UrdfError(source, [f"the outermost element is <{root.tag}>: must be <robot>"])
-    return UrdfFile(source, text, root, repairs)
+    return _from_declaration(text)
 
 
 def _from_declaration(text: str) -> tuple[str, tuple[str, ...]]:

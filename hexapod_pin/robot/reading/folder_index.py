@@ -100,7 +100,8 @@ def _files_below(folder: Path) -> Iterator[tuple[str, ...]]:
         for entry in sorted(entries, key=lambda entry: entry.name):
             path = (*parts, entry.name)
             if not _is_folder(entry):
-                yield path
+                if os.path.isfile(entry.path):
+                    yield path
             elif len(path) <= MAX_INDEX_DEPTH and not _is_skipped(entry.name):
                 waiting.append(path)
 

@@ -25,9 +25,7 @@ class MeshCache(Generic[Value]):
         """Bytes held now."""
         return self._bytes
 
-    def get(
-        self, key: Hashable, make: Callable[[], Value], size: Callable[[Value], int]
-    ) -> Value:
+    def get(self, key: Hashable, make: Callable[[], Value], size: Callable[[Value], int]) -> Value:
         """Return the value of a key, made where it is not held; an exception is not kept."""
         with self._lock:
             if key in self._held:

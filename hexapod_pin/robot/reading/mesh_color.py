@@ -32,7 +32,9 @@ def _of_material(material: Any) -> Rgba | None:
         if image is not None:
             pixels = np.asarray(image.convert("RGBA"), dtype=np.float64) / 255.0
             mean = pixels.reshape(-1, 4).mean(axis=0)
-            return _rgba(mean * factor if name == "baseColorTexture" and factor is not None else mean)
+            return _rgba(
+                mean * factor if name == "baseColorTexture" and factor is not None else mean
+            )
     return None if factor is None else _rgba(factor)
 
 

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from hexapod_pin.arrays import Array, protect
 from hexapod_pin.errors import MeshError, ParameterError
 from hexapod_pin.robot.reading.mesh_cache import MeshCache
-from hexapod_pin.robot.reading.mesh_parts import MeshPart, parts_of
+from hexapod_pin.robot.reading.mesh_part import MeshPart
+from hexapod_pin.robot.reading.mesh_parts import parts_of
 from hexapod_pin.robot.reading.tail_search import MESH_EXTENSIONS
 
 MAX_MESH_BYTES = 300_000_000

@@ -1,40 +1,25 @@
-"""The parts of a mesh file by trimesh (and pycollada): placed vertices, triangles, mean colour."""
+"""The parts of a mesh file: placed vertices, triangles, mean colour.
+
+trimesh (with pycollada) reads all but binary STL, the usual kind, which needs no library to load.
+"""
 
 from __future__ import annotations
 
 import logging
 import re
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hexapod_pin.arrays import Array
 from hexapod_pin.errors import MeshError
-from hexapod_pin.robot.reading.mesh_color import Rgba, mean_color
-from hexapod_pin.robot.reading.stl_color import stl_color
+from hexapod_pin.robot.reading.mesh_color import mean_color
+from hexapod_pin.robot.reading.mesh_part import MeshPart
+from hexapod_pin.robot.reading.stl_binary import binary_stl
 
 _UNIT = re.compile(rb"""<unit\b[^>]*?\bmeter\s*=\s*["']([^"']*)["']""")
 _ENTITY = re.compile(rb"<!(?:DOCTYPE|ENTITY)", re.IGNORECASE)
-
-
-@dataclass(frozen=True, eq=False)
-class MeshPart:
-    """Triangles of one material: vertices (N, 3) in the file's unit, faces (M, 3), mean colour."""
-
-    vertices: Array
-    faces: NDArray[np.int64]
-    color: Rgba | None
-
-    @property
-    def area(self) -> float:
-        """Area of the surface [square of the file's unit]."""
-        corners = self.vertices[self.faces]
-        crossed = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        return float(0.5 * np.linalg.norm(crossed, axis=1).sum())
 
 
 def parts_of(path: Path) -> tuple[list[MeshPart], float]:
@@ -45,6 +30,8 @@ def parts_of(path: Path) -> tuple[list[MeshPart], float]:
     """
     data = _bytes(path)
     extension = path.suffix.casefold()
+    if extension == ".stl" and (part := binary_stl(data)) is not None:
+        return [part], 1.0
     unit = _collada_unit(path, data) if extension == ".dae" else 1.0
     try:
         with warnings.catch_warnings():
@@ -54,9 +41,9 @@ def parts_of(path: Path) -> tuple[list[MeshPart], float]:
         raise MeshError(str(path), "does not fit into memory; decimate the mesh") from error
     except Exception as error:  # what a mesh reader raises is not ours to know
         reason = f"{type(error).__name__}: {error}".strip()[:300]
-        raise MeshError(str(path), f"cannot be read as {extension[1:].upper()} ({reason})") from error
-    if extension == ".stl":
-        parts = [MeshPart(part.vertices, part.faces, stl_color(data)) for part in parts]
+        raise MeshError(
+            str(path), f"cannot be read as {extension[1:].upper()} ({reason})"
+        ) from error
     return parts, unit
 
 

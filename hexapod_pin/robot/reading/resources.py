@@ -20,6 +20,8 @@ from hexapod_pin.robot.reading.tail_search import TailSearch, other_names
 
 NEAR_ASCENT = 3
 """Folders above the URDF in which the end of a foreign path is looked for."""
+MAX_TAIL = 12
+"""Most parts of the end of a path that is looked for."""
 MAX_TOLD = 8
 """Places that `why` lists."""
 
@@ -147,9 +149,9 @@ class ResourceFinder:
 
 def _tails(uri: ResourceUri) -> Iterator[tuple[str, ...]]:
     """Yield the ends of a path, longest first, down to a folder and a name."""
-    tail = uri.tail
+    tail = uri.tail[-MAX_TAIL:]
     shortest = 1 if uri.scheme == "absolute" else 2
-    for start in range(len(tail) - shortest + 1):
+    for start in range(max(0, len(tail) - shortest + 1)):
         yield tail[start:]
 
 
