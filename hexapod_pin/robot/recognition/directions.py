@@ -13,7 +13,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.urdf_file import UrdfFile
 from hexapod_pin.robot.recognition.chains import Chain
-from hexapod_pin.robot.recognition.layout_symmetry import MiddleLine, middle_lines
+from hexapod_pin.robot.recognition.layout_symmetry import ON_LINE, MiddleLine, middle_lines
 from hexapod_pin.robot.recognition.name_codes import front_by_names, plain
 from hexapod_pin.robot.recognition.tree_frames import TreeFrames
 from hexapod_pin.robot.recognition.up import EXACT, SLACK, Up, direction_text
@@ -181,7 +181,7 @@ def _uneven_lines(flat: Array) -> list[MiddleLine]:
         unit = vectors[:, index]
         across = flat @ np.array([-unit[1], unit[0]])
         size = math.sqrt(float(spread.sum()) / len(flat))
-        if (across > 0.02 * size).sum() == (across < -0.02 * size).sum() == len(flat) // 2:
+        if (across > ON_LINE * size).sum() == (across < -ON_LINE * size).sum() == len(flat) // 2:
             along = float(np.ptp(flat @ unit))
             angle = math.atan2(unit[1], unit[0]) % math.pi
             lines.append(MiddleLine(angle, 1.0, along, float(np.ptp(across))))

@@ -25,6 +25,7 @@ from hexapod_pin.robot.recognition.foot_choice import provisional_feet, standing
 from hexapod_pin.robot.recognition.foot_words import feet_text
 from hexapod_pin.robot.recognition.hints import RobotHints
 from hexapod_pin.robot.recognition.layout import LegLayout, RobotLayout
+from hexapod_pin.robot.recognition.layout_symmetry import is_left
 from hexapod_pin.robot.recognition.leg_choice import Legs, choose_legs
 from hexapod_pin.robot.recognition.posture_choice import Standing, stand, stated_posture
 from hexapod_pin.robot.recognition.shape_points import link_points
@@ -47,7 +48,7 @@ def recognise(file: UrdfFile, finder: ResourceFinder, hints: RobotHints) -> Robo
         hints: what the user says: it goes before everything inferred.
 
     Raises:
-        UrdfError: no robot of 4, 6 or 8 legs can be found; every finding names part and way out.
+        UrdfError: no robot of 4 to 8 legs can be found; every finding names part and way out.
         UnknownNameError: a hint names a joint or foot link that does not exist.
         ParameterError: a foot radius out of range.
     """
@@ -115,12 +116,13 @@ def _named(legs: Legs, turn: Array) -> tuple[Legs, tuple[str, ...]]:
 def _order(legs: Legs, turn: Array) -> list[int]:
     """Return the places of the legs: left ones first, front to rear."""
     hips = _hips(legs, turn)
-    return sorted(range(len(hips)), key=lambda k: (hips[k, 1] < 0, -hips[k, 0]))
+    left = is_left(hips)
+    return sorted(range(len(hips)), key=lambda k: (not left[k], -hips[k, 0]))
 
 
 def _sides(legs: Legs, turn: Array) -> tuple[int, int]:
     """Return how many legs are on the left and on the right."""
-    left = int((_hips(legs, turn)[:, 1] > 0).sum())
+    left = int(is_left(_hips(legs, turn)).sum())
     return left, len(legs.chains) - left
 
 
