@@ -61,11 +61,11 @@ def middle_lines(flat: Array) -> list[MiddleLine]:
     return sorted(lines, key=lambda line: line.miss)
 
 
-def is_left(hips: Array) -> Array:
+def is_left(hips: Array) -> list[bool]:
     """Return which hips (L, 3) about their middle, in trunk axes, are left; the middle one is."""
     size = float(np.sqrt((hips[:, :2] ** 2).sum(axis=1).mean()))
-    left: Array = hips[:, 1] > (-ON_LINE * size if len(hips) % 2 else 0.0)
-    return left
+    line = -ON_LINE * size if len(hips) % 2 else 0.0
+    return [bool(across > line) for across in hips[:, 1]]
 
 
 def _line(places: list[complex], pairs: list[int], turn: complex, size: float) -> MiddleLine | None:
