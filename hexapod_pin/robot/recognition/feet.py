@@ -32,6 +32,7 @@ class FoundFoot:
         centre: of the sphere in the root link's frame [m]. Shape (3,).
         radius: [m].
         rule: from what it was found; empty where the file says it.
+        settled: whether it stays, however the robot stands.
     """
 
     link: str
@@ -39,6 +40,7 @@ class FoundFoot:
     centre: Array
     radius: float
     rule: str
+    settled: bool = False
 
 
 def shape_foot(body: LegBody, down: Array) -> FoundFoot:
@@ -55,7 +57,7 @@ def frame_foot(file: UrdfFile, frames: TreeFrames, link: str, rule: str) -> Foun
         text = f"link {link!r}: collision sphere of radius {sphere.radius:g} m at {sphere.centre}"
         raise UrdfError(file.source, [f"{text}; must be finite, the radius not negative"])
     centre = frames.links[link].act(np.array(sphere.centre))
-    return FoundFoot(link, True, centre, sphere.radius, rule)
+    return FoundFoot(link, True, centre, sphere.radius, rule, settled=True)
 
 
 def named_foot(file: UrdfFile, body: LegBody) -> str | None:
@@ -90,7 +92,7 @@ def bare_foot(file: UrdfFile, frames: TreeFrames, body: LegBody, leg: str) -> Fo
         return frame_foot(file, frames, ends[-1], f"frame of the link (no shape{why})")
     if com is not None and np.linalg.norm(arm) > SAME and np.isfinite(com).all():
         rule = f"twice the centre of mass as of a uniform rod, a point (assumed; no shape{why})"
-        return FoundFoot(body.chain.body[0], False, com + arm, 0.0, rule)
+        return FoundFoot(body.chain.body[0], False, com + arm, 0.0, rule, settled=True)
     text = f"leg {leg}: its last link {body.chain.body[0]!r} has no shape, no inertial and no frame"
     raise UrdfError(
         file.source,

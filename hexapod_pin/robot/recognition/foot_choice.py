@@ -11,12 +11,14 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.recognition.feet import (
+    SAME,
     FoundFoot,
     bare_foot,
     frame_foot,
     shape_foot,
     trusted_frames,
 )
+from hexapod_pin.robot.recognition.leg_body import LegBody
 from hexapod_pin.robot.recognition.leg_choice import Legs
 from hexapod_pin.robot.recognition.tree_frames import Axis, turned_about
 
@@ -64,7 +66,7 @@ def standing_feet(
         file: the URDF.
         legs: the legs.
         names: of the legs, in the same order.
-        before: the provisional feet: those that are no shapes' stay.
+        before: the provisional feet: settled ones stay.
         angles: of every leg's joints in that posture [rad].
         down: downward unit vector in the root link's frame. Shape (3,).
         radius: of all feet [m]; None takes each foot's own.
@@ -74,8 +76,7 @@ def standing_feet(
         for body, q in zip(legs.bodies, angles, strict=True)
     ]
     found = _found(file, legs, names, downs)
-    kept = [old if _stays(old, body.empty) else new
-            for old, new, body in zip(before, found, legs.bodies, strict=True)]  # fmt: skip
+    kept = [old if old.settled else new for old, new in zip(before, found, strict=True)]
     return _sized(kept, radius, downs)
 
 
@@ -110,7 +111,7 @@ def _given_feet(
     for name, body in zip(names, legs.bodies, strict=True):
         on_leg = [link for link in given if link in body.chain.body]
         if len(on_leg) == 1:
-            feet.append(frame_foot(file, legs.frames, on_leg[0], ""))
+            feet.append(_given_foot(file, legs, name, body, on_leg[0]))
         else:
             links = ", ".join(body.chain.body)
             findings.append(
@@ -123,15 +124,22 @@ def _given_feet(
     return feet
 
 
+def _given_foot(file: UrdfFile, legs: Legs, leg: str, body: LegBody, link: str) -> FoundFoot:
+    """Return a given link's sphere or frame; where that is at the knee the tip of the shapes."""
+    foot = frame_foot(file, legs.frames, link, "")
+    if np.linalg.norm(body.axis.arm(foot.centre)) > SAME * max(body.reach, SAME):
+        return foot
+    if body.empty:
+        joint = body.chain.joints[-1].name
+        text = f"leg {leg}: foot {link!r} is on the axis of the last joint {joint!r}"
+        raise UrdfError(file.source, [f"{text}; give --feet a link at the tip"])
+    return shape_foot(body, body.furthest())
+
+
 def _trusted(file: UrdfFile, legs: Legs, link: str) -> FoundFoot:
     """Return the foot at a frame that agrees from leg to leg where the shapes do not."""
     rule = "the frame called a foot (tips of the shapes differ from leg to leg, the frames agree)"
     return frame_foot(file, legs.frames, link, rule)
-
-
-def _stays(foot: FoundFoot, shapeless: bool) -> bool:
-    """Tell whether a provisional foot is final: given, trusted, or of no shape."""
-    return shapeless or (foot.own and foot.rule not in ("", "collision sphere"))
 
 
 def _sized(

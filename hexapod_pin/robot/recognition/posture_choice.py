@@ -13,7 +13,7 @@ from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.loading.posture import joint_angles
 from hexapod_pin.robot.recognition.feet import FoundFoot
 from hexapod_pin.robot.recognition.leg_choice import Legs
-from hexapod_pin.robot.recognition.posture_frame import LegFrame
+from hexapod_pin.robot.recognition.posture_frame import LegFrame, with_joint_at
 from hexapod_pin.robot.recognition.posture_search import standing_posture
 
 
@@ -90,11 +90,11 @@ def stand(
     except ReachError as error:
         raise UrdfError(file.source, [f"no standing posture: {error}"]) from error
     angles = []
-    for chain, searched in zip(chains, found.angles, strict=True):
-        given = [
-            stated.get(joint.name, q + legs.places.get(joint.name, 0.0))
-            for joint, q in zip(chain.joints, searched, strict=True)
-        ]
+    for k, (chain, searched) in enumerate(zip(chains, found.angles, strict=True)):
+        held = _held(legs, k, walking, before)
+        left = [q for q in range(len(chain.joints)) if q not in held]
+        by_place = held | dict(zip(left, searched.tolist(), strict=True))
+        given = [stated.get(joint.name, by_place[q]) for q, joint in enumerate(chain.joints)]
         angles.append(np.array(given, dtype=float))
     return Standing(tuple(angles), found.reason)
 
@@ -106,23 +106,30 @@ def _frame(
     """Return a leg in trunk axes as the search of a posture takes it."""
     joints = legs.chains[index].joints
     axes = [legs.frames.axes[joint.name] for joint in joints]
-    limits = np.array([_limits(legs, joint) for joint in joints])
-    if before is not None:
-        held = [k for k in range(len(joints)) if k not in walking]
-        limits[held] = before.angles[index][held, None]
-    at_zero = np.array([legs.places.get(joint.name, 0.0) for joint in joints])
-    return LegFrame(
+    limits = np.array([_limits(joint) for joint in joints])
+    frame = LegFrame(
         name, np.array([axis.unit for axis in axes]) @ turn,
         np.array([axis.origin for axis in axes]) @ turn, foot.centre @ turn, foot.radius,
-        limits[:, 0] - at_zero, limits[:, 1] - at_zero, tuple(walking),
-        tuple(joint.name for joint in joints),
+        limits[:, 0], limits[:, 1], tuple(walking), tuple(joint.name for joint in joints),
     )  # fmt: skip
+    for k, place in sorted(_held(legs, index, walking, before).items(), reverse=True):
+        frame = with_joint_at(frame, k, place - legs.places.get(joints[k].name, 0.0))
+    return frame
 
 
-def _limits(legs: Legs, joint: Joint) -> tuple[float, float]:
-    """Return the limits of a joint [rad]; a joint with a place has only that."""
-    if joint.name in legs.places:
-        return legs.places[joint.name], legs.places[joint.name]
+def _held(
+    legs: Legs, index: int, walking: Sequence[int], before: Standing | None
+) -> dict[int, float]:
+    """Return the joints of a leg whose places are settled before the search [rad]."""
+    joints = legs.chains[index].joints
+    held = {k: legs.places[j.name] for k, j in enumerate(joints) if j.name in legs.places}
+    if before is not None:
+        held |= {k: float(before.angles[index][k]) for k in range(len(joints)) if k not in walking}
+    return held
+
+
+def _limits(joint: Joint) -> tuple[float, float]:
+    """Return the limits of a joint [rad]."""
     if joint.kind == "continuous":
         return -np.inf, np.inf
     return joint.limit("lower", 0.0), joint.limit("upper", 0.0)
