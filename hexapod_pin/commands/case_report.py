@@ -22,11 +22,14 @@ def run_and_report(
     html_path: Path | None,
     *,
     verdict: bool = False,
+    quick: bool = False,
     threads: int = 1,
 ) -> None:
     """Run a case with a progress bar; print the verdict on it and its torque table; write files.
 
-    With `verdict` compute its peaks again, so many runs at a time, once all files are written.
+    Where servo gains are assumed and the robot walks, run twice more to show what peaks owe to
+    them, unless `quick`. With `verdict` compute its peaks again, once all files are written. Both
+    so many runs at a time.
     Where the robot does not walk, exit with DOES_NOT_WALK: the reason, and what to change.
     """
     from hexapod_pin.commands.output_files import run_saving
@@ -48,6 +51,8 @@ def run_and_report(
 
         write_html(trace, html_path)
     whole = _print_budget(trace)
+    if whole and walk.walks and not quick and _assumes_gains(case):
+        typer.echo(_stiffness_line(case, trace, threads) + "\n")
     for path in (trace_path, html_path):
         if path is not None:
             typer.echo(f"wrote {path}")
@@ -59,6 +64,19 @@ def run_and_report(
 
 def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}."
+
+
+def _assumes_gains(case: Case) -> bool:
+    return case.scene.servos.assumed and not case.scene.prescribed
+
+
+def _stiffness_line(case: Case, trace: Trace, threads: int) -> str:
+    """Return how far the peak torque depends on assumed servo gains, with a progress bar."""
+    from hexapod_pin.commands.progress import progress_bar
+    from hexapod_pin.sweep.servo_stiffness import servo_stiffness
+
+    with progress_bar("softer and stiffer servos") as progress:
+        return servo_stiffness(case, trace, threads=threads, progress=progress).line
 
 
 def verdict_on_peaks(trace: Trace, threads: int) -> PeakVerdicts:

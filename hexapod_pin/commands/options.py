@@ -41,7 +41,14 @@ Verdict = Annotated[
         help="Compute the peaks again, finer and with stiffer contact and servos: which hold?",
     ),
 ]
-Threads = Annotated[int, typer.Option(help="Runs of the verdict at a time.")]
+Threads = Annotated[int, typer.Option(help="Runs at a time, of those that are repeated.")]
+Quick = Annotated[
+    bool,
+    typer.Option(
+        "--quick",
+        help="Leave out the two runs that show how far peaks depend on assumed servo gains.",
+    ),
+]
 FootRadius = Annotated[
     OptionalFloat,
     typer.Option(help="Radius of all foot spheres [m]; default: the URDF's own."),

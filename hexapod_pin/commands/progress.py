@@ -25,9 +25,7 @@ class ProgressBar:
 
     def stage(self, title: str) -> Callable[[float], None]:
         """Return a callable that shows the finished fraction of something else."""
-        return lambda fraction: self._bar.update(
-            self._task, description=title, completed=fraction
-        )
+        return lambda fraction: self._bar.update(self._task, description=title, completed=fraction)
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hexapod_pin.commands.options import NoHtml, OptionalPath, Threads, TraceOut, Verdict
+from hexapod_pin.commands.options import NoHtml, OptionalPath, Quick, Threads, TraceOut, Verdict
 
 
 def run(
@@ -16,6 +16,7 @@ def run(
     html: Annotated[Path, typer.Option(help="Playback file to write.")] = Path("run.html"),
     no_html: NoHtml = False,
     verdict: Verdict = False,
+    quick: Quick = False,
     threads: Threads = 1,
     code: Annotated[
         OptionalPath,
@@ -41,4 +42,6 @@ def run(
         f"case {case}: {settings.duration:g} s, digest {found.digest}"
     )
     title = f"running {settings.duration:g} s"
-    run_and_report(found, title, trace_path, html_path, verdict=verdict, threads=threads)
+    run_and_report(
+        found, title, trace_path, html_path, verdict=verdict, quick=quick, threads=threads
+    )

@@ -15,6 +15,7 @@ from hexapod_pin.commands.options import (
     OptionalFloat,
     OptionalPath,
     OptionalText,
+    Quick,
     Record,
     RobotName,
     Threads,
@@ -106,6 +107,7 @@ def walk(
         OptionalPath, typer.Option(help="Write the case too, for `hexapod-pin run`.")
     ] = None,
     verdict: Verdict = False,
+    quick: Quick = False,
     threads: Threads = 1,
     feet: Feet = None,
     foot_radius: FootRadius = None,
@@ -135,7 +137,7 @@ def walk(
     )  # fmt: skip
     if prescribed and not (kp is None and kd is None):
         raise ParameterError("--kp, --kd", kp or kd, "left out with --prescribed: no servo acts")
-    servo = Servo.from_effort(loaded, kp=kp, kd=kd)
+    servo = Servo.for_robot(loaded, kp=kp, kd=kd)
     laws = Contact.preset(contact).with_mu(mu)
     scene = Scene(loaded, contact=laws, servo=servo, prescribed=prescribed)
     _print_plan(loaded, chosen, why)
@@ -147,7 +149,9 @@ def walk(
     if case_path is not None:
         typer.echo(f"wrote {case.save(case_path)}")
     title = f"walking {duration:g} s"
-    run_and_report(case, title, trace_path, html_path, verdict=verdict, threads=threads)
+    run_and_report(
+        case, title, trace_path, html_path, verdict=verdict, quick=quick, threads=threads
+    )
 
 
 def _print_plan(robot: Robot, gait: Gait, stroke_source: str) -> None:

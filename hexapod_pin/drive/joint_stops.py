@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import NonNegativeFloat
 
+from hexapod_pin.drive.assumed_gains import assumed_gains
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
@@ -27,6 +28,15 @@ class JointStops(Spec):
     stiffness: NonNegativeFloat
     dissipation: NonNegativeFloat = 0.0
     assumed: bool = False
+
+    @classmethod
+    def for_robot(cls, robot: Robot, *, give: float = 0.01) -> JointStops:
+        """Return *assumed* stops as `from_effort`, of the effort that the default servos assume.
+
+        That is the largest effort where it is plausible, else what follows from weight and leg
+        length; see `assumed_gains`.
+        """
+        return cls(stiffness=assumed_gains(robot).effort / give, dissipation=0.3, assumed=True)
 
     @classmethod
     def from_effort(cls, robot: Robot, *, give: float = 0.01) -> JointStops:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from pydantic import NonNegativeFloat, field_validator, model_serializer
 
+from hexapod_pin.drive.assumed_gains import EFFORT_TIME, FULL_EFFORT_ERROR, assumed_gains
 from hexapod_pin.drive.motor import Motor
 from hexapod_pin.drive.per_joint import numbers_by_joint, values_by_joint
 from hexapod_pin.spec import Spec, require_factor
@@ -34,6 +36,7 @@ class Servo(Spec):
         motor: what gives the torque: one for all joints, or a mapping as for the gains, where
             joints left out have none; None: the torque follows without a limit in speed.
         assumed: whether the gains are this package's guess rather than the user's numbers.
+        rule: what assumed gains follow where that is not the effort; None: the effort.
     """
 
     kind: Literal["pd"] = "pd"
@@ -42,6 +45,7 @@ class Servo(Spec):
     limited: bool = True
     motor: Motor | dict[str, Motor] | None = None
     assumed: bool = False
+    rule: str | None = None
 
     @field_validator("kp", "kd", mode="before")
     @classmethod
@@ -65,7 +69,7 @@ class Servo(Spec):
         return {name: value for name, value in dump(self).items() if value is not None}
 
     def describe(self) -> str:
-        """Return the gains with their units, in words."""
+        """Return the gains with their units, in words; of sliding joints they are N/m, N s/m."""
         return f"kp {_text(self.kp)} N m/rad, kd {_text(self.kd)} N m s/rad"
 
     def gains(self, robot: Robot) -> tuple[Array, Array]:
@@ -107,16 +111,39 @@ class Servo(Spec):
         return self.model_copy(update=gains)
 
     @classmethod
+    def for_robot(cls, robot: Robot, *, kp: float | None = None, kd: float | None = None) -> Servo:
+        """Return the default servos of a robot: *assumed* gains where none are given.
+
+        They follow the effort (`from_effort`) where that is 1 to 20 times what standing takes, and
+        weight and leg length where it is not; `rule` says so. See `assumed_gains`.
+
+        Args:
+            robot: whose joints they drive.
+            kp: stiffness of all joints [N m/rad].
+            kd: damping of all joints [N m s/rad].
+
+        Raises:
+            ParameterError: a gain is negative or not finite.
+        """
+        found = assumed_gains(robot)
+        return cls(
+            kp=found.kp if kp is None else kp,
+            kd=found.kd if kd is None else kd,
+            assumed=kp is None or kd is None,
+            rule=found.rule if kp is None or kd is None else None,
+        )
+
+    @classmethod
     def from_effort(
         cls,
         robot: Robot,
         *,
         kp: float | None = None,
         kd: float | None = None,
-        error: float = 0.025,
-        time: float = 0.02,
+        error: float = FULL_EFFORT_ERROR,
+        time: float = EFFORT_TIME,
     ) -> Servo:
-        """Return servos with *assumed* gains where none are given.
+        """Return servos with *assumed* gains from the largest effort, however plausible that is.
 
         Neither paper gives gains. A hobby servo reaches its full torque within a few degrees of
         error; 0.025 rad is 1.4 degrees.
@@ -140,6 +167,10 @@ class Servo(Spec):
         )
 
 
+MOST_NAMED = 6
+"""Most gains of a mapping that are told one by one."""
+
+
 def _scaled(gain: Gain, factor: float) -> Gain:
     if isinstance(gain, dict):
         return {key: factor * value for key, value in gain.items()}
@@ -149,6 +180,9 @@ def _scaled(gain: Gain, factor: float) -> Gain:
 
 
 def _text(gain: float | Mapping[str, float] | tuple[float, ...]) -> str:
+    if isinstance(gain, Mapping) and len(gain) > MOST_NAMED:
+        counts = Counter(gain.values()).items()
+        return ", ".join(f"{value:g} ({count} joints)" for value, count in counts)
     if isinstance(gain, Mapping):
         return ", ".join(f"{key} {value:g}" for key, value in gain.items())
     if isinstance(gain, tuple):

@@ -71,9 +71,7 @@ def _recorded(attributes: Mapping[str, Any]) -> tuple[str, ...] | None:
     return None if told is None else recorded_groups(str(told).split(", "))
 
 
-def _from_arrays(
-    arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ...] | None
-) -> Trace:
+def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ...] | None) -> Trace:
     """Build a trace from the variables of a file and the groups that it holds, None for all."""
     prefix = "energy_"
     stored = (name for name in arrays if name.startswith(prefix) and name != "energy_residual")

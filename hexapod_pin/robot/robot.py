@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from hexapod_pin.arrays import Array, digest, read_only
 from hexapod_pin.errors import UnknownNameError, UrdfError
-from hexapod_pin.robot.description.urdf_check import check_urdf
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, read_urdf
 from hexapod_pin.robot.loading.feet import Foot, place_feet
 from hexapod_pin.robot.loading.limbs import Leg, find_limbs
@@ -22,6 +21,7 @@ from hexapod_pin.robot.loading.pin_model import build_model, joints_in_order
 from hexapod_pin.robot.loading.posture import Posture, joint_angles, standing_angles
 from hexapod_pin.robot.loading.provenance import read_provenance
 from hexapod_pin.robot.loading.stated_legs import stated_limbs, stated_places
+from hexapod_pin.robot.mending.urdf_check import check_urdf
 from hexapod_pin.robot.scratch_data import scratch_data
 from hexapod_pin.robot.state import State, checked_state
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hexapod_pin.errors import ParameterError, UrdfError
-from hexapod_pin.robot.description.urdf_check import structure_findings
 from hexapod_pin.robot.description.urdf_file import UrdfFile, read_urdf
 from hexapod_pin.robot.loading.limbs import Leg, leg_chains
+from hexapod_pin.robot.mending.structure_findings import structure_findings
 from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot, urdf_path
 
 

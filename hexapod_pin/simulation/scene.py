@@ -39,9 +39,9 @@ class Scene:
         robot: the robot.
         terrain: the ground.
         contact: laws between feet and ground; default `Contact.accurate()`, *assumed* numbers.
-        servo: joint servos; default `Servo.from_effort(robot)`, *assumed* gains.
+        servo: joint servos; default `Servo.for_robot(robot)`, *assumed* gains.
         gravity: acceleration [m/s^2], world axes; tilt it to stand on a slope.
-        stops: what holds the joints in their range; default `JointStops.from_effort(robot)`,
+        stops: what holds the joints in their range; default `JointStops.for_robot(robot)`,
             *assumed* numbers.
         loads: payloads, pushes and lost legs.
         body_contact: whether the ground pushes the trunk's corners (`trunk_points`) as it pushes
@@ -71,9 +71,9 @@ class Scene:
             UnknownNameError: a load on a link or leg that the robot does not have.
         """
         if self.servo is None:
-            object.__setattr__(self, "servo", Servo.from_effort(self.robot))
+            object.__setattr__(self, "servo", Servo.for_robot(self.robot))
         if self.stops is None:
-            object.__setattr__(self, "stops", JointStops.from_effort(self.robot))
+            object.__setattr__(self, "stops", JointStops.for_robot(self.robot))
         gravity = tuple(float(g) for g in self.gravity)
         if len(gravity) != 3 or not all(math.isfinite(g) for g in gravity):
             raise ParameterError("Scene.gravity", self.gravity, "three finite numbers [m/s^2]")
@@ -96,12 +96,12 @@ class Scene:
     @property
     def servos(self) -> Servo:
         """The joint servos (never None)."""
-        return self.servo or Servo.from_effort(self.robot)
+        return self.servo or Servo.for_robot(self.robot)
 
     @property
     def joint_stops(self) -> JointStops:
         """What holds the joints in their range (never None)."""
-        return self.stops or JointStops.from_effort(self.robot)
+        return self.stops or JointStops.for_robot(self.robot)
 
     @property
     def total_mass(self) -> float:
@@ -130,7 +130,8 @@ class Scene:
         if self.contact.assumed:
             found.append(f"contact: {self.contact.assumed}")
         if self.servos.assumed and not self.prescribed:
-            found.append(f"servo gains: {self.servos.describe()}")
+            rule = "" if self.servos.rule is None else f" ({self.servos.rule})"
+            found.append(f"servo gains: {self.servos.describe()}{rule}")
         stops = self.joint_stops.assumed and self.joint_stops.stiffness > 0.0
         if stops and not self.prescribed:
             found.append(

@@ -193,9 +193,7 @@ def live_run(
     """
     refuse_commands(scene.prescribed, "where a run is commanded at ticks")
     points = waiting(start.q[7:], gait, end)
-    run = NativeRun(
-        scene, how, start, points, controller=controller, record=record, groups=groups
-    )
+    run = NativeRun(scene, how, start, points, controller=controller, record=record, groups=groups)
     if not start.command.size:
         LockStep([run]).command(Command(start.q[None, 7:]), 0.0)
     return run

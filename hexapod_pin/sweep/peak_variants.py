@@ -49,6 +49,11 @@ def cuts_torque(scene: Scene) -> bool:
     return not scene.prescribed and (servo.limited or servo.motor is not None)
 
 
+def with_servos(case: Case, factor: float) -> Case:
+    """Return the case with servos of `factor` times the stiffness; see `Servo.stiffer`."""
+    return replace(case, scene=replace(case.scene, servo=case.scene.servos.stiffer(factor)))
+
+
 def _finer(case: Case) -> Variant:
     """Return the case at a tenth of its accuracy, or of its step.
 
@@ -101,8 +106,8 @@ def _stiffer_servo(case: Case, baseline: str, at: str) -> Variant:
     elif not before.gains(scene.robot)[0].any():
         reason = "no servo stiffness: kp = 0"
     else:
-        after = before.stiffer(STIFFER)
+        changed = with_servos(case, STIFFER)
+        after = changed.scene.servos
         text = f"{after.describe()} instead of {before.describe()}, kd/kp kept; at {at}"
-        changed = replace(case, scene=replace(scene, servo=after))
         return Recomputation(SERVO, title, text, baseline), changed
     return Recomputation(SERVO, title, "", baseline, unneeded=reason), None

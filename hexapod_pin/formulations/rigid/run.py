@@ -120,7 +120,7 @@ def simulate(
         model: robot and ground.
         controller: gives the set-points.
         duration: simulated time [s].
-        servo: gains; default `Servo.from_effort(robot)`, *assumed*.
+        servo: gains; default `Servo.for_robot(robot)`, *assumed*.
         step: integration step [s], cut short at events.
         sample: time between samples [s].
         initial: state at t = 0; default standing on level ground at the first set-point.
@@ -137,7 +137,7 @@ def simulate(
         if not (np.isfinite(value) and value > 0.0):
             raise ParameterError(name, value, "finite and above 0 s")
     plan = controller.plan(model.robot, duration + sample)
-    servo = servo or Servo.from_effort(model.robot)
+    servo = servo or Servo.for_robot(model.robot)
     check_plain_drives(model.robot, servo, "rigid contact")
     stepper = ConstrainedStepper(model, servo, SetPoints(plan))
     start = standing_state(model, plan.q[0]) if initial is None else initial

@@ -131,7 +131,7 @@ def _chosen(
     """Return the middle line, which of its ends is the front, and what tells that."""
     if named is not None:
         flat = plane @ named[0]
-        flat = flat / np.linalg.norm(flat)
+        flat = flat / max(float(np.linalg.norm(flat)), 1e-300)
         line = max(lines, key=lambda line: abs(_along(line, flat)))
         if abs(_along(line, flat)) >= math.cos(AGREE):
             return (

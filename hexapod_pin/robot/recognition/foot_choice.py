@@ -9,13 +9,11 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
-from hexapod_pin.robot.description.urdf_file import UrdfFile
+from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.recognition.feet import (
     FoundFoot,
     bare_foot,
     frame_foot,
-    grouped,
-    off_tip,
     shape_foot,
     trusted_frames,
 )
@@ -53,7 +51,7 @@ def provisional_feet(
         return _sized(_given_feet(file, legs, names, given), radius)
     if (frames := trusted_frames(file, legs.frames, legs.bodies)) is not None:
         return _sized([_trusted(file, legs, frames[c.label]) for c in legs.chains], radius)
-    return _sized(_found(file, legs, names, downs), radius)
+    return _sized(_found(file, legs, names, downs), radius, downs)
 
 
 def standing_feet(
@@ -78,23 +76,7 @@ def standing_feet(
     found = _found(file, legs, names, downs)
     kept = [old if _stays(old, body.empty) else new
             for old, new, body in zip(before, found, legs.bodies, strict=True)]  # fmt: skip
-    return _sized(kept, radius)
-
-
-def feet_text(file: UrdfFile, legs: Legs, names: Sequence[str], feet: Feet) -> list[str]:
-    """Return what is inferred about feet, a sentence for the legs that share it."""
-    rules, frames, lost = {}, {}, {}
-    for name, body, foot in zip(names, legs.bodies, feet, strict=True):
-        reach = float(np.linalg.norm(body.axis.arm(foot.centre))) + foot.radius
-        size = f"{1e3 * reach:.1f} mm from the last joint, radius {1e3 * foot.radius:.1f} mm"
-        rules[name] = f"{size}: {foot.rule}" if foot.rule else ""
-        frames[name] = off_tip(file, legs.frames, body, foot)
-        lost[name] = body.lost[0] if body.lost and not body.empty else ""
-    return [
-        *(f"feet of {who}: {rule}" for who, rule in grouped(rules)),
-        *(f"foot of {who}: {text}" for who, text in grouped(frames)),
-        *(f"a shape of {who} is not used: {text}" for who, text in grouped(lost)),
-    ]
+    return _sized(kept, radius, downs)
 
 
 def _found(
@@ -152,14 +134,27 @@ def _stays(foot: FoundFoot, shapeless: bool) -> bool:
     return shapeless or (foot.own and foot.rule not in ("", "collision sphere"))
 
 
-def _sized(feet: Sequence[FoundFoot], radius: float | None) -> Feet:
-    """Return the feet with the radius that the user gives, if any."""
-    return tuple(foot if radius is None else replace(foot, radius=float(radius)) for foot in feet)
+def _sized(
+    feet: Sequence[FoundFoot], radius: float | None, downs: Sequence[Array] | None = None
+) -> Feet:
+    """Return the feet with the radius that the user gives, if any: tips of shapes stay in place."""
+    if radius is None:
+        return tuple(feet)
+    ways = [np.zeros(3)] * len(feet) if downs is None else downs
+    return tuple(
+        replace(
+            foot,
+            radius=float(radius),
+            centre=foot.centre if foot.own else foot.centre + (foot.radius - radius) * down,
+        )
+        for foot, down in zip(feet, ways, strict=True)
+    )
 
 
-def _unturned(joints: Sequence[object], legs: Legs, angles: Array, down: Array) -> Array:
+def _unturned(joints: Sequence[Joint], legs: Legs, angles: Array, down: Array) -> Array:
     """Return the downward direction of a posture in the last body's place at q = 0. Shape (3,)."""
     for joint, angle in zip(joints, angles, strict=True):
-        unit = legs.frames.axes[joint.name].unit  # type: ignore[attr-defined]
-        down = turned_about(Axis(np.zeros(3), unit), down, -float(angle))
+        unit = legs.frames.axes[joint.name].unit
+        moved = float(angle) - legs.places.get(joint.name, 0.0)
+        down = turned_about(Axis(np.zeros(3), unit), down, -moved)
     return down

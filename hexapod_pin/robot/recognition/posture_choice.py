@@ -64,8 +64,11 @@ def joint_order(file: UrdfFile) -> list[str]:
 def stand(
     file: UrdfFile, legs: Legs, names: Sequence[str], feet: Sequence[FoundFoot],
     walking: Sequence[int], turn: Array, stated: Mapping[str, float], trunk_low: float | None,
+    before: Standing | None = None,
 ) -> Standing:  # fmt: skip
     """Return the angles of all legs: the stated ones where they are complete, else searched ones.
+
+    `before` is what was found with other feet: joints that do not walk stay as they are there.
 
     Raises:
         UrdfError: a walking joint without a range, or no posture on level feet.
@@ -79,7 +82,7 @@ def stand(
     if findings := [text for chain in chains for j in chain.joints if (text := _no_range(j))]:
         raise UrdfError(file.source, findings)
     frames = [
-        _frame(legs, k, name, foot, walking, turn)
+        _frame(legs, k, name, foot, walking, turn, before)
         for k, (name, foot) in enumerate(zip(names, feet, strict=True))
     ]
     try:
@@ -88,19 +91,26 @@ def stand(
         raise UrdfError(file.source, [f"no standing posture: {error}"]) from error
     angles = []
     for chain, searched in zip(chains, found.angles, strict=True):
-        given = [stated.get(j.name, q) for j, q in zip(chain.joints, searched, strict=True)]
+        given = [
+            stated.get(joint.name, q + legs.places.get(joint.name, 0.0))
+            for joint, q in zip(chain.joints, searched, strict=True)
+        ]
         angles.append(np.array(given, dtype=float))
     return Standing(tuple(angles), found.reason)
 
 
 def _frame(
-    legs: Legs, index: int, name: str, foot: FoundFoot, walking: Sequence[int], turn: Array
-) -> LegFrame:
+    legs: Legs, index: int, name: str, foot: FoundFoot, walking: Sequence[int], turn: Array,
+    before: Standing | None,
+) -> LegFrame:  # fmt: skip
     """Return a leg in trunk axes as the search of a posture takes it."""
     joints = legs.chains[index].joints
     axes = [legs.frames.axes[joint.name] for joint in joints]
     limits = np.array([_limits(legs, joint) for joint in joints])
-    at_zero = np.array([0.0 if j.name not in legs.places else legs.places[j.name] for j in joints])
+    if before is not None:
+        held = [k for k in range(len(joints)) if k not in walking]
+        limits[held] = before.angles[index][held, None]
+    at_zero = np.array([legs.places.get(joint.name, 0.0) for joint in joints])
     return LegFrame(
         name, np.array([axis.unit for axis in axes]) @ turn,
         np.array([axis.origin for axis in axes]) @ turn, foot.centre @ turn, foot.radius,

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array, read_only
-from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.errors import UnknownNameError, UrdfError
 from hexapod_pin.robot.description.leg_names import leg_names, leg_of_chain
-from hexapod_pin.robot.description.urdf_file import UrdfFile
+from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.loading.provenance import read_provenance
 from hexapod_pin.robot.recognition.directions import (
     Forward,
@@ -21,7 +21,8 @@ from hexapod_pin.robot.recognition.directions import (
     hip_points,
 )
 from hexapod_pin.robot.recognition.feet import FoundFoot, local
-from hexapod_pin.robot.recognition.foot_choice import feet_text, provisional_feet, standing_feet
+from hexapod_pin.robot.recognition.foot_choice import provisional_feet, standing_feet
+from hexapod_pin.robot.recognition.foot_words import feet_text
 from hexapod_pin.robot.recognition.hints import RobotHints
 from hexapod_pin.robot.recognition.layout import LegLayout, RobotLayout
 from hexapod_pin.robot.recognition.leg_choice import Legs, choose_legs
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
 def recognise(file: UrdfFile, finder: ResourceFinder, hints: RobotHints) -> RobotLayout:
     """Return the robot in a URDF: which way is forward, its legs and feet, how it stands.
 
+    A robot that has no legs to walk with but feet that are given has a layout without legs.
+
     Args:
         file: a URDF, as read; only its tree need be sound.
         finder: of its meshes.
@@ -52,8 +55,13 @@ def recognise(file: UrdfFile, finder: ResourceFinder, hints: RobotHints) -> Robo
     own = read_provenance(file).posture
     stated = stated_posture(file, own, hints.posture)
     held = _checked_held(file, hints.held or {})
-    legs = choose_legs(file, finder, hints.legs, held)
-    up = find_up(legs.chains, legs.frames, legs.tips, file.base)
+    try:
+        legs = choose_legs(file, finder, hints.legs, held)
+    except UrdfError:
+        if hints.feet is None or hints.legs is not None:
+            raise
+        return RobotLayout(read_only(np.eye(3)), (), posture=stated)
+    up = find_up(legs.chains, legs.frames, legs.tips, stated, file.base)
     forward, says = _forward(file, legs, up, hints)
     legs, names = _named(legs, forward.turn)
     walking, surplus = walking_joints(legs.chains, legs.frames, legs.tips, up.unit)
@@ -64,7 +72,7 @@ def recognise(file: UrdfFile, finder: ResourceFinder, hints: RobotHints) -> Robo
         lower = standing_feet(file, legs, names, feet, standing.angles, -up.unit, hints.foot_radius)
         if _moved(feet, lower):
             feet = lower
-            standing = stand(file, legs, names, feet, walking, forward.turn, stated, low)
+            standing = stand(file, legs, names, feet, walking, forward.turn, stated, low, standing)
     texts = [*says, *([surplus] if surplus else []), *feet_text(file, legs, names, feet)]
     return _layout(file, legs, names, feet, walking, forward.turn, standing, texts)
 
@@ -88,9 +96,9 @@ def _forward(file: UrdfFile, legs: Legs, up: Up, hints: RobotHints) -> tuple[For
     return forward, [up.reason] * bool(up.unit[2] < 1) + [forward.reason]
 
 
-def _habit_name(joints: Sequence[object]) -> str | None:
+def _habit_name(joints: Sequence[Joint]) -> str | None:
     """Return the leg that the names of three joints tell by an old habit."""
-    names = [joint.name for joint in joints]  # type: ignore[attr-defined]
+    names = [joint.name for joint in joints]
     return leg_of_chain((names[0], names[1], names[2])) if len(names) == 3 else None
 
 
@@ -156,7 +164,9 @@ def _layout(
     walking: Sequence[int], turn: Array, standing: Standing, texts: Sequence[str],
 ) -> RobotLayout:  # fmt: skip
     """Return what was found as data."""
-    leg_layouts, posture, held = [], {}, dict(legs.places)
+    leg_layouts: list[LegLayout] = []
+    posture: dict[str, float] = {}
+    held = dict(legs.places)
     taken = set(file.link_by_name)
     for name, chain, foot, angles in zip(names, legs.chains, feet, standing.angles, strict=True):
         by_name = dict(zip((j.name for j in chain.joints), angles.tolist(), strict=True))

@@ -1,0 +1,139 @@
+"""Default gains: from the effort where that is plausible, else from weight and leg length."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.drive.assumed_gains import (
+    PLAUSIBLE,
+    SAG,
+    assumed_gains,
+    leg_length,
+    settling_time,
+    sliding,
+)
+from hexapod_pin.robot.standing_torque import standing_torque
+
+
+def with_effort(folder: Path, effort: float) -> hp.Robot:
+    """Return kharagpur with another effort [N m] at every joint."""
+    path = folder / f"effort_{effort:g}.urdf"
+    text = hp.urdf_path("kharagpur").read_text()
+    path.write_text(text.replace('effort="6"', f'effort="{effort:g}"'))
+    return hp.load_robot(path)
+
+
+def with_springs() -> hp.Robot:
+    """Return kharagpur's data on six foot springs: a sliding joint along each tibia."""
+    import pinocchio as pin
+
+    text = hp.urdf_path("kharagpur").read_text()
+    text, count = re.subn(
+        r'(<joint name="\w\w_foot_joint" type=")fixed(">)',
+        r'\1prismatic\2<axis xyz="1 0 0"/>'
+        r'<limit lower="-0.01" upper="0.01" effort="50" velocity="1"/>',
+        text,
+    )
+    assert count == 6
+    model, robot = (
+        pin.buildModelFromXML(text, pin.JointModelFreeFlyer()),
+        hp.load_robot("kharagpur"),
+    )
+    names = tuple(model.names[2:])
+    feet = [replace(foot, joint=f"{foot.name}_joint", offset=np.zeros(3)) for foot in robot.feet]
+
+    def wider(values: np.ndarray, other: float) -> np.ndarray:
+        found = dict(zip(robot.joint_names, values.tolist(), strict=True))
+        return np.array([found.get(name, other) for name in names])
+
+    return replace(
+        robot, model=model, joint_names=names, feet=tuple(feet),
+        effort=wider(robot.effort, 50.0), posture=wider(robot.posture, 0.0),
+    )  # fmt: skip
+
+
+def test_foot_springs_get_their_own_gains() -> None:
+    """Half of the weight on a spring less the foot: 0.01 of the leg's length; turning as before."""
+    robot = with_springs()
+    gains, plain = assumed_gains(robot), assumed_gains(hp.load_robot("kharagpur"))
+    spring, turning = "lm_foot_joint", "lm_femur_joint"
+    assert isinstance(gains.kp, dict) and isinstance(gains.kd, dict)
+    assert (gains.kp[turning], gains.kd[turning]) == (plain.kp, plain.kd)
+    force = 0.5 * 9.81 * robot.total_mass
+    assert gains.kp[spring] == pytest.approx(force / (0.01 * leg_length(robot)), rel=1e-3)
+    time = 2.0 * math.sqrt(0.01 * leg_length(robot) / 9.81)
+    assert gains.kd[spring] / gains.kp[spring] == pytest.approx(time, rel=1e-12)
+    assert gains.rule is not None and gains.rule.startswith("sliding joints give way by 3 mm")
+    kp, _ = hp.Servo.for_robot(robot).gains(robot)
+    assert kp.tolist() == [gains.kp[name] for name in robot.joint_names]
+
+
+@pytest.mark.parametrize("name", ["kharagpur", "athena"])
+def test_built_in_robots_keep_their_gains_to_the_bit(name: str) -> None:
+    robot = hp.load_robot(name)
+    assert hp.Servo.for_robot(robot) == hp.Servo.from_effort(robot) == hp.Scene(robot).servo
+    assert hp.JointStops.for_robot(robot) == hp.JointStops.from_effort(robot)
+
+
+@pytest.mark.parametrize("effort", [10000.0, 1000.0, 0.05])
+def test_absurd_efforts_do_not_make_gains(effort: float, tmp_path: Path) -> None:
+    """The same gains whatever the effort: 1.65 N m / 0.01 rad; critical for half of the mass."""
+    robot = with_effort(tmp_path, effort)
+    servo, load = hp.Scene(robot).servos, float(max(standing_torque(robot)))
+    assert servo.kp == pytest.approx(load / 0.01, rel=1e-12)
+    mass, arm = 0.5 * robot.total_mass, load / (0.5 * robot.total_mass * 9.81)
+    assert servo.kd == pytest.approx(2.0 * math.sqrt(servo.kp * mass * arm**2), rel=1e-12)
+    assert servo.assumed and servo.rule is not None and f"effort of {effort:g} N m" in servo.rule
+    assert any("from weight and leg length" in line for line in hp.Scene(robot).assumed)
+    assert hp.JointStops.for_robot(robot).stiffness == pytest.approx(2.5 * servo.kp, rel=1e-12)
+
+
+def test_the_border_is_where_the_load_of_standing_is(tmp_path: Path) -> None:
+    load = float(max(standing_torque(hp.load_robot("kharagpur"))))
+    for share, plausible in ((0.99, False), (1.01, True), (19.9, True), (20.1, False)):
+        rule = assumed_gains(with_effort(tmp_path, share * load)).rule
+        assert (rule is None) is plausible
+    assert PLAUSIBLE == (1.0, 20.0)
+
+
+def test_a_robot_of_absurd_effort_stands_with_the_sag_that_is_promised(tmp_path: Path) -> None:
+    """On six feet without friction each carries a sixth, not half: about a third of 0.01 rad."""
+    contact = hp.Contact.accurate().with_mu(1e-4)
+    scene = hp.Scene(with_effort(tmp_path, 10000.0), contact=contact)
+    trace = hp.simulate(scene, hp.HoldPosture(), duration=1.0)
+    sag = np.abs(trace.q[-1, 7:] - trace.q_ref[-1])
+    assert SAG / 4.0 < sag.max() < SAG / 2.5
+    assert np.abs(trace.v[-1]).max() < 1e-3  # damped
+
+
+def test_given_gains_are_kept_and_scenes_written_and_read(tmp_path: Path) -> None:
+    robot = with_effort(tmp_path, 10000.0)
+    servo = hp.Servo.for_robot(robot, kp=50.0, kd=1.0)
+    assert (servo.kp, servo.kd, servo.assumed, servo.rule) == (50.0, 1.0, False, None)
+    half = hp.Servo.for_robot(robot, kp=50.0)
+    assert half.assumed and half.kd == assumed_gains(robot).kd
+    scene = hp.Scene(robot)
+    assert hp.Scene.from_toml(scene.to_toml()).servos == scene.servos
+    assert "rule" not in hp.Scene(hp.load_robot("kharagpur")).to_toml()
+
+
+def test_leg_length_and_settling_time() -> None:
+    """Kharagpur: coxa, femur and tibia of [S2]; kd / kp = 2 sqrt(0.01 r / g)."""
+    robot = hp.load_robot("kharagpur")
+    lengths = [
+        np.linalg.norm(
+            robot.model.jointPlacements[robot.model.getJointId(f"lm_{part}_joint")].translation
+        )
+        for part in ("femur", "tibia")
+    ]
+    tip = np.linalg.norm(robot.foot("lm_foot").offset)
+    assert leg_length(robot) == pytest.approx(sum(lengths) + tip, rel=1e-12)
+    assert settling_time(0.0981) == pytest.approx(0.02, rel=1e-12)
+    assert not sliding(robot).any()
