@@ -127,7 +127,7 @@ def standing_score(measure: LegMeasure, q: Array, clearance: Array) -> Array:
     along = (thigh * chord).sum(axis=-1) / (chord * chord).sum(axis=-1)
     down = thigh[..., 2] <= along * chord[..., 2]
     folded = (thigh * (tip - measure.hip))[..., :2].sum(axis=-1) < 0.0
-    return score - KNEE_DOWN * down - FOLDED * folded
+    return np.asarray(score - KNEE_DOWN * down - FOLDED * folded)
 
 
 def walking_bound(measure: LegMeasure, q: Array) -> Array:
