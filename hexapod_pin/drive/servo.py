@@ -131,7 +131,8 @@ class Servo(Spec):
         Raises:
             ParameterError: a gain is negative or not finite.
         """
-        effort = float(robot.effort.max()) if robot.effort.size else 0.0
+        efforts = robot.effort[robot.turning]
+        effort = float(efforts.max()) if efforts.size else 0.0
         stiffness = effort / error
         return cls(
             kp=stiffness if kp is None else kp,

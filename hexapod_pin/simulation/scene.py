@@ -131,12 +131,9 @@ class Scene:
             found.append(f"contact: {self.contact.assumed}")
         if self.servos.assumed and not self.prescribed:
             found.append(f"servo gains: {self.servos.describe()}")
-        stops = self.joint_stops.assumed and self.joint_stops.stiffness > 0.0
+        stops = self.joint_stops.assumed and self.joint_stops.stiffnesses(self.robot).any()
         if stops and not self.prescribed:
-            found.append(
-                f"joint stops: {self.joint_stops.stiffness:g} N m/rad, "
-                f"{self.joint_stops.dissipation:g} s/rad"
-            )
+            found.append(f"joint stops: {self.joint_stops.describe()}")
         found += [
             f"payload of {load.mass:g} kg on {load.link}: a point mass"
             for load in self.loads

@@ -17,7 +17,6 @@ MAX_MOVED_JOINTS = 300
 
 JOINT_TYPE_REMEDY = {
     "continuous": "make it revolute and give it lower and upper limits",
-    "prismatic": "sliding joints are not simulated; make it fixed",
     "planar": "not simulated; use revolute or fixed joints",
     "floating": "only the base floats, without a joint in the file; remove it or make it fixed",
 }

@@ -19,7 +19,7 @@ from xml.etree.ElementTree import Element
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, attribute
-from hexapod_pin.robot.loading.limbs import Leg, Limbs
+from hexapod_pin.robot.loading.limbs import TURNING, Leg, Limbs
 
 MIN_LEGS, MAX_LEGS = 4, 8
 """Legs of a robot that walks."""
@@ -102,8 +102,7 @@ def _leg_findings(file: UrdfFile, leg: Leg) -> list[str]:
     if [name for name in names if name in leg.joints] != list(leg.joints):
         text = f"joints {' '.join(leg.joints)} are not in this order among those that move"
         found.append(f"{where}: {text} foot {leg.foot!r}: {' '.join(names) or 'none'}")
-    turning = ("revolute", "continuous")
-    slides = [x.name for x in above if x.name in leg.joints and x.kind not in turning]
+    slides = [x.name for x in above if x.name in leg.joints and x.kind not in TURNING]
     found += [f"{where}: joint {name!r} does not turn; state it as <held>" for name in slides]
     return found
 
