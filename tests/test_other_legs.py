@@ -14,6 +14,7 @@ from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.named_gait import default_gait, named_gait
 from hexapod_pin.control.six_legs import leg_order, six_legs
 from hexapod_pin.errors import GaitError, ParameterError
+from hexapod_pin.robot.leg_bodies import leg_bodies
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 
 STEP = {"stroke": 0.04, "cycle_time": 1.0}
@@ -138,3 +139,27 @@ def test_robust_needs_legs_of_three_joints(tmp_path: Path) -> None:
     scene = hp.Scene(load(legged(joints=2), tmp_path), servo=SERVO)
     with pytest.raises(ParameterError, match="legs of three joints"):
         hp.simulate(scene, hp.HoldPosture(), duration=0.01, method="robust", step=1e-3)
+
+
+def test_foot_control_takes_no_held_joints(tmp_path: Path) -> None:
+    robot = load(legged(pan=True), tmp_path)
+    with pytest.raises(
+        GaitError, match="FootControl takes no robot with held joints; .* pan_joint"
+    ):
+        hp.simulate(hp.Scene(robot), hp.FootControl(hp.Gait.tetrapod(**STEP)), duration=1.0)
+
+
+def test_links_beyond_held_joints_are_checked_for_clearance(tmp_path: Path) -> None:
+    """Capsules of coxa, femur, tibia and tarsus from joint to joint, and the foot's sphere."""
+    bodies = leg_bodies(load(legged(tarsus=0.4), tmp_path))
+    shapes = {shape.name.split()[1]: shape for shape in bodies.geometry.geometryObjects}
+    for part, length in {
+        "coxa": COXA,
+        "femur": FEMUR,
+        "tibia": TIBIA / 2,
+        "tarsus": TIBIA / 2,
+    }.items():
+        capsule = shapes[f"rr_{part}"]
+        assert 2.0 * capsule.geometry.halfLength == pytest.approx(length, abs=1e-12)
+        np.testing.assert_allclose(capsule.placement.translation, [length / 2, 0, 0], atol=1e-12)
+    assert ("lf_tarsus", "rr_foot") in bodies.pairs

@@ -97,7 +97,7 @@ def _leg_findings(file: UrdfFile, leg: Leg) -> list[str]:
         found.append(text)
     if leg.foot not in file.link_by_name:
         return [*found, f"{where}: no foot link {leg.foot!r}"]
-    above = _moved_above(file, leg.foot)
+    above = moved_joints_above(file, leg.foot)
     names = [joint.name for joint in above]
     if [name for name in names if name in leg.joints] != list(leg.joints):
         text = f"joints {' '.join(leg.joints)} are not in this order among those that move"
@@ -123,7 +123,7 @@ def _count_findings(legs: Sequence[Leg]) -> list[str]:
     return found
 
 
-def _moved_above(file: UrdfFile, link: str) -> list[Joint]:
+def moved_joints_above(file: UrdfFile, link: str) -> list[Joint]:
     """Return the moved joints between the base and a link, from the base outwards."""
     by_child = {joint.child: joint for joint in file.joints}
     above = []
