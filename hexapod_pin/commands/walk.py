@@ -36,7 +36,7 @@ def walk(
     gait: Annotated[
         OptionalText,
         typer.Option(
-            help="tripod, ripple, tetrapod (S2) or wave; default tetrapod, with 4, 5 or 7 legs wave."
+            help="tripod, ripple, tetrapod (S2) or wave; default tetrapod; 4, 5 or 7 legs: wave."
         ),
     ] = None,
     stroke: Annotated[
@@ -132,8 +132,8 @@ def walk(
     case_path = None if save_case is None else writable("--save-case", save_case)
     loaded = load_robot(robot, feet=foot_names(feet), foot_radius=foot_radius)
     chosen, why = feasible_gait(
-        loaded, gait or default_gait(loaded), stroke, cycle_time=cycle, heading=math.radians(heading),
-        turn_rate=math.radians(turn), **given(duty=duty, lift=lift),
+        loaded, gait or default_gait(loaded), stroke, cycle_time=cycle,
+        heading=math.radians(heading), turn_rate=math.radians(turn), **given(duty=duty, lift=lift),
     )  # fmt: skip
     if prescribed and not (kp is None and kd is None):
         raise ParameterError("--kp, --kd", kp or kd, "left out with --prescribed: no servo acts")

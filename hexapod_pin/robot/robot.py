@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array, digest, read_only
 from hexapod_pin.errors import UnknownNameError, UrdfError
@@ -87,6 +88,12 @@ class Robot:
     urdf: str = field(repr=False)
     digest: str = field(repr=False)
     held: Mapping[str, float] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def turning(self) -> NDArray[np.bool_]:
+        """Which joints turn; the others slide: their units are m, N and m/s. Shape (n_joints,)."""
+        joints = [self.model.joints[self.model.getJointId(name)] for name in self.joint_names]
+        return np.array([np.any(joint.createData().S[3:]) for joint in joints], dtype=bool)
 
     def leg(self, name: str) -> Leg:
         """Return a leg by name; UnknownNameError lists the known ones."""

@@ -16,7 +16,6 @@ KEPT_NAME = "root_joint"
 
 JOINT_TYPE_REMEDY = {
     "continuous": "make it revolute and give it lower and upper limits",
-    "prismatic": "sliding joints are not simulated; make it fixed",
     "planar": "not simulated; use revolute or fixed joints",
     "floating": "only the base floats, without a joint in the file; remove it or make it fixed",
 }
@@ -24,7 +23,6 @@ JOINT_TYPE_REMEDY = {
 
 MEND_OF_TYPE = {
     "continuous": "revolute with assumed limits; a wheel-leg of one joint is left: none for it",
-    "prismatic": "made fixed where it is at zero",
     "planar": "made fixed where it is at zero",
     "floating": "dropped with the link above it if that is an empty root, else made fixed",
 }
