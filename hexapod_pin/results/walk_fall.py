@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,9 @@ OFF_GROUND = 0.1
 """Time without any loaded foot that is a fall [s] (*assumed*): a walk always stands on some."""
 
 
+_TIPPED = f"tipped over by {math.degrees(TIPPED):.0f} degrees"
+
+
 @dataclass(frozen=True)
 class Fall:
     """A fall.
@@ -39,28 +43,38 @@ class Fall:
 def find_fall(trace: Trace) -> Fall | None:
     """Return the first fall of a run; None of a robot that stays on its feet.
 
-    Up is the mean normal of the ground under the feet, so that slopes count as level.
+    Up is the mean normal of the ground under the feet, so that slopes count as level. Where
+    contacts were not recorded, it is against gravity, and only tipping over is seen.
     """
     if not trace.foot_names:
         return None
+    if "contacts" not in trace.recorded:
+        gravity = np.asarray(trace.meta.get("gravity", (0.0, 0.0, -9.81)), dtype=float)
+        up = np.broadcast_to(-gravity / np.linalg.norm(gravity), (len(trace.time), 3))
+        return _first(trace.time, {_TIPPED: _tilt(trace.q, up) > TIPPED})
     up = trace.foot_normal.mean(axis=1)
     up = up / np.linalg.norm(up, axis=1, keepdims=True)
     height = _height(trace, up)
-    found = {
-        f"sank to {SUNK:.0%} of its standing height": height < SUNK * height[0],
-        f"tipped over by {math.degrees(TIPPED):.0f} degrees": _tilt(trace.q, up) > TIPPED,
-        "all feet left the ground": _long_enough(
-            np.logical_not(trace.contact.any(axis=1)), trace.time
-        ),
-    }
-    falls = [Fall(float(trace.time[np.argmax(rows)]), how) for how, rows in found.items()
-             if rows.any()]  # fmt: skip
+    return _first(
+        trace.time,
+        {
+            f"sank to {SUNK:.0%} of its standing height": height < SUNK * height[0],
+            _TIPPED: _tilt(trace.q, up) > TIPPED,
+            "all feet left the ground": _long_enough(trace.contact, trace.time),
+        },
+    )
+
+
+def _first(time: Array, found: Mapping[str, NDArray[np.bool_]]) -> Fall | None:
+    """Return the first of falls, each by the samples that show it (T,)."""
+    falls = [Fall(float(time[np.argmax(rows)]), how) for how, rows in found.items() if rows.any()]
     return min(falls, key=lambda fall: fall.time, default=None)
 
 
 def _height(trace: Trace, up: Array) -> Array:
-    """Return the height of the centre of mass over the lowest foot centre (T,) [m]."""
-    below = trace.com[:, None, :] - trace.foot_position
+    """Return the height of the mass, or of the trunk, over the lowest foot centre (T,) [m]."""
+    place = trace.com if "com" in trace.recorded else trace.q[:, :3]
+    below = place[:, None, :] - trace.foot_position
     height: Array = np.einsum("tfi,ti->tf", below, up).max(axis=1)
     return height
 
@@ -73,8 +87,9 @@ def _tilt(q: Array, up: Array) -> Array:
     return tilt
 
 
-def _long_enough(rows: NDArray[np.bool_], time: Array) -> NDArray[np.bool_]:
-    """Return where rows begin that stay true for longer than OFF_GROUND (T,)."""
+def _long_enough(contact: NDArray[np.bool_], time: Array) -> NDArray[np.bool_]:
+    """Return where times begin in which no foot (T, F) is loaded for longer than OFF_GROUND."""
+    rows = np.logical_not(contact.any(axis=1))
     edges = np.diff(np.concatenate([[False], rows, [False]]).astype(int))
     begin, end = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
     found = np.zeros(len(rows), dtype=bool)

@@ -57,6 +57,8 @@ def at_torque_limit(trace: Trace) -> JointShare:
     if trace.limits and length > 0.0:
         times = np.array([row.limit_time for row in trace.limits])
         return _longest(trace.joint_names, times / length)
+    if "torque" not in trace.recorded:
+        return NEVER
     limit = np.asarray(trace.meta.get("effort_limit", np.inf), dtype=float)
     return _sampled(trace, np.abs(trace.torque), limit)
 
@@ -89,6 +91,8 @@ def slip_of(trace: Trace, planned_speed: float) -> Slip | None:
 
 def lag(trace: Trace) -> JointShare:
     """Return the joint with the largest RMS distance from its set-point, as `share` [rad or m]."""
+    if "set_points" not in trace.recorded:
+        return NEVER
     error = np.sqrt(np.mean((trace.q[:, 7:] - trace.q_ref) ** 2, axis=0))
     return _longest(trace.joint_names, error)
 

@@ -131,7 +131,8 @@ def _over_all(trace: Trace, controller: Mapping[str, Any]) -> WalkedWay:
     moving = length > 0.0
     along = np.divide(pace, length[:, None], where=moving[:, None], out=np.zeros_like(pace))
     middle = 0.5 * (yaw[1:] + yaw[:-1]) - yaw[0]
-    ways = np.diff(trace.com[:, :2], axis=0) * heading_at(middle, along)
+    place = trace.com if "com" in trace.recorded else trace.q
+    ways = np.diff(place[:, :2], axis=0) * heading_at(middle, along)
     planned = float(np.sum(0.5 * (size[1:] + size[:-1]) * np.diff(time)))
     return WalkedWay(
         float(time[0]), float(time[-1]), None, planned_way=planned, way=float(ways.sum()),
