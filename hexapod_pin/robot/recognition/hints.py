@@ -13,7 +13,7 @@ class RobotHints:
     Attributes:
         forward: direction of travel in the root link's frame: "x", "-y", ... or an angle about the
             trunk's upward axis from the root link's x axis [degrees].
-        legs: leg name -> its joints from the trunk outwards, or leg name -> one joint or link of it.
+        legs: leg name -> its joints from the trunk outwards, or one joint or link of it.
         feet: foot links, one per leg.
         foot_radius: of all foot spheres [m].
         posture: standing angles by joint name, or in joint order [rad].

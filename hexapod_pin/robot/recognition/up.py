@@ -23,7 +23,7 @@ SLACK = 5e-3
 CLEAR = 0.1
 """Share of the legs' length by which tips must be below the hips to tell up from down."""
 
-NEAR_Z = 0.7
+NEAR_Z = 0.95
 """Least component along the root link's z of a line whose upper end is taken to be +z."""
 
 
@@ -120,7 +120,9 @@ def _sign(
     known = all(joint.name in stated for chain in chains for joint in chain.joints)
     for chain in chains:
         axes, tip = [frames.axes[joint.name] for joint in chain.joints], tips[chain.label]
-        hip, length = axes[0].origin, max(_length(axes, tip), 1e-12)
+        points = _own_points(axes, tip)
+        length = max(float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()), 1e-12)
+        hip = points[0]
         if known:
             place = _placed(axes, tip, [stated[joint.name] for joint in chain.joints])
             standing.append(float((place - hip) @ line) / length)
@@ -165,7 +167,12 @@ def mean_tip(chain: Chain, axes: Sequence[Axis], tip: Array) -> Array:
     return point
 
 
-def _length(axes: Sequence[Axis], tip: Array) -> float:
-    """Return the length of a leg along its joints' origins [m]."""
-    points = np.array([*(axis.origin for axis in axes), tip])
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+def _own_points(axes: Sequence[Axis], tip: Array) -> Array:
+    """Return for each axis its point nearest to the next one's, and the tip [m]. (k + 1, 3).
+
+    Where a file has a joint's origin on its axis does not matter.
+    """
+    points = [tip]
+    for axis in reversed(axes):
+        points.insert(0, points[0] - axis.arm(points[0]))
+    return np.array(points)
