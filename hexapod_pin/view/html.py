@@ -36,8 +36,9 @@ def write_html(
     """Write one HTML file that plays the trace in any browser, offline.
 
     The robot is drawn with its own meshes where they are found, decimated to `MESH_BUDGET`
-    triangles in all; without them, with its limbs. The file holds the viewer, the robot, the ground, the foot forces as arrows, and their motion;
-    it opens from disk, plays at once and repeats, and forbids itself any network access.
+    triangles in all; without them, with its limbs. The file holds the viewer, the robot, the
+    ground, the foot forces as arrows, and their motion; it opens from disk, plays at once and
+    repeats, and forbids itself any network access.
 
     Args:
         trace: what to show.
