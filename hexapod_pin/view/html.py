@@ -10,14 +10,15 @@ import contextlib
 import html
 import threading
 import webbrowser
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import ViewerError
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.view.mesh_store import MeshStore
 from hexapod_pin.view.page import folded_list, write_page
-from hexapod_pin.view.scene_graph import animation_command, scene_commands
+from hexapod_pin.view.scene_graph import animation_command, meshed_robot, scene_commands
 from hexapod_pin.view.view_sizes import Sizes
 
 if TYPE_CHECKING:
@@ -25,18 +26,26 @@ if TYPE_CHECKING:
 
 
 def write_html(
-    trace: Trace, path: str | Path, *, fps: float = 30.0, force_scale: float | None = None
+    trace: Trace,
+    path: str | Path,
+    *,
+    fps: float = 30.0,
+    force_scale: float | None = None,
+    package_path: Sequence[str | Path] = (),
 ) -> Path:
     """Write one HTML file that plays the trace in any browser, offline.
 
-    The file holds the viewer, the robot, the ground, the foot forces as arrows, and their motion;
-    it opens from disk, plays at once and repeats, and forbids itself any network access.
+    The robot is drawn with its own meshes where they are found, decimated to `MESH_BUDGET`
+    triangles in all; without them, with its limbs. The file holds the viewer, the robot, the
+    ground, the foot forces as arrows, and their motion; it opens from disk, plays at once and
+    repeats, and forbids itself any network access.
 
     Args:
         trace: what to show.
         path: the file; an old one is replaced, or left alone where anything fails.
         fps: pictures per simulated second.
         force_scale: length of a force arrow [m/N]; None fits it to the robot's weight.
+        package_path: folders that hold ROS packages: where to look for meshes first.
 
     Returns:
         The path written to.
@@ -47,13 +56,24 @@ def write_html(
         ParameterError: `fps` or `force_scale` is not positive.
         TraceFileError: the file cannot be written.
     """
+    store = MeshStore()
+    shapes = meshed_robot(trace, store, package_path)
     return write_page(
         path,
         title=f"{trace.meta.get('robot_name', 'robot')} walking",
-        caption=_caption(trace, force_scale),
+        caption=_caption(trace, force_scale) + mesh_notes(shapes.notes, store),
         animation=animation_command(trace, fps=fps, force_scale=force_scale),
-        scene=scene_commands(trace, force_scale=force_scale),
+        scene=scene_commands(trace, force_scale=force_scale, shapes=shapes),
     )
+
+
+def mesh_notes(missing: Sequence[str], store: MeshStore) -> str:
+    """Return, as HTML, which meshes are not drawn and how far the others are reduced."""
+    way_out = ["give --package-path FOLDER (package_path= in Python)"] if missing else []
+    reduced = [store.note] if store.note else []
+    return folded_list(
+        f"{len(missing)} meshes not drawn", [*missing, *way_out] if missing else []
+    ) + folded_list("meshes reduced", reduced)
 
 
 def view(
@@ -66,6 +86,7 @@ def view(
     seconds: float | None = None,
     port: int = 0,
     open_browser: bool = True,
+    package_path: Sequence[str | Path] = (),
 ) -> None:
     """Play the trace in a browser through meshcat, until Ctrl-C.
 
@@ -80,14 +101,23 @@ def view(
         seconds: how long to serve [s]; None until Ctrl-C.
         port: of the loopback interface; 0 takes any free one.
         open_browser: whether to open the page; its address is printed in any case.
+        package_path: folders that hold ROS packages: where to look for meshes first.
 
     Raises:
         ViewerError: the viewer cannot start, or the trace cannot be drawn.
         ParameterError: `fps`, `speed` or `force_scale` is not positive.
     """
     with live_viewer(
-        trace, speed=speed, loop=loop, fps=fps, force_scale=force_scale, port=port
+        trace,
+        speed=speed,
+        loop=loop,
+        fps=fps,
+        force_scale=force_scale,
+        port=port,
+        package_path=package_path,
     ) as viewer:
+        for note in viewer.notes:
+            print(f"mesh not drawn: {note}", flush=True)
         print(f"Playing at {viewer.url} (Ctrl-C ends it)", flush=True)
         if open_browser:
             webbrowser.open(viewer.url)
@@ -104,15 +134,18 @@ def live_viewer(
     fps: float = 60.0,
     force_scale: float | None = None,
     port: int = 0,
+    package_path: Sequence[str | Path] = (),
 ) -> Iterator[LiveViewer]:
     """Serve the trace to browsers within a `with` block; arguments and errors as for `view`."""
     animation = animation_command(trace, fps=fps, force_scale=force_scale, speed=speed, loop=loop)
-    scene = scene_commands(trace, force_scale=force_scale)
+    shapes = meshed_robot(trace, MeshStore(), package_path)
+    scene = scene_commands(trace, force_scale=force_scale, shapes=shapes)
     try:
         from hexapod_pin.view.live import LiveViewer
     except ImportError as error:
         raise ViewerError(f"the live viewer needs meshcat ({error}).") from error
     with LiveViewer(port=port) as viewer:
+        viewer.notes = tuple(shapes.notes)
         for command in [*scene, animation]:
             viewer.send(command)
         yield viewer

@@ -15,6 +15,7 @@ import warnings
 from types import TracebackType
 from typing import Any
 
+import numpy as np
 import tornado.httpserver
 import tornado.web
 import umsgpack
@@ -29,6 +30,9 @@ with warnings.catch_warnings():
 
 LOOPBACK = "127.0.0.1"
 SERVER_TIMEOUT_S = 20.0  # longest wait for the server's thread [s]
+
+TYPED_ARRAY = {"uint16": 0x14, "uint32": 0x16, "float32": 0x17}
+"""Codes of arrays in msgpack-lite, which the viewer unpacks with."""
 
 _numbers = itertools.count()
 
@@ -82,16 +86,26 @@ class _Bridge(zmqserver.ZMQWebSocketBridge):  # type: ignore[misc]
         self.zmq_stream.close()
 
 
+def packed(command: Command) -> bytes:
+    """Return a command as meshcat's viewer unpacks it; arrays of numbers as typed arrays."""
+    handlers = {
+        np.ndarray: lambda array: umsgpack.Ext(TYPED_ARRAY[array.dtype.name], array.tobytes())
+    }
+    return bytes(umsgpack.packb(command, ext_handlers=handlers))
+
+
 class LiveViewer:
     """A running viewer; a context manager, after which nothing listens any more.
 
     Attributes:
         url: where a browser finds it.
+        notes: sentences on meshes that are not drawn.
     """
 
     def __init__(self, *, port: int = 0) -> None:
         """Prepare a viewer on a port of the loopback interface; 0 takes any free one."""
         self.url = ""
+        self.notes: tuple[str, ...] = ()
         self._port = port
         self._commands = f"inproc://hexapod_pin-viewer-{next(_numbers)}"
         self._ready, self._failure = threading.Event(), ""
@@ -136,7 +150,7 @@ class LiveViewer:
         """
         if self._client is None:
             raise ViewerError("the viewer is not running: use it in a `with` block.")
-        frames = [command["type"].encode(), command["path"].encode(), umsgpack.packb(command)]
+        frames = [command["type"].encode(), command["path"].encode(), packed(command)]
         try:
             self._client.send_multipart(frames)
             self._client.recv()

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import base64
 import html
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from hexapod_pin.errors import ViewerError
 from hexapod_pin.results.atomic_file import write_atomically
@@ -43,7 +46,7 @@ body {{ margin: 0; font: 14px/1.4 sans-serif; }}
 <script id="trace" type="application/json">{data}</script>
 <script>
 const data = JSON.parse(document.getElementById("trace").textContent);
-const viewer = new MeshCat.Viewer(document.getElementById("view"));
+{unpack}const viewer = new MeshCat.Viewer(document.getElementById("view"));
 for (const clip of data.animation.animations)
   for (const track of clip.clip.tracks) track.times = data.times;
 for (const command of [...data.scene, data.animation]) viewer.handle_command(command);
@@ -51,6 +54,18 @@ for (const command of [...data.scene, data.animation]) viewer.handle_command(com
 </body>
 </html>
 """
+
+
+_UNPACK = """const KINDS = {Float32Array, Uint16Array, Uint32Array};
+function unpack(part) {
+  const bytes = Uint8Array.from(atob(data.arrays[part.array]), (c) => c.charCodeAt(0));
+  part.array = new KINDS[part.type](bytes.buffer);
+}
+for (const command of data.scene)
+  for (const geometry of command.object?.geometries ?? [])
+    if (Number.isInteger(geometry.data?.index?.array))
+      [geometry.data.attributes.position, geometry.data.index].forEach(unpack);
+"""  # arrays of meshes are bytes, least significant first, as in every browser
 
 
 def write_page(
@@ -73,13 +88,16 @@ def write_page(
     for clip in animation["animations"]:
         for track in clip["clip"]["tracks"]:
             del track["times"]
+    data = {"scene": list(scene), "times": times, "animation": animation}
+    text, arrays = _script_text(data)
     page = _PAGE.format(
         policy=_POLICY,
         title=html.escape(title),
         caption=caption,
         license=viewer_file("LICENSE").replace("--", "- -"),
         viewer=viewer_file("dist/main.min.js"),
-        data=_script_text({"scene": list(scene), "times": times, "animation": animation}),
+        data=text,
+        unpack=_UNPACK if arrays else "",
     )
     return write_atomically(path, page.encode())
 
@@ -90,10 +108,24 @@ def folded_list(title: str, texts: Sequence[str]) -> str:
     return f"<details><summary>{title}</summary><ul>{items}</ul></details>" if items else ""
 
 
-def _script_text(data: Any) -> str:
-    """Return JSON that cannot end the script element it stands in."""
-    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
-    return text.replace("<", "\\u003c")
+def _script_text(data: Mapping[str, Any]) -> tuple[str, bool]:
+    """Return JSON that cannot end the script element it stands in, and whether it has arrays.
+
+    An array is replaced by its number in a list "arrays" of texts in base64, each stored once.
+    """
+    numbers: dict[bytes, int] = {}
+
+    def number(value: Any) -> int:
+        if not isinstance(value, np.ndarray):
+            raise TypeError(f"{type(value).__name__} in a page")
+        plain = value.astype(value.dtype.newbyteorder("<"), copy=False).tobytes()
+        return numbers.setdefault(plain, len(numbers))
+
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False, default=number)
+    if numbers:
+        arrays = [base64.b64encode(plain).decode("ascii") for plain in numbers]
+        text = f'{text[:-1]},"arrays":{json.dumps(arrays, separators=(",", ":"))}}}'
+    return text.replace("<", "\\u003c"), bool(numbers)
 
 
 def viewer_file(name: str) -> str:

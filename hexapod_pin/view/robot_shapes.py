@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,6 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from hexapod_pin.errors import ViewerError
+from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.view.mesh_store import MeshStore
+from hexapod_pin.view.mesh_visuals import mesh_visuals
 
 Array = npt.NDArray[np.float64]
 
@@ -22,10 +25,11 @@ Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # three
 
 @dataclass(frozen=True)
 class DrawnShape:
-    """A primitive fixed to a body.
+    """A primitive or a mesh fixed to a body.
 
     Attributes:
-        geometry: three.js type and sizes [m], e.g. {"type": "SphereGeometry", "radius": 0.01}.
+        geometry: three.js type and sizes [m], e.g. {"type": "SphereGeometry", "radius": 0.01}; of
+            a mesh, its arrays.
         rotation: (3, 3) attitude in the body's frame.
         position: (3,) [m] in the body's frame.
         color: red, green, blue, opacity; 0 to 1.
@@ -63,16 +67,25 @@ def cylinder(radius: float, length: float, *, top_radius: float | None = None) -
 class RobotShapes:
     """The shapes of each moving body of a URDF, bodies named by the joint that carries them.
 
-    Boxes, cylinders and spheres are drawn as the file has them. Meshes are not: a body without a
-    primitive is drawn as sticks from its joint to the next joints and feet.
+    Boxes, cylinders and spheres are drawn as the file has them, and meshes decimated. A body of
+    which nothing can be drawn is shown as sticks from its joint to the next joints and feet.
     """
 
-    def __init__(self, urdf: str, feet: Mapping[str, float]) -> None:
+    def __init__(
+        self,
+        urdf: str,
+        feet: Mapping[str, float],
+        *,
+        finder: ResourceFinder | None = None,
+        store: MeshStore | None = None,
+    ) -> None:
         """Read the URDF.
 
         Args:
             urdf: text of the file.
             feet: radius [m] of every foot, by the link's name.
+            finder: looks for the files of meshes; None finds none.
+            store: takes the meshes of one picture; None draws none.
 
         Raises:
             ViewerError: the text cannot be read as a URDF.
@@ -86,6 +99,9 @@ class RobotShapes:
         except (ValueError, ElementTree.ParseError) as error:
             raise ViewerError(f"the trace's URDF cannot be drawn: {error}") from error
         self._feet = feet
+        visuals, self.notes = ([], []) if store is None else mesh_visuals(urdf, finder)
+        self._meshes = [(visual, store.add(visual.mesh)) for visual in visuals] if store else []
+        self._store = store
 
     @cached_property
     def bodies(self) -> dict[str, list[DrawnShape]]:
@@ -95,10 +111,32 @@ class RobotShapes:
             shape = _primitive(visual)
             if shape is not None and visual.parentJoint > 0:
                 found[self.model.names[visual.parentJoint]].append(shape)
+        for body, mesh in self._drawn_meshes():
+            found[body].append(mesh)
         for joint, name in enumerate(self.model.names):
             if joint and not found[name]:
                 found[name] = self._sticks(joint)
         return found
+
+    def _drawn_meshes(self) -> Iterator[tuple[str, DrawnShape]]:
+        """Yield every mesh with the name of the body that carries it."""
+        import pinocchio as pin
+
+        for visual, key in self._meshes:
+            number = self.model.getFrameId(visual.link, pin.FrameType.BODY)
+            frame = self.model.frames[number]
+            if self._store is None or frame.parentJoint == 0:
+                continue
+            place = frame.placement
+            yield (
+                self.model.names[frame.parentJoint],
+                DrawnShape(
+                    self._store.geometry(key),
+                    np.array(place.rotation) @ visual.rotation,
+                    np.array(place.act(visual.position)),
+                    visual.color,
+                ),
+            )
 
     def _sticks(self, joint: int) -> list[DrawnShape]:
         """Return stand-ins for a body without drawable shapes."""

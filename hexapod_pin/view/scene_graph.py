@@ -7,7 +7,9 @@ file and for a live viewer. Lengths in metres, world axes, quaternions x y z w.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,9 +17,12 @@ import numpy.typing as npt
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, ViewerError
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.spec import read_toml
 from hexapod_pin.view.force_arrows import arrow, arrow_tracks
 from hexapod_pin.view.ground_commands import ground_commands
 from hexapod_pin.view.ground_mesh import shaking, terrain_of
+from hexapod_pin.view.mesh_store import MeshStore
 from hexapod_pin.view.meshcat_commands import DIGITS, ROOT, Command, mesh_object, set_property
 from hexapod_pin.view.robot_shapes import RobotShapes
 from hexapod_pin.view.view_sizes import Sizes
@@ -26,12 +31,15 @@ LOOP_REPETITIONS = 10**9  # repetitions of a looped animation
 SKY = ((0.80, 0.88, 0.95), (0.97, 0.98, 1.0))  # top, bottom
 
 
-def scene_commands(trace: Trace, *, force_scale: float | None = None) -> list[Command]:
+def scene_commands(
+    trace: Trace, *, force_scale: float | None = None, shapes: RobotShapes | None = None
+) -> list[Command]:
     """Return the commands that set up the still picture.
 
     Args:
         trace: what to show.
         force_scale: arrow length per force [m/N]; None fits it to the robot's weight.
+        shapes: of the robot, see `meshed_robot`; None draws it without meshes.
 
     Raises:
         ViewerError: the trace's URDF cannot be drawn.
@@ -40,7 +48,7 @@ def scene_commands(trace: Trace, *, force_scale: float | None = None) -> list[Co
     sizes = Sizes.of(trace, force_scale)
     r = sizes.reach
     sky = backdrop((1.3 * r, -2.0 * r, 1.1 * r))  # seen from ahead, from the right and from above
-    return [*sky, *robot_commands(trace, sizes), *ground_commands(trace, sizes)]
+    return [*sky, *robot_commands(trace, sizes, shapes=shapes), *ground_commands(trace, sizes)]
 
 
 def backdrop(camera: tuple[float, float, float]) -> list[Command]:
@@ -55,11 +63,13 @@ def backdrop(camera: tuple[float, float, float]) -> list[Command]:
     ]
 
 
-def robot_commands(trace: Trace, sizes: Sizes, *, root: str = ROOT) -> list[Command]:
+def robot_commands(
+    trace: Trace, sizes: Sizes, *, root: str = ROOT, shapes: RobotShapes | None = None
+) -> list[Command]:
     """Return the robot's links and the arrows of its forces, not yet in place."""
     commands = []
-    for body, shapes in _robot(trace).bodies.items():
-        for k, shape in enumerate(shapes):
+    for body, parts in (shapes or _robot(trace)).bodies.items():
+        for k, shape in enumerate(parts):
             commands.append(mesh_object(f"{_body_path(root, body)}/{k}", shape))
     for foot in trace.foot_names if "contacts" in trace.recorded else ():
         commands += arrow(_arrow_path(root, foot), 0.02 * sizes.reach)
@@ -215,11 +225,36 @@ def clip(path: str, times: Array, tracks: Mapping[str, Array]) -> Command:
     return {"path": path, "clip": {"fps": 1, "name": "default", "tracks": rows}}
 
 
-def _robot(trace: Trace) -> RobotShapes:
-    """Return the shapes of the trace's robot."""
+def meshed_robot(
+    trace: Trace, store: MeshStore, package_path: Sequence[str | Path] = ()
+) -> RobotShapes:
+    """Return the shapes of the trace's robot, with its meshes.
+
+    Meshes are looked for beside the file that the robot was loaded from.
+
+    Args:
+        trace: what is drawn.
+        store: takes the meshes; one for a picture.
+        package_path: folders that hold ROS packages, looked into first.
+
+    Raises:
+        ViewerError: the trace's URDF cannot be drawn.
+    """
+    scene = read_toml(str(trace.meta.get("scene", "")))
+    robot: Any = scene.get("robot", {})
+    source = str(robot.get("source", ""))
+    folders = (*package_path, *robot.get("package_path", ()))
+    known = bool(source or folders)
+    return _robot(trace, ResourceFinder(source or "robot.urdf", folders) if known else None, store)
+
+
+def _robot(
+    trace: Trace, finder: ResourceFinder | None = None, store: MeshStore | None = None
+) -> RobotShapes:
+    """Return the shapes of the trace's robot; without a store, without meshes."""
     radii = trace.meta.get("foot_radius") or [0.0] * len(trace.foot_names)
     feet = dict(zip(trace.foot_names, (float(radius) for radius in radii), strict=True))
-    return RobotShapes(trace.meta.get("urdf", ""), feet)
+    return RobotShapes(trace.meta.get("urdf", ""), feet, finder=finder, store=store)
 
 
 def _body_path(root: str, body: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import html
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,11 +15,15 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, ViewerError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.view.ground_commands import MARGIN, ground_commands, ground_rectangle
+from hexapod_pin.view.html import mesh_notes
+from hexapod_pin.view.mesh_store import MeshStore
 from hexapod_pin.view.meshcat_commands import DIGITS, ROOT, Command, text_object
 from hexapod_pin.view.page import folded_list, write_page
+from hexapod_pin.view.robot_shapes import RobotShapes
 from hexapod_pin.view.scene_graph import (
     animation_of,
     backdrop,
+    meshed_robot,
     motion_clips,
     nearest_samples,
     require_finite,
@@ -43,6 +47,7 @@ def write_side_by_side(
     *,
     fps: float = 30.0,
     force_scale: float | None = None,
+    package_path: Sequence[str | Path] = (),
 ) -> Path:
     """Write one HTML file that plays several runs next to each other, in step, offline.
 
@@ -57,6 +62,7 @@ def write_side_by_side(
         fps: pictures per simulated second.
         force_scale: length of a force arrow [m/N], the same in all runs; None fits it to the
             first robot's weight.
+        package_path: folders that hold ROS packages: where to look for meshes first.
 
     Returns:
         The path written to.
@@ -72,7 +78,12 @@ def write_side_by_side(
         with _naming(name):
             require_finite(trace, np.arange(len(trace.time)))
     travel = _travel(traces)
-    lanes = _lanes(traces, travel, force_scale)
+    store = MeshStore()
+    shapes = {}
+    for name, trace in traces.items():
+        with _naming(name):
+            shapes[name] = meshed_robot(trace, store, package_path)
+    lanes = _lanes(traces, travel, force_scale, shapes)
     times = np.arange(0.0, max(_length(trace) for trace in traces.values()) + 0.5 / fps, 1.0 / fps)
     if len(times) == 1:
         times = np.array([0.0, 1.0 / fps])
@@ -87,8 +98,10 @@ def write_side_by_side(
             scene += lane.still()
             clips += lane.moving(index, np.round(times, DIGITS), focus)
     title = f"{', '.join(traces)} side by side"
+    missing = dict.fromkeys(note for robot in shapes.values() for note in robot.notes)
+    caption = _caption(lanes) + mesh_notes(list(missing), store)
     return write_page(
-        path, title=title, caption=_caption(lanes), scene=scene, animation=animation_of(clips)
+        path, title=title, caption=caption, scene=scene, animation=animation_of(clips)
     )
 
 
@@ -109,6 +122,7 @@ class _Lane:
     trace: Trace
     root: str
     sizes: Sizes
+    shapes: RobotShapes
     ahead: Array  # axis of travel. Shape (3,).
     offset: Array  # of the run's world [m]. Shape (3,).
     margin: tuple[float, float]
@@ -117,7 +131,7 @@ class _Lane:
         """Return the run's robot, ground and label."""
         size = LABEL_SIDE * self.sizes.reach
         return [
-            *robot_commands(self.trace, self.sizes, root=self.root),
+            *robot_commands(self.trace, self.sizes, root=self.root, shapes=self.shapes),
             *ground_commands(self.trace, self.sizes, root=self.root, margin=self.margin),
             text_object(f"{self.root}/label", self.name, size, _upright(-self.ahead)),
         ]
@@ -140,7 +154,12 @@ def _travel(traces: Mapping[str, Trace]) -> Array:
     return np.asarray(np.eye(3)[axis] * (-1.0 if way < 0.0 else 1.0))
 
 
-def _lanes(traces: Mapping[str, Trace], ahead: Array, force_scale: float | None) -> list[_Lane]:
+def _lanes(
+    traces: Mapping[str, Trace],
+    ahead: Array,
+    force_scale: float | None,
+    shapes: Mapping[str, RobotShapes],
+) -> list[_Lane]:
     """Return the runs in their places: grounds do not overlap, the first is on the left."""
     scale = Sizes.of(next(iter(traces.values())), force_scale).force_scale
     sizes = {name: Sizes.of(trace, scale) for name, trace in traces.items()}
@@ -152,7 +171,16 @@ def _lanes(traces: Mapping[str, Trace], ahead: Array, force_scale: float | None)
     step = (width + GAP * max(size.reach for size in sizes.values())) * left
     middle = 0.5 * (len(traces) - 1)
     return [
-        _Lane(name, trace, f"{ROOT}/run{k}", sizes[name], ahead, (middle - k) * step, margin)
+        _Lane(
+            name,
+            trace,
+            f"{ROOT}/run{k}",
+            sizes[name],
+            shapes[name],
+            ahead,
+            (middle - k) * step,
+            margin,
+        )  # fmt: skip
         for k, (name, trace) in enumerate(traces.items())
     ]
 

@@ -1,0 +1,163 @@
+"""Meshes of a robot in the playback: budget, placement, colours, mirroring, fallback."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from hexapod_pin.robot.reading import ResourceFinder
+from hexapod_pin.view.mesh_decimation import creased, decimated, merged, shared_limit
+from hexapod_pin.view.mesh_store import MeshStore
+from hexapod_pin.view.mesh_visuals import MESH_COLOR, mesh_visuals
+from hexapod_pin.view.page import write_page
+from hexapod_pin.view.robot_shapes import RobotShapes
+
+RADIUS = 0.1  # m
+
+
+def urdf(visual: str) -> str:
+    """Return a robot of one body with a link turned and displaced by a fixed joint."""
+    inertial = (
+        '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+        "</inertial>"
+    )
+    return f"""<robot name="r"><material name="blue"><color rgba="0 0 1 1"/></material>
+    <link name="trunk">{inertial}</link><link name="part">{visual}</link>
+    <joint name="fixed" type="fixed"><parent link="trunk"/><child link="part"/>
+    <origin xyz="1 2 3" rpy="0 0 {np.pi / 2}"/></joint></robot>"""
+
+
+def visual(file: str, *, scale: str = "1 1 1", material: str = "") -> str:
+    geometry = f'<geometry><mesh filename="{file}" scale="{scale}"/></geometry>'
+    return f'<visual><origin xyz="0.5 0 0"/>{geometry}{material}</visual>'
+
+
+def shapes(folder: Path, text: str, store: MeshStore) -> RobotShapes:
+    return RobotShapes(text, {}, finder=ResourceFinder(folder / "r.urdf"), store=store)
+
+
+def arrays(geometry: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices (V, 3) and triangles (F, 3) of a geometry."""
+    data = geometry["data"]
+    position, index = data["attributes"]["position"]["array"], data["index"]["array"]
+    return position.reshape(-1, 3).astype(float), index.reshape(-1, 3).astype(int)
+
+
+def volume(vertices: np.ndarray, faces: np.ndarray) -> float:
+    """Return the enclosed volume, negative for a mesh that is inside out."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+@pytest.fixture(scope="module")
+def ball() -> tuple[np.ndarray, np.ndarray]:
+    """A sphere of 81920 triangles."""
+    mesh = trimesh.creation.icosphere(subdivisions=6, radius=RADIUS)
+    return np.array(mesh.vertices), np.array(mesh.faces, dtype=np.int64)
+
+
+def test_the_budget_is_shared_and_small_meshes_are_left() -> None:
+    assert shared_limit([10, 20, 1000, 2000], 1030) == 500
+    assert shared_limit([10, 20], 1000) == 20
+    assert shared_limit([], 5) == 0
+
+
+def test_a_decimated_ball_is_on_the_ball(ball: tuple[np.ndarray, np.ndarray]) -> None:
+    """2000 triangles of side s sag s^2/(8 R), 0.5 % of the radius here; 1 % is allowed."""
+    vertices, faces = decimated(*merged(*ball), 2000)
+    assert len(faces) <= 2000
+    np.testing.assert_allclose(np.linalg.norm(vertices, axis=1), RADIUS, atol=0.01 * RADIUS)
+    assert volume(vertices, faces) == pytest.approx(4 / 3 * np.pi * RADIUS**3, rel=0.02)
+
+
+def test_loose_triangles_keep_the_budget_too() -> None:
+    vertices = np.random.default_rng(1).random((9000, 3))
+    assert len(decimated(vertices, np.arange(9000).reshape(-1, 3), 500)[1]) <= 500
+
+
+def test_small_meshes_are_merged_and_stay() -> None:
+    """A box from separate triangles has eight vertices; its creases have 24 when drawn."""
+    box = trimesh.creation.box((1.0, 2.0, 3.0))
+    loose = box.triangles.reshape(-1, 3)
+    vertices, faces = merged(loose, np.arange(36).reshape(-1, 3))
+    assert (len(vertices), len(faces)) == (8, 12)
+    drawn, triangles = creased(vertices, faces)
+    assert len(drawn) == 24
+    assert volume(drawn, triangles) == pytest.approx(6.0)
+
+
+def test_meshes_alike_are_stored_once_in_a_file(tmp_path: Path) -> None:
+    """Two copies of a file in three visuals make one array of positions and one of indices."""
+    box = trimesh.creation.box((1.0, 2.0, 3.0))
+    for name in ("a.stl", "b.stl"):
+        box.export(tmp_path / name)
+    text = urdf("".join(visual(name) for name in ("a.stl", "b.stl", "a.stl")))
+    parts = shapes(tmp_path, text, MeshStore()).bodies["root_joint"]
+    assert len(parts) == 3
+    scene = [{"object": {"geometries": [dict(part.geometry)]}} for part in parts]
+    motion = {"animations": [{"clip": {"tracks": [{"times": [0.0]}]}}]}
+    path = write_page(tmp_path / "p.html", title="", caption="", scene=scene, animation=motion)
+    found = re.search(r'id="trace" type="application/json">(.*?)</script>', path.read_text(), re.S)
+    assert found
+    data = json.loads(found[1])
+    assert len(data["arrays"]) == 2
+    stored = np.frombuffer(base64.b64decode(data["arrays"][0]), dtype="<f4").reshape(-1, 3)
+    np.testing.assert_allclose(np.ptp(stored, axis=0), (1.0, 2.0, 3.0), rtol=1e-6)
+
+
+def test_a_mesh_stands_where_its_link_puts_it(tmp_path: Path) -> None:
+    """The fixed joint turns by 90 degrees: 0.5 along the link's x is 0.5 along y."""
+    trimesh.creation.box((1.0, 2.0, 3.0)).export(tmp_path / "a.stl")
+    [part] = shapes(tmp_path, urdf(visual("a.stl")), MeshStore()).bodies["root_joint"]
+    np.testing.assert_allclose(part.position, (1.0, 2.5, 3.0), atol=1e-12)
+    vertices = arrays(part.geometry)[0] @ part.rotation.T
+    np.testing.assert_allclose(np.ptp(vertices, axis=0), (2.0, 1.0, 3.0), rtol=1e-6)
+
+
+def test_a_mirrored_mesh_is_not_inside_out(tmp_path: Path) -> None:
+    trimesh.creation.box((1.0, 2.0, 3.0)).export(tmp_path / "a.stl")
+    text = urdf(visual("a.stl", scale="0.1 -0.1 0.1"))
+    [part] = shapes(tmp_path, text, MeshStore()).bodies["root_joint"]
+    assert volume(*arrays(part.geometry)) == pytest.approx(6e-3, rel=1e-5)
+
+
+def test_colours_of_the_urdf_come_first(tmp_path: Path) -> None:
+    """URDF's own, its named material, the file's own, the default."""
+    trimesh.creation.box((1.0, 1.0, 1.0)).export(tmp_path / "a.stl")
+    green = trimesh.visual.material.SimpleMaterial(diffuse=(0, 255, 0, 255))
+    box = trimesh.creation.box((1.0, 1.0, 1.0))
+    box.visual = trimesh.visual.TextureVisuals(uv=np.zeros((8, 2)), material=green)
+    box.export(tmp_path / "b.obj")
+    text = urdf(
+        visual("b.obj", material='<material name="x"><color rgba="255 0 0 1"/></material>')
+        + visual("b.obj", material='<material name="blue"/>')
+        + visual("b.obj")
+        + visual("a.stl")
+    )
+    found, notes = mesh_visuals(text, ResourceFinder(tmp_path / "r.urdf"))
+    assert not notes
+    assert [v.color for v in found[:2]] == [(1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0)]
+    np.testing.assert_allclose(found[2].color, (0.0, 1.0, 0.0, 1.0), atol=0.02)
+    assert found[3].color == MESH_COLOR
+
+
+def test_a_missing_mesh_is_told_and_the_rest_drawn(tmp_path: Path) -> None:
+    robot = shapes(tmp_path, urdf(visual("package://lost/a.stl")), MeshStore())
+    assert not any("data" in part.geometry for part in robot.bodies["root_joint"])
+    [note] = robot.notes
+    assert "lost/a.stl" in note
+
+
+def test_collision_meshes_are_drawn_only_without_visuals(tmp_path: Path) -> None:
+    trimesh.creation.box((1.0, 1.0, 1.0)).export(tmp_path / "a.stl")
+    collision = visual("a.stl").replace("visual>", "collision>")
+    finder = ResourceFinder(tmp_path / "r.urdf")
+    assert len(mesh_visuals(urdf(collision), finder)[0]) == 1
+    assert len(mesh_visuals(urdf(visual("a.stl") + collision), finder)[0]) == 1
