@@ -54,6 +54,8 @@ SHORT = {
         "suspension.frequency",
         "--delays",
         "20",
+        "--points",
+        "2",
     ],
     "one_hour": ["--cycles", "2"],
     "peak_sampling": [

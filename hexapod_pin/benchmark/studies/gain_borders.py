@@ -136,8 +136,9 @@ def gain_borders(
     quantities: str = ",".join(QUANTITIES),
     delays: str = "0,5,10,20",
     figure: Path = FIGURE,
+    points: int = 6,
 ) -> StudyReport:
-    """Borders of gains, predicted and simulated; delays [ms], file of the figure."""
+    """Borders of gains, predicted and simulated; delays [ms], file of the figure, its points."""
     times = [1e-3 * float(delay) for delay in delays.split(",")]
     found = [
         find_border(robot, contact, delay, quantity)
@@ -146,7 +147,7 @@ def gain_borders(
         for quantity in quantities.split(",")
         for delay in times
     ]
-    draw(found, figure)
+    draw(found, figure, points)
     head = [
         "robot", "contact", "delay [ms]", "parameter", "default", "border", "simulated", "off [%]",
         "growth at 0.9 [1/s]", "at 1.1", "verdict",
@@ -168,14 +169,14 @@ def gain_borders(
             Table(
                 "Default gains: growth [1/s] of feet put down at 0 and 0.1 m/s; below 0: stable",
                 ["robot", "delay [ms]", "suspension", "slip (force)", "slip (slip)", "both"],
-                _defaults(times),
+                _defaults(robots.split(","), times),
             ),
         ],
         met=all(one.met for one in found),
     )
 
 
-def _defaults(delays: Sequence[float]) -> list[list[str]]:
+def _defaults(robots: Sequence[str], delays: Sequence[float]) -> list[list[str]]:
     """Return growth rates with the default gains."""
     slip, suspension = SlipPid(), VirtualSuspension()
     parts = (
@@ -183,7 +184,7 @@ def _defaults(delays: Sequence[float]) -> list[list[str]]:
         {"slip": slip, "suspension": suspension},
     )  # fmt: skip
     rows = []
-    for robot in ROBOTS:
+    for robot in robots:
         scene = hp.Scene(hp.load_robot(robot))
         for delay in delays:
             row = [robot, f"{1e3 * delay:g}"]
@@ -195,7 +196,7 @@ def _defaults(delays: Sequence[float]) -> list[list[str]]:
     return rows
 
 
-def draw(found: Sequence[Border], path: Path, points: int = 6) -> None:
+def draw(found: Sequence[Border], path: Path, points: int) -> None:
     """Draw predicted borders over delays of whole ticks, and the simulated ones on them."""
     from matplotlib.figure import Figure
 
