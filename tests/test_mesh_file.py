@@ -46,7 +46,8 @@ def collada(unit: str = "", up: str = "Z_UP", color: str = "0.2 0.4 0.6 1") -> s
 <p>{" ".join(map(str, FACES.ravel()))}</p></triangles></mesh></geometry></library_geometries>
 <library_visual_scenes><visual_scene id="w"><node><translate>0 0 10</translate>
 <instance_geometry url="#g"><bind_material><technique_common>
-<instance_material symbol="s" target="#m"/></technique_common></bind_material></instance_geometry></node></visual_scene></library_visual_scenes>
+<instance_material symbol="s" target="#m"/></technique_common></bind_material></instance_geometry>
+</node></visual_scene></library_visual_scenes>
 <scene><instance_visual_scene url="#w"/></scene></COLLADA>"""
 
 

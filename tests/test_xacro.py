@@ -195,6 +195,7 @@ def test_sizes_are_limited(tmp_path: Path) -> None:
     [
         ("<sdf version='1.6'><model name='m'/></sdf>", "SDF .*convert"),
         ("<mujoco model='m'/>", "MJCF .*convert"),
+        ("<robot><xacro:leg/></robot>", "unbound prefix .*xmlns:xacro="),
         ("<launch/>", "launch file: give the URDF"),
         ("<all><robot name='a'/><robot name='b'/></all>", "2 robots, 'a', 'b'"),
     ],

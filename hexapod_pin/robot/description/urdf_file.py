@@ -219,13 +219,18 @@ def _refuse_doctype(text: str, source: str) -> None:
     def refuse(*_: object) -> None:
         raise UrdfError(source, ["has a <!DOCTYPE ...>: remove it (entities are not expanded)"])
 
-    parser = expat.ParserCreate(encoding="utf-8")
+    parser = expat.ParserCreate(encoding="utf-8", namespace_separator=" ")
     parser.StartDoctypeDeclHandler = refuse
     try:
         parser.Parse(text.encode(), True)
     except expat.ExpatError as error:
         where = f"line {error.lineno}, column {error.offset}"
-        raise UrdfError(source, [f"not XML: {expat.ErrorString(error.code)} ({where})"]) from error
+        finding = f"not XML: {expat.ErrorString(error.code)} ({where})"
+        if error.code == expat.errors.codes[expat.errors.XML_ERROR_UNBOUND_PREFIX]:
+            finding += (
+                '; declare it in <robot>, xacro by xmlns:xacro="http://www.ros.org/wiki/xacro"'
+            )
+        raise UrdfError(source, [finding]) from error
 
 
 def attribute(element: ET.Element | None, name: str, default: float) -> float:
