@@ -32,20 +32,22 @@ def collada(unit: str = "", up: str = "Z_UP", color: str = "0.2 0.4 0.6 1") -> s
     numbers = " ".join(map(str, CORNERS.ravel()))
     return f"""<?xml version="1.0" encoding="utf-8"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<asset><created>2020-01-01</created><modified>2020-01-01</modified>{unit}<up_axis>{up}</up_axis></asset>
+<asset><created>2020-01-01</created><modified>2020-01-01</modified>{unit}
+<up_axis>{up}</up_axis></asset>
 <library_effects><effect id="e"><profile_COMMON><technique sid="c"><lambert><diffuse>
 <color>{color}</color></diffuse></lambert></technique></profile_COMMON></effect></library_effects>
 <library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>
 <library_geometries><geometry id="g"><mesh><source id="p">
 <float_array id="a" count="12">{numbers}</float_array><technique_common>
-<accessor source="#a" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
-<param name="Z" type="float"/></accessor></technique_common></source>
+<accessor source="#a" count="4" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
 <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
 <triangles count="4" material="s"><input semantic="VERTEX" source="#v" offset="0"/>
 <p>{" ".join(map(str, FACES.ravel()))}</p></triangles></mesh></geometry></library_geometries>
 <library_visual_scenes><visual_scene id="w"><node><translate>0 0 10</translate>
-<instance_geometry url="#g"><bind_material><technique_common><instance_material symbol="s" target="#m"/>
-</technique_common></bind_material></instance_geometry></node></visual_scene></library_visual_scenes>
+<instance_geometry url="#g"><bind_material><technique_common>
+<instance_material symbol="s" target="#m"/></technique_common></bind_material></instance_geometry>
+</node></visual_scene></library_visual_scenes>
 <scene><instance_visual_scene url="#w"/></scene></COLLADA>"""
 
 

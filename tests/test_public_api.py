@@ -11,7 +11,10 @@ import pytest
 
 import hexapod_pin as hp
 
-HEAVY = ("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h5py", "pydantic")
+HEAVY = (
+    *("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h5py", "pydantic"),
+    *("trimesh", "collada", "xacro", "PIL"),
+)
 
 PROMISED = """
 __version__ AdamsCoulomb AdamsImpact ArcWalk Blueprint BodyMotion BrownMcPhee Case Checkpoint

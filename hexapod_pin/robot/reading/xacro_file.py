@@ -13,7 +13,7 @@ files are opened where `ResourceFinder` finds them.
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from threading import RLock
@@ -45,6 +45,10 @@ class XacroArguments(dict[str, str]):
         """Return the value of an argument."""
         self.asked.add(name)
         return super().__getitem__(name)
+
+    def missing(self, names: Iterable[str]) -> list[str]:
+        """Return which of these arguments the file asks for and nobody gives."""
+        return [name for name in dict.fromkeys(names) if name in self.asked - self.given.keys()]
 
     def notes(self) -> list[str]:
         """Return a line on each argument that the file asks for."""
@@ -82,7 +86,11 @@ def expand_xacro(
             text: str = document.toxml()
         except Exception as error:  # expressions raise anything
             where = [str(file) for file in xacro.filestack or [] if file]
-            raise UrdfError(source, _findings(error, where)) from error
+            missing = values.missing(includes.plain_arguments)
+            findings = [*map(_no_value, missing), *_findings(error, where)]
+            raise UrdfError(source, findings) from error
+    if missing := values.missing(includes.plain_arguments):
+        raise UrdfError(source, list(map(_no_value, missing)))
     _check_arguments(source, values)
     if len(text.encode("utf-8", "replace")) > max_bytes:
         raise UrdfError(source, [f"xacro: expands to more than {max_bytes} bytes"])
@@ -108,10 +116,7 @@ def _findings(error: Exception, where: list[str]) -> list[str]:
             other = [] if inner.source in where[:1] else [f"{inner.source}: "]
             return ["".join((*other, finding)) for finding in inner.findings]
         if isinstance(inner, ArgException):
-            name = str(inner.args[0])
-            return [
-                f"xacro argument {name!r} has no value{place}: give it by --xacro-arg {name}=VALUE"
-            ]
+            return [_no_value(str(inner.args[0])) + place]
         if isinstance(inner, OSError):
             return [
                 f"xacro: file {inner.filename} cannot be read ({inner.strerror}){place}: download "
@@ -120,6 +125,10 @@ def _findings(error: Exception, where: list[str]) -> list[str]:
         if isinstance(inner, RecursionError):
             return [f"xacro: files or macros include each other without end{place}"]
     return [f"xacro: {' '.join(str(error).split()) or type(error).__name__}{place}"]
+
+
+def _no_value(name: str) -> str:
+    return f"xacro argument {name!r} has no value: give it by --xacro-arg {name}=VALUE"
 
 
 def _chain(error: BaseException) -> list[BaseException]:

@@ -28,11 +28,14 @@ class FoundIncludes:
 
     Attributes:
         notes: a line on each file that does not lie where its name says.
+        plain_arguments: names of <xacro:arg> without a default, which the library refuses.
     """
 
     def __init__(self, finder: ResourceFinder, max_bytes: int) -> None:
         """Take the finder, and the size of the largest file that is read [bytes]."""
-        self.finder, self.max_bytes, self.notes = finder, max_bytes, list[str]()
+        self.finder, self.max_bytes = finder, max_bytes
+        self.notes: list[str] = []
+        self.plain_arguments: list[str] = []
 
     def path(self, name: str, beside: str | None) -> str:
         """Return the path of a file named in the file `beside`; it need not exist."""
@@ -70,7 +73,12 @@ class FoundIncludes:
         """Parse a file; a document type declaration is refused, as in a URDF."""
         with open(path, "rb") as stream:
             data = stream.read(self.max_bytes + 1)
-        return minidom.parseString(checked_text(data, path, self.max_bytes).encode())
+        document = minidom.parseString(checked_text(data, path, self.max_bytes).encode())
+        for element in document.getElementsByTagName("xacro:arg"):
+            if not element.hasAttribute("default"):
+                self.plain_arguments.append(element.getAttribute("name"))
+                element.setAttribute("default", "")
+        return document
 
 
 @contextmanager
