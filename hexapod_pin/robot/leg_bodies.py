@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.robot.leg_kinematics import LegKinematics, held_configuration
 from hexapod_pin.robot.link_shapes import LinkShape, link_shapes, urdf_of
 from hexapod_pin.robot.loading.limbs import Leg
 from hexapod_pin.robot.once_per_robot import once_per_robot
+from hexapod_pin.robot.serial_chain import axis_points
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -151,12 +153,13 @@ def _leg_shapes(robot: Robot, leg: Leg, notes: dict[str, list[str]]) -> list[_Bo
 
     file, foot, bodies = urdf_of(robot), robot.foot(leg.foot), []
     child = {joint.name: joint.child for joint in file.joints}
+    spans = _spans(robot, leg)
     for place, joint in enumerate(leg.joints):
         links = [name for name in file.rigid_group(child[joint]) if name != foot.name]
         shapes, _ = link_shapes(robot, links, "collision", meshes=False)
         if shapes:
             bodies += [_Body(leg.name, place, x.link, _primitive(x)) for x in shapes]
-        elif capsule := _capsule(robot, leg, place, links, notes):
+        elif capsule := _capsule(robot, joint, child[joint], links, spans[place], notes):
             bodies.append(_Body(leg.name, place, child[joint], capsule))
     if foot.radius > 0.0:
         centre = pin.SE3(np.eye(3), np.array(foot.offset))
@@ -187,29 +190,46 @@ def _primitive(shape: LinkShape) -> tuple[str, pin.SE3, Any]:
     return shape.joint, place, make(*shape.size)
 
 
+def _spans(robot: Robot, leg: Leg) -> list[tuple[Array, Array]]:
+    """Return where each joint's link begins and ends in the joint's frame [m]. (3,) each.
+
+    These points of the axes are the same wherever along them the file puts the joints.
+    """
+    import pinocchio as pin
+
+    geometry = LegKinematics.of(robot, leg.name)
+    points = axis_points(geometry.axes, geometry.origins, geometry.foot)
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, held_configuration(robot))
+    frames = [data.oMi[robot.model.getJointId(joint)] for joint in leg.joints]
+    ends = [*points[1:], geometry.foot]
+    return [
+        (frame.actInv(begin), frame.actInv(end))
+        for frame, begin, end in zip(frames, points, ends, strict=True)
+    ]
+
+
 def _capsule(
-    robot: Robot, leg: Leg, place: int, links: list[str], notes: dict[str, list[str]]
-) -> tuple[str, pin.SE3, Any] | None:
+    robot: Robot, joint: str, link: str, links: list[str], span: tuple[Array, Array],
+    notes: dict[str, list[str]],
+) -> tuple[str, pin.SE3, Any] | None:  # fmt: skip
     """Return the capsule from a joint to the next one or the foot; None where they coincide."""
     import coal
     import pinocchio as pin
 
-    model, joint = robot.model, leg.joints[place]
-    if place + 1 < len(leg.joints):
-        end = np.array(model.jointPlacements[model.getJointId(leg.joints[place + 1])].translation)
-    else:
-        end = np.array(robot.foot(leg.foot).offset)
-    length = float(np.linalg.norm(end))
+    begin, end = span
+    along = end - begin
+    length = float(np.linalg.norm(along))
     if length < MIN_CAPSULE_LENGTH:
         return None
     drawn, _ = link_shapes(robot, links, "visual", meshes=False)
-    radius = max((_half_width(shape, end / length) for shape in drawn), default=0.0)
+    radius = max((_half_width(shape, along / length) for shape in drawn), default=0.0)
     note = "capsules as wide as drawn"
     if not drawn:
         radius, note = RADIUS_SHARE * length, f"capsules of radius {RADIUS_SHARE:g} times length"
-    notes.setdefault(note, []).append(links[0])
-    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), end / length)
-    return joint, pin.SE3(turn.matrix(), 0.5 * end), coal.Capsule(radius, length)
+    notes.setdefault(note, []).append(link)
+    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), along / length)
+    return joint, pin.SE3(turn.matrix(), 0.5 * (begin + end)), coal.Capsule(radius, length)
 
 
 def _half_width(shape: LinkShape, along: Array) -> float:
