@@ -129,7 +129,7 @@ def test_clearance_does_not_depend_on_where_frames_lie(tmp_path):
     assert second == pytest.approx(first, abs=1e-9)
 
 
-@pytest.mark.parametrize(("robot", "seeds"), [("kharagpur", (3, 5)), ("athena", (2, 12))])
+@pytest.mark.parametrize(("robot", "seeds"), [("kharagpur", (3,)), ("athena", (12,))])
 def test_the_walk_is_the_same_whatever_the_conventions(robot, seeds):
     """Found by its geometry, the robot stands and walks with the original's torques to 1e-6."""
     reference = reference_walk(robot)
