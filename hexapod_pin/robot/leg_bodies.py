@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.robot.leg_kinematics import held_configuration
 from hexapod_pin.robot.link_shapes import LinkShape, link_shapes, urdf_of
 from hexapod_pin.robot.loading.limbs import Leg
 from hexapod_pin.robot.loading.stated_legs import moved_joints_above
 from hexapod_pin.robot.once_per_robot import once_per_robot
+from hexapod_pin.robot.serial_chain import axis_points
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -154,12 +156,13 @@ def _leg_shapes(robot: Robot, leg: Leg, notes: dict[str, list[str]]) -> list[_Bo
 
     file, foot, bodies = urdf_of(robot), robot.foot(leg.foot), []
     chain = _own_joints(robot, leg)
+    spans = _spans(robot, [joint.name for joint in chain], foot)
     for place, joint in enumerate(chain):
         links = [name for name in file.rigid_group(joint.child) if name != foot.name]
         shapes, _ = link_shapes(robot, links, "collision", meshes=False)
         if shapes:
             bodies += [_Body(leg.name, place, x.link, _primitive(x)) for x in shapes]
-        elif capsule := _capsule(robot, foot, [x.name for x in chain[place:]], links, notes):
+        elif capsule := _capsule(robot, joint, links, spans[place], notes):
             bodies.append(_Body(leg.name, place, joint.child, capsule))
     if foot.radius > 0.0:
         centre = pin.SE3(np.eye(3), np.array(foot.offset))
@@ -202,29 +205,50 @@ def _primitive(shape: LinkShape) -> tuple[str, pin.SE3, Any]:
     return shape.joint, place, make(*shape.size)
 
 
+def _spans(robot: Robot, joints: list[str], foot: Foot) -> list[tuple[Array, Array]]:
+    """Return where each joint's link begins and ends in the joint's frame [m]. (3,) each.
+
+    These points of the axes are the same wherever along them the file puts the joints; a joint that
+    slides begins at its origin.
+    """
+    import pinocchio as pin
+
+    model, data = robot.model, robot.model.createData()
+    pin.forwardKinematics(model, data, held_configuration(robot))
+    ids = [model.getJointId(joint) for joint in joints]
+    frames = [data.oMi[k] for k in ids]
+    turns = [np.asarray(model.joints[k].createData().S).ravel()[3:] for k in ids]
+    axes = np.array([frame.rotation @ turn for frame, turn in zip(frames, turns, strict=True)])
+    tip = data.oMi[model.getJointId(foot.joint)].act(foot.offset)
+    points = axis_points(axes, np.array([frame.translation for frame in frames]), tip)
+    ends = [*points[1:], tip]
+    return [
+        (frame.actInv(begin), frame.actInv(end))
+        for frame, begin, end in zip(frames, points, ends, strict=True)
+    ]
+
+
 def _capsule(
-    robot: Robot, foot: Foot, joints: list[str], links: list[str], notes: dict[str, list[str]]
-) -> tuple[str, pin.SE3, Any] | None:
-    """Return the capsule from the first joint to the next or the foot; None where they coincide."""
+    robot: Robot, joint: Joint, links: list[str], span: tuple[Array, Array],
+    notes: dict[str, list[str]],
+) -> tuple[str, pin.SE3, Any] | None:  # fmt: skip
+    """Return the capsule from a joint to the next one or the foot; None where they coincide."""
     import coal
     import pinocchio as pin
 
-    model, joint = robot.model, joints[0]
-    if len(joints) > 1:
-        end = np.array(model.jointPlacements[model.getJointId(joints[1])].translation)
-    else:
-        end = np.array(foot.offset)
-    length = float(np.linalg.norm(end))
+    begin, end = span
+    along = end - begin
+    length = float(np.linalg.norm(along))
     if length < MIN_CAPSULE_LENGTH:
         return None
     drawn, _ = link_shapes(robot, links, "visual", meshes=False)
-    radius = max((_half_width(shape, end / length) for shape in drawn), default=0.0)
+    radius = max((_half_width(shape, along / length) for shape in drawn), default=0.0)
     note = "capsules as wide as drawn"
     if not drawn:
         radius, note = RADIUS_SHARE * length, f"capsules of radius {RADIUS_SHARE:g} times length"
-    notes.setdefault(note, []).append(links[0])
-    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), end / length)
-    return joint, pin.SE3(turn.matrix(), 0.5 * end), coal.Capsule(radius, length)
+    notes.setdefault(note, []).append(joint.child)
+    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), along / length)
+    return joint.name, pin.SE3(turn.matrix(), 0.5 * (begin + end)), coal.Capsule(radius, length)
 
 
 def _half_width(shape: LinkShape, along: Array) -> float:

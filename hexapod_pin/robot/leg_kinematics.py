@@ -42,7 +42,7 @@ class LegKinematics(LegGeometry):
         foot = robot.foot(leg.foot)
         model = robot.model
         data = model.createData()
-        pin.computeJointJacobians(model, data, _held_configuration(robot))
+        pin.computeJointJacobians(model, data, held_configuration(robot))
         ids = [model.getJointId(joint) for joint in leg.joints]
         axes = np.array([data.J[3:, model.idx_vs[i]] for i in ids])
         origins = np.array([data.oMi[i].translation for i in ids])
@@ -142,7 +142,7 @@ class LegKinematics(LegGeometry):
         return q.reshape(*p.shape[:-1], len(self.joints))
 
 
-def _held_configuration(robot: Robot) -> Array:
+def held_configuration(robot: Robot) -> Array:
     """Return the model's zero configuration with held joints at their places. Shape (7 + n,)."""
     q = np.zeros(7 + len(robot.joint_names))
     q[6] = 1.0

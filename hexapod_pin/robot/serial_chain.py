@@ -110,3 +110,22 @@ class SerialChain:
             columns = [joint.rotate(column, c, s) for column in columns]
             columns.insert(0, (p - joint.origin) @ joint.cross)
         return p, np.stack(columns, axis=-1)
+
+
+def axis_points(axes: Array, origins: Array, end: Array) -> Array:
+    """Return for each axis its point nearest to the next axis' point, for the last to the end [m].
+
+    They are the same wherever along an axis a file puts its joint, and move with their links.
+
+    Args:
+        axes: unit directions, from the body outwards. Shape (J, 3).
+        origins: a point on each axis [m]. Shape (J, 3).
+        end: of the chain [m]. Shape (3,).
+
+    Returns:
+        Shape (J, 3).
+    """
+    points = np.zeros(origins.shape)
+    for k in range(len(points) - 1, -1, -1):
+        end = points[k] = origins[k] + ((end - origins[k]) @ axes[k]) * axes[k]
+    return points

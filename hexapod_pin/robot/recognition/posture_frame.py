@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.robot import serial_chain
 from hexapod_pin.robot.serial_chain import JointAxis
 
 
@@ -94,21 +95,9 @@ def with_joint_at(leg: LegFrame, index: int, angle: float) -> LegFrame:
     )
 
 
-def nearest_on_axis(unit: Array, origin: Array, point: Array) -> Array:
-    """Return the point of an axis nearest to another point: the same in every convention."""
-    foot: Array = origin + ((point - origin) @ unit) * unit
-    return foot
-
-
 def axis_points(leg: LegFrame) -> Array:
-    """Return for each axis its point nearest to the next axis' point, outermost to the tip [m].
-
-    These points move with their links, whatever the angles at which they are taken. Shape (k, 3).
-    """
-    points, beyond = np.zeros(leg.origins.shape), leg.tip
-    for k in range(len(points) - 1, -1, -1):
-        beyond = points[k] = nearest_on_axis(leg.axes[k], leg.origins[k], beyond)
-    return points
+    """Return the points of a leg's axes that no convention moves [m]. Shape (k, 3)."""
+    return serial_chain.axis_points(leg.axes, leg.origins, leg.tip)
 
 
 def leg_length(leg: LegFrame) -> float:

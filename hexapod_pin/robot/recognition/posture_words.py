@@ -24,7 +24,10 @@ WAY_OUT = (
 
 
 def sentence(legs: Sequence[LegFrame], angles: Sequence[Array], sole: float) -> str:
-    """Return how a robot stands: height below the hips, lean of the tibiae, nearest limit."""
+    """Return how a robot stands: height below the hips, lean of the tibiae, nearest limit.
+
+    Limits of joints that are held are not spoken of.
+    """
     below, lean, margin = [], [], []
     for leg, q in zip(legs, angles, strict=True):
         chain = SerialChain.of(leg.axes, leg.origins, leg.tip)
@@ -35,7 +38,9 @@ def sentence(legs: Sequence[LegFrame], angles: Sequence[Array], sole: float) -> 
         link = knee.forward(q[:last]) - chain.forward(q)
         below.append(float(hip.forward(q[:second])[2]) - sole)
         lean.append(float(np.degrees(np.arccos(link[2] / np.linalg.norm(link)))))
-        margin.append(float(np.degrees(np.minimum(q - leg.lower, leg.upper - q).min())))
+        free = [k for k in leg.walking if leg.upper[k] > leg.lower[k]]
+        nearest = np.minimum(q - leg.lower, leg.upper - q)[free]
+        margin.append(float(np.degrees(nearest.min(initial=np.inf))))
     limit = f"{min(margin):.0f} deg away" if np.isfinite(min(margin)) else "none"
     return (
         f"feet {np.mean(below):.3g} m below the hips, tibiae {_range(lean)} deg from vertical, "
@@ -46,7 +51,7 @@ def sentence(legs: Sequence[LegFrame], angles: Sequence[Array], sole: float) -> 
 def refusal(legs: Sequence[LegFrame], trunk_low: float | None) -> ReachError:
     """Return why legs with walking joints alone have no standing posture."""
     coxa, outward = coxa_choices(legs)[0], radial_directions(legs)
-    worst: tuple[float, int, int, float] | None = None
+    worst = (-np.inf, 0, 0, 0.0)
     for index, leg in enumerate(legs):
         hip = second_axis_height(leg, float(coxa[index]))
         heights = hip - ALL_HEIGHTS[ALL_HEIGHTS > 0.0] * leg_length(leg) + leg.radius
@@ -57,9 +62,8 @@ def refusal(legs: Sequence[LegFrame], trunk_low: float | None) -> ReachError:
         beyond = np.maximum(leg.lower - q, q - leg.upper)
         row = int(np.argmin(beyond.max(axis=1)))
         joint = int(np.argmax(beyond[row]))
-        if worst is None or beyond[row, joint] > worst[0]:
+        if beyond[row, joint] > worst[0]:
             worst = float(beyond[row, joint]), index, joint, float(q[row, joint])
-    assert worst is not None
     excess, index, joint, angle = worst
     leg = legs[index]
     if excess > 0.0:
