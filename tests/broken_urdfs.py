@@ -6,10 +6,15 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
+from hexapod_pin.robot.description.urdf_inertia import inertia_matrix, principal_moments
+from hexapod_pin.robot.mending import Mended, MendOptions, mend_urdf
 
 SOUND = KHARAGPUR.urdf()
+WHOLE = parse_urdf(SOUND.encode(), "sound")
 
 Break = Callable[[ET.Element], None]
 
@@ -99,3 +104,19 @@ def all_inertias(factor: float) -> Break:
     names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
     steps = [scale("link", "inertial/inertia", name, factor) for name in names]
     return lambda root: [step(root) for step in steps] and None
+
+
+def mended(*breaks: Break, **options: float) -> Mended:
+    return mend_urdf(broken(*breaks), NoMeshes(), MendOptions(**options))
+
+
+def masses(file: UrdfFile) -> np.ndarray:
+    return np.array([link.mass or 0.0 for link in file.links])
+
+
+def moments(file: UrdfFile, link: str) -> np.ndarray:
+    return principal_moments(inertia_matrix(file.link_by_name[link]))
+
+
+def limit(file: UrdfFile, joint: str, name: str) -> float:
+    return next(j for j in file.joints if j.name == joint).limit(name)
