@@ -16,6 +16,9 @@ from hexapod_pin.robot.description.other_formats import advice_on
 MAX_BYTES = 50_000_000
 """Largest file that is read [bytes]."""
 
+LARGEST = 1e15
+"""Masses, moments and lengths beyond count as no number [SI units]."""
+
 MAX_DEPTH = 100
 """Deepest nesting of elements that is read; URDFs have about six."""
 
@@ -43,7 +46,7 @@ class Link:
         """Mass [kg]; None without an <inertial>."""
         if self.element.find("inertial") is None:
             return None
-        return attribute(self.element.find("inertial/mass"), "value", math.nan)
+        return quantity(self.element.find("inertial/mass"), "value")
 
     @property
     def com(self) -> tuple[float, ...]:
@@ -60,7 +63,7 @@ class Link:
         """(ixx, iyy, izz, ixy, ixz, iyz) about the centre of mass [kg m^2]."""
         names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
         inertia = self.element.find("inertial/inertia")
-        return tuple(attribute(inertia, name, math.nan) for name in names)
+        return tuple(quantity(inertia, name) for name in names)
 
     @property
     def collision_sphere(self) -> Sphere | None:
@@ -301,10 +304,20 @@ def triple(text: str | None) -> tuple[float, ...]:
     if text is None:
         return (0.0, 0.0, 0.0)
     try:
-        values = tuple(float(word) for word in text.split())
+        values = tuple(_bounded(float(word)) for word in text.split())
     except ValueError:
         values = ()
     return values if len(values) == 3 else (math.nan,) * 3
+
+
+def quantity(element: ET.Element | None, name: str) -> float:
+    """Return a mass, moment or size; NaN where it is absent, no number or beyond all measure."""
+    return _bounded(attribute(element, name, math.nan))
+
+
+def _bounded(value: float) -> float:
+    """Return NaN for what would overflow in products of a few."""
+    return value if abs(value) <= LARGEST else math.nan
 
 
 def origin(element: ET.Element | None) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -7,9 +7,11 @@ import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Iterator
 
-from hexapod_pin.robot.description.urdf_file import Link, UrdfFile, attribute, origin, triple
+from hexapod_pin.robot.description.urdf_file import Link, UrdfFile, origin, quantity, triple
 from hexapod_pin.robot.mending.finding import Finding
 from hexapod_pin.robot.mending.measures import Measures
+
+GEOMETRIES = ("box", "cylinder", "sphere", "mesh", "capsule")
 
 CHANNELS = 4
 """Red, green, blue, opacity."""
@@ -54,7 +56,7 @@ def bad_size(geometry: ET.Element) -> str:
         sizes = triple(geometry.get("size")) if geometry.get("size") else (math.nan,)
     elif geometry.tag in ("sphere", "cylinder"):
         names = ("radius",) if geometry.tag == "sphere" else ("radius", "length")
-        sizes = tuple(attribute(geometry, name, math.nan) for name in names)
+        sizes = tuple(quantity(geometry, name) for name in names)
     else:
         return ""
     if all(size > 0.0 and math.isfinite(size) for size in sizes):
@@ -62,29 +64,31 @@ def bad_size(geometry: ET.Element) -> str:
     return f"{geometry.tag} of {' '.join(f'{size:g}' for size in sizes)} m"
 
 
+def bad_shape(shape: ET.Element) -> str:
+    """Say why a <visual> or <collision> is no shape; "" where it is one."""
+    if not all(map(math.isfinite, (*origin(shape)[0], *origin(shape)[1]))):
+        return "its origin is no place"
+    geometries = [x for x in shape.findall("geometry/*") if x.tag in GEOMETRIES]
+    if not geometries:
+        return "no geometry"
+    return next((text for geometry in geometries if (text := bad_size(geometry))), "")
+
+
 def _of_link(measures: Measures, link: Link) -> Iterator[Finding]:
     where, seen = f"link {link.name!r}", set()
     for tag in ("visual", "collision"):
         for shape in link.element.findall(tag):
-            if not all(map(math.isfinite, (*origin(shape)[0], *origin(shape)[1]))):
+            if text := bad_shape(shape):
+                value = f"{tag}: {text}"
                 yield Finding(
                     "unreadable shape",
                     where,
-                    f"origin of its {tag} shape",
-                    "xyz [m] and rpy [rad] are three numbers each",
+                    value,
+                    "a geometry of a size above 0, at a place of three numbers",
                     "the shape is dropped",
                     "suspicious",
                 )
             for geometry in shape.findall("geometry/*"):
-                if text := bad_size(geometry):
-                    yield Finding(
-                        "unreadable shape",
-                        where,
-                        f"{tag}: {text}",
-                        "sizes are above 0",
-                        "the shape is dropped",
-                        "suspicious",
-                    )
                 uri = geometry.get("filename") or ""
                 if geometry.tag == "mesh" and (uri, geometry.get("scale")) not in seen:
                     seen.add((uri, geometry.get("scale")))

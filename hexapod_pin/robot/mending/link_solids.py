@@ -15,7 +15,7 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.robot.description.solids import box_inertia, rod_inertia
-from hexapod_pin.robot.description.urdf_file import Link, attribute, origin, triple
+from hexapod_pin.robot.description.urdf_file import Link, origin, quantity, triple
 from hexapod_pin.robot.description.urdf_inertia import rotation
 from hexapod_pin.robot.reading.mesh_file import read_mesh
 
@@ -145,7 +145,7 @@ def _box(element: ET.Element) -> Solid | None:
 
 
 def _cylinder(element: ET.Element) -> Solid | None:
-    radius, length = (attribute(element, name, math.nan) for name in ("radius", "length"))
+    radius, length = (quantity(element, name) for name in ("radius", "length"))
     if not (min(radius, length) > 0.0 and math.isfinite(radius + length)):
         return None
     volume, half = math.pi * radius**2 * length, np.array([radius, radius, length / 2])
@@ -154,7 +154,7 @@ def _cylinder(element: ET.Element) -> Solid | None:
 
 
 def _sphere(element: ET.Element) -> Solid | None:
-    radius = attribute(element, "radius", math.nan)
+    radius = quantity(element, "radius")
     if not (radius > 0.0 and math.isfinite(radius)):
         return None
     volume, half = 4 / 3 * math.pi * radius**3, np.full(3, radius)

@@ -14,7 +14,7 @@ from hexapod_pin.robot.description.solids import box_inertia, rod_inertia
 from hexapod_pin.robot.description.urdf_file import Joint, Link, UrdfFile
 from hexapod_pin.robot.description.urdf_inertia import rotation
 from hexapod_pin.robot.mending.link_solids import LinkSolids, Solid
-from hexapod_pin.robot.mending.rules import GRAVITY, MASS_PER_SPAN, SLENDERNESS, TORQUE_FACTOR
+from hexapod_pin.robot.mending.rules import GRAVITY, MASS_PER_SPAN, SLENDERNESS, SPAN, TORQUE_FACTOR
 
 SUPPORT_SHARE = 1.0 / 3.0
 """Share of the weight on one foot: a tripod."""
@@ -72,6 +72,11 @@ class Measures:
         """Sum of all masses that are numbers [kg]."""
         masses = [link.mass or 0.0 for link in self.file.links]
         return math.fsum(mass for mass in masses if math.isfinite(mass))
+
+    @property
+    def plausible_size(self) -> bool:
+        """Whether the joints, if any moves, span what a walking machine can."""
+        return self.span == 0.0 or SPAN[0] <= self.span <= SPAN[1]
 
     @property
     def plausible_mass(self) -> bool:

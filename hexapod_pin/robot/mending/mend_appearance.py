@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 
-from hexapod_pin.robot.description.urdf_file import origin
 from hexapod_pin.robot.mending.appearance_findings import (
     CHANNELS,
     bad_scale,
-    bad_size,
+    bad_shape,
     colour_of,
     repeated_materials,
 )
@@ -31,11 +30,9 @@ def mend_appearance(draft: Draft) -> None:
 
 def _mend_shape(draft: Draft, link: ET.Element, shape: ET.Element) -> None:
     where = f"link {link.get('name')!r}"
-    numbers = (*origin(shape)[0], *origin(shape)[1])
-    bad = [text for geometry in shape.findall("geometry/*") if (text := bad_size(geometry))]
-    if bad or not all(map(math.isfinite, numbers)):
+    if text := bad_shape(shape):
         link.remove(shape)
-        draft.change(where, f"<{shape.tag}> dropped: {bad[0] if bad else 'its origin is no place'}")
+        draft.change(where, f"<{shape.tag}> dropped: {text}")
         return
     for mesh in shape.findall("geometry/mesh"):
         if bad_scale(mesh):

@@ -16,10 +16,11 @@ def mend_structure(draft: Draft) -> None:
 
 
 def _drop_joints_to_nowhere(draft: Draft) -> None:
+    """Drop joints without a child, and fixed ones without a parent; others carry what matters."""
     file = draft.file
     for joint in file.joints:
         unknown = [x for x in (joint.parent, joint.child) if x not in file.link_by_name]
-        if unknown:
+        if unknown and (joint.child in unknown or not joint.moves):
             draft.drop([joint.element])
             draft.change(f"joint {joint.name!r}", f"dropped: no link {unknown[0]!r}")
 
@@ -51,7 +52,7 @@ def _from_roots(file: UrdfFile) -> list[Joint]:
 
 
 def _keep_one_root(draft: Draft) -> None:
-    """Drop all but the tree with most moved joints (then most links, then the first)."""
+    """Drop trees without moved joints beside the one with most, then most links."""
     file = draft.file
     trees = {root: _tree(file, root) for root in file.roots}
     if not trees:
@@ -61,9 +62,10 @@ def _keep_one_root(draft: Draft) -> None:
         moved = sum(j.moves for name in trees[root] for j in file.joints_below.get(name, ()))
         return moved, len(trees[root])
 
-    kept = set(trees[max(trees, key=weight)])
-    lost = [link for link in file.links if link.name not in kept]
-    draft.drop(j.element for j in file.joints if j.parent not in kept)
+    kept = max(trees, key=weight)
+    gone = {x for root in trees for x in trees[root] if root != kept and not weight(root)[0]}
+    lost = [link for link in file.links if link.name in gone]
+    draft.drop(j.element for j in file.joints if j.parent in gone)
     draft.drop(link.element for link in lost)
     for link in lost:
         mass = f", {link.mass:g} kg" if link.mass else ""

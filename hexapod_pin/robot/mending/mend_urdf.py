@@ -20,17 +20,18 @@ from hexapod_pin.robot.mending.mend_names import mend_names
 from hexapod_pin.robot.mending.mend_structure import mend_structure
 from hexapod_pin.robot.mending.options import MendOptions
 
-STEPS: tuple[Callable[[Draft], None], ...] = (
+Step = Callable[[Draft], None]
+STEPS: tuple[Step, ...] = (
     mend_names,
     mend_structure,
     mend_joints,
     mend_appearance,
     mend_lengths,
-    mend_masses,
-    mend_inertias,
-    mend_limits,
 )
-"""Each starts from what the ones before have left: masses need lengths, limits need masses."""
+"""Each starts from what the ones before have left."""
+
+STEPS_OF_A_SIZE: tuple[Step, ...] = (mend_masses, mend_inertias, mend_limits)
+"""What needs a robot of a possible size: masses need lengths, limits need masses."""
 
 Moments = tuple[float, float, float]
 
@@ -86,6 +87,9 @@ def mend_urdf(
     draft = Draft(file, finder, options or MendOptions())
     for step in STEPS:
         step(draft)
+    if draft.measures.plausible_size:
+        for step in STEPS_OF_A_SIZE:
+            step(draft)
     if not draft.changes:
         return Mended(file, (), (), masses(file, file), tuple(draft.notes))
     _write_assumed(draft.root, draft.assumed)

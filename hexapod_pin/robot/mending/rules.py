@@ -17,7 +17,7 @@ DENSEST_LINK = 10.0 * HEAVIEST
 """One link alone may be drawn ten times too small before that is said [kg/m^3]."""
 
 MASS_PER_SPAN = (0.2, 600.0)
-"""Total mass over the cube of the span of the joints [kg/m^3]; walking robots have 3 to 30."""
+"""Total mass over the cube of the span of the joints [kg/m^3]; walking robots have 2 to 50."""
 
 SPAN = (5e-3, 20.0)
 """Span of all joints [m]: from robots of millimetres to the largest walking machines."""

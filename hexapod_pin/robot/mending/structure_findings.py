@@ -97,7 +97,7 @@ def _ends(file: UrdfFile) -> Iterator[Finding]:
                     f"joint {joint.name!r}",
                     value,
                     "both ends must be links of the file",
-                    "the joint is dropped",
+                    "dropped; none for a moved joint without parent: name a link of the file",
                 )
 
 
@@ -124,7 +124,7 @@ def _roots(file: UrdfFile) -> Iterator[Finding]:
             f"links {', '.join(map(repr, file.roots))}",
             f"{len(file.roots)} roots",
             "must be one",
-            "the tree with most moved joints is kept, the others are dropped",
+            "those without moved joints dropped; none for others: add the missing joint",
         )
 
 
@@ -142,7 +142,7 @@ def _loops(file: UrdfFile) -> Iterator[Finding]:
             f"links {', '.join(map(repr, lost))}",
             "on a loop of joints",
             "the links must form a tree",
-            "dropped if a root leads to more; else none: remove the joint that closes it",
+            "none: remove the joint that closes the loop",
         )
 
 

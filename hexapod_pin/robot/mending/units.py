@@ -9,7 +9,7 @@ from statistics import median
 
 import numpy as np
 
-from hexapod_pin.robot.description.urdf_file import Link, attribute, origin, triple
+from hexapod_pin.robot.description.urdf_file import Link, origin, quantity, triple
 from hexapod_pin.robot.description.urdf_inertia import inertia_matrix
 from hexapod_pin.robot.mending import rules
 from hexapod_pin.robot.mending.measures import Measures, finite
@@ -155,5 +155,5 @@ def _shape_lengths(measures: Measures) -> Iterable[float]:
                 for geometry in shape.findall("geometry/*"):
                     yield math.hypot(*finite(triple(geometry.get("size"))))
                     for name in ("radius", "length"):
-                        value = attribute(geometry, name, 0.0)
+                        value = quantity(geometry, name)
                         yield abs(value) if math.isfinite(value) else 0.0

@@ -25,7 +25,7 @@ def whole_findings(measures: Measures) -> list[Finding]:
     kinds = {slip.kind for slip in slips if slip is not None}
     if "joints" not in kinds:
         found += _size(measures)
-        if "masses" not in kinds:
+        if "masses" not in kinds and measures.plausible_size:
             found += _mass(measures)
     return found
 
