@@ -15,10 +15,10 @@ from hexapod_pin.drive.assumed_gains import (
     PLAUSIBLE,
     SAG,
     assumed_gains,
-    leg_length,
     settling_time,
     sliding,
 )
+from hexapod_pin.robot.leg_length import leg_length
 from hexapod_pin.robot.standing_torque import standing_torque
 
 

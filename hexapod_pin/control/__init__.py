@@ -4,7 +4,7 @@ from hexapod_pin.control.arc_path import ArcPath
 from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.body_motion import BodyMotion
 from hexapod_pin.control.curves import Hermite, Sine, Waypoints
-from hexapod_pin.control.feasible_gait import feasible_gait
+from hexapod_pin.control.feasible_gait import FittedGait, feasible_gait, fit_gait
 from hexapod_pin.control.feedback import Command, FeedbackController, Measurement
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
@@ -31,6 +31,7 @@ __all__ = [
     "Command",
     "Controller",
     "FeedbackController",
+    "FittedGait",
     "FootPath",
     "Gait",
     "Havsin",
@@ -53,6 +54,7 @@ __all__ = [
     "VelocityCommand",
     "Waypoints",
     "feasible_gait",
+    "fit_gait",
     "leg_clearance",
     "paper_motion",
     "register_controller",
