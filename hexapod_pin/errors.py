@@ -36,6 +36,20 @@ class UrdfError(HexapodError):
         super().__init__(f"{source}: " + "; ".join(self.findings))
 
 
+class MeshError(HexapodError):
+    """A mesh file cannot be used.
+
+    Attributes:
+        file: its path.
+        reason: what is wrong with it.
+    """
+
+    def __init__(self, file: str, reason: str) -> None:
+        """Name the file in front of the reason."""
+        self.file, self.reason = file, reason
+        super().__init__(f"mesh {file}: {reason}.")
+
+
 class UnknownNameError(HexapodError, KeyError):
     """A robot, joint, link, foot or gait of that name does not exist."""
 

@@ -32,8 +32,8 @@ def link(name: str, mass: float, size: float, centre: tuple[float, ...] = (0.0, 
 
 def joint(
     name: str, parent: str, child: str, xyz: tuple[float, ...], *, axis: str = "",
-    rpy: str = "0 0 0", kind: str = "revolute", limits: tuple[float, float] = (-1.6, 1.6), effort: float = 6.0,
-    velocity: float = 10.0,
+    rpy: str = "0 0 0", kind: str = "revolute", limits: tuple[float, float] = (-1.6, 1.6),
+    effort: float = 6.0, velocity: float = 10.0,
 ) -> str:  # fmt: skip
     """Return a joint; fixed without an axis."""
     kind = kind if axis else "fixed"

@@ -33,7 +33,7 @@ def law(**changes: Any) -> Any:
         "damping": 0.03, "friction": 0.2, "lower": -1.0, "upper": 1.0, **changes,
     }  # fmt: skip
     arrays = {name: np.array([value]) for name, value in numbers.items()}
-    return native.drive_law(**arrays, stop_stiffness=50.0, stop_dissipation=0.3)
+    return native.drive_law(**arrays, stop_stiffness=np.array([50.0]), stop_dissipation=0.3)
 
 
 def torque_by_hand(angle: float, rate: float, demand: float) -> float:

@@ -21,11 +21,11 @@ joint_moments JointMoments JointMotion JointStops judge_peaks KelvinVoigt Kinema
 Levelling load_case load_gait_energy load_robot load_study load_summary load_torque_map load_trace
 LostLeg Measurement Motor paper_motion Patch PatchedGround Payload PeakVerdict PeakVerdicts
 Periodic phase_torques PhaseTorques Push Ramp register_controller RelativeObjective Restitution
-Robot SampledTrajectory Scene Segment Sensor Sensors Servo Session ShakingGround simulate simulate_batch
-Sine SlipPid Slope SmoothStep stability Stability Stairs State Step Step5 StickSlip study_grounds
-Sum Summary TanhCoulomb torque_budget torque_map TorqueBudget TorqueMap TouchDown Trace Trunk tune
-TuningResult urdf_path VelocityCommand view VirtualSuspension walk_verdict WalkMetrics WalkVerdict
-Waypoints write_study
+Robot SampledTrajectory Scene Segment Sensor Sensors Servo Session ShakingGround simulate
+simulate_batch Sine SlipPid Slope SmoothStep Stability stability Stairs State Step Step5 StickSlip
+study_grounds Sum Summary TanhCoulomb torque_budget torque_map TorqueBudget TorqueMap TouchDown
+Trace Trunk tune TuningResult urdf_path VelocityCommand view VirtualSuspension walk_verdict
+WalkMetrics WalkVerdict Waypoints write_study
 """.split()
 
 

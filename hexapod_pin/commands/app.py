@@ -17,6 +17,7 @@ from hexapod_pin.commands.budget import budget
 from hexapod_pin.commands.check import check
 from hexapod_pin.commands.compare import compare
 from hexapod_pin.commands.contact import contact
+from hexapod_pin.commands.mend import mend
 from hexapod_pin.commands.option_names import in_options
 from hexapod_pin.commands.run import run
 from hexapod_pin.commands.stability import stability
@@ -76,7 +77,7 @@ def _root(
     pass
 
 
-for _command in (walk, run, compare, view, budget, stability, check, contact, bench, verify):
+for _command in (walk, run, compare, view, budget, stability, check, mend, contact, bench, verify):
     app.command()(_command)
 
 

@@ -39,15 +39,18 @@ class ComparisonFiles:
 
         Raises:
             ParameterError: the figure's ending is not that of a figure, or two files are one.
-            TraceFileError: a folder is missing or read-only.
+            TraceFileError: a folder is missing or read-only, or `--json` has another ending.
         """
         from hexapod_pin.commands.output_files import writable
+        from hexapod_pin.results.file_ending import JSON, check_ending
         from hexapod_pin.view.contact_figure import require_ending
 
         given = {"--html": html, "--figure": figure, "--json": json}
         paths = {option: writable(option, path) for option, path in given.items() if path}
         if len({path.resolve() for path in paths.values()}) < len(paths):
             raise ParameterError(" ".join(paths), "one file", "different files")
+        if json is not None:
+            check_ending(f"--json {json}", JSON)
         if figure is not None:
             require_ending(figure)
             if find_spec("matplotlib") is None:

@@ -15,8 +15,13 @@ from hexapod_pin.errors import ParameterError
 OptionalFloat = Optional[float]  # noqa: UP045
 OptionalText = Optional[str]  # noqa: UP045
 OptionalPath = Optional[Path]  # noqa: UP045
+OptionalPaths = Optional[list[Path]]  # noqa: UP045
 
 RobotName = Annotated[str, typer.Argument(help="kharagpur, athena, or the path of a URDF.")]
+PackagePath = Annotated[
+    OptionalPaths,
+    typer.Option("--package-path", help="A folder with packages or meshes; repeatable."),
+]
 TracePath = Annotated[Path, typer.Argument(help="A file that `walk` left (walk.nc).")]
 TraceOut = Annotated[
     Path,

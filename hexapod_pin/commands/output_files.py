@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import DivergenceError, SimulationInterrupted, TraceFileError
-from hexapod_pin.results.file_ending import CSV, NETCDF, check_ending
 
 if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace
@@ -36,6 +35,8 @@ def writable_trace(option: str, path: Path) -> Path:
     Raises:
         TraceFileError: as `writable`; or the ending is none of a trace's.
     """
+    from hexapod_pin.results.file_ending import CSV, NETCDF, check_ending
+
     path = writable(option, path)
     check_ending(f"{option} {path}", (*NETCDF, *CSV))
     return path

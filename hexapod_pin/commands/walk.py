@@ -43,8 +43,7 @@ def walk(
     gait: Annotated[
         OptionalText,
         typer.Option(
-            help="tripod, ripple, tetrapod (S2) or wave; default tetrapod, with 4, 5 or 7 legs "
-            "wave."
+            help="tripod, ripple, tetrapod (S2) or wave; default tetrapod; 4, 5 or 7 legs: wave."
         ),
     ] = None,
     stroke: Annotated[

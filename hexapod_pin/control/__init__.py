@@ -13,12 +13,13 @@ from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.leg_clearance import Clearance, leg_clearance
+from hexapod_pin.control.named_gait import default_gait, named_gait
 from hexapod_pin.control.paper_motion import paper_motion
 from hexapod_pin.control.registry import register_controller
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.control.sensor_reader import SensorReader
 from hexapod_pin.control.sensors import Sensor, Sensors
-from hexapod_pin.control.six_legs import SixLegs, six_legs
+from hexapod_pin.control.six_legs import SixLegs, leg_order, six_legs
 from hexapod_pin.control.step_functions import Havsin, Step, Step5
 from hexapod_pin.control.time_function import Periodic, Sum
 from hexapod_pin.control.velocity_command import VelocityCommand
@@ -53,9 +54,12 @@ __all__ = [
     "Sum",
     "VelocityCommand",
     "Waypoints",
+    "default_gait",
     "feasible_gait",
     "fit_gait",
     "leg_clearance",
+    "leg_order",
+    "named_gait",
     "paper_motion",
     "register_controller",
     "six_legs",

@@ -115,6 +115,10 @@ def _path_or_rates(
     six: SixLegs, gait: Gait, motion: BodyMotion | None
 ) -> Violation | NDArray[np.float64]:
     """Return what is wrong with the paths of a gait, or its joint rates [rad/s], (L, K, J)."""
+    if six.kinematics.task is not None:
+        stands = _singular(six, six.kinematics.posture[:, None], len(six.legs))
+        if stands is not None:
+            return stands[0]
     path = FootPath.of(six, gait, stop_at=CHECKED_CYCLES * gait.cycle_time, motion=motion)
     try:
         p_BF, v_BF = six.foot_motion(path, checked_times(path))

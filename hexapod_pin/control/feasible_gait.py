@@ -89,8 +89,8 @@ def fit_gait(
 
     The stroke is 0.14 m (S2's), or 80 % of the largest that the robot can walk where that is less.
     The lift is 0.02 m, or 8 % of the length of a leg where that is less, or 80 % of the largest
-    that it can walk. The cycle is 2.4 s (S2's), or, where a joint is too slow for it, one in which no
-    joint is faster than 80 % of its velocity limit.
+    that it can walk. The cycle is 2.4 s (S2's), or, where a joint is too slow for it, one in which
+    no joint is faster than 80 % of its velocity limit.
 
     Args:
         robot: the robot that must be able to walk it.
@@ -147,7 +147,8 @@ def _lift(robot: Robot, lift: float | None) -> tuple[float, str]:
 def _slow_enough(robot: Robot, gait: Gait) -> Gait:
     """Return the gait, with a longer cycle where its joints would be beyond their velocity limits.
 
-    Then no joint exceeds RATE_SHARE of its limit. A gait whose paths the robot cannot walk is returned as it is: it is refused by them.
+    Then no joint exceeds RATE_SHARE of its limit. A gait whose paths the robot cannot walk is
+    returned as it is: it is refused by them.
     """
     for tries in range(MOST_TRIES):
         least = shortest_cycle(six_legs(robot), gait)

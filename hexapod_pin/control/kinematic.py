@@ -80,7 +80,8 @@ class KinematicControl:
 
         Raises:
             GaitError: the robot's legs do not fit the gait, or reach, singularity, joint position
-                or joint velocity limits forbid it; `quantity` and `limit` say what to change and how far.
+                or joint velocity limits forbid it; `quantity` and `limit` say what to change and
+                how far.
             ParameterError: the duration, or a stop too early for starting and stopping.
         """
         end, path = check_duration(duration), self.path(robot)

@@ -225,11 +225,16 @@ def leg_order(robot: Robot) -> tuple[str, ...]:
     return tuple(leg.name for leg in six_legs(robot).legs)
 
 
-def require_six_of_three(robot: Robot, what: str) -> SixLegs:
+def require_six_of_three(robot: Robot, what: str, *, held: bool = True) -> SixLegs:
     """Return the legs of a robot with the six three-joint legs that something needs.
 
+    Args:
+        robot: the robot.
+        what: needs them.
+        held: whether other joints may be held.
+
     Raises:
-        GaitError: the robot has other legs; it names what needs them.
+        GaitError: the robot has other legs, or held joints; it names what needs them.
     """
     legs = six_legs(robot)
     if legs.joint_index.shape != (6, 3):
@@ -237,6 +242,13 @@ def require_six_of_three(robot: Robot, what: str) -> SixLegs:
         raise GaitError(
             f"{what} needs six legs of three joints; robot {robot.name} has {count} of {joints}. "
             "KinematicControl walks with 4 to 8 legs of two or three joints.",
+            "legs",
+            None,
+        )
+    if robot.held and not held:
+        raise GaitError(
+            f"{what} takes no robot with held joints; {robot.name} holds "
+            f"{', '.join(robot.held)}. KinematicControl does, or make them fixed.",
             "legs",
             None,
         )

@@ -70,7 +70,7 @@ def assumed_gains(robot: Robot) -> AssumedGains:
     Sliding joints: the same with 0.01 of a leg's length for 0.01 rad, r being that length, and
     their static force, no less than a third of the weight.
     """
-    slides = sliding(robot)
+    slides = ~robot.turning
     effort = float(robot.effort[~slides].max()) if (~slides).any() else 0.0
     arm, weight = leg_length(robot), STANDARD_GRAVITY * robot.total_mass
     load = _load(robot, ~slides, LEAST_ARM * arm * weight / SUPPORT)
@@ -100,12 +100,6 @@ def assumed_gains(robot: Robot) -> AssumedGains:
 def settling_time(arm: float) -> float:
     """Return kd / kp of a critically damped joint whose load at an arm [m] sags by SAG [s]."""
     return 2.0 * math.sqrt(SAG * arm / STANDARD_GRAVITY)
-
-
-def sliding(robot: Robot) -> NDArray[np.bool_]:
-    """Return which joints slide (n,)."""
-    kinds = [robot.model.joints[robot.model.getJointId(name)] for name in robot.joint_names]
-    return np.array([kind.shortname().startswith("JointModelP") for kind in kinds], dtype=bool)
 
 
 def _load(robot: Robot, joints: NDArray[np.bool_], least: float) -> float:

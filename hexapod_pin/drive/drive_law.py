@@ -36,7 +36,7 @@ def drive_law(robot: Robot, servo: Servo, stops: JointStops) -> DriveLaw:
     return native.drive_law(
         kp=kp, kd=kd, cap=torque_cap(robot, servo), line_torque=line, line_slope=slope,
         damping=damping, friction=friction, lower=np.array(robot.lower, dtype=float),
-        upper=np.array(robot.upper, dtype=float), stop_stiffness=stops.stiffness,
+        upper=np.array(robot.upper, dtype=float), stop_stiffness=stops.stiffnesses(robot),
         stop_dissipation=stops.dissipation,
     )  # fmt: skip
 

@@ -14,15 +14,20 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
 
 JOINT_KINDS = ("coxa", "femur", "tibia")
-"""Kinds of the joints of a three-joint leg, from the trunk outwards."""
+"""Kinds of the joints of a leg, from the trunk outwards; a leg of two joints has the first two."""
+
+HELD, SLIDE = "held", "slide"
+"""Kinds of joints that no leg walks with: those that turn, and those that slide."""
 
 Value = TypeVar("Value")
 
 
 def joint_kinds(robot: Robot) -> dict[str, str]:
-    """Return the kind of every joint of a leg by the joint's name."""
-    pairs = (zip(leg.joints, JOINT_KINDS, strict=True) for leg in robot.legs)
-    return {joint: kind for leg in pairs for joint, kind in leg}
+    """Return the kind of every joint of a leg, and of every held joint, by the joint's name."""
+    pairs = (zip(leg.joints, JOINT_KINDS, strict=False) for leg in robot.legs)
+    kinds = {joint: kind for leg in pairs for joint, kind in leg}
+    turning = dict(zip(robot.joint_names, robot.turning.tolist(), strict=True))
+    return kinds | {name: HELD if turning[name] else SLIDE for name in robot.held}
 
 
 def values_by_joint(robot: Robot, what: str, given: Mapping[str, Value]) -> dict[str, Value]:
@@ -35,10 +40,15 @@ def values_by_joint(robot: Robot, what: str, given: Mapping[str, Value]) -> dict
     known = {*robot.joint_names, *kinds.values()}
     for key in given:
         if key not in known:
-            allowed = f"a joint of {robot.name} or one of {', '.join(JOINT_KINDS)}"
+            allowed = f"a joint of {robot.name} or one of {', '.join(_kinds_text(kinds))}"
             raise ParameterError(f"key of {what}", key, allowed)
     keys = {name: (name if name in given else kinds.get(name, "")) for name in robot.joint_names}
     return {name: given[key] for name, key in keys.items() if key in given}
+
+
+def _kinds_text(kinds: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the kinds of a robot's joints; those of three-joint legs where it has no legs."""
+    return tuple(dict.fromkeys(kinds.values())) or JOINT_KINDS
 
 
 def numbers_by_joint(
@@ -54,7 +64,8 @@ def numbers_by_joint(
         found = values_by_joint(robot, what, given)
         for name in names:
             if name not in found:
-                hint = f"Add its name or its kind ({', '.join(JOINT_KINDS)})."
+                kinds = ", ".join(_kinds_text(joint_kinds(robot)))
+                hint = f"Add its name or its kind ({kinds})."
                 raise ParameterError(f"{what} of joint {name}", None, "given", hint)
         return np.array([found[name] for name in names], dtype=float)
     if isinstance(given, Sequence):

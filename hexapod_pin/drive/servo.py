@@ -26,15 +26,16 @@ Gain = NonNegativeFloat | dict[str, NonNegativeFloat] | tuple[NonNegativeFloat, 
 class Servo(Spec):
     """PD servo at every joint: tau = kp (q_ref - q) + kd (v_ref - v) + torque_ref, limited.
 
-    A gain is one number for all joints, a mapping by kind of joint ("coxa", "femur", "tibia") or by
-    joint name (a name goes before its kind), or a sequence with one number per joint.
+    A gain is one number for all joints, a mapping by kind of joint ("coxa", "femur", "tibia"; of
+    joints that no leg walks with "held", and "slide" where they slide) or by joint name (a name
+    goes before its kind), or a sequence with one number per joint.
 
     Attributes:
-        kp: stiffness [N m/rad].
-        kd: damping [N m s/rad].
+        kp: stiffness [N m/rad; N/m of joints that slide].
+        kd: damping [N m s/rad; N s/m of joints that slide].
         limited: whether |tau| is limited to the joint's URDF effort.
-        motor: what gives the torque: one for all joints, or a mapping as for the gains, where
-            joints left out have none; None: the torque follows without a limit in speed.
+        motor: what gives the torque: one for all joints that turn, or a mapping as for the gains,
+            where joints left out have none; None: the torque follows without a limit in speed.
         assumed: whether the gains are this package's guess rather than the user's numbers.
         rule: what assumed gains follow where that is not the effort; None: the effort.
     """
@@ -89,7 +90,7 @@ class Servo(Spec):
             ParameterError: a key names no joint.
         """
         if not isinstance(self.motor, Mapping):
-            return (self.motor,) * len(robot.joint_names)
+            return tuple(self.motor if turns else None for turns in robot.turning)
         found = values_by_joint(robot, "Servo.motor", self.motor)
         return tuple(found.get(name) for name in robot.joint_names)
 
@@ -158,7 +159,8 @@ class Servo(Spec):
         Raises:
             ParameterError: a gain is negative or not finite.
         """
-        effort = float(robot.effort.max()) if robot.effort.size else 0.0
+        efforts = robot.effort[robot.turning]
+        effort = float(efforts.max()) if efforts.size else 0.0
         stiffness = effort / error
         return cls(
             kp=stiffness if kp is None else kp,

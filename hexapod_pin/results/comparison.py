@@ -10,9 +10,9 @@ from typing import Any
 
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.atomic_file import write_atomically
-from hexapod_pin.results.file_ending import JSON, check_ending
 from hexapod_pin.results.compared_run import ComparedRun, Outcome
 from hexapod_pin.results.estimate import CONFIDENCE, Estimate, mean_estimate, relative_change
+from hexapod_pin.results.file_ending import JSON, check_ending
 from hexapod_pin.results.walk_metrics import METRICS
 
 SCHEMA = "hexapod_pin.comparison"

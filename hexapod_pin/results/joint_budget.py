@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,9 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 
 KINDS = ("coxa", "femur", "tibia")
+OTHER_KINDS = ("joint", "held", "slide")
+"""Of joints that are no leg's: not told, held, and held ones that slide (N, m/s for N m, rad/s)."""
+
 LIMITED_TORQUE_SHARE = 0.999  # share of the effort limit from which a torque counts as limited
 
 _PATTERNS = (  # one per kind; OpenSHC, PhantomX and `L1_1` names included
@@ -30,7 +33,7 @@ class JointBudget:
     """What one joint delivers within the window; energies per cycle (or window)."""
 
     joint: str
-    kind: str  # "coxa", "femur", "tibia", or "joint" where it cannot be told
+    kind: str  # "coxa", "femur", "tibia", "held", "slide", or "joint" where it cannot be told
     peak_torque: float  # largest |torque| [N m]
     peak_time: float  # its time [s]
     effort_limit: float  # [N m]
@@ -72,7 +75,7 @@ class KindBudget:
 
 def joint_rows(trace: Trace, window: Window) -> tuple[JointBudget, ...]:
     """Return one row per joint, in the trace's order."""
-    kinds = joint_kinds(trace.joint_names, len(trace.foot_names))
+    kinds = joint_kinds(trace.joint_names, len(trace.foot_names), trace.meta)
     limits = trace.meta.get("effort_limit") or [math.inf] * len(kinds)
     return tuple(
         _joint_row(trace, window, k, kind, float(limits[k])) for k, kind in enumerate(kinds)
@@ -81,7 +84,7 @@ def joint_rows(trace: Trace, window: Window) -> tuple[JointBudget, ...]:
 
 def summary_rows(summary: Summary) -> tuple[JointBudget, ...]:
     """Return one row per joint from what was gathered at accepted steps."""
-    kinds = joint_kinds(summary.joint_names, len(summary.foot_names))
+    kinds = joint_kinds(summary.joint_names, len(summary.foot_names), summary.meta)
     limits = summary.meta.get("effort_limit") or [math.inf] * len(kinds)
     return tuple(
         JointBudget(
@@ -137,7 +140,7 @@ def _rms(time: Array, values: Array) -> float:
 
 def kind_rows(joints: Sequence[JointBudget]) -> tuple[KindBudget, ...]:
     """Return one row per kind of joint, in the order of first appearance along a leg."""
-    kinds = [kind for kind in (*KINDS, "joint") if any(row.kind == kind for row in joints)]
+    kinds = [kind for kind in (*KINDS, *OTHER_KINDS) if any(row.kind == kind for row in joints)]
     return tuple(_kind_row(kind, [row for row in joints if row.kind == kind]) for kind in kinds)
 
 
@@ -164,12 +167,17 @@ def _kind_row(kind: str, rows: Sequence[JointBudget]) -> KindBudget:
     )
 
 
-def joint_kinds(names: Sequence[str], feet: int) -> tuple[str, ...]:
-    """Return the kind of every joint, by name, else by its place within its leg.
+def joint_kinds(
+    names: Sequence[str], feet: int, meta: Mapping[str, Any] | None = None
+) -> tuple[str, ...]:
+    """Return the kind of every joint: as `meta` says, else by name, else by its place in its leg.
 
     The place counts where there are three joints per foot, listed leg by leg from the trunk
     outwards (*assumed* of robots whose names say nothing); otherwise all are "joint".
     """
+    told = (meta or {}).get("joint_kinds")
+    if told is not None:
+        return tuple(told)
     found = [_kind_of(name) for name in names]
     if all(found):
         return tuple(kind for kind in found if kind)

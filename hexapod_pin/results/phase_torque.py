@@ -97,7 +97,7 @@ def phase_torques(trace: Trace) -> PhaseTorques:
     """
     window, robot, moments = steady_window(trace), RecordedRobot.of(trace), joint_moments(trace)
     above = [robot.joints_above(f) for f in range(len(robot.robot.feet))]
-    kinds = joint_kinds(trace.joint_names, len(robot.robot.feet))
+    kinds = joint_kinds(trace.joint_names, len(robot.robot.feet), trace.meta)
     rows = []
     for j in range(len(trace.joint_names)):
         feet = [f for f, joints in enumerate(above) if j in joints]

@@ -30,13 +30,13 @@ def recorded_groups(chosen: Iterable[str] | None) -> tuple[str, ...] | None:
     """
     if chosen is None:
         return None
-    allowed = f"names out of {', '.join(GROUPS)}"
+    known = ", ".join(GROUPS)
     if isinstance(chosen, str) or not isinstance(chosen, Iterable):
-        raise ParameterError("record", chosen, f"a sequence of {allowed}")
+        raise ParameterError("record", chosen, f"a list of some of {known}")
     names = tuple(chosen)
     for name in names:
         if not isinstance(name, str) or name not in GROUPS:
-            raise ParameterError("record", name, allowed)
+            raise ParameterError("record", name, f"some of {known}")
     kept = tuple(name for name in GROUPS if name in names and name != ALWAYS)
     return None if len(kept) == len(GROUPS) - 1 else kept
 

@@ -123,7 +123,7 @@ class TorqueBudget:
         return _row("joint", name, {row.joint: row for row in self.joints})
 
     def kind(self, name: str) -> KindBudget:
-        """Return the row of one kind of joint: "coxa", "femur" or "tibia".
+        """Return the row of one kind of joint: "coxa", "femur", "tibia", "held", "slide".
 
         Raises:
             UnknownNameError: there is no such kind.
@@ -210,6 +210,8 @@ def _turn_lines(budget: TorqueBudget) -> list[str]:
 def _note_lines(budget: TorqueBudget) -> list[str]:
     """Return what to know before using the numbers."""
     lines = ["* reaches the effort limit."] if any(row.at_limit for row in budget.joints) else []
+    if any(row.kind == "slide" for row in budget.joints):
+        lines.append("slide: held joints that slide; N for N m and m/s for rad/s.")
     lines.append(PEAK_CAVEAT[budget.peaks])
     if budget.largest_outside is not None:
         joint, time, torque = budget.largest_outside

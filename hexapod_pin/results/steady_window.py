@@ -113,7 +113,8 @@ def _too_short(duration: float, begin: float, until: float, cycle: float | None)
         duration,
         f"at least {begin + cycle:.4g} s of walking for one whole cycle",
         f"{_steady_part(begin, until)}, a cycle lasts {cycle:.4g} s: "
-        f"simulate {begin + cycle:.4g} s or more (two cycles: {begin + 2 * cycle:.4g} s), and stop the gait no earlier.",
+        f"simulate {begin + cycle:.4g} s or more (two cycles: {begin + 2 * cycle:.4g} s), "
+        "and stop the gait no earlier.",
     )
 
 

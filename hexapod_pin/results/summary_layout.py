@@ -62,7 +62,7 @@ SUMMARY_META = (
     "run", "scene", "controller", "method", "accuracy", "step", "sample", "events", "drive",
     "cycle_time",
     "steady_from", "steady_until", "travel_direction", "nominal_speed", "robot_name", "total_mass",
-    "gravity", "effort_limit", "assumed", "provenance", "model_digest", "wall_time",
+    "gravity", "effort_limit", "joint_kinds", "assumed", "provenance", "model_digest", "wall_time",
 )  # fmt: skip
 """What a summary keeps of a trace's `meta`."""
 

@@ -83,5 +83,5 @@ def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ..
         meta=json.loads(arrays["meta"].item()),
         joint_names=tuple(arrays["joint"]),
         foot_names=tuple(arrays["foot"]),
-        **{name: None if name in absent else arrays[name] for name in LAYOUT},
+        **{name: None if name in absent else arrays[name] for name in LAYOUT},  # type: ignore[arg-type]
     )

@@ -16,11 +16,14 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.link_shapes import LinkShape, link_shapes, urdf_of
 from hexapod_pin.robot.loading.limbs import Leg
+from hexapod_pin.robot.loading.stated_legs import moved_joints_above
 from hexapod_pin.robot.once_per_robot import once_per_robot
 
 if TYPE_CHECKING:
     import pinocchio as pin
 
+    from hexapod_pin.robot.description.urdf_file import Joint
+    from hexapod_pin.robot.loading.feet import Foot
     from hexapod_pin.robot.robot import Robot
 
 RADIUS_SHARE = 0.1
@@ -150,19 +153,31 @@ def _leg_shapes(robot: Robot, leg: Leg, notes: dict[str, list[str]]) -> list[_Bo
     import pinocchio as pin
 
     file, foot, bodies = urdf_of(robot), robot.foot(leg.foot), []
-    child = {joint.name: joint.child for joint in file.joints}
-    for place, joint in enumerate(leg.joints):
-        links = [name for name in file.rigid_group(child[joint]) if name != foot.name]
+    chain = _own_joints(robot, leg)
+    for place, joint in enumerate(chain):
+        links = [name for name in file.rigid_group(joint.child) if name != foot.name]
         shapes, _ = link_shapes(robot, links, "collision", meshes=False)
         if shapes:
             bodies += [_Body(leg.name, place, x.link, _primitive(x)) for x in shapes]
-        elif capsule := _capsule(robot, leg, place, links, notes):
-            bodies.append(_Body(leg.name, place, child[joint], capsule))
+        elif capsule := _capsule(robot, foot, [x.name for x in chain[place:]], links, notes):
+            bodies.append(_Body(leg.name, place, joint.child, capsule))
     if foot.radius > 0.0:
         centre = pin.SE3(np.eye(3), np.array(foot.offset))
         sphere = (foot.joint, centre, coal.Sphere(foot.radius))
-        bodies.append(_Body(leg.name, len(leg.joints) - 1, foot.name, sphere))
+        bodies.append(_Body(leg.name, len(chain) - 1, foot.name, sphere))
     return bodies
+
+
+def _own_joints(robot: Robot, leg: Leg) -> list[Joint]:
+    """Return the moved joints of one leg alone, held ones included, from the trunk outwards."""
+    file = urdf_of(robot)
+    others = {
+        joint.name
+        for other in robot.legs
+        if other.name != leg.name
+        for joint in moved_joints_above(file, other.foot)
+    }
+    return [joint for joint in moved_joints_above(file, leg.foot) if joint.name not in others]
 
 
 def _trunk_shapes(robot: Robot, notes: dict[str, list[str]]) -> list[_Body]:
@@ -188,17 +203,17 @@ def _primitive(shape: LinkShape) -> tuple[str, pin.SE3, Any]:
 
 
 def _capsule(
-    robot: Robot, leg: Leg, place: int, links: list[str], notes: dict[str, list[str]]
+    robot: Robot, foot: Foot, joints: list[str], links: list[str], notes: dict[str, list[str]]
 ) -> tuple[str, pin.SE3, Any] | None:
-    """Return the capsule from a joint to the next one or the foot; None where they coincide."""
+    """Return the capsule from the first joint to the next or the foot; None where they coincide."""
     import coal
     import pinocchio as pin
 
-    model, joint = robot.model, leg.joints[place]
-    if place + 1 < len(leg.joints):
-        end = np.array(model.jointPlacements[model.getJointId(leg.joints[place + 1])].translation)
+    model, joint = robot.model, joints[0]
+    if len(joints) > 1:
+        end = np.array(model.jointPlacements[model.getJointId(joints[1])].translation)
     else:
-        end = np.array(robot.foot(leg.foot).offset)
+        end = np.array(foot.offset)
     length = float(np.linalg.norm(end))
     if length < MIN_CAPSULE_LENGTH:
         return None

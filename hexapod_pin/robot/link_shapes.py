@@ -8,13 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 from xml.etree import ElementTree
 
 import numpy as np
 
 from hexapod_pin.arrays import Array, read_only
+from hexapod_pin.errors import MeshError
 from hexapod_pin.robot.description.urdf_file import (
     UrdfFile,
     attribute,
@@ -25,6 +25,8 @@ from hexapod_pin.robot.description.urdf_file import (
 from hexapod_pin.robot.description.urdf_inertia import rotation
 from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.once_per_robot import once_per_robot
+from hexapod_pin.robot.reading.mesh_file import read_mesh
+from hexapod_pin.robot.reading.resources import ResourceFinder
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
@@ -60,6 +62,12 @@ class LinkShape:
 def urdf_of(robot: Robot) -> UrdfFile:
     """Return the robot's URDF as links and joints."""
     return parse_urdf(robot.urdf.encode(), robot.source)
+
+
+@once_per_robot
+def resources_of(robot: Robot) -> ResourceFinder:
+    """Return what finds the robot's meshes."""
+    return ResourceFinder(robot.source)
 
 
 def link_shapes(
@@ -118,33 +126,14 @@ def _geometry(
     return "box", tuple((high - low).tolist()), tuple((0.5 * (low + high)).tolist()), True
 
 
-def _mesh_bounds(robot: Robot, mesh: ElementTree.Element) -> tuple[Array, Array]:
-    """Return lowest and highest coordinates of a mesh [m]; ValueError where it is unreadable."""
-    import coal
-
+def _mesh_bounds(robot: Robot, mesh: ElementTree.Element) -> Array:
+    """Return (2, 3) lowest and highest coordinates [m]; ValueError where a mesh is unreadable."""
     name = mesh.get("filename") or ""
-    path = _mesh_file(Path(robot.source).expanduser().resolve().parent, name)
+    path = resources_of(robot).find(name)
     if path is None:
         raise ValueError(f"mesh {name!r} not found")
-    scale = np.array(triple(mesh.get("scale"))) if mesh.get("scale") else np.ones(3)
+    scale = triple(mesh.get("scale")) if mesh.get("scale") else (1.0, 1.0, 1.0)
     try:
-        shape = coal.MeshLoader().load(str(path), scale)
-        shape.computeLocalAABB()
-    except Exception as error:  # what a mesh reader raises is not ours to know
-        raise ValueError(f"mesh {name!r} cannot be read") from error
-    bounds = np.array(shape.aabb_local.min_), np.array(shape.aabb_local.max_)
-    return bounds
-
-
-def _mesh_file(folder: Path, name: str) -> Path | None:
-    """Return the file of a mesh: a path, relative to the URDF, or in a package above it."""
-    kind, separator, rest = name.partition("://")
-    if not separator or kind == "file":
-        path = folder / (rest if separator else name)
-        return path if path.is_file() else None
-    inside = rest.partition("/")[2]
-    for parent in (folder, *folder.parents):
-        for path in (parent / rest, parent / inside):
-            if inside and path.is_file():
-                return path
-    return None
+        return read_mesh(path, scale).bounds
+    except MeshError as error:
+        raise ValueError(f"mesh {name!r} {error.reason}") from error

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ReachError
@@ -15,7 +16,8 @@ MAX_ANGLE_CHANGE = 0.2
 
 NEWTON_STEPS = 12
 MAX_NEWTON_STEP = 0.3  # of one joint [rad]
-CONVERGED_STEP = 1e-15  # largest of all joints at which the steps end [rad]
+CONVERGED_STEP = 1e-9  # the steps end with a smaller one: the next would be its square [rad]
+NEAR_START = 1.0  # a Newton solution within this of its start is taken as the nearest one [rad]
 NEWTON_DAMPING = 1e-14  # added to the diagonal of J^T J [m^2]
 
 
@@ -34,20 +36,41 @@ def follow_search(leg: LegGeometry, targets: Array, near: Array, *, limits: bool
     Raises:
         ReachError: no solution was found for a target.
     """
-    q_first, miss = search(leg, targets[0], near, limits=limits)
-    if miss > POSITION_TOLERANCE:
-        raise _not_found(leg, targets[0], miss)
+    q_first = _first(leg, targets[0], near, limits=limits)
     q = _newton(leg, targets, np.tile(q_first, (len(targets), 1)))
     missed = leg.followed(leg.forward(q) - targets)
     found = np.linalg.norm(missed, axis=1) <= POSITION_TOLERANCE
-    if found.all() and (np.abs(np.diff(q, axis=0)) < MAX_ANGLE_CHANGE).all():
+    if found.all() and not _jumps(q).any():
         return q
+    suspect = ~found
+    suspect[1:] |= _jumps(q)
     for k in range(1, len(targets)):
-        if found[k] and np.abs(q[k] - q[k - 1]).max() < MAX_ANGLE_CHANGE:
+        if not suspect[k] or (found[k] and not _jumps(q[k - 1 : k + 1])[0]):
             continue
-        q[k], miss = search(leg, targets[k], q[k - 1], limits=limits)
-        if miss > POSITION_TOLERANCE:
-            raise _not_found(leg, targets[k], miss)
+        q[k] = _first(leg, targets[k], q[k - 1], limits=limits)
+        suspect[k + 1 : k + 2] = True
+    return q
+
+
+def _jumps(q: Array) -> NDArray[np.bool_]:
+    """Tell which angles (N, J) are far from those before. Shape (N - 1,)."""
+    return np.asarray((np.abs(np.diff(q, axis=0)) >= MAX_ANGLE_CHANGE).any(axis=1))
+
+
+def _first(leg: LegGeometry, target: Array, near: Array, *, limits: bool) -> Array:
+    """Return the angles for one target (3,): Newton steps, and search where they lead away.
+
+    Raises:
+        ReachError: no solution was found.
+    """
+    q = _newton(leg, target[None], near[None].copy())[0]
+    inside = not limits or bool(((q >= leg.lower) & (q <= leg.upper)).all())
+    missed = np.linalg.norm(leg.followed(leg.forward(q) - target))
+    if inside and missed <= POSITION_TOLERANCE and np.abs(q - near).max() < NEAR_START:
+        return q
+    q, miss = search(leg, target, near, limits=limits)
+    if miss > POSITION_TOLERANCE:
+        raise _not_found(leg, target, miss)
     return q
 
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array, digest, read_only
 from hexapod_pin.errors import UnknownNameError, UrdfError
-from hexapod_pin.robot.description.urdf_check import check_urdf
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, read_urdf
 from hexapod_pin.robot.loading.feet import Foot, place_feet
 from hexapod_pin.robot.loading.limbs import Leg, find_limbs
@@ -22,6 +22,7 @@ from hexapod_pin.robot.loading.pin_model import build_model, joints_in_order
 from hexapod_pin.robot.loading.posture import Posture, joint_angles, standing_angles
 from hexapod_pin.robot.loading.provenance import read_provenance
 from hexapod_pin.robot.loading.stated_legs import stated_limbs, stated_places
+from hexapod_pin.robot.mending.urdf_check import check_urdf
 from hexapod_pin.robot.scratch_data import scratch_data
 from hexapod_pin.robot.state import State, checked_state
 
@@ -87,6 +88,12 @@ class Robot:
     urdf: str = field(repr=False)
     digest: str = field(repr=False)
     held: Mapping[str, float] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def turning(self) -> NDArray[np.bool_]:
+        """Which joints turn; the others slide: their units are m, N and m/s. Shape (n_joints,)."""
+        joints = [self.model.joints[self.model.getJointId(name)] for name in self.joint_names]
+        return np.array([np.any(joint.createData().S[3:]) for joint in joints], dtype=bool)
 
     def leg(self, name: str) -> Leg:
         """Return a leg by name; UnknownNameError lists the known ones."""

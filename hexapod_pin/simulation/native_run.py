@@ -6,7 +6,7 @@ Python never sits inside a step: it hands a run over and takes the samples back.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -58,7 +58,7 @@ class NativeRun:
         *,
         controller: Mapping[str, Any] | None = None,
         record: bool = True,
-        groups: tuple[str, ...] | None = None,
+        groups: Sequence[str] | None = None,
     ) -> None:
         """Check and set up; nothing is simulated yet.
 
@@ -109,8 +109,10 @@ class NativeRun:
             trunk=[(place, radius) for _, place, radius, _ in self.trunk_points],
             window=np.array(summary_window(points)),
             torque_limit=LIMITED_TORQUE_SHARE * torque_limit(self.scene.robot, self.scene.servos),
-            omitted=[table for array in self.omitted for table in TABLES.get(array, (array,))],
         )  # fmt: skip
+        if self.omitted:
+            tables = [TABLES.get(array, (array,)) for array in self.omitted]
+            settings["omitted"] = [name for names in tables for name in names]
         try:
             return _native.start(**settings)
         except ValueError as error:  # what only the core knows: a method that cannot do a scene

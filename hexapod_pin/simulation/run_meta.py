@@ -7,13 +7,16 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.drive.drive_law import torque_limit
+from hexapod_pin.drive.per_joint import joint_kinds
 from hexapod_pin.results.event import Event
+from hexapod_pin.results.joint_budget import joint_kinds as kinds_by_name
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.summary_layout import from_native
 from hexapod_pin.simulation.case_data import run_to_toml
 from hexapod_pin.simulation.loaded_model import native_loads
 
 if TYPE_CHECKING:
+    from hexapod_pin.robot.robot import Robot
     from hexapod_pin.simulation.native_run import NativeRun
     from hexapod_pin.simulation.scene import Scene
 
@@ -85,11 +88,22 @@ def _common_meta(run: NativeRun) -> dict[str, Any]:
         "total_mass": scene.total_mass,
         "gravity": list(scene.gravity),
         "effort_limit": torque_limit(robot, scene.servos).tolist(),
+        **told_kinds(robot),
         "assumed": list(scene.assumed),
         "provenance": robot.provenance,
         "model_digest": robot.digest,
         "wall_time": run.wall_time,
     }
+
+
+def told_kinds(robot: Robot) -> dict[str, list[str]]:
+    """Return `joint_kinds` of a robot with legs where names and places do not tell them."""
+    if not robot.legs:
+        return {}
+    kinds = joint_kinds(robot)
+    told = [kinds[name] for name in robot.joint_names]
+    plain = list(kinds_by_name(robot.joint_names, len(robot.feet)))
+    return {} if told == plain else {"joint_kinds": told}
 
 
 def drive_limits(run: NativeRun) -> dict[str, list[float]]:

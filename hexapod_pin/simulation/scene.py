@@ -132,12 +132,9 @@ class Scene:
         if self.servos.assumed and not self.prescribed:
             rule = "" if self.servos.rule is None else f" ({self.servos.rule})"
             found.append(f"servo gains: {self.servos.describe()}{rule}")
-        stops = self.joint_stops.assumed and self.joint_stops.stiffness > 0.0
+        stops = self.joint_stops.assumed and self.joint_stops.stiffnesses(self.robot).any()
         if stops and not self.prescribed:
-            found.append(
-                f"joint stops: {self.joint_stops.stiffness:g} N m/rad, "
-                f"{self.joint_stops.dissipation:g} s/rad"
-            )
+            found.append(f"joint stops: {self.joint_stops.describe()}")
         found += [
             f"payload of {load.mass:g} kg on {load.link}: a point mass"
             for load in self.loads

@@ -177,7 +177,7 @@ def live_run(
     gait: Gait | None = None,
     end: float = 0.0,
     record: bool = True,
-    groups: tuple[str, ...] | None = None,
+    groups: Sequence[str] | None = None,
 ) -> NativeRun:
     """Return a run that waits for commands, holding the joint angles of its start.
 

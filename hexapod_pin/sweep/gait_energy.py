@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.feasible_gait import DEFAULT_STROKE
-from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.gait import Gait, gaits_for
 from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.errors import ParameterError, SweepInterrupted
 from hexapod_pin.results.gait_energy import GRID, LAYOUT, GaitEnergy
 from hexapod_pin.results.grid_columns import empty_grid
@@ -46,8 +48,10 @@ SPEEDS = tuple(0.03 * k for k in range(1, 11))
 """Speeds up to 0.3 m/s [m/s], *assumed*: kharagpur's wave 5/6 ends below 0.12."""
 
 
-def study_gaits() -> dict[str, Gait]:
-    """Return the gaits that are compared where none are given, by name."""
+def study_gaits(legs: int = 6) -> dict[str, Gait]:
+    """Return the gaits that are compared where none are given, by name, for a number of legs."""
+    if legs != 6:
+        return {name: Gait.by_name(name, legs=legs) for name in gaits_for(legs)}
     return {
         "tripod": Gait.tripod(),
         "ripple": Gait.ripple(),
@@ -82,7 +86,7 @@ def gait_energy(
     Args:
         scenes: one, or several by name, such as {"servo": ..., "prescribed": ...}.
         gaits: order and duty of the steps by name; None: `study_gaits`, tripod, ripple,
-            tetrapod, wave 3/4 and wave 5/6.
+            tetrapod, wave 3/4 and wave 5/6 with six legs.
         speeds: ascending [m/s].
         step_height: lift of the swing feet [m].
         stroke: of all gaits [m]; None: 0.14 m, unless a cycle time is given.
@@ -101,6 +105,7 @@ def gait_energy(
     Raises:
         ParameterError: an argument is out of range, or both a stroke and a cycle time are given. A
             point that cannot be walked is NaN.
+        GaitError: a robot without legs that a gait can move, or a gait for another number of legs.
         SweepInterrupted: Ctrl-C; `.result` holds what was done.
 
     Example:
@@ -108,9 +113,13 @@ def gait_energy(
         >>> print(found.table())
     """
     check_counts(cycles, check)
-    named, tables = _named(scenes), study_gaits() if gaits is None else dict(gaits)
+    named = _named(scenes)
+    legs = [six_legs(scene.robot) for scene in named.values()]
+    tables = study_gaits(len(legs[0].legs)) if gaits is None else dict(gaits)
     if not tables:
         raise ParameterError("gaits", gaits, "at least one gait by its name")
+    for own, table in itertools.product(legs, tables.values()):
+        own.fitted(table)
     axis = grid_axis("speeds", speeds)
     loss = {name: _copper_losses(scene, copper_loss) for name, scene in named.items()}
     cases: dict[tuple[int, ...], Case | Exception] = {}

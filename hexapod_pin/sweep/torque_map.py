@@ -13,6 +13,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.named_gait import default_gait, named_gait
 from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.errors import GaitError, ParameterError, SweepInterrupted
 from hexapod_pin.results.grid_columns import empty_grid
@@ -25,7 +26,7 @@ from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
 from hexapod_pin.simulation.native_run import contact_names
-from hexapod_pin.simulation.run_meta import package_versions
+from hexapod_pin.simulation.run_meta import package_versions, told_kinds
 from hexapod_pin.sweep.grid_runs import (
     GridRuns,
     Numbers,
@@ -79,7 +80,8 @@ def torque_map(
         scene: what is walked on.
         walk: "arc" ([S2]'s motion, `ArcWalk`, amplitude arcsin(stroke / 2R)), "straight"
             (`KinematicControl`), or what returns the controller of a stroke [m] and cycle time [s].
-        gait: order, duty and lift of the steps of the two kinds; None: [S2]'s tetrapod.
+        gait: order, duty and lift of the steps of the two kinds; None: `default_gait`, [S2]'s
+            tetrapod with six legs.
         strokes: ascending [m].
         cycle_times: ascending [s].
         cycles: whole cycles after the start-up.
@@ -131,7 +133,8 @@ def _maker(
         if gait is not None:
             raise ParameterError("gait", gait.name, "left out with a walk of your own")
         return walk
-    base = Gait.tetrapod() if gait is None else gait
+    base = named_gait(robot, default_gait(robot)) if gait is None else gait
+    six_legs(robot).fitted(base)
     if walk == "straight":
         return lambda stroke, period: KinematicControl(
             base.with_changes(stroke=stroke, cycle_time=period)
@@ -221,7 +224,8 @@ def _map(
     filled = runs.arrays(empty_grid(LAYOUT, sizes), [sizes[name] for name in GRID])
     return TorqueMap(
         stroke=axes[0], cycle_time=axes[1], joint_names=joints, foot_names=feet,
-        kinds=joint_kinds(joints, len(scene.robot.feet)), check=check, meta=meta, **filled,
+        kinds=joint_kinds(joints, len(scene.robot.feet), told_kinds(scene.robot)),
+        check=check, meta=meta, **filled,
     )  # fmt: skip
 
 

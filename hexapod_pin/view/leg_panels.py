@@ -38,11 +38,11 @@ COLUMNS = 3
 
 
 class Leg(NamedTuple):
-    """A leg of a trace: its name, and where its foot and joints 1 to 3 are in the arrays."""
+    """A leg of a trace: its name, and where its foot and two or three joints are in the arrays."""
 
     name: str
     foot: int
-    joints: tuple[int, int, int]
+    joints: tuple[int, ...]
 
     @property
     def title(self) -> str:
@@ -52,7 +52,7 @@ class Leg(NamedTuple):
 
 
 def legs_of(trace: Trace, names: Sequence[str] | None = None) -> list[Leg]:
-    """Return the legs with a coxa, a femur and a tibia, in the order of the feet or of `names`.
+    """Return the legs of coxa, femur and perhaps tibia, in the order of the feet or of `names`.
 
     A leg has the name of its foot without "_foot".
 
@@ -61,15 +61,18 @@ def legs_of(trace: Trace, names: Sequence[str] | None = None) -> list[Leg]:
         UnknownNameError: there is no such leg.
     """
     robot = RecordedRobot.of(trace)
-    kinds = joint_kinds(trace.joint_names, len(robot.robot.feet))
+    kinds = joint_kinds(trace.joint_names, len(robot.robot.feet), trace.meta)
     found = {}
     for foot in range(len(robot.robot.feet)):
         joints = {kinds[j]: j for j in robot.joints_above(foot)}
-        if set(joints) == set(KINDS):
+        own = tuple(joints[kind] for kind in KINDS if kind in joints)
+        if len(own) >= 2:
             name = trace.foot_names[foot].removesuffix("_foot")
-            found[name] = Leg(name, foot, (joints["coxa"], joints["femur"], joints["tibia"]))
+            found[name] = Leg(name, foot, own)
     if not found:
-        raise ParameterError("trace.joint_names", trace.joint_names, "legs of coxa, femur, tibia")
+        raise ParameterError(
+            "trace.joint_names", trace.joint_names, "legs of coxa, femur (and tibia)"
+        )
     for name in names or ():
         if name not in found:
             raise UnknownNameError("leg", name, list(found))

@@ -114,9 +114,10 @@ class FootControl:
         """Return the joint angles of the plan's beginning, in which a run starts [rad].
 
         Raises:
-            GaitError: the robot has other than six legs of three joints, or cannot walk the plan.
+            GaitError: the robot has other than six legs of three joints, holds joints, or cannot
+                walk the plan.
         """
-        require_six_of_three(scene.robot, "FootControl")
+        require_six_of_three(scene.robot, "FootControl", held=False)
         return first_posture(scene.robot, self.walk)
 
     def start_key(self, scene: Any) -> str:
@@ -129,12 +130,12 @@ class FootControl:
 
         Raises:
             ParameterError: gains with which the loop would be unstable; says the range.
-            GaitError, ReachError: the robot has other than six legs of three joints, or cannot walk
-                the plan.
+            GaitError, ReachError: the robot has other than six legs of three joints, holds joints,
+                or cannot walk the plan.
         """
         key = self.start_key(scene)
         if key not in self._ready:
-            require_six_of_three(scene.robot, "FootControl")
+            require_six_of_three(scene.robot, "FootControl", held=False)
             self._ready[key] = ready_law(self, scene)
             while len(self._ready) > KEPT_SCENES:
                 self._ready.popitem(last=False)

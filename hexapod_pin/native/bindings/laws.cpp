@@ -21,8 +21,9 @@ namespace {
 DriveLaw make_drive(const VectorXd& kp, const VectorXd& kd, const VectorXd& cap,
                     const VectorXd& line_torque, const VectorXd& line_slope, const VectorXd& damping,
                     const VectorXd& friction, const VectorXd& lower, const VectorXd& upper,
-                    double stop_stiffness, double stop_dissipation) {
-  for (const VectorXd* x : {&kd, &cap, &line_torque, &line_slope, &damping, &friction, &lower, &upper})
+                    const VectorXd& stop_stiffness, double stop_dissipation) {
+  for (const VectorXd* x : {&kd, &cap, &line_torque, &line_slope, &damping, &friction, &lower, &upper,
+                            &stop_stiffness})
     if (x->size() != kp.size()) throw std::invalid_argument("one drive entry per joint needed");
   return {kp, kd, cap, line_torque, line_slope, damping, friction,
           {lower, upper, stop_stiffness, stop_dissipation}};

@@ -42,7 +42,7 @@ struct DriveTorque {
   double torque = 0.0, stiffness = 0.0, damping = 0.0;
 };
 
-// One entry per joint.
+// One entry per joint. Of a joint that slides N stands for N m, and m for rad.
 struct DriveLaw {
   VectorXd kp;           // N m/rad
   VectorXd kd;           // N m s/rad

@@ -29,6 +29,13 @@ void differentiate_contact(const Dynamics& dynamics, const FootMount& mount,
   for (std::size_t k = 0; k < joints.size(); ++k) {
     const std::size_t j = joints[k];
     if (j > mount.joint) break;
+    if (dynamics.slides(j)) {
+      const Vec3& along = dynamics.axis(j);
+      foot.jl.col(k) = along;
+      foot.ql.col(k) = spin.cross(along);
+      at_center += along * v[Tree::column(j)];
+      continue;
+    }
     const Vec3 &z = dynamics.axis(j), lever = foot.center - dynamics.origin(j);
     const double rate = v[Tree::column(j)];
     foot.jl.col(k) = z.cross(lever + arm);
@@ -45,6 +52,7 @@ void differentiate_contact(const Dynamics& dynamics, const FootMount& mount,
     foot.qb.col(3 + k) = e.cross(at_center) + spin * e.dot(arm) - e * spin_arm;
   }
   for (std::size_t k = 0; k < joints.size() && joints[k] <= mount.joint; ++k) {
+    if (dynamics.slides(joints[k])) continue;  // what lies outwards keeps its direction
     const Vec3& z = dynamics.axis(joints[k]);
     foot.ql.col(k) += z.cross(at_center) + z.cross(spin).cross(arm);
   }

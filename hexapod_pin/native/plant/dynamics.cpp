@@ -12,6 +12,7 @@ Dynamics::Dynamics(TreeModel model, const Vec3& gravity, DynamicsPath path)
   bias_.setZero(shape.nv);
   axis_.resize(shape.joints, Vec3::Zero());
   origin_.resize(shape.joints, Vec3::Zero());
+  for (const TreeBody& body : model_->bodies) slides_.push_back(!body.revolute());
   if (path != DynamicsPath::pinocchio && FusedDynamics::fits(*model_))
     fused_.emplace(*model_, gravity, path == DynamicsPath::fused_baseline);
   else

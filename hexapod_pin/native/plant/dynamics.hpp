@@ -42,6 +42,7 @@ class Dynamics {
   }
   const Mat3& base_rotation() const { return base_rotation_; }
   const Vec3& axis(std::size_t joint) const { return axis_[joint]; }
+  bool slides(std::size_t joint) const { return slides_[joint]; }  // along its axis, else turns about it
   const Vec3& origin(std::size_t joint) const { return origin_[joint]; }
   Vec3 point(std::size_t joint, const Vec3& offset) const;  // a point fixed to the joint's body
   Vec3 center_of_mass() const;
@@ -59,6 +60,7 @@ class Dynamics {
   VectorXd bias_;
   Mat3 base_rotation_ = Mat3::Identity();
   std::vector<Vec3> axis_, origin_;
+  std::vector<char> slides_;
 };
 
 }  // namespace hexapod

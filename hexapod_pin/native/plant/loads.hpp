@@ -71,8 +71,9 @@ class PushForce {
     out.segment<3>(3).noalias() += rotation.transpose() * (point.cross(push.force) + push.torque);
     for (const std::size_t joint : dynamics.tree().chain_to(push.joint)) {
       const Vec3 lever = point - dynamics.origin(joint);
-      out[Eigen::Index(Tree::column(joint))] +=
-          dynamics.axis(joint).dot(lever.cross(push.force) + push.torque);
+      Vec3 load = push.force;
+      if (!dynamics.slides(joint)) load = lever.cross(push.force) + push.torque;
+      out[Eigen::Index(Tree::column(joint))] += dynamics.axis(joint).dot(load);
     }
   }
 

@@ -56,10 +56,12 @@ struct PinocchioDynamics::Impl {
 };
 
 PinocchioDynamics::PinocchioDynamics(const TreeModel& model, const Vec3& gravity)
-    : impl_(std::make_unique<Impl>(build(model, gravity))) {}
+    : impl_(std::make_unique<Impl>(build(model, gravity))) {
+  for (const TreeBody& body : model.bodies) turns_.push_back(body.revolute());
+}
 
 PinocchioDynamics::PinocchioDynamics(const PinocchioDynamics& other)
-    : impl_(std::make_unique<Impl>(other.impl_->model)) {
+    : impl_(std::make_unique<Impl>(other.impl_->model)), turns_(other.turns_) {
   impl_->data.oMi = other.impl_->data.oMi;
   impl_->data.oYcrb = other.impl_->data.oYcrb;
 }
@@ -75,7 +77,8 @@ void PinocchioDynamics::compute(const VectorXd& q, const VectorXd& v, Eigen::Mat
   impl_->bias.compute(model, data, v);
   base_rotation = data.oMi[1].rotation();
   for (std::size_t j = 2; j < std::size_t(model.njoints); ++j) {
-    axis[j] = data.J.block<3, 1>(3, Tree::column(j));
+    const int part = turns_[j] ? 3 : 0;  // of a column: angular, or linear
+    axis[j] = data.J.block<3, 1>(part, Tree::column(j));
     origin[j] = data.oMi[j].translation();
   }
   mass_upper.swap(data.M);

@@ -29,6 +29,7 @@ class PinocchioDynamics {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+  std::vector<char> turns_;  // of each joint; else it slides
 };
 
 }  // namespace hexapod

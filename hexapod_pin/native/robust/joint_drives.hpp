@@ -24,7 +24,7 @@ class JointDrives {
     set_points_.take(reference, end);
     switched_ = false;
     for (int j = 0; j < q.size(); ++j) {
-      const double beyond = law.stops.present() ? law.stops.beyond(j, q[j]) : 0.0;
+      const double beyond = law.stops.present(j) ? law.stops.beyond(j, q[j]) : 0.0;
       joints_[j] = {LimitMode::within, dry_ ? law.sliding(j, v[j]) : FrictionMode::none, 0, beyond, false};
       switched_ |= beyond != 0.0;
     }
@@ -44,8 +44,8 @@ class JointDrives {
       double torque = law_->torque_on(j, joint.limit, demand, 0.0);
       if (joint.beyond != 0.0) {  // the stop's damper at the depth known so far
         torque += law_->stops.elastic_torque(j, joint.beyond, angle);
-        damping += law_->stops.damping(joint.beyond);
-        stiffness += law_->stops.stiffness;
+        damping += law_->stops.damping(j, joint.beyond);
+        stiffness += law_->stops.stiffness[j];
       }
       if (dry_) torque += law_->dry_torque(j, joint.friction);
       right[j] += weight * (torque - damping * v[j]);
@@ -66,7 +66,7 @@ class JointDrives {
     bool found = false;
     for (int j = 0; j < rate.size(); ++j) {
       found |= limit_changes(j, rate[j]);
-      if (law_->stops.present() && !joints_[j].released) found |= stop_changes(j, rate[j]);
+      if (law_->stops.present(j) && !joints_[j].released) found |= stop_changes(j, rate[j]);
     }
     switched_ |= found;
     return found;
@@ -124,7 +124,7 @@ class JointDrives {
     const double beyond = joints_[j].beyond;
     if (beyond == 0.0) return 0.0;
     return law_->stops.elastic_torque(j, beyond, q_[j] + h_ * rate) -
-           law_->stops.damping(beyond) * rate;
+           law_->stops.damping(j, beyond) * rate;
   }
 
   double passive_torque(int j, double rate) const {  // of motor, damper and stop

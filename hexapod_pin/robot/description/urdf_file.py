@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,9 +11,13 @@ from pathlib import Path
 from xml.parsers import expat
 
 from hexapod_pin.errors import UrdfError
+from hexapod_pin.robot.description.other_formats import advice_on
 
 MAX_BYTES = 50_000_000
 """Largest file that is read [bytes]."""
+
+MAX_DEPTH = 100
+"""Deepest nesting of elements that is read; URDFs have about six."""
 
 MOVED = ("revolute", "continuous", "prismatic", "planar", "floating")
 JOINT_TYPES = (*MOVED, "fixed")
@@ -109,11 +114,12 @@ class Joint:
 
 @dataclass(frozen=True)
 class UrdfFile:
-    """The text of a URDF and its XML tree."""
+    """The text of a URDF, its XML tree, and what was dropped to read it."""
 
     source: str
     text: str
     root: ET.Element = field(repr=False)
+    repairs: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -144,17 +150,25 @@ class UrdfFile:
         return {name: tuple(joints) for name, joints in below.items()}
 
     @cached_property
-    def base(self) -> str:
-        """The root link: the one that is no joint's child."""
+    def roots(self) -> tuple[str, ...]:
+        """Links that are no joint's child; one in a sound file."""
         children = {joint.child for joint in self.joints}
-        return next(link.name for link in self.links if link.name not in children)
+        return tuple(dict.fromkeys(x.name for x in self.links if x.name not in children))
+
+    @property
+    def base(self) -> str:
+        """The root link: the first one that is no joint's child."""
+        return self.roots[0]
 
     def rigid_group(self, link: str) -> list[str]:
         """Return `link` and every link fixed to it, directly or through other fixed joints."""
-        group = [link]
-        for name in group:
-            group += [joint.child for joint in self.joints_below[name] if not joint.moves]
-        return group
+        group = {link: None}
+        queue = [link]
+        for name in queue:
+            fixed = [joint.child for joint in self.joints_below[name] if not joint.moves]
+            queue += [child for child in fixed if child in self.link_by_name and child not in group]
+            group.update(dict.fromkeys(queue))
+        return list(group)
 
     def moved_joints_below(self, link: str) -> list[Joint]:
         """Return the joints that move something relative to the rigid group of `link`."""
@@ -169,46 +183,106 @@ def read_urdf(path: str | Path, *, max_bytes: int = MAX_BYTES) -> UrdfFile:
         UrdfError: the file is missing, too large, not UTF-8, not XML (with line and column), has
             a document type declaration, or is not a <robot>.
     """
+    return parse_urdf(read_bytes(path, max_bytes=max_bytes), str(path), max_bytes=max_bytes)
+
+
+def read_bytes(path: str | Path, *, max_bytes: int = MAX_BYTES) -> bytes:
+    """Return what a file holds, one byte more than allowed at most.
+
+    Raises:
+        UrdfError: the file is missing or cannot be read.
+    """
     source = str(path)
-    file = Path(path).expanduser()
-    if not file.is_file():
-        raise UrdfError(source, ["no such file; give the path of a URDF"])
     try:
+        file = Path(path).expanduser()
+        if not file.is_file():
+            raise UrdfError(source, ["no such file; give the path of a URDF"])
         with file.open("rb") as stream:
-            data = stream.read(max_bytes + 1)
-    except OSError as error:
-        raise UrdfError(source, [f"cannot be read: {error.strerror}"]) from error
+            return stream.read(max_bytes + 1)
+    except (OSError, ValueError, RuntimeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UrdfError(source, [f"cannot be read: {reason}"]) from error
+
+
+def parse_urdf(data: bytes, source: str, *, max_bytes: int = MAX_BYTES) -> UrdfFile:
+    """Parse the bytes of a URDF; raises as `read_urdf`.
+
+    Text before the XML declaration is dropped, which `UrdfFile.repairs` says.
+    """
+    text, repairs = _decoded(data, source, max_bytes)
+    root = parse_tree(text, source)
+    if root.tag != "robot":
+        finding = f"the outermost element is <{root.tag}>: must be <robot>"
+        raise UrdfError(source, [finding + advice_on(root)])
+    return UrdfFile(source, text, root, repairs)
+
+
+def checked_text(data: bytes, source: str, max_bytes: int = MAX_BYTES) -> str:
+    """Return bytes as text that is XML without a document type; raises as `read_urdf`."""
+    text, _ = _decoded(data, source, max_bytes)
+    parse_tree(text, source)
+    return text
+
+
+def _decoded(data: bytes, source: str, max_bytes: int) -> tuple[str, tuple[str, ...]]:
+    """Return bytes as text from its XML declaration on, and what was dropped before it."""
     if len(data) > max_bytes:
         raise UrdfError(source, [f"more than {max_bytes} bytes: too large for a URDF"])
-    return parse_urdf(data, source)
-
-
-def parse_urdf(data: bytes, source: str) -> UrdfFile:
-    """Parse the bytes of a URDF; raises as `read_urdf`."""
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise UrdfError(source, [f"not UTF-8 text (byte {error.start})"]) from error
-    _refuse_doctype(text, source)
-    root = ET.fromstring(text)
-    if root.tag != "robot":
-        raise UrdfError(source, [f"the outermost element is <{root.tag}>: must be <robot>"])
-    return UrdfFile(source, text, root)
+    return _from_declaration(text)
 
 
-def _refuse_doctype(text: str, source: str) -> None:
-    """Walk the XML once, refusing document types (entities) and saying where it breaks."""
+def _from_declaration(text: str) -> tuple[str, tuple[str, ...]]:
+    """Drop blanks and comments before the XML declaration."""
+    before = re.match(r"(?:\s|<!--.*?-->)+(?=<\?xml\s)", text, re.S)
+    if before is None:
+        return text, ()
+    return text[before.end() :], (f"{before.end()} characters before the XML declaration",)
+
+
+def parse_tree(text: str, source: str, *, comments: bool = False) -> ET.Element:
+    """Return the tree of an XML text; names keep their prefixes, bound to a namespace or not.
+
+    Args:
+        text: of the file.
+        source: its path, for errors.
+        comments: keep them, for writing the tree again.
+
+    Raises:
+        UrdfError: not XML, nested too deeply, or with a document type declaration.
+    """
 
     def refuse(*_: object) -> None:
         raise UrdfError(source, ["has a <!DOCTYPE ...>: remove it (entities are not expanded)"])
 
-    parser = expat.ParserCreate(encoding="utf-8")
+    depth = 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > MAX_DEPTH:
+            raise UrdfError(source, [f"elements nested deeper than {MAX_DEPTH}: no URDF"])
+        builder.start(tag, attributes)
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
+    builder, parser = ET.TreeBuilder(insert_comments=comments), expat.ParserCreate("utf-8")
     parser.StartDoctypeDeclHandler = refuse
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler = builder.data
+    parser.CommentHandler = lambda words: builder.comment(words) if comments and depth else None
     try:
         parser.Parse(text.encode(), True)
     except expat.ExpatError as error:
         where = f"line {error.lineno}, column {error.offset}"
         raise UrdfError(source, [f"not XML: {expat.ErrorString(error.code)} ({where})"]) from error
+    return builder.close()
 
 
 def attribute(element: ET.Element | None, name: str, default: float) -> float:

@@ -18,6 +18,9 @@ from hexapod_pin.robot.description.urdf_inertia import rotation
 FOOT_WORDS = ("foot", "tip", "tarsus")
 """A foot link has one of these in its name; an earlier word wins."""
 
+TURNING = ("revolute", "continuous")
+"""Kinds of joints that legs walk with."""
+
 Chain = tuple[str, str, str]
 
 
@@ -80,15 +83,15 @@ def find_limbs(file: UrdfFile, feet: Sequence[str] | None = None) -> Limbs:
 
 
 def leg_chains(file: UrdfFile) -> tuple[list[Chain], list[str]]:
-    """Return unbranched chains of three moved joints from the base, and all other moved joints."""
+    """Return unbranched chains of three turning joints from the base, and the other moved ones."""
     chains: list[Chain] = []
     for first in file.moved_joints_below(file.base):
-        names, below = [first.name], file.moved_joints_below(first.child)
+        links, below = [first], file.moved_joints_below(first.child)
         while len(below) == 1:
-            names.append(below[0].name)
+            links.append(below[0])
             below = file.moved_joints_below(below[0].child)
-        if len(names) == 3 and not below:
-            chains.append((names[0], names[1], names[2]))
+        if len(links) == 3 and not below and all(joint.kind in TURNING for joint in links):
+            chains.append((links[0].name, links[1].name, links[2].name))
     taken = {name for chain in chains for name in chain}
     return chains, [j.name for j in file.joints if j.moves and j.name not in taken]
 

@@ -19,7 +19,7 @@ from xml.etree.ElementTree import Element
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, attribute
-from hexapod_pin.robot.loading.limbs import Leg, Limbs
+from hexapod_pin.robot.loading.limbs import TURNING, Leg, Limbs
 
 MIN_LEGS, MAX_LEGS = 4, 8
 """Legs of a robot that walks."""
@@ -97,13 +97,12 @@ def _leg_findings(file: UrdfFile, leg: Leg) -> list[str]:
         found.append(text)
     if leg.foot not in file.link_by_name:
         return [*found, f"{where}: no foot link {leg.foot!r}"]
-    above = _moved_above(file, leg.foot)
+    above = moved_joints_above(file, leg.foot)
     names = [joint.name for joint in above]
     if [name for name in names if name in leg.joints] != list(leg.joints):
         text = f"joints {' '.join(leg.joints)} are not in this order among those that move"
         found.append(f"{where}: {text} foot {leg.foot!r}: {' '.join(names) or 'none'}")
-    turning = ("revolute", "continuous")
-    slides = [x.name for x in above if x.name in leg.joints and x.kind not in turning]
+    slides = [x.name for x in above if x.name in leg.joints and x.kind not in TURNING]
     found += [f"{where}: joint {name!r} does not turn; state it as <held>" for name in slides]
     return found
 
@@ -124,7 +123,7 @@ def _count_findings(legs: Sequence[Leg]) -> list[str]:
     return found
 
 
-def _moved_above(file: UrdfFile, link: str) -> list[Joint]:
+def moved_joints_above(file: UrdfFile, link: str) -> list[Joint]:
     """Return the moved joints between the base and a link, from the base outwards."""
     by_child = {joint.child: joint for joint in file.joints}
     above = []

@@ -13,7 +13,7 @@ from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.recognition.tree_frames import TURNING, Axis, TreeFrames
 
 MOST_JOINTS = 5
-LEG_COUNTS = (4, 6, 8)
+LEG_COUNTS = (4, 5, 6, 7, 8)
 
 UNLIKE = 0.35
 """A chain whose links differ from those of the others by more than this share of the chain's
@@ -82,7 +82,7 @@ def similar_chains(
 
 
 def refuse_wrong_legs(file: UrdfFile, trunk: str, chains: Sequence[Chain]) -> None:
-    """Raise UrdfError where the limbs found are no 4, 6 or 8 legs of 2 to 5 joints."""
+    """Raise UrdfError where the limbs found are no 4 to 8 legs of 2 to 5 joints."""
     joints = len(chains[0].joints) if chains else 0
     if len(chains) in LEG_COUNTS and 2 <= joints <= MOST_JOINTS:
         return
@@ -116,7 +116,7 @@ def _wrong_legs(file: UrdfFile, trunk: str, chains: Sequence[Chain], joints: int
             )
     found = f"{len(chains)} limbs of {joints} joints ({firsts})" if chains else "no moved limbs"
     return (
-        f"{found} on {trunk!r}: a walk needs 4, 6 or 8 similar legs of 2 to {MOST_JOINTS} turning"
+        f"{found} on {trunk!r}: a walk needs 4 to 8 similar legs of 2 to {MOST_JOINTS} turning"
         " joints. Name the legs with --legs; for a simulation without gait give --feet, the names"
         " of the foot links"
     )

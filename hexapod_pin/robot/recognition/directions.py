@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +13,10 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.urdf_file import UrdfFile
 from hexapod_pin.robot.recognition.chains import Chain
-from hexapod_pin.robot.recognition.layout_symmetry import MiddleLine, middle_lines
+from hexapod_pin.robot.recognition.layout_symmetry import ON_LINE, MiddleLine, middle_lines
 from hexapod_pin.robot.recognition.name_codes import front_by_names, plain
 from hexapod_pin.robot.recognition.tree_frames import TreeFrames
-from hexapod_pin.robot.recognition.up import EXACT, SLACK, Up, direction_text
+from hexapod_pin.robot.recognition.up import EXACT, SLACK, Up, direction_text, mean_tip
 
 ROUND_LAYOUT = 1.02
 """Layouts whose longest line exceeds the others' by less than this are round (*assumed*)."""
@@ -52,6 +52,7 @@ class Layout(NamedTuple):
         file: the URDF.
         frames: of all links and joints.
         chains: the legs.
+        hips: where they start [m]. Shape (L, 3).
         names: for each leg the names that may tell its place.
         others: links that belong to no leg.
     """
@@ -59,6 +60,7 @@ class Layout(NamedTuple):
     file: UrdfFile
     frames: TreeFrames
     chains: Sequence[Chain]
+    hips: Array
     names: Sequence[Sequence[str]]
     others: Sequence[str]
 
@@ -69,7 +71,7 @@ def find_forward(layout: Layout, up: Up) -> Forward:
     Raises:
         UrdfError: no direction has as many hips left as right.
     """
-    plane, hips = _plane(up.unit), hip_points(layout.chains, layout.frames)
+    plane, hips = _plane(up.unit), layout.hips
     middle = hips.mean(axis=0)
     flat = (hips - middle) @ plane.T
     lines = middle_lines(flat) or _uneven_lines(flat)
@@ -116,9 +118,20 @@ def given_forward(forward: str | float, up: Up, source: str) -> Forward:
     return Forward(turn, "", 0.0)
 
 
-def hip_points(chains: Sequence[Chain], frames: TreeFrames) -> Array:
-    """Return where the legs start, root link's frame [m]. Shape (L, 3)."""
-    return np.array([frames.axes[chain.joints[0].name].origin for chain in chains])
+def hip_points(
+    chains: Sequence[Chain], frames: TreeFrames, tips: Mapping[str, Array], up: Array
+) -> Array:
+    """Return where the legs start, root link's frame [m]. Shape (L, 3).
+
+    Where all legs start in a row: where their tips are on average over their joints' ranges.
+    """
+    hips = np.array([frames.axes[chain.joints[0].name].origin for chain in chains])
+    flat = (hips - hips.mean(axis=0)) @ _plane(up).T
+    spread = np.linalg.svd(flat, compute_uv=False)
+    if spread[1] > ON_LINE * spread[0]:
+        return hips
+    axes = [[frames.axes[joint.name] for joint in chain.joints] for chain in chains]
+    return np.array([mean_tip(c, a, tips[c.label]) for c, a in zip(chains, axes, strict=True)])
 
 
 def _chosen(
@@ -131,7 +144,7 @@ def _chosen(
     """Return the middle line, which of its ends is the front, and what tells that."""
     if named is not None:
         flat = plane @ named[0]
-        flat = flat / np.linalg.norm(flat)
+        flat = flat / max(float(np.linalg.norm(flat)), 1e-300)
         line = max(lines, key=lambda line: abs(_along(line, flat)))
         if abs(_along(line, flat)) >= math.cos(AGREE):
             return (
@@ -181,7 +194,7 @@ def _uneven_lines(flat: Array) -> list[MiddleLine]:
         unit = vectors[:, index]
         across = flat @ np.array([-unit[1], unit[0]])
         size = math.sqrt(float(spread.sum()) / len(flat))
-        if (across > 0.02 * size).sum() == (across < -0.02 * size).sum() == len(flat) // 2:
+        if (across > ON_LINE * size).sum() == (across < -ON_LINE * size).sum() == len(flat) // 2:
             along = float(np.ptp(flat @ unit))
             angle = math.atan2(unit[1], unit[0]) % math.pi
             lines.append(MiddleLine(angle, 1.0, along, float(np.ptp(across))))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +10,9 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.urdf_file import Sphere, UrdfFile
+from hexapod_pin.robot.loading.limbs import FOOT_WORDS
 from hexapod_pin.robot.recognition.leg_body import LegBody
-from hexapod_pin.robot.recognition.tips import FOOT_WORDS, foot_word, tip_towards
+from hexapod_pin.robot.recognition.tips import foot_word, tip_towards
 from hexapod_pin.robot.recognition.tree_frames import Pose, TreeFrames
 
 AT_TIP = 0.15
@@ -31,6 +32,7 @@ class FoundFoot:
         centre: of the sphere in the root link's frame [m]. Shape (3,).
         radius: [m].
         rule: from what it was found; empty where the file says it.
+        settled: whether it stays, however the robot stands.
     """
 
     link: str
@@ -38,6 +40,7 @@ class FoundFoot:
     centre: Array
     radius: float
     rule: str
+    settled: bool = False
 
 
 def shape_foot(body: LegBody, down: Array) -> FoundFoot:
@@ -54,12 +57,12 @@ def frame_foot(file: UrdfFile, frames: TreeFrames, link: str, rule: str) -> Foun
         text = f"link {link!r}: collision sphere of radius {sphere.radius:g} m at {sphere.centre}"
         raise UrdfError(file.source, [f"{text}; must be finite, the radius not negative"])
     centre = frames.links[link].act(np.array(sphere.centre))
-    return FoundFoot(link, True, centre, sphere.radius, rule)
+    return FoundFoot(link, True, centre, sphere.radius, rule, settled=True)
 
 
 def named_foot(file: UrdfFile, body: LegBody) -> str | None:
     """Return the link fixed to a leg's last one that is called a foot; an earlier word wins."""
-    fixed = [link for link in file.rigid_group(body.chain.body[0])[1:]]
+    fixed = file.rigid_group(body.chain.body[0])[1:]
     ranked = [(foot_word(name), -k, name) for k, name in enumerate(fixed)]
     return min(((r, k, n) for r, k, n in ranked if r is not None), default=(0, 0, None))[2]
 
@@ -89,7 +92,7 @@ def bare_foot(file: UrdfFile, frames: TreeFrames, body: LegBody, leg: str) -> Fo
         return frame_foot(file, frames, ends[-1], f"frame of the link (no shape{why})")
     if com is not None and np.linalg.norm(arm) > SAME and np.isfinite(com).all():
         rule = f"twice the centre of mass as of a uniform rod, a point (assumed; no shape{why})"
-        return FoundFoot(body.chain.body[0], False, com + arm, 0.0, rule)
+        return FoundFoot(body.chain.body[0], False, com + arm, 0.0, rule, settled=True)
     text = f"leg {leg}: its last link {body.chain.body[0]!r} has no shape, no inertial and no frame"
     raise UrdfError(
         file.source,
@@ -116,37 +119,24 @@ def trusted_frames(
     return links if unlike else None
 
 
-def off_tip(file: UrdfFile, frames: TreeFrames, body: LegBody, foot: FoundFoot) -> str:
-    """Return what is to be said of a link that is called a foot and is not at the tip."""
+def off_tip(file: UrdfFile, frames: TreeFrames, body: LegBody, foot: FoundFoot) -> tuple[str, str]:
+    """Return a link that is called a foot and is not at the tip, and what is to be said of it."""
     if foot.own and foot_word(foot.link) is not None:
-        return ""
-    called = [name for name in body.chain.body if foot_word(name) is not None and name != foot.link]
-    for name in called:
+        return "", ""
+    for name in body.chain.body:
+        word = foot_word(name)
+        if word is None or (name == body.chain.body[0] and FOOT_WORDS[word] == "tarsus"):
+            continue
         place = frames.links[name].position
-        away = max(float(np.linalg.norm(place - foot.centre)) - foot.radius, 0.0)
-        if away > SAME:
+        away = float(np.linalg.norm(place - foot.centre))
+        if away > foot.radius + SAME:
             at_knee = np.linalg.norm(body.axis.arm(place)) < AT_TIP * max(body.reach, SAME)
-            where = "at the knee" if at_knee else "short of the tip"
-            return f"the frame of {name!r} is {where}, {1e3 * away:.0f} mm from the foot"
-    return ""
+            where = "at the knee" if at_knee else "off the tip"
+            return name, f"{where}, {1e3 * away:.0f} mm from the centre of the foot"
+    return "", ""
 
 
 def local(pose: Pose, point: Array) -> Array:
     """Return a point of the root link's frame in a link's frame, rounding noise removed [m]."""
     inside = pose.into(point)
     return np.where(np.abs(inside) < 1e-15, 0.0, inside)
-
-
-def grouped(rules: Mapping[str, str]) -> list[tuple[str, str]]:
-    """Return (legs, rule) with the legs of equal rules together; empty rules left out."""
-    legs: dict[str, list[str]] = {}
-    for leg, rule in rules.items():
-        if rule:
-            legs.setdefault(rule, []).append(leg)
-    return [(", ".join(names), rule) for rule, names in legs.items()]
-
-
-__all__ = [
-    "FOOT_WORDS", "FoundFoot", "bare_foot", "frame_foot", "grouped", "local", "named_foot",
-    "off_tip", "shape_foot", "trusted_frames",
-]  # fmt: skip

@@ -9,16 +9,16 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
-from hexapod_pin.robot.description.urdf_file import UrdfFile
+from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.recognition.feet import (
+    SAME,
     FoundFoot,
     bare_foot,
     frame_foot,
-    grouped,
-    off_tip,
     shape_foot,
     trusted_frames,
 )
+from hexapod_pin.robot.recognition.leg_body import LegBody
 from hexapod_pin.robot.recognition.leg_choice import Legs
 from hexapod_pin.robot.recognition.tree_frames import Axis, turned_about
 
@@ -53,7 +53,7 @@ def provisional_feet(
         return _sized(_given_feet(file, legs, names, given), radius)
     if (frames := trusted_frames(file, legs.frames, legs.bodies)) is not None:
         return _sized([_trusted(file, legs, frames[c.label]) for c in legs.chains], radius)
-    return _sized(_found(file, legs, names, downs), radius)
+    return _sized(_found(file, legs, names, downs), radius, downs)
 
 
 def standing_feet(
@@ -66,7 +66,7 @@ def standing_feet(
         file: the URDF.
         legs: the legs.
         names: of the legs, in the same order.
-        before: the provisional feet: those that are no shapes' stay.
+        before: the provisional feet: settled ones stay.
         angles: of every leg's joints in that posture [rad].
         down: downward unit vector in the root link's frame. Shape (3,).
         radius: of all feet [m]; None takes each foot's own.
@@ -76,25 +76,8 @@ def standing_feet(
         for body, q in zip(legs.bodies, angles, strict=True)
     ]
     found = _found(file, legs, names, downs)
-    kept = [old if _stays(old, body.empty) else new
-            for old, new, body in zip(before, found, legs.bodies, strict=True)]  # fmt: skip
-    return _sized(kept, radius)
-
-
-def feet_text(file: UrdfFile, legs: Legs, names: Sequence[str], feet: Feet) -> list[str]:
-    """Return what is inferred about feet, a sentence for the legs that share it."""
-    rules, frames, lost = {}, {}, {}
-    for name, body, foot in zip(names, legs.bodies, feet, strict=True):
-        reach = float(np.linalg.norm(body.axis.arm(foot.centre))) + foot.radius
-        size = f"{1e3 * reach:.1f} mm from the last joint, radius {1e3 * foot.radius:.1f} mm"
-        rules[name] = f"{size}: {foot.rule}" if foot.rule else ""
-        frames[name] = off_tip(file, legs.frames, body, foot)
-        lost[name] = body.lost[0] if body.lost and not body.empty else ""
-    return [
-        *(f"feet of {who}: {rule}" for who, rule in grouped(rules)),
-        *(f"foot of {who}: {text}" for who, text in grouped(frames)),
-        *(f"a shape of {who} is not used: {text}" for who, text in grouped(lost)),
-    ]
+    kept = [old if old.settled else new for old, new in zip(before, found, strict=True)]
+    return _sized(kept, radius, downs)
 
 
 def _found(
@@ -128,7 +111,7 @@ def _given_feet(
     for name, body in zip(names, legs.bodies, strict=True):
         on_leg = [link for link in given if link in body.chain.body]
         if len(on_leg) == 1:
-            feet.append(frame_foot(file, legs.frames, on_leg[0], ""))
+            feet.append(_given_foot(file, legs, name, body, on_leg[0]))
         else:
             links = ", ".join(body.chain.body)
             findings.append(
@@ -141,25 +124,45 @@ def _given_feet(
     return feet
 
 
+def _given_foot(file: UrdfFile, legs: Legs, leg: str, body: LegBody, link: str) -> FoundFoot:
+    """Return a given link's sphere or frame; where that is at the knee the tip of the shapes."""
+    foot = frame_foot(file, legs.frames, link, "")
+    if np.linalg.norm(body.axis.arm(foot.centre)) > SAME * max(body.reach, SAME):
+        return foot
+    if body.empty:
+        joint = body.chain.joints[-1].name
+        text = f"leg {leg}: foot {link!r} is on the axis of the last joint {joint!r}"
+        raise UrdfError(file.source, [f"{text}; give --feet a link at the tip"])
+    return shape_foot(body, body.furthest())
+
+
 def _trusted(file: UrdfFile, legs: Legs, link: str) -> FoundFoot:
     """Return the foot at a frame that agrees from leg to leg where the shapes do not."""
     rule = "the frame called a foot (tips of the shapes differ from leg to leg, the frames agree)"
     return frame_foot(file, legs.frames, link, rule)
 
 
-def _stays(foot: FoundFoot, shapeless: bool) -> bool:
-    """Tell whether a provisional foot is final: given, trusted, or of no shape."""
-    return shapeless or (foot.own and foot.rule not in ("", "collision sphere"))
+def _sized(
+    feet: Sequence[FoundFoot], radius: float | None, downs: Sequence[Array] | None = None
+) -> Feet:
+    """Return the feet with the radius that the user gives, if any: tips of shapes stay in place."""
+    if radius is None:
+        return tuple(feet)
+    ways = [np.zeros(3)] * len(feet) if downs is None else downs
+    return tuple(
+        replace(
+            foot,
+            radius=float(radius),
+            centre=foot.centre if foot.own else foot.centre + (foot.radius - radius) * down,
+        )
+        for foot, down in zip(feet, ways, strict=True)
+    )
 
 
-def _sized(feet: Sequence[FoundFoot], radius: float | None) -> Feet:
-    """Return the feet with the radius that the user gives, if any."""
-    return tuple(foot if radius is None else replace(foot, radius=float(radius)) for foot in feet)
-
-
-def _unturned(joints: Sequence[object], legs: Legs, angles: Array, down: Array) -> Array:
+def _unturned(joints: Sequence[Joint], legs: Legs, angles: Array, down: Array) -> Array:
     """Return the downward direction of a posture in the last body's place at q = 0. Shape (3,)."""
     for joint, angle in zip(joints, angles, strict=True):
-        unit = legs.frames.axes[joint.name].unit  # type: ignore[attr-defined]
-        down = turned_about(Axis(np.zeros(3), unit), down, -float(angle))
+        unit = legs.frames.axes[joint.name].unit
+        moved = float(angle) - legs.places.get(joint.name, 0.0)
+        down = turned_about(Axis(np.zeros(3), unit), down, -moved)
     return down

@@ -1,4 +1,4 @@
-"""The middle planes of a layout of hips: as many legs left as right, none in the plane."""
+"""The middle planes of a layout of hips: as many legs left as right, one in it of an odd number."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def middle_lines(flat: Array) -> list[MiddleLine]:
     places = [complex(x, y) for x, y in flat]
     size = math.sqrt(sum(abs(z) ** 2 for z in places) / len(places))
     lines: list[MiddleLine] = []
-    for partner in places[1:] if size > 0 else []:
+    for partner in places[1 - len(places) % 2 :] if size > 0 else []:
         turn = _unit(places[0] * partner)
         for _ in range(3):
             pairs = _partners(places, turn)
@@ -61,6 +61,13 @@ def middle_lines(flat: Array) -> list[MiddleLine]:
     return sorted(lines, key=lambda line: line.miss)
 
 
+def is_left(hips: Array) -> list[bool]:
+    """Return which hips (L, 3) about their middle, in trunk axes, are left; the middle one is."""
+    size = float(np.sqrt((hips[:, :2] ** 2).sum(axis=1).mean()))
+    line = -ON_LINE * size if len(hips) % 2 else 0.0
+    return [bool(across > line) for across in hips[:, 1]]
+
+
 def _line(places: list[complex], pairs: list[int], turn: complex, size: float) -> MiddleLine | None:
     """Return one line, None where the hips do not mirror or do not lie on both sides alike."""
     off = [places[k] - turn * z.conjugate() for z, k in zip(places, pairs, strict=True)]
@@ -69,7 +76,7 @@ def _line(places: list[complex], pairs: list[int], turn: complex, size: float) -
     along = np.array([(z * cmath.exp(-1j * angle)).real for z in places])
     across = np.array([(z * cmath.exp(-1j * angle)).imag for z in places])
     sides = (across > ON_LINE * size).sum(), (across < -ON_LINE * size).sum()
-    if miss > LIKE or sides[0] != sides[1] or sum(sides) != len(places):
+    if miss > LIKE or sides[0] != sides[1] or sum(sides) != len(places) // 2 * 2:
         return None
     return MiddleLine(angle, miss, float(np.ptp(along)), float(np.ptp(across)))
 
@@ -78,7 +85,8 @@ def _partners(places: list[complex], turn: complex) -> list[int] | None:
     """Return the nearest hip to each mirrored one; None where they are no pairs."""
     mirrored = [turn * z.conjugate() for z in places]
     pairs = [min(range(len(places)), key=lambda k: abs(places[k] - z)) for z in mirrored]
-    if any(pairs[k] != i or k == i for i, k in enumerate(pairs)):
+    on_line = sum(k == i for i, k in enumerate(pairs))
+    if any(pairs[k] != i for i, k in enumerate(pairs)) or on_line != len(places) % 2:
         return None
     return pairs
 

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.reading.resources import ResourceFinder
 
 
+NOTHING = 1e-9
+"""A shape that reaches no further than this from the last joint's axis shows no foot [m]."""
+
+
 class BodySphere(NamedTuple):
     """A sphere on a leg's last body, root link's frame.
 
@@ -64,8 +68,8 @@ class LegBody:
 
     @property
     def empty(self) -> bool:
-        """Whether there is no shape at all."""
-        return not (len(self.points) or self.spheres)
+        """Whether there is no shape away from the last joint's axis."""
+        return self.reach <= NOTHING
 
     @property
     def reach(self) -> float:

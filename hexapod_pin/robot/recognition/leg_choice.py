@@ -53,7 +53,7 @@ def choose_legs(
     given: Mapping[str, Sequence[str]] | None,
     held: Mapping[str, float],
 ) -> Legs:
-    """Return the legs on the root link: 4, 6 or 8 chains alike, or those that are given.
+    """Return the legs on the root link: 4 to 8 chains alike, or those that are given.
 
     Raises:
         UrdfError: other limbs, naming them and the way out; given legs that are none.
@@ -123,7 +123,7 @@ def _given_chains(
     if not findings and (len(counts) != 1 or not 2 <= min(counts) <= MOST_JOINTS):
         findings.append(f"--legs: legs of {sorted(counts)} joints; all must have 2 to 5, the same")
     if not findings and len(found) not in LEG_COUNTS:
-        findings.append(f"--legs: {len(found)} legs; must be 4, 6 or 8")
+        findings.append(f"--legs: {len(found)} legs; must be 4 to 8")
     if findings:
         raise UrdfError(file.source, findings)
     return found

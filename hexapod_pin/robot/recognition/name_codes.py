@@ -36,6 +36,8 @@ def front_by_names(names: Sequence[Sequence[str]], hips: Array) -> FrontByNames 
         hips: where the limbs start [m]. Shape (L, 3).
     """
     for read in (_letters, _words, _numbers, _habit):
+        if read is _numbers and len(names) % 2:
+            continue  # the rows of an odd number of legs do not face each other
         codes = [_one_voice(limb, read) for limb in names]
         rows = np.array([np.nan if code is None else code[0] for code in codes])
         if np.isfinite(rows).sum() < max(FEWEST, len(rows)):

@@ -23,11 +23,14 @@ FINER_HEIGHTS = np.arange(-4, 5) / 100.0
 FINER_LEANS = np.radians(np.arange(-4, 5))
 """Steps around the best of these that are looked at in turn."""
 
-ALL_HEIGHTS = np.arange(-20, 121) / 100.0
+ALL_HEIGHTS = np.arange(-8, 49) / 40.0
 """Heights looked at where the grid above has no posture."""
 
 SHARES = np.array([8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15, 0, 16]) / 16.0
 """Places in a joint's range looked at where the grid above has no posture, middle first."""
+
+COXA_SHARES = np.array([4, 3, 5, 2, 6, 1, 7]) / 8.0
+"""The same for the first joint."""
 
 UPRIGHT = 0.95
 """A joint whose axis is steeper than this cannot set a foot's height [sine]."""
@@ -50,6 +53,8 @@ def leg_postures(
     """
     facing = direction(leg, coxa, outward)
     rest, fixed = _without_fixed(leg, {0: coxa})
+    if not len(rest.axes):
+        return np.full((len(tip_height), 1, len(leg.axes)), np.nan)
     if len(rest.axes) == 2:
         found = leaning_postures(rest, facing, tip_height, leans)
     else:
@@ -107,5 +112,5 @@ def _places(leg: LegFrame, joint: int) -> Array:
     lower, upper = leg.lower[joint], leg.upper[joint]
     if not np.isfinite(upper - lower):
         lower, upper = -np.pi, np.pi
-    places: Array = lower + SHARES * (upper - lower)
-    return places
+    shares = SHARES if joint else COXA_SHARES
+    return np.asarray(lower + shares * (upper - lower))

@@ -13,7 +13,7 @@ from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.loading.posture import joint_angles
 from hexapod_pin.robot.recognition.feet import FoundFoot
 from hexapod_pin.robot.recognition.leg_choice import Legs
-from hexapod_pin.robot.recognition.posture_frame import LegFrame
+from hexapod_pin.robot.recognition.posture_frame import LegFrame, with_joint_at
 from hexapod_pin.robot.recognition.posture_search import standing_posture
 
 
@@ -64,8 +64,11 @@ def joint_order(file: UrdfFile) -> list[str]:
 def stand(
     file: UrdfFile, legs: Legs, names: Sequence[str], feet: Sequence[FoundFoot],
     walking: Sequence[int], turn: Array, stated: Mapping[str, float], trunk_low: float | None,
+    before: Standing | None = None,
 ) -> Standing:  # fmt: skip
     """Return the angles of all legs: the stated ones where they are complete, else searched ones.
+
+    `before` is what was found with other feet: joints that do not walk stay as they are there.
 
     Raises:
         UrdfError: a walking joint without a range, or no posture on level feet.
@@ -79,7 +82,7 @@ def stand(
     if findings := [text for chain in chains for j in chain.joints if (text := _no_range(j))]:
         raise UrdfError(file.source, findings)
     frames = [
-        _frame(legs, k, name, foot, walking, turn)
+        _frame(legs, k, name, foot, walking, turn, before)
         for k, (name, foot) in enumerate(zip(names, feet, strict=True))
     ]
     try:
@@ -87,32 +90,46 @@ def stand(
     except ReachError as error:
         raise UrdfError(file.source, [f"no standing posture: {error}"]) from error
     angles = []
-    for chain, searched in zip(chains, found.angles, strict=True):
-        given = [stated.get(j.name, q) for j, q in zip(chain.joints, searched, strict=True)]
+    for k, (chain, searched) in enumerate(zip(chains, found.angles, strict=True)):
+        held = _held(legs, k, walking, before)
+        left = [q for q in range(len(chain.joints)) if q not in held]
+        by_place = held | dict(zip(left, searched.tolist(), strict=True))
+        given = [stated.get(joint.name, by_place[q]) for q, joint in enumerate(chain.joints)]
         angles.append(np.array(given, dtype=float))
     return Standing(tuple(angles), found.reason)
 
 
 def _frame(
-    legs: Legs, index: int, name: str, foot: FoundFoot, walking: Sequence[int], turn: Array
-) -> LegFrame:
+    legs: Legs, index: int, name: str, foot: FoundFoot, walking: Sequence[int], turn: Array,
+    before: Standing | None,
+) -> LegFrame:  # fmt: skip
     """Return a leg in trunk axes as the search of a posture takes it."""
     joints = legs.chains[index].joints
     axes = [legs.frames.axes[joint.name] for joint in joints]
-    limits = np.array([_limits(legs, joint) for joint in joints])
-    at_zero = np.array([0.0 if j.name not in legs.places else legs.places[j.name] for j in joints])
-    return LegFrame(
+    limits = np.array([_limits(joint) for joint in joints])
+    frame = LegFrame(
         name, np.array([axis.unit for axis in axes]) @ turn,
         np.array([axis.origin for axis in axes]) @ turn, foot.centre @ turn, foot.radius,
-        limits[:, 0] - at_zero, limits[:, 1] - at_zero, tuple(walking),
-        tuple(joint.name for joint in joints),
+        limits[:, 0], limits[:, 1], tuple(walking), tuple(joint.name for joint in joints),
     )  # fmt: skip
+    for k, place in sorted(_held(legs, index, walking, before).items(), reverse=True):
+        frame = with_joint_at(frame, k, place - legs.places.get(joints[k].name, 0.0))
+    return frame
 
 
-def _limits(legs: Legs, joint: Joint) -> tuple[float, float]:
-    """Return the limits of a joint [rad]; a joint with a place has only that."""
-    if joint.name in legs.places:
-        return legs.places[joint.name], legs.places[joint.name]
+def _held(
+    legs: Legs, index: int, walking: Sequence[int], before: Standing | None
+) -> dict[int, float]:
+    """Return the joints of a leg whose places are settled before the search [rad]."""
+    joints = legs.chains[index].joints
+    held = {k: legs.places[j.name] for k, j in enumerate(joints) if j.name in legs.places}
+    if before is not None:
+        held |= {k: float(before.angles[index][k]) for k in range(len(joints)) if k not in walking}
+    return held
+
+
+def _limits(joint: Joint) -> tuple[float, float]:
+    """Return the limits of a joint [rad]."""
     if joint.kind == "continuous":
         return -np.inf, np.inf
     return joint.limit("lower", 0.0), joint.limit("upper", 0.0)

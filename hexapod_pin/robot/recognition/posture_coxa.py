@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.robot.recognition.posture_frame import LegFrame, axis_points, leg_length
+from hexapod_pin.robot.recognition.posture_frame import LegFrame, axis_points, leg_length, middle_of
 from hexapod_pin.robot.recognition.posture_kinematics import within
 from hexapod_pin.robot.serial_chain import JointAxis
 
@@ -44,7 +44,7 @@ def coxa_choices(legs: Sequence[LegFrame]) -> list[Array]:
     spread = np.array([_towards(*row) for row in zip(legs, radial, radial, strict=True)])
     limits = np.array([[leg.lower[0], leg.upper[0]] for leg in legs])
     bounded = np.isfinite(limits).all(axis=1)
-    middle = np.where(bounded, limits.mean(axis=1), outward)
+    middle = np.where(bounded, middle_of(*limits.T), outward)
     kept = [
         leg.upper[0] - leg.lower[0] <= WIDE_RANGE
         and max(direction(leg, q, r) @ r, direction(leg, q, r) @ s) >= np.cos(INWARD)

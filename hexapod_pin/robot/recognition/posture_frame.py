@@ -24,6 +24,8 @@ class LegFrame:
         upper: upper joint limits [rad]; inf where there is none. Shape (k,).
         walking: which joints walk, from the trunk outwards. Two or three; the others are held.
         joints: names of the joints, for what is said; empty: "joint 1" and so on. k or none.
+        ankle: where the link that carries the foot begins, when its joint is held already [m];
+            None: at the last joint. Shape (3,).
     """
 
     name: str
@@ -35,6 +37,7 @@ class LegFrame:
     upper: Array
     walking: tuple[int, ...]
     joints: tuple[str, ...] = ()
+    ankle: Array | None = None
 
     def joint(self, index: int) -> str:
         """Return the name of one joint."""
@@ -73,12 +76,17 @@ def with_joint_at(leg: LegFrame, index: int, angle: float) -> LegFrame:
     axes, origins = leg.axes.copy(), leg.origins.copy()
     axes[index + 1 :] = axis.rotate(axes[index + 1 :], c, s)
     origins[index + 1 :] = turned(axis, origins[index + 1 :], angle)
+    if leg.ankle is not None:
+        ankle: Array | None = turned(axis, leg.ankle, angle)
+    else:
+        ankle = axis_points(leg)[index] if index == len(axes) - 1 else None
     left = [k for k in range(len(axes)) if k != index]
     return replace(
         leg,
         axes=axes[left],
         origins=origins[left],
         tip=turned(axis, leg.tip, angle),
+        ankle=ankle,
         lower=leg.lower[left],
         upper=leg.upper[left],
         walking=tuple(k - (k > index) for k in leg.walking if k != index),
@@ -107,3 +115,10 @@ def leg_length(leg: LegFrame) -> float:
     """Return the length of the leg beyond its first walking joint's link [m]."""
     points = np.vstack([axis_points(leg), leg.tip])
     return float(np.linalg.norm(np.diff(points[leg.walking[0] + 1 :], axis=0), axis=1).sum())
+
+
+def middle_of(lower: Array, upper: Array) -> Array:
+    """Return the middle of joint limits, 0 for a joint without [rad]."""
+    bounded = np.isfinite(lower) & np.isfinite(upper)
+    low, high = np.where(bounded, lower, 0.0), np.where(bounded, upper, 0.0)
+    return np.asarray(0.5 * (low + high))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from hexapod_pin.robot.recognition.posture_score import (
     LegMeasure,
     crossing_legs,
     standing_score,
+    walking_bound,
     walking_score,
 )
 
@@ -26,6 +28,12 @@ MEAN_WEIGHT = 0.01
 
 CROSSING = 5.0
 """What a pair of legs that cross costs."""
+
+WALKED_AT_ONCE = 24
+"""How many postures are looked at in a walk before the best is compared with the rest."""
+
+WALKED_AT_EACH_HEIGHT = 12
+"""How many postures of a leg on its own are looked at in a walk, for each height."""
 
 BRANCHES = 4
 """Postures of a leg with one height and one lean."""
@@ -74,49 +82,99 @@ def best_on_grid(legs: Sequence[LegFrame], grid: Grid, trunk_low: float) -> Foun
     soles = grid.soles[grid.soles < trunk_low]
     if not soles.size:
         return None
-    scores, angles = [], []
+    measures, postures, bounds = [], [], []
     for k, (leg, out) in enumerate(zip(legs, radial_directions(legs), strict=True)):
         tips = soles + leg.radius
         if grid.leans is None:
-            postures = all_postures(leg, out, tips)
+            angles = all_postures(leg, out, tips)
         else:
-            postures = leg_postures(leg, float(grid.coxa[k]), out, tips, grid.leans[k])
-        scores.append(_scores(LegMeasure.of(leg), postures, trunk_low - soles))
-        angles.append(postures)
-    place = _best_place(scores)
-    if place is None:
+            angles = leg_postures(leg, float(grid.coxa[k]), out, tips, grid.leans[k])
+        measure = LegMeasure.of(leg)
+        bounds.append(_bounds(measure, angles, trunk_low - soles))
+        measures.append(measure)
+        postures.append(angles)
+    found = None if grid.leans is None else _best_shared(measures, postures, bounds)
+    found = found or _best_each(measures, postures, bounds)
+    if found is None:
         return None
-    row, columns = place
-    chosen = tuple(q[row, column] for q, column in zip(angles, columns, strict=True))
-    worst = min(float(score[row, column]) for score, column in zip(scores, columns, strict=True))
-    worst -= CROSSING * len(crossing_legs(legs, chosen))
-    return Found(worst, chosen, float(soles[row]), _leans(grid, columns))
+    score, row, columns = found
+    chosen = tuple(q[row, column] for q, column in zip(postures, columns, strict=True))
+    score -= CROSSING * len(crossing_legs(legs, chosen))
+    return Found(score, chosen, float(soles[row]), _leans(grid, columns))
 
 
-def _scores(measure: LegMeasure, angles: Array, clearance: Array) -> Array:
-    """Return the score of postures (H, C, J), -inf where there is none. Shape (H, C)."""
-    score = np.full(angles.shape[:2], -np.inf)
+class Bounds(NamedTuple):
+    """Scores of postures (H, C) of a leg, -inf where there is none: standing, and at most."""
+
+    standing: Array
+    most: Array
+
+
+Place = tuple[float, int, list[int]]
+"""The score of all legs, the height's row and each leg's column."""
+
+
+def _bounds(measure: LegMeasure, angles: Array, clearance: Array) -> Bounds:
+    """Return the scores of postures (H, C, J) as far as they are known without a walk."""
+    standing, most = np.full((2, *angles.shape[:2]), -np.inf)
     with np.errstate(invalid="ignore"):
         inside = measure.margin(angles) >= 0.0
     if inside.any():
         q = angles[inside]
         free = np.broadcast_to(clearance[:, None], inside.shape)[inside]
-        score[inside] = standing_score(measure, q, free) + walking_score(measure, q)
-    return score
+        standing[inside] = standing_score(measure, q, free)
+        most[inside] = standing[inside] + walking_bound(measure, q)
+    return Bounds(standing, most)
 
 
-def _best_place(scores: list[Array]) -> tuple[int, list[int]] | None:
-    """Return the height and each leg's posture: the same for all, else each leg's own best."""
-    if len({score.shape for score in scores}) == 1:
-        stacked = np.stack(scores)
-        if np.isfinite(stacked.min(axis=0)).any():
-            row, column = divmod(_first_largest(_together(stacked)), stacked.shape[2])
-            return row, [column] * len(scores)
-    each = np.stack([score.max(axis=1) for score in scores])
-    if not np.isfinite(each.min(axis=0)).any():
+def _best_shared(
+    measures: list[LegMeasure], postures: list[Array], bounds: list[Bounds]
+) -> Place | None:
+    """Return the best posture that is the same on the grid for all legs, or None.
+
+    Walks are looked at in the order of what postures are worth at most, until none can be better.
+    """
+    if len({angles.shape for angles in postures}) > 1:
         return None
-    row = _first_largest(_together(each))
-    return row, [_first_largest(score[row]) for score in scores]
+    most = _together(np.stack([bound.most for bound in bounds]))
+    count = int(np.isfinite(most).sum())
+    order = np.argsort(-most, axis=None, kind="stable")[:count]
+    stacked = LegMeasure.stack(measures)
+    exact = np.full(most.shape, -np.inf)
+    for begin in range(0, count, WALKED_AT_ONCE):
+        rows, columns = np.unravel_index(order[begin : begin + WALKED_AT_ONCE], most.shape)
+        q = np.stack([angles[rows, columns] for angles in postures])
+        standing = np.stack([bound.standing[rows, columns] for bound in bounds])
+        exact[rows, columns] = _together(standing + walking_score(stacked, q))
+        left = most.ravel()[order[begin + WALKED_AT_ONCE :]]
+        if not left.size or left[0] < exact.max() - 2.0 * EQUAL_SCORES:
+            break
+    if not count:
+        return None
+    row, column = divmod(_first_largest(exact), most.shape[1])
+    return float(exact[row, column]), row, [column] * len(measures)
+
+
+def _best_each(
+    measures: list[LegMeasure], postures: list[Array], bounds: list[Bounds]
+) -> Place | None:
+    """Return the best height with each leg's own best posture, or None."""
+    scores = []
+    for measure, angles, bound in zip(measures, postures, bounds, strict=True):
+        score = np.full(bound.standing.shape, -np.inf)
+        promising = np.argsort(-bound.most, axis=1, kind="stable")[:, :WALKED_AT_EACH_HEIGHT]
+        rows = np.repeat(np.arange(len(score)), promising.shape[1])
+        known = np.isfinite(bound.standing[rows, promising.ravel()])
+        place = rows[known], promising.ravel()[known]
+        if known.any():
+            score[place] = bound.standing[place] + walking_score(measure, angles[place])
+        scores.append(score)
+    best = np.stack([score.max(axis=1) for score in scores])
+    total = _together(best)
+    if not np.isfinite(total).any():
+        return None
+    row = _first_largest(total)
+    return float(total[row]), row, [_first_largest(score[row]) for score in scores]
 
 
 def _together(score: Array) -> Array:

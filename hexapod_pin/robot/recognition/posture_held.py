@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from hexapod_pin.robot.recognition.posture_frame import (
     LegFrame,
     axis_points,
     leg_length,
+    middle_of,
     with_joint_at,
 )
 from hexapod_pin.robot.recognition.posture_kinematics import within
@@ -26,11 +28,21 @@ FEW_BENDS = np.radians([0, 30, -30, 60, -60])
 SHORT_LINK = 0.05
 """A bend has no meaning between links shorter than this share of the leg."""
 
+BEND_COST = 1.0 / np.radians(90.0) ** 2
+"""What a bend costs in a posture's score, times its square [1/rad^2] (*assumed*)."""
+
 Places = tuple[tuple[float, ...], ...]
 """Angles of the held joints, leg by leg, from the trunk outwards [rad]."""
 
 
-def held_choices(legs: Sequence[LegFrame]) -> list[Places]:
+class HeldChoice(NamedTuple):
+    """Places of the held joints, and what their bends cost in the score."""
+
+    places: Places
+    cost: float
+
+
+def held_choices(legs: Sequence[LegFrame]) -> list[HeldChoice]:
     """Return places of the held joints: the same bends in all legs that have such joints.
 
     A bend that some leg's limits forbid is left out; where none is left, and for joints that only
@@ -38,15 +50,18 @@ def held_choices(legs: Sequence[LegFrame]) -> list[Places]:
     """
     most = max(len(leg.axes) - len(leg.walking) for leg in legs)
     if most == 0:
-        return [((),) * len(legs)]
+        return [HeldChoice(((),) * len(legs), 0.0)]
     outward = radial_directions(legs)
     bends = BENDS if most == 1 else FEW_BENDS
-    choices = []
+    choices: dict[Places, float] = {}
     for chosen in product(bends, repeat=most):
         places = [_places(leg, out, chosen) for leg, out in zip(legs, outward, strict=True)]
-        choices.append(tuple(place for place in places if place is not None))
-    full = [choice for choice in dict.fromkeys(choices) if len(choice) == len(legs)]
-    return full or [tuple(tuple(_middle(leg, k) for k in _held(leg)) for leg in legs)]
+        known = tuple(place for place in places if place is not None)
+        if len(known) == len(legs):
+            choices.setdefault(known, BEND_COST * float(np.square(chosen).sum()))
+    if not choices:
+        choices[tuple(tuple(_middle(leg, k) for k in _held(leg)) for leg in legs)] = 0.0
+    return [HeldChoice(places, cost) for places, cost in choices.items()]
 
 
 def with_held(leg: LegFrame, places: Sequence[float]) -> LegFrame:
@@ -63,8 +78,7 @@ def _held(leg: LegFrame) -> list[int]:
 
 def _middle(leg: LegFrame, joint: int) -> float:
     """Return the middle of a joint's limits, 0 without any [rad]."""
-    middle = 0.5 * (leg.lower[joint] + leg.upper[joint])
-    return float(middle) if np.isfinite(middle) else 0.0
+    return float(middle_of(leg.lower[joint], leg.upper[joint]))
 
 
 def _places(leg: LegFrame, out: Array, bends: Sequence[float]) -> tuple[float, ...] | None:
@@ -98,8 +112,7 @@ def _straight(leg: LegFrame, joint: int) -> float | None:
 
 def _downwards(leg: LegFrame, joint: int, out: Array) -> float:
     """Return the sign of a joint's turn that lowers the leg beyond it where the leg is level."""
-    first, second = leg.walking[:2]
-    pitch = leg.axes[second]
+    pitch = leg.axes[leg.walking[1]]
     facing = direction(with_held(leg, [0.0] * len(_held(leg))), 0.0, out)
     lowers = np.sign(np.cross(facing, [0.0, 0.0, -1.0]) @ pitch) or 1.0
     return float(lowers * (np.sign(leg.axes[joint] @ pitch) or 1.0))

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.robot.recognition.posture_frame import LegFrame, axis_points
+from hexapod_pin.robot.recognition.posture_frame import LegFrame, axis_points, middle_of
 from hexapod_pin.robot.serial_chain import JointAxis, SerialChain
 
 LEAN_STEPS = 6
@@ -101,9 +101,16 @@ def at_height(chain: SerialChain, q: Array, joints: Sequence[int], height: float
     return q
 
 
-def towards(chain: SerialChain, q: Array, target: Array, length: float) -> tuple[Array, Array]:
-    """Return angles (N, J) after damped Newton steps to targets (N, 3), and their misses [m]."""
-    unit = DAMPING * length**2 * np.eye(q.shape[-1])
+def towards(chain: SerialChain, q: Array, target: Array, length: Array) -> tuple[Array, Array]:
+    """Return angles after damped Newton steps from angles to targets, and their misses [m].
+
+    Args:
+        chain: of one leg, or of L stacked legs.
+        q: [rad]. Shape (N, J) or (L, N, J).
+        target: places of the foot [m]. Shape (N, 3) or (L, N, 3).
+        length: of the leg [m]. Shape () or (L, 1).
+    """
+    unit = (DAMPING * length**2)[..., None, None] * np.eye(q.shape[-1])
     for _ in range(NEWTON_STEPS):
         p, jacobian = chain.forward_and_jacobian(q)
         transposed = np.swapaxes(jacobian, -1, -2)
@@ -115,8 +122,7 @@ def towards(chain: SerialChain, q: Array, target: Array, length: float) -> tuple
 
 def within(q: Array, lower: Array, upper: Array) -> Array:
     """Return angles moved by whole turns to the middle of their limits, or to zero without any."""
-    with np.errstate(invalid="ignore"):
-        middle = np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), 0.0)
+    middle = middle_of(lower, upper)
     # A hair below half a turn, so that rounding does not decide between its two ends.
     turns = np.ceil((q - middle) / (2.0 * np.pi) - 0.5 - 1e-9)
     moved: Array = q - 2.0 * np.pi * turns

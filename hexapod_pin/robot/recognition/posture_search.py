@@ -47,15 +47,15 @@ def standing_posture(
     Raises:
         ReachError: there is no such posture; it names the leg, the joint and the way out.
     """
-    best: tuple[Found, Places] | None = None
+    best: tuple[float, Found, Places] | None = None
     choices = held_choices(legs)
-    for places in choices:
+    for places, cost in choices:
         found = _searched(_walking(legs, places), trunk_low)
-        if found and (best is None or found.score > best[0].score + EQUAL_SCORES):
-            best = found, places
+        if found and (best is None or found.score - cost > best[0] + EQUAL_SCORES):
+            best = found.score - cost, found, places
     if best is None:
-        raise refusal(_walking(legs, choices[0]), trunk_low)
-    found, places = best
+        raise refusal(_walking(legs, choices[0].places), trunk_low)
+    _, found, places = best
     finer = _refined(_walking(legs, places), found, trunk_low)
     return _whole(legs, finer, places)
 
@@ -116,7 +116,7 @@ def _whole(legs: Sequence[LegFrame], found: Found, places: Places) -> StandingPo
     for leg, walking, held in zip(legs, found.angles, places, strict=True):
         frame = with_held(leg, held)
         free = [k for k in range(1, len(walking)) if frame.upper[k] > frame.lower[k]]
-        q = at_height(LegMeasure.of(frame).chain, walking, free, found.sole + leg.radius)
+        q = at_height(LegMeasure.of(frame).foot, walking, free, found.sole + leg.radius)
         whole = np.empty(len(leg.axes))
         whole[list(leg.walking)] = q
         whole[[k for k in range(len(leg.axes)) if k not in leg.walking]] = held

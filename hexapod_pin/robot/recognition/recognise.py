@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array, read_only
-from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.errors import UnknownNameError, UrdfError
 from hexapod_pin.robot.description.leg_names import leg_names, leg_of_chain
-from hexapod_pin.robot.description.urdf_file import UrdfFile
+from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.loading.provenance import read_provenance
+from hexapod_pin.robot.loading.stated_legs import stated_places
 from hexapod_pin.robot.recognition.directions import (
     Forward,
     Layout,
@@ -21,12 +22,15 @@ from hexapod_pin.robot.recognition.directions import (
     hip_points,
 )
 from hexapod_pin.robot.recognition.feet import FoundFoot, local
-from hexapod_pin.robot.recognition.foot_choice import feet_text, provisional_feet, standing_feet
+from hexapod_pin.robot.recognition.foot_choice import provisional_feet, standing_feet
+from hexapod_pin.robot.recognition.foot_words import feet_text
 from hexapod_pin.robot.recognition.hints import RobotHints
 from hexapod_pin.robot.recognition.layout import LegLayout, RobotLayout
+from hexapod_pin.robot.recognition.layout_symmetry import is_left
 from hexapod_pin.robot.recognition.leg_choice import Legs, choose_legs
 from hexapod_pin.robot.recognition.posture_choice import Standing, stand, stated_posture
 from hexapod_pin.robot.recognition.shape_points import link_points
+from hexapod_pin.robot.recognition.stated_layout import stated_layout
 from hexapod_pin.robot.recognition.tree_frames import check_tree
 from hexapod_pin.robot.recognition.up import Up, find_up
 from hexapod_pin.robot.recognition.walking_joints import walking_joints
@@ -38,33 +42,41 @@ if TYPE_CHECKING:
 def recognise(file: UrdfFile, finder: ResourceFinder, hints: RobotHints) -> RobotLayout:
     """Return the robot in a URDF: which way is forward, its legs and feet, how it stands.
 
+    A robot that has no legs to walk with but feet that are given has a layout without legs.
+
     Args:
         file: a URDF, as read; only its tree need be sound.
         finder: of its meshes.
         hints: what the user says: it goes before everything inferred.
 
     Raises:
-        UrdfError: no robot of 4, 6 or 8 legs can be found; every finding names part and way out.
+        UrdfError: no robot of 4 to 8 legs can be found; every finding names part and way out.
         UnknownNameError: a hint names a joint or foot link that does not exist.
         ParameterError: a foot radius out of range.
     """
     check_tree(file)
     own = read_provenance(file).posture
     stated = stated_posture(file, own, hints.posture)
-    held = _checked_held(file, hints.held or {})
-    legs = choose_legs(file, finder, hints.legs, held)
-    up = find_up(legs.chains, legs.frames, legs.tips, file.base)
+    held = stated_places(file) | _checked_held(file, hints.held or {})
+    if (said := stated_layout(file, hints, stated, held)) is not None:
+        return said
+    try:
+        legs = choose_legs(file, finder, hints.legs, held)
+    except UrdfError:
+        if hints.feet is None or hints.legs is not None:
+            raise
+        return RobotLayout(read_only(np.eye(3)), (), posture=stated)
+    up = find_up(legs.chains, legs.frames, legs.tips, stated, file.base)
     forward, says = _forward(file, legs, up, hints)
     legs, names = _named(legs, forward.turn)
     walking, surplus = walking_joints(legs.chains, legs.frames, legs.tips, up.unit)
     feet = provisional_feet(file, legs, names, hints.feet, hints.foot_radius)
     low = _trunk_low(file, finder, legs, up)
     standing = stand(file, legs, names, feet, walking, forward.turn, stated, low)
-    if hints.feet is None:
-        lower = standing_feet(file, legs, names, feet, standing.angles, -up.unit, hints.foot_radius)
-        if _moved(feet, lower):
-            feet = lower
-            standing = stand(file, legs, names, feet, walking, forward.turn, stated, low)
+    lower = standing_feet(file, legs, names, feet, standing.angles, -up.unit, hints.foot_radius)
+    if _moved(feet, lower):
+        feet = lower
+        standing = stand(file, legs, names, feet, walking, forward.turn, stated, low, standing)
     texts = [*says, *([surplus] if surplus else []), *feet_text(file, legs, names, feet)]
     return _layout(file, legs, names, feet, walking, forward.turn, standing, texts)
 
@@ -75,7 +87,8 @@ def _forward(file: UrdfFile, legs: Legs, up: Up, hints: RobotHints) -> tuple[For
     names = [chain.names for chain in legs.chains] if given is None else [(name,) for name in given]
     mine = {name for chain in legs.chains for name in chain.names}
     others = [link.name for link in file.links if link.name not in mine and link.name != file.base]
-    layout = Layout(file, legs.frames, legs.chains, names, others)
+    hips = hip_points(legs.chains, legs.frames, legs.tips, up.unit)
+    layout = Layout(file, legs.frames, legs.chains, hips, names, others)
     if hints.forward is not None:
         return given_forward(hints.forward, up, file.source), [up.reason] * bool(up.unit[2] < 1)
     forward = find_forward(layout, up)
@@ -88,9 +101,9 @@ def _forward(file: UrdfFile, legs: Legs, up: Up, hints: RobotHints) -> tuple[For
     return forward, [up.reason] * bool(up.unit[2] < 1) + [forward.reason]
 
 
-def _habit_name(joints: Sequence[object]) -> str | None:
+def _habit_name(joints: Sequence[Joint]) -> str | None:
     """Return the leg that the names of three joints tell by an old habit."""
-    names = [joint.name for joint in joints]  # type: ignore[attr-defined]
+    names = [joint.name for joint in joints]
     return leg_of_chain((names[0], names[1], names[2])) if len(names) == 3 else None
 
 
@@ -107,18 +120,19 @@ def _named(legs: Legs, turn: Array) -> tuple[Legs, tuple[str, ...]]:
 def _order(legs: Legs, turn: Array) -> list[int]:
     """Return the places of the legs: left ones first, front to rear."""
     hips = _hips(legs, turn)
-    return sorted(range(len(hips)), key=lambda k: (hips[k, 1] < 0, -hips[k, 0]))
+    left = is_left(hips)
+    return sorted(range(len(hips)), key=lambda k: (not left[k], -hips[k, 0]))
 
 
 def _sides(legs: Legs, turn: Array) -> tuple[int, int]:
     """Return how many legs are on the left and on the right."""
-    left = int((_hips(legs, turn)[:, 1] > 0).sum())
+    left = sum(is_left(_hips(legs, turn)))
     return left, len(legs.chains) - left
 
 
 def _hips(legs: Legs, turn: Array) -> Array:
     """Return the hips about their middle in trunk axes [m]. Shape (L, 3)."""
-    hips = hip_points(legs.chains, legs.frames)
+    hips = hip_points(legs.chains, legs.frames, legs.tips, turn[:, 2])
     centred: Array = (hips - hips.mean(axis=0)) @ turn
     return centred
 
@@ -156,7 +170,9 @@ def _layout(
     walking: Sequence[int], turn: Array, standing: Standing, texts: Sequence[str],
 ) -> RobotLayout:  # fmt: skip
     """Return what was found as data."""
-    leg_layouts, posture, held = [], {}, dict(legs.places)
+    leg_layouts: list[LegLayout] = []
+    posture: dict[str, float] = {}
+    held = dict(legs.places)
     taken = set(file.link_by_name)
     for name, chain, foot, angles in zip(names, legs.chains, feet, standing.angles, strict=True):
         by_name = dict(zip((j.name for j in chain.joints), angles.tolist(), strict=True))

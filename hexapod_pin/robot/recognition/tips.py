@@ -8,17 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.robot.loading.limbs import FOOT_WORDS
 from hexapod_pin.robot.recognition.leg_body import BodySphere, LegBody
 from hexapod_pin.robot.recognition.sphere_fit import Ball, fitted_ball
 
-FOOT_WORDS = ("foot", "tip", "tarsus")
-"""A foot link has one of these in its name; an earlier word wins."""
-
 NEAR = 0.02
-"""Points within this share of the last link's length of the extreme belong to the tip (*assumed*)."""
+"""Points within this share of the last link of the extreme belong to the tip (*assumed*)."""
 
 NAMED_NEAR = 0.15
-"""The same for a foot link's own collision sphere: coarse shapes may reach beyond it (*assumed*)."""
+"""The same for a foot link's own collision sphere: coarse shapes may pass it (*assumed*)."""
 
 FLAT_ANGLE = math.radians(30.0)
 """An end face whose normal is this near to the direction stands on its centre (*assumed*)."""

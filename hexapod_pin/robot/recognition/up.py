@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.recognition.chains import Chain
-from hexapod_pin.robot.recognition.tree_frames import Axis, TreeFrames
+from hexapod_pin.robot.recognition.tree_frames import Axis, TreeFrames, turned_about
 
 COMMON = 0.8
 """Least share of the first axes' squares along one direction (27 deg off it) (*assumed*)."""
@@ -23,6 +23,9 @@ SLACK = 5e-3
 CLEAR = 0.1
 """Share of the legs' length by which tips must be below the hips to tell up from down."""
 
+NEAR_Z = 0.7
+"""Least component along the root link's z of a line whose upper end is taken to be +z."""
+
 
 class Up(NamedTuple):
     """The upward direction in the root link's frame: unit vector (3,), scatter [rad], a reason."""
@@ -32,33 +35,39 @@ class Up(NamedTuple):
     reason: str
 
 
-def find_up(chains: Sequence[Chain], frames: TreeFrames, tips: dict[str, Array], root: str) -> Up:
+def find_up(
+    chains: Sequence[Chain],
+    frames: TreeFrames,
+    tips: dict[str, Array],
+    stated: Mapping[str, float],
+    root: str,
+) -> Up:
     """Return up from the legs' first axes; else across the plane of the hips; else the root's z.
 
     Args:
         chains: the legs.
         frames: of the file at q = 0.
         tips: furthest point of each leg, by its label, root link's frame [m]. Shape (3,) each.
+        stated: standing angles by joint name that are known [rad].
         root: name of the root link, for the reason.
     """
     axes = [frames.axes[chain.joints[0].name] for chain in chains]
     hips = np.array([axis.origin for axis in axes])
     line, scatter, how = _line(np.array([axis.unit for axis in axes]), hips)
-    line, snapped = snap(line, scatter)
-    reach = float(np.mean([_length(chain, frames, tips[chain.label]) for chain in chains]))
-    sign, why = _sign(line, chains, frames, tips, reach)
+    line = snap(line, scatter)
+    sign, why = _sign(line, chains, frames, tips, stated)
     unit = sign * line + 0.0
     return Up(unit, scatter, f"up is {direction_text(unit)} of {root!r}: {how}, {why}")
 
 
-def snap(unit: Array, scatter: float) -> tuple[Array, bool]:
+def snap(unit: Array, scatter: float) -> Array:
     """Return the root link's axis that a unit vector (3,) is near to, else the vector itself."""
     axis = int(np.abs(unit).argmax())
     exact = np.zeros(3)
     exact[axis] = np.sign(unit[axis])
     off = float(np.linalg.norm(unit - exact))
     near = off <= max(EXACT, min(2 * scatter, SLACK))
-    return (exact, True) if near else (unit, False)
+    return exact if near else unit
 
 
 def direction_text(unit: Array) -> str:
@@ -80,7 +89,7 @@ def _line(units: Array, hips: Array) -> tuple[Array, float, str]:
         return mean, scatter, "the common direction of the legs' first axes"
     spread, across = np.linalg.eigh(np.cov(hips.T))
     if _flat(hips, across[:, 0]):
-        scatter = float(np.sqrt(max(spread[0], 0.0) / spread[1]))
+        scatter = float(np.sqrt(max(spread[0], 0.0) / max(float(spread[1]), 1e-300)))
         return across[:, 0], scatter, "across the plane of the hips"
     return np.array([0.0, 0.0, 1.0]), 0.0, "the root link's z (assumed: nothing tells)"
 
@@ -95,29 +104,47 @@ def _flat(hips: Array, line: Array) -> bool:
 
 
 def _sign(
-    line: Array, chains: Sequence[Chain], frames: TreeFrames, tips: dict[str, Array], reach: float
+    line: Array,
+    chains: Sequence[Chain],
+    frames: TreeFrames,
+    tips: dict[str, Array],
+    stated: Mapping[str, float],
 ) -> tuple[float, str]:
-    """Return whether up is along the line or against it, and from what."""
-    now, mean = [], []
+    """Return whether up is along the line or against it, and from what.
+
+    Told by where feet are below hips, as a share of the legs' length: as the robot is known to
+    stand; on average over the joints' ranges (the same for any zero posture); at zero angles. The
+    root link's z goes before the last two, unless they tell the opposite with one voice.
+    """
+    standing, average, zero = [], [], []
+    known = all(joint.name in stated for chain in chains for joint in chain.joints)
     for chain in chains:
-        axes = [frames.axes[joint.name] for joint in chain.joints]
-        now.append(float((tips[chain.label] - axes[0].origin) @ line))
-        average = mean_tip(chain, axes, tips[chain.label])
-        mean.append(float((average - axes[0].origin) @ line))
-    at_zero, on_average = np.mean(now) / reach, np.mean(mean) / reach
-    upright = float(line[2])
-    if abs(upright) > 0.7 and max(abs(at_zero), abs(on_average)) > 0:
-        against = min(at_zero * np.sign(upright), on_average * np.sign(upright))
-        agree = np.sign(at_zero) == np.sign(on_average)
-        if not (agree and against > 0 and abs(at_zero) > CLEAR and abs(on_average) > CLEAR):
-            return float(np.sign(upright)), "the side of the root link's z"
-    for height, why in (
-        (on_average, "feet below hips over the joints' ranges"),
-        (at_zero, "feet below hips at zero angles"),
-    ):
-        if abs(height) > CLEAR:
-            return float(-np.sign(height)), why
-    return float(np.sign(line[np.abs(line).argmax()])), "the positive side (nothing tells)"
+        axes, tip = [frames.axes[joint.name] for joint in chain.joints], tips[chain.label]
+        hip, length = axes[0].origin, max(_length(axes, tip), 1e-12)
+        if known:
+            place = _placed(axes, tip, [stated[joint.name] for joint in chain.joints])
+            standing.append(float((place - hip) @ line) / length)
+        average.append(float((mean_tip(chain, axes, tip) - hip) @ line) / length)
+        zero.append(float((tip - hip) @ line) / length)
+    stand, mean, now = (float(np.mean(heights or [0.0])) for heights in (standing, average, zero))
+    if abs(stand) > CLEAR:
+        return float(-np.sign(stand)), "feet below hips as it stands"
+    upright = float(np.sign(line[2]))
+    if abs(line[2]) > NEAR_Z and not (mean * upright > CLEAR and now * upright > -CLEAR):
+        return upright, "the side of the root link's z"
+    if abs(mean) > CLEAR:
+        return float(-np.sign(mean)), "feet below hips over the joints' ranges"
+    if abs(now) > CLEAR:
+        return float(-np.sign(now)), "feet below hips at zero angles"
+    side = float(np.sign(line[np.abs(line).argmax()]))
+    return side, "its positive side (assumed: nothing tells)"
+
+
+def _placed(axes: Sequence[Axis], tip: Array, angles: Sequence[float]) -> Array:
+    """Return a tip with its joints at angles [m]."""
+    for axis, angle in zip(reversed(axes), reversed(angles), strict=True):
+        tip = turned_about(axis, tip, angle)
+    return tip
 
 
 def mean_tip(chain: Chain, axes: Sequence[Axis], tip: Array) -> Array:
@@ -138,7 +165,7 @@ def mean_tip(chain: Chain, axes: Sequence[Axis], tip: Array) -> Array:
     return point
 
 
-def _length(chain: Chain, frames: TreeFrames, tip: Array) -> float:
+def _length(axes: Sequence[Axis], tip: Array) -> float:
     """Return the length of a leg along its joints' origins [m]."""
-    points = np.array([*(frames.axes[joint.name].origin for joint in chain.joints), tip])
+    points = np.array([*(axis.origin for axis in axes), tip])
     return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())

@@ -1,0 +1,80 @@
+"""`hexapod-pin mend`: write a URDF that can be used, and say what was changed and assumed."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hexapod_pin.commands.options import OptionalFloat, PackagePath, given
+from hexapod_pin.commands.status import FAILED, fail
+from hexapod_pin.errors import ParameterError
+
+if TYPE_CHECKING:
+    from hexapod_pin.robot.description.urdf_file import UrdfFile
+    from hexapod_pin.robot.mending import Mended
+
+Mass = Annotated[OptionalFloat, typer.Option(help="Total mass of the robot [kg].")]
+Density = Annotated[
+    OptionalFloat,
+    typer.Option(help="Mass over hull volume of links without a mass [kg/m^3]; default: 430."),
+]
+Effort = Annotated[OptionalFloat, typer.Option(help="Torque limit of every joint [N m].")]
+Velocity = Annotated[OptionalFloat, typer.Option(help="Speed limit of every joint [rad/s].")]
+
+
+def mend(
+    file: Annotated[Path, typer.Argument(help="The URDF to mend; it is not touched.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="The mended URDF to write.")],
+    mass: Mass = None,
+    density: Density = None,
+    effort: Effort = None,
+    velocity: Velocity = None,
+    package_path: PackagePath = None,
+) -> None:
+    """Write a sound URDF: what is missing, impossible or absurd replaced, and each change said."""
+    from hexapod_pin.commands.output_files import writable
+    from hexapod_pin.robot.description.urdf_file import read_urdf
+    from hexapod_pin.robot.mending import MendOptions, find_all, mend_urdf
+    from hexapod_pin.robot.mending.finding_lines import finding_lines
+    from hexapod_pin.robot.mending.rebased_meshes import rebased
+    from hexapod_pin.robot.reading.resources import ResourceFinder
+
+    urdf, path, folders = read_urdf(file), writable("--out", out), package_path or []
+    if path.exists() and path.samefile(file.expanduser()):
+        raise ParameterError("--out", str(out), "another file than the one to mend")
+    finder = ResourceFinder(file, folders)
+    options = given(mass=mass, density=density, effort=effort, velocity=velocity)
+    mended = mend_urdf(urdf, finder, MendOptions(**options))
+    left = find_all(mended.file, finder)
+    refused = [finding for finding in left if finding.severity == "refused"]
+    if refused:
+        text = "\n".join([f"{file}: no mend for this; nothing is written", *finding_lines(refused)])
+        fail(text, FAILED)
+    written, moved = rebased(mended.file, finder, path, folders)
+    _write(urdf, written, file, path)
+    for line in [*_report(mended), *(f"changed: {text}" for text in moved), *finding_lines(left)]:
+        typer.echo(line)
+    typer.echo(f"wrote {path}" + ("" if mended.changes or moved else ": a copy, nothing to mend"))
+
+
+def _report(mended: Mended) -> list[str]:
+    """Return changes, assumptions, options not used, and the masses before and after."""
+    from hexapod_pin.robot.mending.mass_table import mass_lines
+
+    return [
+        *(f"changed: {text}" for text in mended.changes),
+        *(f"assumed: {text}" for text in mended.assumed),
+        *(f"note: {text}" for text in mended.notes),
+        *mass_lines(mended.masses),
+    ]
+
+
+def _write(urdf: UrdfFile, written: UrdfFile, file: Path, path: Path) -> None:
+    """Write the mended text, or the same bytes where nothing changed."""
+    if written is urdf:
+        shutil.copyfile(file.expanduser(), path)
+    else:
+        path.write_text(written.text, encoding="utf-8")

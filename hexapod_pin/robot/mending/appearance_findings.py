@@ -1,0 +1,161 @@
+"""What is wrong with meshes, shapes, colours and materials: none of it refuses a file."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections import Counter
+from collections.abc import Iterator
+
+from hexapod_pin.robot.description.urdf_file import Link, UrdfFile, attribute, origin, triple
+from hexapod_pin.robot.mending.finding import Finding
+from hexapod_pin.robot.mending.measures import Measures
+
+CHANNELS = 4
+"""Red, green, blue, opacity."""
+
+
+def appearance_findings(measures: Measures) -> list[Finding]:
+    """Return every trouble of meshes, shapes, colours and materials."""
+    file = measures.file
+    found = [x for link in file.links for x in _of_link(measures, link)]
+    found += [*_materials(file), *_colours(file)]
+    return found
+
+
+def bad_scale(mesh: ET.Element) -> bool:
+    """Whether a mesh's scale is not three numbers other than 0."""
+    factors = triple(mesh.get("scale")) if mesh.get("scale") is not None else (1.0,)
+    return not all(map(math.isfinite, factors)) or not all(factors)
+
+
+def colour_of(element: ET.Element) -> tuple[float, ...]:
+    """Return the numbers of a <color>; empty where they are none."""
+    try:
+        return tuple(float(word) for word in (element.get("rgba") or "").split())
+    except ValueError:
+        return ()
+
+
+def repeated_materials(file: UrdfFile) -> list[ET.Element]:
+    """Return the materials of the robot whose name an earlier one has."""
+    seen, found = set(), []
+    for material in file.root.findall("material"):
+        name = material.get("name") or ""
+        if name in seen:
+            found.append(material)
+        seen.add(name)
+    return found
+
+
+def bad_size(geometry: ET.Element) -> str:
+    """Say which size of a primitive is not above 0; "" where all are, and for meshes."""
+    if geometry.tag == "box":
+        sizes = triple(geometry.get("size")) if geometry.get("size") else (math.nan,)
+    elif geometry.tag in ("sphere", "cylinder"):
+        names = ("radius",) if geometry.tag == "sphere" else ("radius", "length")
+        sizes = tuple(attribute(geometry, name, math.nan) for name in names)
+    else:
+        return ""
+    if all(size > 0.0 and math.isfinite(size) for size in sizes):
+        return ""
+    return f"{geometry.tag} of {' '.join(f'{size:g}' for size in sizes)} m"
+
+
+def _of_link(measures: Measures, link: Link) -> Iterator[Finding]:
+    where, seen = f"link {link.name!r}", set()
+    for tag in ("visual", "collision"):
+        for shape in link.element.findall(tag):
+            if not all(map(math.isfinite, (*origin(shape)[0], *origin(shape)[1]))):
+                yield Finding(
+                    "unreadable shape",
+                    where,
+                    f"origin of its {tag} shape",
+                    "xyz [m] and rpy [rad] are three numbers each",
+                    "the shape is dropped",
+                    "suspicious",
+                )
+            for geometry in shape.findall("geometry/*"):
+                if text := bad_size(geometry):
+                    yield Finding(
+                        "unreadable shape",
+                        where,
+                        f"{tag}: {text}",
+                        "sizes are above 0",
+                        "the shape is dropped",
+                        "suspicious",
+                    )
+                uri = geometry.get("filename") or ""
+                if geometry.tag == "mesh" and (uri, geometry.get("scale")) not in seen:
+                    seen.add((uri, geometry.get("scale")))
+                    yield from _of_mesh(measures, geometry, where, uri)
+
+
+def _of_mesh(measures: Measures, mesh: ET.Element, where: str, uri: str) -> Iterator[Finding]:
+    if bad_scale(mesh):
+        yield Finding(
+            "mesh scale",
+            where,
+            f"scale {mesh.get('scale')!r}",
+            "three numbers other than 0",
+            "scale 1 1 1",
+            "suspicious",
+        )
+    finder = measures.solids.finder
+    if finder is None:
+        return
+    if finder.find(uri) is None if uri else True:
+        yield Finding(
+            "mesh not found",
+            where,
+            f"mesh {uri!r}",
+            "a file that can be found",
+            "none: give its package's folder by --package-path",
+            "suspicious",
+        )
+    elif not bad_scale(mesh) and measures.solids.mesh(mesh) is None:
+        yield Finding(
+            "mesh without volume",
+            where,
+            f"mesh {uri!r}",
+            "a mesh of a solid in STL, DAE or OBJ",
+            "none: the link counts as having no shape",
+            "suspicious",
+        )
+
+
+def _materials(file: UrdfFile) -> Iterator[Finding]:
+    count = Counter(material.get("name") or "" for material in repeated_materials(file))
+    for name, more in count.items():
+        yield Finding(
+            "material defined twice",
+            f"material {name!r}",
+            f"{more + 1} times",
+            "once; other parsers refuse this",
+            "the first one is kept",
+            "suspicious",
+        )
+
+
+def _colours(file: UrdfFile) -> Iterator[Finding]:
+    for number, element in enumerate(file.root.iter("color"), 1):
+        colour = colour_of(element)
+        where = f"colour {number}"
+        if len(colour) != CHANNELS or not all(map(math.isfinite, colour)):
+            yield Finding(
+                "unreadable colour",
+                where,
+                f"rgba {element.get('rgba')!r}",
+                "four numbers from 0 to 1",
+                "the colour is dropped",
+                "suspicious",
+            )
+        elif max(colour) > 1.0 or min(colour) < 0.0:
+            yield Finding(
+                "colour out of range",
+                where,
+                f"rgba {element.get('rgba')!r}",
+                "four numbers from 0 to 1",
+                "divided by 255 where one is above 1, else limited",
+                "suspicious",
+            )

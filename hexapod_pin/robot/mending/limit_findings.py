@@ -1,0 +1,141 @@
+"""What is wrong with limits, effort, velocity and friction of joints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from hexapod_pin.robot.description.urdf_file import Joint
+from hexapod_pin.robot.mending import rules
+from hexapod_pin.robot.mending.finding import Finding, Severity
+from hexapod_pin.robot.mending.joint_findings import JOINT_TYPE_REMEDY
+from hexapod_pin.robot.mending.measures import Measures
+
+MEND_RANGE = f"assumed: {-rules.JOINT_RANGE:g} to {rules.JOINT_RANGE:g} rad"
+MEND_EFFORT = "assumed from weight and leg length; --effort"
+MEND_SPEED = f"assumed: {rules.SPEED:g} rad/s; --velocity"
+UNITS = {"revolute": ("rad", "N m", "rad/s"), "prismatic": ("m", "N", "m/s")}
+FRICTION_UNITS = {
+    "revolute": {"damping": "N m s/rad", "friction": "N m"},
+    "prismatic": {"damping": "N s/m", "friction": "N"},
+}
+
+
+def limit_findings(measures: Measures) -> list[Finding]:
+    """Return every trouble of limits, effort, velocity and friction."""
+    joints = [j for j in measures.file.joints if limited(j)]
+    return [found for joint in joints for found in _of_joint(measures, joint)]
+
+
+def limited(joint: Joint) -> bool:
+    """Whether a joint is simulated and needs limits."""
+    return joint.kind in UNITS and joint.kind not in JOINT_TYPE_REMEDY
+
+
+def range_trouble(joint: Joint) -> tuple[str, str, bool] | None:
+    """Return kind and value of what is wrong with the range, and whether it refuses the file."""
+    lower, upper = joint.limit("lower", 0.0), joint.limit("upper", 0.0)
+    unit = UNITS[joint.kind][0]
+    if not (math.isfinite(lower) and math.isfinite(upper)):
+        return "unreadable limits", f"limits {lower:g} to {upper:g} {unit}", True
+    if lower > upper:
+        text = f"lower limit {lower:g} {unit} is above the upper limit {upper:g} {unit}"
+        return "reversed limits", text, True
+    if lower == upper:
+        return "no range", f"limits {lower:g} to {upper:g} {unit}", False
+    if joint.kind == "revolute" and upper - lower > rules.FULL_TURN:
+        return "range above a turn", f"limits {lower:g} to {upper:g} rad", False
+    return None
+
+
+def effort_trouble(measures: Measures, joint: Joint) -> tuple[str, bool] | None:
+    """Return what is wrong with the torque limit, and whether it refuses the file."""
+    effort = joint.limit("effort")
+    if not (effort >= 0.0 and math.isfinite(effort)):
+        return "unreadable effort", not effort >= 0.0
+    if effort == 0.0:
+        return "zero effort", False
+    lift = lifting_torque(measures)
+    if joint.kind != "revolute" or lift <= 0.0:
+        return None
+    low, high = rules.TORQUES
+    if effort > high * lift:
+        return "absurd effort", False
+    return ("weak effort", False) if effort < low * lift else None
+
+
+def velocity_trouble(joint: Joint) -> tuple[str, bool] | None:
+    """Return what is wrong with the speed limit, and whether it refuses the file."""
+    velocity = joint.limit("velocity")
+    if not velocity > 0.0:
+        return ("zero velocity" if velocity == 0.0 else "unreadable velocity"), True
+    if joint.kind != "revolute":
+        return None
+    low, high = rules.SPEEDS
+    if velocity > high:
+        return "absurd velocity", False
+    return ("slow velocity", False) if velocity < low else None
+
+
+def lifting_torque(measures: Measures) -> float:
+    """Return weight times the length of a stretched leg [N m]; 0 where the mass is absurd."""
+    if not measures.plausible_mass:
+        return 0.0
+    return rules.GRAVITY * measures.total_mass * measures.leg_length
+
+
+def _of_joint(measures: Measures, joint: Joint) -> Iterator[Finding]:
+    where = f"joint {joint.name!r}"
+    unit, torque_unit, speed_unit = UNITS[joint.kind]
+    if joint.element.find("limit") is None:
+        yield Finding(
+            "no limits",
+            where,
+            "no <limit>",
+            "give lower, upper, effort and velocity",
+            f"{MEND_RANGE}; effort and velocity {MEND_EFFORT}, --velocity",
+        )
+        return
+    if trouble := range_trouble(joint):
+        rule = "must be finite, lower below upper" + (
+            ", at most one turn apart" if unit == "rad" else ""
+        )
+        mend = "swapped" if trouble[0] == "reversed limits" else MEND_RANGE
+        yield Finding(trouble[0], where, trouble[1], rule, mend, _severity(trouble[2]))
+    if bad := effort_trouble(measures, joint):
+        value = f"effort {joint.limit('effort'):g} {torque_unit}"
+        yield Finding(bad[0], where, value, _effort_rule(measures), MEND_EFFORT, _severity(bad[1]))
+    if bad := velocity_trouble(joint):
+        value = f"velocity {joint.limit('velocity'):g} {speed_unit}"
+        low, high = rules.SPEEDS
+        rule = f"must be above 0; {low:g} to {high:g} rad/s is usual"
+        yield Finding(bad[0], where, value, rule, MEND_SPEED, _severity(bad[1]))
+    yield from _friction(joint, where)
+
+
+def _friction(joint: Joint, where: str) -> Iterator[Finding]:
+    for name, unit in FRICTION_UNITS[joint.kind].items():
+        value = joint.dynamics(name)
+        if not (value >= 0.0 and math.isfinite(value)):
+            yield Finding(
+                f"bad {name}",
+                where,
+                f"{name} {value:g} {unit}",
+                "must be finite and at least 0",
+                "set to 0",
+            )
+
+
+def _effort_rule(measures: Measures) -> str:
+    lift = lifting_torque(measures)
+    if lift <= 0.0:
+        return "must be finite and above 0"
+    low, high = rules.TORQUES
+    return (
+        f"must be finite and above 0; {low * lift:.2g} to {high * lift:.2g} N m is plausible for"
+        f" {measures.total_mass:.3g} kg on legs of {measures.leg_length:.2g} m"
+    )
+
+
+def _severity(refused: bool) -> Severity:
+    return "refused" if refused else "suspicious"

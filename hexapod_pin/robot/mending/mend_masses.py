@@ -1,0 +1,168 @@
+"""Mends of masses: grams, dummies, and links without a mass."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+
+import numpy as np
+
+from hexapod_pin.robot.description.urdf_file import Link
+from hexapod_pin.robot.description.urdf_inertia import bodies
+from hexapod_pin.robot.mending import rules
+from hexapod_pin.robot.mending.draft import Draft, scaled
+from hexapod_pin.robot.mending.inertia_findings import dummy
+from hexapod_pin.robot.mending.inertial_element import write_inertial
+from hexapod_pin.robot.mending.link_solids import Solid
+from hexapod_pin.robot.mending.measures import Measures
+from hexapod_pin.robot.mending.units import mass_slip
+from hexapod_pin.robot.mending.whole_findings import grams
+
+
+@dataclass(frozen=True)
+class Shares:
+    """How links without a mass get one.
+
+    Attributes:
+        drawn: links with a body that is drawn, or lies between joints, and that body.
+        bare: moved links of which nothing is known.
+        density: of the bodies [kg/m^3].
+        bare_mass: of each bare link [kg].
+    """
+
+    drawn: tuple[tuple[Link, Solid], ...]
+    bare: tuple[Link, ...]
+    density: float
+    bare_mass: float
+
+
+def mend_masses(draft: Draft) -> None:
+    """Bring masses to kilograms, drop dummies, and give every moved body a mass."""
+    slip = mass_slip(draft.measures)
+    if slip is not None:
+        for mass in draft.root.findall("link/inertial/mass"):
+            mass.set("value", scaled(mass.get("value") or "", -3))
+        text = f"all masses multiplied by {slip.factor:g}: {slip.value}"
+        draft.change("robot", text, f"masses were in {slip.unit}")
+    _drop_unreadable(draft)
+    _drop_dummies(draft)
+    _give_masses(draft)
+    _reach_total(draft)
+
+
+def _drop_unreadable(draft: Draft) -> None:
+    for link in draft.file.links:
+        if link.mass is not None and not (math.isfinite(link.mass) and link.mass >= 0.0):
+            written = link.element.find("inertial/mass")
+            value = None if written is None else written.get("value")
+            _drop_inertial(draft, link, f"its mass {value!r} is none")
+
+
+def _drop_dummies(draft: Draft) -> None:
+    """Drop inertials of links lighter than air; all of them where the whole robot is absurd."""
+    measures = draft.measures
+    total, span = measures.total_mass, measures.span
+    whole = 0.0 < total < rules.MASS_PER_SPAN[0] * span**3
+    for link in measures.file.links:
+        if link.mass and (whole or dummy(measures, link)):
+            why = f"the robot's {grams(total)} is a dummy" if whole else "it is lighter than air"
+            _drop_inertial(draft, link, f"mass {link.mass:g} kg: {why}")
+
+
+def _drop_inertial(draft: Draft, link: Link, why: str) -> None:
+    inertial = link.element.find("inertial")
+    if inertial is not None:
+        link.element.remove(inertial)
+        draft.change(f"link {link.name!r}", f"inertial dropped: {why}")
+
+
+def _give_masses(draft: Draft) -> None:
+    """Give masses to the links of bodies that have none."""
+    measures = draft.measures
+    drawn, bare = _without_mass(measures)
+    if not drawn and not bare:
+        if draft.options.density is not None:
+            draft.notes.append("--density is not used: every moved body has a mass")
+        return
+    shares = _shares(draft, measures, drawn, bare)
+    given = draft.options.density is not None or draft.options.mass is not None
+    for link, body in shares.drawn:
+        mass, before = shares.density * body.volume, _written(link)
+        write_inertial(link.element, mass, body.centre, shares.density * body.inertia)
+        assumed = f"mass and inertia of a uniform body of {shares.density:.4g} kg/m^3"
+        if measures.solid(link) is None:
+            assumed += ", of which nothing is drawn: a rod or plate between its joints"
+        elif not given:
+            assumed += " in its convex hull (median of public hexapods)"
+        draft.change(f"link {link.name!r}", f"mass {before} -> {mass:.4g} kg", assumed)
+    for link in shares.bare:
+        _write_ball(draft, measures, link, shares.bare_mass)
+
+
+def _write_ball(draft: Draft, measures: Measures, link: Link, mass: float) -> None:
+    if mass <= 0.0:
+        return
+    radius, before = rules.SMALL_SIZE * (measures.size or 1.0), _written(link)
+    write_inertial(link.element, mass, np.zeros(3), 0.4 * mass * radius**2 * np.eye(3))
+    assumed = f"mass {mass:.3g} kg of a ball of radius {radius:.2g} m: nothing is drawn of it"
+    draft.change(f"link {link.name!r}", f"mass {before} -> {mass:.4g} kg", assumed)
+
+
+def _written(link: Link) -> str:
+    return "none" if link.mass is None else f"{link.mass:g}"
+
+
+def _without_mass(measures: Measures) -> tuple[list[tuple[Link, Solid]], list[Link]]:
+    """Return the links that get the mass of bodies without one.
+
+    Those with a solid, else with a body between joints, else the first link of the body.
+    """
+    drawn, bare = list[tuple[Link, Solid]](), list[Link]()
+    for group in bodies(measures.file):
+        links = [measures.file.link_by_name[name] for name in group]
+        if math.fsum(link.mass or 0.0 for link in links) > 0.0:
+            continue
+        found = [(link, body) for link in links if (body := measures.solid(link))]
+        found = found or [(link, body) for link in links if (body := measures.body(link))]
+        drawn += found
+        bare += [] if found else links[:1]
+    return drawn, bare
+
+
+def _shares(
+    draft: Draft, measures: Measures, drawn: list[tuple[Link, Solid]], bare: list[Link]
+) -> Shares:
+    """Return density and small mass so that the total is as asked, where it is."""
+    volume = math.fsum(body.volume for _, body in drawn)
+    density, total = draft.options.density or rules.DENSITY, draft.options.mass
+    small = rules.SMALL_SHARE * len(bare)
+    if total is None:
+        total = (measures.total_mass + density * volume) / (1.0 - min(small, 0.5))
+        return Shares(tuple(drawn), tuple(bare), density, rules.SMALL_SHARE * total)
+    rest = total - measures.total_mass
+    if volume > 0.0 and rest > small * total:
+        density = (rest - small * total) / volume
+        return Shares(tuple(drawn), tuple(bare), density, rules.SMALL_SHARE * total)
+    even = max(rest, 0.0) / max(len(bare), 1) if volume <= 0.0 else rules.SMALL_SHARE * total
+    return Shares(tuple(drawn), tuple(bare), density, even)
+
+
+def _reach_total(draft: Draft) -> None:
+    """Scale masses and inertias where a total is asked for that they do not have."""
+    total, asked = draft.measures.total_mass, draft.options.mass
+    if asked is None or total <= 0.0 or math.isclose(total, asked, rel_tol=1e-6):
+        return
+    for inertial in draft.root.findall("link/inertial"):
+        for element in [*inertial.findall("mass"), *inertial.findall("inertia")]:
+            _scale(element, asked / total)
+    text = f"all masses and inertias multiplied by {asked / total:.6g}: {total:.6g} -> {asked:g} kg"
+    draft.change("robot", text)
+
+
+def _scale(element: ET.Element, factor: float) -> None:
+    for name, text in element.attrib.items():
+        try:
+            element.set(name, f"{factor * float(text):.12g}")
+        except ValueError:
+            continue

@@ -1,0 +1,150 @@
+"""The xacro library with its files found by `ResourceFinder` and its expressions fenced in."""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from xml.dom import minidom
+
+from hexapod_pin.errors import UrdfError
+from hexapod_pin.robot.description.urdf_file import checked_text
+from hexapod_pin.robot.reading.resources import ResourceFinder
+
+_PACKAGE = "package://"
+_FRAMES = re.compile(r"__|(?:gi|cr|ag|tb|f)_(?:frame|code|back|globals|locals|builtins|next)$")
+_PLAIN_FUNCTIONS = {
+    function.__name__: function
+    for function in (abs, bool, dict, float, int, len, list, map, max, min, round, str, sum)
+}
+
+
+class FoundIncludes:
+    """The files that a xacro file asks for, as a finder finds them.
+
+    Attributes:
+        notes: a line on each file that does not lie where its name says.
+    """
+
+    def __init__(self, finder: ResourceFinder, max_bytes: int) -> None:
+        """Take the finder, and the size of the largest file that is read [bytes]."""
+        self.finder, self.max_bytes, self.notes = finder, max_bytes, list[str]()
+
+    def path(self, name: str, beside: str | None) -> str:
+        """Return the path of a file named in the file `beside`; it need not exist."""
+        if not name.startswith(_PACKAGE):
+            path = os.path.join(os.path.dirname(beside or str(self.finder.urdf_path)), name)
+            if os.path.exists(path) or re.search(r"[*[?]", name):
+                return path
+            return self._elsewhere(name, beside) or path
+        package, _, rest = name[len(_PACKAGE) :].partition("/")
+        folder = self.finder.package(package)
+        if folder is not None and (re.search(r"[*[?]", rest) or (folder / rest).exists()):
+            return str(folder / rest)
+        if (found := self._elsewhere(name, beside)) is not None:
+            return found
+        if folder is not None:
+            return str(folder / rest)
+        raise UrdfError(
+            str(self.finder.urdf_path),
+            [
+                f"xacro includes $(find {package})/{rest}, and package {package!r} is not found: "
+                f"download it too and give its folder by --package-path"
+            ],
+        )
+
+    def _elsewhere(self, name: str, beside: str | None) -> str | None:
+        """Return the file by the end of its path, unless that is the file that asks."""
+        found = self.finder.find(name)
+        if found is None or (beside is not None and found == Path(beside)):
+            return None
+        if note := self.finder.note(name):
+            self.notes.append(f"xacro include {name}: taken from {found} ({note})")
+        return str(found)
+
+    def document(self, path: str) -> minidom.Document:
+        """Parse a file; a document type declaration is refused, as in a URDF."""
+        with open(path, "rb") as stream:
+            data = stream.read(self.max_bytes + 1)
+        return minidom.parseString(checked_text(data, path, self.max_bytes).encode())
+
+
+@contextmanager
+def patched_xacro(includes: FoundIncludes) -> Iterator[None]:
+    """Let the library find files by `includes` and evaluate expressions without builtins.
+
+    The library keeps its state in its module: not for two threads at once.
+    """
+    import xacro
+    from xacro import substitution_args as arguments
+
+    def parse(inp: Any, filename: str | None = None) -> Any:
+        if inp is not None or filename is None:
+            return inp
+        try:
+            return includes.document(filename)
+        except OSError as error:
+            xacro.filestack.pop()
+            raise xacro.XacroException(str(error), exc=error) from error
+
+    def beside() -> str | None:
+        return xacro.filestack[-1] if xacro.filestack else None
+
+    changes: list[tuple[Any, str, Any]] = [
+        (xacro, "parse", parse),
+        (xacro, "safe_eval", evaluate),
+        (xacro, "abs_filename_spec", lambda name: includes.path(str(name), beside())),
+        (xacro, "filestack", None),
+        (xacro, "macrostack", None),
+        (xacro, "verbosity", 0),
+        (xacro, "all_includes", []),
+        (arguments, "_eval_find", _find),
+        (arguments, "_eval", _evaluate_argument),
+        (arguments, "_eval_dict", {**arguments._eval_dict, "find": _find}),
+    ]
+    before = [(module, name, getattr(module, name)) for module, name, _ in changes]
+    try:
+        for module, name, value in changes:
+            setattr(module, name, value)
+        yield
+    finally:
+        for module, name, value in before:
+            setattr(module, name, value)
+        xacro.substitution_args_context.clear()
+
+
+def evaluate(expression: str, names: Any, local: Any = None) -> Any:
+    """Evaluate a Python expression with these names and nothing else.
+
+    Raises:
+        ValueError: a name in it could lead out of the expression.
+    """
+    tree = ast.parse(expression.strip(), "<expression>", "eval")
+    for node in ast.walk(tree):
+        name = getattr(node, "attr", None) or getattr(node, "id", None) or ""
+        if isinstance(name, str) and _FRAMES.match(name):
+            raise ValueError(f"the name {name!r} is not allowed in an expression")
+    names.update(__builtins__={})
+    return eval(compile(tree, "<expression>", "eval"), names, local)
+
+
+def _evaluate_argument(text: str, context: dict[str, Any]) -> str:
+    """Evaluate what stands in $(eval ...): as the library does, but without builtins."""
+    from xacro import substitution_args as arguments
+
+    values: Mapping[str, str] = context.get("arg", {})
+
+    def value_of(name: str) -> Any:
+        return arguments.convert_value(arguments._eval_arg(name, args=values), "auto")
+
+    functions = {**arguments._eval_dict, **_PLAIN_FUNCTIONS, "arg": value_of}
+    return str(evaluate(text, {}, arguments._DictWrapper(values, functions)))
+
+
+def _find(package: str) -> str:
+    """Return what $(find package) stands for in the text."""
+    return _PACKAGE + package

@@ -1,0 +1,194 @@
+"""Feet from shapes: spheres, pads, rods, boxes, meshes, misplaced frames, no shape at all."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from leg_robots import TIBIA, legged
+from rewritten_urdf import Rewritten, ball_triangles, stl_text
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
+from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.robot.recognition.hints import RobotHints
+from hexapod_pin.robot.recognition.layout import RobotLayout
+from hexapod_pin.robot.recognition.recognise import recognise
+from hexapod_pin.robot.recognition.shape_points import link_points
+from hexapod_pin.robot.recognition.sphere_fit import Ball, fitted_ball, mesh_parts
+from hexapod_pin.robot.recognition.tree_frames import tree_frames
+
+LEGS = ("lf", "lm", "lr", "rf", "rm", "rr")
+
+
+def found(text: str, folder: Path = Path("."), **hints: object) -> RobotLayout:
+    """Recognise a robot from its text, without what it states itself."""
+    file = Rewritten(text).file()
+    finder = ResourceFinder(folder / "robot.urdf")
+    return recognise(file, finder, RobotHints(**hints))  # type: ignore[arg-type]
+
+
+def with_shape(shape: str, place: str = "0 0 0", rpy: str = "0 0 0", tag: str = "collision") -> str:
+    """Return six legs without feet whose tibiae have one shape."""
+    text = legged(6)
+    for leg in LEGS:
+        start = text.index(f'<link name="{leg}_foot">')
+        end = text.index("</link>", start) + len("</link>")
+        text = text[:start] + text[end:]
+        start = text.index(f'<joint name="{leg}_foot_joint"')
+        end = text.index("</joint>", start) + len("</joint>")
+        text = text[:start] + text[end:]
+        body = f'<link name="{leg}_tibia">'
+        geometry = f'<origin xyz="{place}" rpy="{rpy}"/><geometry>{shape}</geometry>'
+        text = text.replace(body, f"{body}<{tag}>{geometry}</{tag}>")
+    return text
+
+
+def tips(layout: RobotLayout) -> Array:
+    """Return the centres of the feet, which are on the tibiae [m]. Shape (6, 3)."""
+    assert all(leg.tip_link == f"{leg.name}_tibia" for leg in layout.legs)
+    return np.array([leg.centre for leg in layout.legs])
+
+
+def test_a_sphere_at_the_end_of_the_tibia_is_the_foot() -> None:
+    layout = found(with_shape('<sphere radius="0.012"/>', "0.11 0.001 0.002"))
+    assert tips(layout) == pytest.approx(np.tile([0.11, 0.001, 0.002], (6, 1)), abs=1e-15)
+    assert [leg.radius for leg in layout.legs] == [0.012] * 6
+    assert [leg.foot for leg in layout.legs] == [leg.tip_link for leg in layout.legs]
+
+
+def test_a_rod_ends_in_a_sphere_of_its_own_radius() -> None:
+    rod = '<cylinder radius="0.008" length="0.12"/>'
+    layout = found(with_shape(rod, "0.06 0 0", f"0 {math.pi / 2!r} 0"))
+    assert tips(layout) == pytest.approx(np.tile([0.112, 0.0, 0.0], (6, 1)), abs=1e-12)
+    assert [leg.radius for leg in layout.legs] == [0.008] * 6
+    assert [leg.foot for leg in layout.legs] == [f"{leg}_foot" for leg in LEGS]
+    assert any("cylinder" in said and "assumed" in said for said in layout.inferred)
+
+
+def test_a_pad_stands_on_the_centre_of_its_face() -> None:
+    pad = '<cylinder radius="0.03" length="0.01"/>'
+    layout = found(with_shape(pad, "0.115 0 0", f"0 {math.pi / 2!r} 0", tag="visual"))
+    centres = tips(layout)
+    assert centres[:, 0] + [leg.radius for leg in layout.legs] == pytest.approx([0.12] * 6)
+    assert centres[:, 1:] == pytest.approx(np.zeros((6, 2)), abs=1e-12)
+
+
+def test_a_box_ends_in_the_middle_of_its_lowest_edge_or_face() -> None:
+    layout = found(with_shape(f'<box size="{TIBIA} 0.006 0.006"/>', "0.06 0 0"))
+    for leg in layout.legs:
+        assert leg.centre[0] + leg.radius == pytest.approx(TIBIA, abs=1e-3)
+        assert abs(leg.centre[1]) < 1e-12
+        assert abs(leg.centre[2]) <= 0.003
+        assert leg.radius <= 0.08 * 0.121
+
+
+def test_a_mesh_with_a_round_end_gives_that_sphere(tmp_path: Path) -> None:
+    ball = ball_triangles(0.009)
+    ball[..., 0] = np.where(
+        ball[..., 0] > -1e-12, ball[..., 0] + 0.11, 0.0
+    )  # a rod with half a ball
+    (tmp_path / "rod.stl").write_text(stl_text(ball))
+    layout = found(with_shape('<mesh filename="rod.stl"/>'), tmp_path)
+    assert tips(layout) == pytest.approx(np.tile([0.11, 0.0, 0.0], (6, 1)), abs=1e-7)
+    assert [leg.radius for leg in layout.legs] == pytest.approx([0.009] * 6, abs=1e-7)
+
+
+def test_a_lost_mesh_is_said_and_the_centre_of_mass_serves() -> None:
+    layout = found(with_shape('<mesh filename="package://gone/rod.stl"/>'))
+    assert tips(layout) == pytest.approx(np.tile([TIBIA, 0.0, 0.0], (6, 1)), abs=1e-12)
+    assert any("rod.stl" in said and "assumed" in said for said in layout.inferred)
+
+
+def test_without_shape_frame_and_mass_the_legs_are_named_with_the_ways_out() -> None:
+    text = with_shape('<mesh filename="gone.stl"/>')
+    with pytest.raises(UrdfError) as caught:
+        recognise(
+            Rewritten(text).without("inertial").file(), ResourceFinder("x.urdf"), RobotHints()
+        )
+    assert len(caught.value.findings) == 6
+    assert all("--feet" in f and "--package-path" in f for f in caught.value.findings)
+
+
+def test_frames_are_trusted_where_shapes_differ_from_leg_to_leg() -> None:
+    text = legged(6)
+    for leg, length in zip(LEGS, (0.15, 0.15, 0.15, 0.1, 0.1, 0.1), strict=True):
+        ball = '<collision><geometry><sphere radius="0.01"/></geometry></collision>'
+        text = text.replace(f'<link name="{leg}_foot">{ball}', f'<link name="{leg}_foot">')
+        box = f'<box size="{length} 0.01 0.01"/>'
+        shape = f'<visual><origin xyz="{length / 2} 0 0"/><geometry>{box}</geometry></visual>'
+        text = text.replace(f'<link name="{leg}_tibia">', f'<link name="{leg}_tibia">{shape}')
+    layout = found(text)
+    assert [leg.tip_link for leg in layout.legs] == [f"{leg}_foot" for leg in LEGS]
+    assert [leg.radius for leg in layout.legs] == [0.0] * 6
+    assert any("agree" in said for said in layout.inferred)
+
+
+def test_a_link_called_foot_at_the_knee_is_noticed() -> None:
+    text = legged(6)
+    for leg in LEGS:
+        text = text.replace(f'"{leg}_foot"', f'"cap_{leg}"').replace(
+            f'"{leg}_tibia"', f'"foot_{leg}"'
+        )
+    layout = found(text)
+    assert [leg.foot for leg in layout.legs] == [f"cap_{leg}" for leg in LEGS]
+    said = next(text for text in layout.inferred if "called feet" in text)
+    assert "foot_lf" in said
+    assert f"at the knee, {1e3 * TIBIA:.0f} mm" in said
+
+
+def test_given_feet_and_radius_go_before_shapes() -> None:
+    text = legged(6)
+    layout = found(text, feet=[f"{leg}_foot" for leg in LEGS], foot_radius=0.02)
+    assert [leg.foot for leg in layout.legs] == [f"{leg}_foot" for leg in LEGS]
+    assert [leg.radius for leg in layout.legs] == [0.02] * 6
+    knees = [f"{leg}_tibia" for leg in LEGS]
+    assert [leg.foot for leg in found(text, feet=knees).legs] == [f"{leg}_foot" for leg in LEGS]
+    with pytest.raises(UrdfError, match="axis of the last joint"):
+        found(with_shape(""), feet=knees)
+    with pytest.raises(UnknownNameError, match="no_such"):
+        found(text, feet=["no_such"] * 6)
+    with pytest.raises(UrdfError, match="leg rr"):
+        found(text, feet=[f"{leg}_foot" for leg in LEGS[:5]])
+    with pytest.raises(ParameterError, match="foot_radius"):
+        found(text, foot_radius=-1.0)
+
+
+def test_a_radius_that_is_given_leaves_the_tip_where_it_is() -> None:
+    text = with_shape(f'<box size="{TIBIA} 0.006 0.006"/>', "0.06 0 0")
+    own, given = found(text), found(text, foot_radius=0.0)
+    file = Rewritten(text).file()
+    low = []
+    for layout in (own, given):
+        frames = tree_frames(file, own.posture)
+        low.append([frames.links[x.tip_link].act(x.centre)[2] - x.radius for x in layout.legs])
+    assert low[0] == pytest.approx(low[1], abs=2e-4)
+
+
+def test_spheres_are_told_from_boxes_and_cylinders_whose_vertices_lie_on_one() -> None:
+    ball = ball_triangles(0.02) + [0.1, 0.2, 0.3]
+    (part,) = mesh_parts(ball.reshape(-1, 3), np.arange(ball.size // 3).reshape(-1, 3))
+    assert isinstance(part, Ball)
+    assert part.centre == pytest.approx([0.1, 0.2, 0.3], abs=1e-14)
+    assert part.radius == pytest.approx(0.02, abs=1e-15)
+    angle = 2 * np.pi * np.arange(16) / 16
+    rims = [np.column_stack([np.cos(angle), np.sin(angle), np.full(16, z)]) for z in (-0.7, 0.7)]
+    k = np.arange(16)
+    sides = np.vstack(
+        [np.c_[k, (k + 1) % 16, k + 16], np.c_[(k + 1) % 16, (k + 1) % 16 + 16, k + 16]]
+    )
+    caps = np.vstack([np.c_[0 * k[2:], k[1:-1], k[2:]], np.c_[0 * k[2:], k[1:-1], k[2:]] + 16])
+    (part,) = mesh_parts(np.vstack(rims), np.vstack([sides, caps]))
+    assert not isinstance(part, Ball)
+    assert fitted_ball(np.vstack(rims)) is not None
+    assert fitted_ball(rims[0]) is None
+
+
+def test_link_points_reach_as_far_as_the_shapes(tmp_path: Path) -> None:
+    file = Rewritten(with_shape('<box size="0.2 0.1 0.04"/>', "1 0 0")).file()
+    points = link_points(file, ResourceFinder(tmp_path / "robot.urdf"), "lf_tibia")
+    assert points.min(axis=0) == pytest.approx([0.9, -0.05, -0.02])
+    assert points.max(axis=0) == pytest.approx([1.1, 0.05, 0.02])
+    assert link_points(file, ResourceFinder(tmp_path / "robot.urdf"), "lf_coxa").shape == (0, 3)

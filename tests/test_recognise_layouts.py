@@ -1,0 +1,193 @@
+"""Robots of other layouts are found: round ones, 4 to 8 legs, surplus joints, heads."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+from leg_robots import COXA, FEMUR, RADIUS, TIBIA, joint, legged, link
+from rewritten_urdf import Rewritten, about_z
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import UrdfError
+from hexapod_pin.robot.description.leg_names import leg_names
+from hexapod_pin.robot.description.urdf_file import parse_urdf
+from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.robot.recognition.hints import RobotHints
+from hexapod_pin.robot.recognition.layout import RobotLayout
+from hexapod_pin.robot.recognition.layout_symmetry import middle_lines
+from hexapod_pin.robot.recognition.recognise import recognise
+from hexapod_pin.robot.recognition.tree_frames import tree_frames
+
+FINDER = ResourceFinder(Path("none.urdf"))
+
+
+def found(text: str, **hints: object) -> RobotLayout:
+    """Recognise a robot from its text, without what it states itself."""
+    file = Rewritten(text).file()
+    return recognise(file, FINDER, RobotHints(**hints))  # type: ignore[arg-type]
+
+
+def round_robot(count: int, first: float, *, front: bool = False) -> str:
+    """Return a robot with hips on a circle, the first one at an angle from x [deg]."""
+    text = link("body", 2.0, 0.15)
+    for k in range(count):
+        yaw = math.radians(first + 360.0 * k / count)
+        place = (0.1 * math.cos(yaw), 0.1 * math.sin(yaw), 0.0)
+        text += joint(f"a{k}", "body", f"c{k}", place, axis="0 0 1", rpy=f"0 0 {yaw!r}")
+        text += link(f"c{k}", 0.05, 0.03)
+        text += joint(f"b{k}", f"c{k}", f"f{k}", (COXA, 0.0, 0.0), axis="0 1 0")
+        text += link(f"f{k}", 0.05, 0.03)
+        text += joint(f"e{k}", f"f{k}", f"t{k}", (FEMUR, 0.0, 0.0), axis="0 1 0")
+        ball = f'<origin xyz="{TIBIA} 0 0"/><geometry><sphere radius="{RADIUS}"/></geometry>'
+        text += f'<link name="t{k}"><collision>{ball}</collision></link>\n'
+    if front:
+        text += joint("eyes", "body", "camera_link", (0.0, 0.11, 0.05)) + link("camera_link", 0, 0)
+    return f'<robot name="round">{text}</robot>'
+
+
+@pytest.mark.parametrize(
+    ("count", "first", "forward"),
+    [
+        (6, 30.0, 0.0),  # x is between hips
+        (6, 0.0, 90.0),  # hips on x: no direction but y is an axis of the root link
+        (6, 2.0, -28.0),  # no axis of the root link: the nearest to x, not 32 deg
+        (6, 10.0, -20.0),
+        (4, 45.0, 0.0),
+        (8, 22.5, 0.0),
+        (5, 0.0, 0.0),  # the odd leg in front
+    ],
+)
+def test_round_robots_walk_along_the_nearest_line_between_hips(
+    count: int, first: float, forward: float
+) -> None:
+    layout = found(round_robot(count, first))
+    assert layout.turn == pytest.approx(about_z(forward), abs=1e-12)
+    left = (count + 1) // 2
+    assert [leg.name for leg in layout.legs] == list(leg_names(left, count - left))
+    assert [leg.radius for leg in layout.legs] == [RADIUS] * count
+
+
+def test_a_camera_tells_the_front_and_names_go_before_it() -> None:
+    text = round_robot(6, 0.0, front=True)
+    assert found(text).turn == pytest.approx(about_z(90.0), abs=1e-12)
+    assert any("camera_link" in said for said in found(text).inferred)
+    for k, name in enumerate(("m_r", "fr", "fl", "ml", "bl", "br")):
+        text = text.replace(f'"a{k}"', f'"hip_{name.replace("_", "")}"')
+    layout = found(text.replace('xyz="0.0 0.11', 'xyz="0.0 -0.11'))
+    assert layout.turn == pytest.approx(about_z(90.0), abs=1e-12)
+    assert any("names" in said for said in layout.inferred)
+    assert layout.legs[0].joints[0] == "hip_fl"
+
+
+@pytest.mark.parametrize("count", [4, 5, 6, 7, 8])
+def test_four_to_eight_legs_are_found_and_named(count: int) -> None:
+    layout = found(legged(count))
+    left = (count + 1) // 2
+    names = leg_names(left, count - left)
+    assert [leg.name for leg in layout.legs] == list(names)
+    assert [leg.foot for leg in layout.legs] == [f"{name}_foot" for name in names]
+    assert layout.turn == pytest.approx(np.eye(3), abs=1e-12)
+
+
+def test_legs_that_start_in_a_row_are_told_apart_by_where_they_reach() -> None:
+    root = ET.fromstring(legged(6))
+    for name in leg_names(3, 3):
+        hip = next(x for x in root.findall("joint") if x.get("name") == f"{name}_coxa_joint")
+        place = hip.find("origin")
+        place.set("xyz", " ".join([place.get("xyz").split()[0], "0", "0"]))
+    layout = found(ET.tostring(root, encoding="unicode"))
+    assert [leg.foot for leg in layout.legs] == [f"{name}_foot" for name in leg_names(3, 3)]
+    assert layout.turn == pytest.approx(np.eye(3), abs=1e-12)
+
+
+def test_a_file_that_states_its_legs_is_taken_at_its_word() -> None:
+    text = legged(6, tarsus=0.3, pan=True)
+    layout = recognise(parse_urdf(text.encode(), "stated"), FINDER, RobotHints())
+    assert layout.inferred == ()
+    assert layout.held["pan_joint"] == 0.4
+    assert layout.legs[0].held == ("lf_tarsus_joint",)
+    assert layout.held["lf_tarsus_joint"] == 0.3
+    assert layout.posture["lf_tibia_joint"] == 1.2
+
+
+def test_of_four_joints_the_yaw_and_the_two_with_the_longest_links_walk() -> None:
+    layout = found(legged(6, tarsus=0.0, pan=True))
+    leg = layout.legs[0]
+    assert leg.joints == ("lf_coxa_joint", "lf_femur_joint", "lf_tibia_joint")
+    assert leg.held == ("lf_tarsus_joint",)
+    assert set(layout.held) == {f"{leg.name}_tarsus_joint" for leg in layout.legs} | {"pan_joint"}
+    assert layout.held["pan_joint"] == 0.0
+    assert any("pan_joint" in said for said in layout.inferred)
+
+
+def test_two_joints_walk_and_a_spring_is_held_with_the_foot_beyond_it() -> None:
+    two = found(legged(4, joints=2))
+    assert two.legs[0].joints == ("lf_coxa_joint", "lf_femur_joint")
+    sprung = found(legged(6, spring=True))
+    assert sprung.legs[0].held == ("lf_spring_joint",)
+    assert sprung.held["lf_spring_joint"] == 0.0
+    assert sprung.legs[0].tip_link == "lf_foot"
+
+
+def test_an_arm_with_as_many_joints_as_a_leg_is_held() -> None:
+    text = legged(6)
+    arm = joint("arm1", "base_link", "arm1", (0.2, 0.0, 0.1), axis="0 0 1") + link(
+        "arm1", 0.1, 0.03
+    )
+    arm += joint("arm2", "arm1", "arm2", (0.0, 0.0, 0.1), axis="0 1 0") + link("arm2", 0.1, 0.03)
+    arm += joint("arm3", "arm2", "arm3", (0.3, 0.0, 0.0), axis="0 1 0")
+    arm += link("arm3", 0.1, 0.03, (0.3, 0.0, 0.0))
+    layout = found(text.replace("</robot>", f"{arm}</robot>"))
+    assert len(layout.legs) == 6
+    assert {"arm1", "arm2", "arm3"} <= set(layout.held)
+
+
+def test_hints_name_legs_direction_and_places() -> None:
+    names = ["one", "two", "three", "four", "five", "six"]
+    given = {name: [f"{leg}_coxa"] for name, leg in zip(names, leg_names(3, 3), strict=True)}
+    layout = found(legged(6, pan=True), legs=given, forward="y", held={"pan_joint": 0.2})
+    assert layout.turn == pytest.approx(about_z(90.0), abs=1e-15)
+    assert sorted(leg.name for leg in layout.legs) == sorted(names)
+    assert layout.held == {"pan_joint": 0.2}
+    with pytest.raises(UrdfError, match="--forward"):
+        found(legged(6), forward="z")
+    with pytest.raises(UrdfError, match="--legs two"):
+        found(legged(6), legs={**given, "two": ["no_such_joint"]})
+
+
+def test_middle_lines_of_hips_are_least_squares() -> None:
+    rng = np.random.default_rng(1)
+    hips = np.array([[0.2, 0.1], [0.0, 0.1], [-0.2, 0.1], [0.2, -0.1], [0.0, -0.1], [-0.2, -0.1]])
+    turn = about_z(33.0)[:2, :2]
+    best = middle_lines(hips @ turn.T)[0]
+    assert best.angle == pytest.approx(math.radians(33.0), abs=1e-14)
+    assert best.miss == pytest.approx(0.0, abs=1e-14)
+    noisy = hips + rng.normal(scale=1e-3, size=hips.shape)
+    noisy -= noisy.mean(axis=0)
+    best = middle_lines(noisy)[0]
+    angles = np.linspace(-0.05, 0.05, 20001)
+    off = best.angle if best.angle < 1.5 else best.angle - math.pi
+    assert off == pytest.approx(angles[np.argmin([_miss(noisy, a) for a in angles])], abs=1e-5)
+
+
+def _miss(hips: Array, angle: float) -> float:
+    """Return the sum of squares by which mirrored hips miss their partners."""
+    c, s = math.cos(2 * angle), math.sin(2 * angle)
+    mirrored = hips @ np.array([[c, s], [s, -c]]).T
+    return float(((mirrored - np.roll(hips, 3, axis=0)) ** 2).sum())
+
+
+def test_joint_elements_of_a_robot_are_found_in_any_order() -> None:
+    root = ET.fromstring(legged(6))
+    joints = root.findall("joint")
+    for element in joints:
+        root.remove(element)
+    root.extend(reversed(joints))
+    layout = found(ET.tostring(root, encoding="unicode"))
+    assert [leg.foot for leg in layout.legs] == [f"{name}_foot" for name in leg_names(3, 3)]
+    frames = tree_frames(parse_urdf(ET.tostring(root), "reversed"))
+    assert frames.links["lf_foot"].position[2] == pytest.approx(0.0, abs=1e-15)
