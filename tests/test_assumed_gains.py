@@ -15,10 +15,9 @@ from hexapod_pin.drive.assumed_gains import (
     PLAUSIBLE,
     SAG,
     assumed_gains,
-    leg_length,
     settling_time,
-    sliding,
 )
+from hexapod_pin.robot.leg_length import leg_length
 from hexapod_pin.robot.standing_torque import standing_torque
 
 
@@ -136,4 +135,4 @@ def test_leg_length_and_settling_time() -> None:
     tip = np.linalg.norm(robot.foot("lm_foot").offset)
     assert leg_length(robot) == pytest.approx(sum(lengths) + tip, rel=1e-12)
     assert settling_time(0.0981) == pytest.approx(0.02, rel=1e-12)
-    assert not sliding(robot).any()
+    assert robot.turning.all()

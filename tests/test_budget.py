@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from synthetic import JOINTS, WEIGHT, synthetic_trace
 
+import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.steady_window import steady_window
@@ -206,3 +207,29 @@ def test_joint_kinds_by_name_or_place(
     names: tuple[str, ...], feet: int, kinds: tuple[str, ...]
 ) -> None:
     assert joint_kinds(names, feet) == kinds
+
+
+def test_a_walk_that_ends_before_it_is_steady_says_so() -> None:
+    """3 s of the default gait: two cycles of 2.4 s to start; nothing lasts from 4.8 to 2.4 s."""
+    robot = hp.load_robot("kharagpur")
+    trace = hp.simulate(hp.Scene(robot), hp.KinematicControl(hp.Gait.tetrapod()), duration=3.0)
+    told = r"duration = 3\.0: .*at least 7\.2 s .*before it is steady at 4\.8 s"
+    for run in (trace, trace.summary):
+        with pytest.raises(ParameterError, match=told):
+            torque_budget(run)
+
+
+def test_turning_on_the_spot_has_energy_per_yaw_and_no_cost_of_transport() -> None:
+    """Torque times rate over 15 degrees a cycle; the way of 0.1 mm it slips is none."""
+    turning = "[gait]\nturn_rate = 0.2617993877991494\nstroke = 0.0"
+    trace = swinging(controller=turning, nominal_speed=0.0)
+    q = np.array(trace.q)
+    yaw = 0.2617993877991494 * trace.time
+    q[:, 5], q[:, 6] = np.sin(0.5 * yaw), np.cos(0.5 * yaw)
+    budget = torque_budget(replace(trace, q=q))
+    assert budget.distance is not None and budget.cost_of_transport is None
+    assert budget.turn == pytest.approx(math.radians(15.0), rel=1e-9)
+    expected = budget.absolute_energy / math.radians(15.0)
+    assert budget.energy_per_radian == pytest.approx(expected, rel=1e-9)
+    assert "15 deg, 100.0 % of the gait's 15" in budget.table()
+    assert "cost of transport, absolute" not in budget.table()

@@ -209,7 +209,7 @@ REFUSALS = {
     "stroke beyond reach": (("walk", "kharagpur", "--stroke", "0.9"), "stroke can be at most"),
     "negative stroke": (("walk", "kharagpur", "--stroke", "-0.1"), "stroke"),
     "duty too small": (("walk", "kharagpur", "--duty", "0.3"), "duty"),
-    "no cycle time": (("walk", "kharagpur", "--cycle", "0"), "cycle_time"),
+    "no cycle time": (("walk", "kharagpur", "--cycle", "0"), "--cycle"),
     "negative friction": (("walk", "kharagpur", "--mu", "-1"), "mu"),
     "negative stiffness": (("walk", "kharagpur", "--kp", "-1"), "kp"),
     "step of zero": ((*WALK, "--step", "0"), "step"),

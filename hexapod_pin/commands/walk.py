@@ -27,8 +27,15 @@ from hexapod_pin.commands.options import (
 )
 
 if TYPE_CHECKING:
-    from hexapod_pin.control.gait import Gait
+    from hexapod_pin.control.feasible_gait import FittedGait
     from hexapod_pin.robot.robot import Robot
+
+
+LEAST_DURATION = 10.0
+"""Simulated time where none is given, at least [s]."""
+
+WALKED_CYCLES = 4
+"""Cycles that it holds at least: two to start and two steady ones."""
 
 
 def walk(
@@ -43,18 +50,26 @@ def walk(
         OptionalFloat,
         typer.Option(help="[m]; default 0.14, or 80 % of the largest that fits where that is less"),
     ] = None,
-    cycle: Annotated[float, typer.Option(help="Cycle time [s].")] = 2.4,
+    cycle: Annotated[
+        OptionalFloat,
+        typer.Option(help="Cycle time [s]; default 2.4, longer where joints are slower than that."),
+    ] = None,
     duty: Annotated[
         OptionalFloat,
         typer.Option(help="Share of the cycle on the ground; default: the gait's own."),
     ] = None,
     lift: Annotated[
         OptionalFloat,
-        typer.Option(help="Height of the swing foot [m]; default: the gait's own."),
+        typer.Option(
+            help="Height of the swing foot [m]; default 0.02, or 8 % of a leg's length if less."
+        ),
     ] = None,
     heading: Annotated[float, typer.Option(help="Direction of travel, left > 0 [degrees].")] = 0.0,
     turn: Annotated[float, typer.Option(help="Yaw rate, left > 0 [degrees/s].")] = 0.0,
-    duration: Annotated[float, typer.Option(help="Simulated time [s].")] = 10.0,
+    duration: Annotated[
+        OptionalFloat,
+        typer.Option(help="Simulated time [s]; default 10, or four cycles where that is more."),
+    ] = None,
     contact: Annotated[
         str,
         typer.Option(
@@ -68,11 +83,11 @@ def walk(
     ] = None,
     kp: Annotated[
         OptionalFloat,
-        typer.Option(help="Servo stiffness [N m/rad]; default assumed from the effort."),
+        typer.Option(help="Servo stiffness [N m/rad]; default assumed, from effort or weight."),
     ] = None,
     kd: Annotated[
         OptionalFloat,
-        typer.Option(help="Servo damping [N m s/rad]; default assumed from the effort."),
+        typer.Option(help="Servo damping [N m s/rad]; default assumed, from effort or weight."),
     ] = None,
     prescribed: Annotated[
         bool,
@@ -116,7 +131,7 @@ def walk(
     """Walk a robot; print its torque table; leave a trace and a playback."""
     from hexapod_pin.commands.case_report import run_and_report
     from hexapod_pin.commands.output_files import distinct, writable, writable_trace
-    from hexapod_pin.control.feasible_gait import feasible_gait
+    from hexapod_pin.control.feasible_gait import fit_gait
     from hexapod_pin.control.kinematic import KinematicControl
     from hexapod_pin.control.named_gait import default_gait
     from hexapod_pin.drive.servo import Servo
@@ -131,37 +146,45 @@ def walk(
     distinct(trace_path, html_path)
     case_path = None if save_case is None else writable("--save-case", save_case)
     loaded = load_robot(robot, feet=foot_names(feet), foot_radius=foot_radius)
-    chosen, why = feasible_gait(
-        loaded, gait or default_gait(loaded), stroke, cycle_time=cycle,
-        heading=math.radians(heading), turn_rate=math.radians(turn), **given(duty=duty, lift=lift),
+    fitted = fit_gait(
+        loaded, gait or default_gait(loaded), stroke, heading=math.radians(heading),
+        turn_rate=math.radians(turn), **given(cycle_time=cycle, duty=duty, lift=lift),
     )  # fmt: skip
+    chosen = fitted.gait
+    time = max(LEAST_DURATION, WALKED_CYCLES * chosen.cycle_time) if duration is None else duration
     if prescribed and not (kp is None and kd is None):
         raise ParameterError("--kp, --kd", kp or kd, "left out with --prescribed: no servo acts")
     servo = Servo.for_robot(loaded, kp=kp, kd=kd)
     laws = Contact.preset(contact).with_mu(mu)
     scene = Scene(loaded, contact=laws, servo=servo, prescribed=prescribed)
-    _print_plan(loaded, chosen, why)
+    _print_plan(loaded, fitted)
     case = Case(
-        scene, KinematicControl(chosen), duration=duration,
+        scene, KinematicControl(chosen), duration=time,
         accuracy=accuracy, method=method, step=step, sample=sample,
         record=comma_list(record),
     )  # fmt: skip
     if case_path is not None:
         typer.echo(f"wrote {case.save(case_path)}")
-    title = f"walking {duration:g} s"
+    title = f"walking {time:g} s"
     run_and_report(
         case, title, trace_path, html_path, verdict=verdict, quick=quick, threads=threads
     )
 
 
-def _print_plan(robot: Robot, gait: Gait, stroke_source: str) -> None:
+def _print_plan(robot: Robot, fitted: FittedGait) -> None:
     """Print what will walk and how, what the loader changed, and legs that nearly meet."""
+    from hexapod_pin.control.feasible_gait import DEFAULT, GIVEN
     from hexapod_pin.control.leg_clearance import leg_clearance
 
+    gait = fitted.gait
+    cycle, lift = (
+        "" if reason in (DEFAULT, GIVEN) else f" ({reason})"
+        for reason in (fitted.cycle_time, fitted.lift)
+    )
     typer.echo(
         f"{robot.name}: {robot.total_mass:.5g} kg, {len(robot.legs)} legs. {robot.provenance}\n"
-        f"gait {gait.name}: stroke {gait.stroke:.4g} m ({stroke_source}), "
-        f"cycle {gait.cycle_time:g} s, duty {gait.duty:.4g}, lift {gait.lift:g} m: "
+        f"gait {gait.name}: stroke {gait.stroke:.4g} m ({fitted.stroke}), "
+        f"cycle {gait.cycle_time:g} s{cycle}, duty {gait.duty:.4g}, lift {gait.lift:.4g} m{lift}: "
         f"{gait.speed:.4g} m/s"
     )
     for note in (*robot.notes, *leg_clearance(robot, gait).notes):

@@ -4,7 +4,7 @@ from hexapod_pin.control.arc_path import ArcPath
 from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.body_motion import BodyMotion
 from hexapod_pin.control.curves import Hermite, Sine, Waypoints
-from hexapod_pin.control.feasible_gait import feasible_gait
+from hexapod_pin.control.feasible_gait import FittedGait, feasible_gait, fit_gait
 from hexapod_pin.control.feedback import Command, FeedbackController, Measurement
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
@@ -32,6 +32,7 @@ __all__ = [
     "Command",
     "Controller",
     "FeedbackController",
+    "FittedGait",
     "FootPath",
     "Gait",
     "Havsin",
@@ -55,6 +56,7 @@ __all__ = [
     "Waypoints",
     "default_gait",
     "feasible_gait",
+    "fit_gait",
     "leg_clearance",
     "leg_order",
     "named_gait",

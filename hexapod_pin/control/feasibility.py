@@ -90,6 +90,26 @@ def violation(six: SixLegs, gait: Gait, motion: BodyMotion | None = None) -> Vio
     return None if fast is None else fast[0]
 
 
+def shortest_cycle(six: SixLegs, gait: Gait) -> float | None:
+    """Return the cycle time at which the fastest joint of a gait turns at its velocity limit [s].
+
+    Its paths are those of the gait's own cycle time, on which they depend where it turns. None
+    where the robot cannot walk these paths at any rate.
+
+    Args:
+        six: the robot's legs.
+        gait: the gait.
+
+    Raises:
+        GaitError: the gait has phases for other legs.
+    """
+    six, gait = six.along(gait), six.fitted(gait)
+    found = _path_or_rates(six, gait.in_one_second(), None)
+    if isinstance(found, Violation):
+        return None
+    return float((np.abs(found) / six.max_rate[:, None]).max())
+
+
 @lru_cache(maxsize=KEPT_PATHS)
 def _path_or_rates(
     six: SixLegs, gait: Gait, motion: BodyMotion | None

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.robot.leg_length import leg_length
 from hexapod_pin.robot.once_per_robot import once_per_robot
 from hexapod_pin.robot.standing_torque import STANDARD_GRAVITY, SUPPORT, standing_torque
 
@@ -99,16 +100,6 @@ def assumed_gains(robot: Robot) -> AssumedGains:
 def settling_time(arm: float) -> float:
     """Return kd / kp of a critically damped joint whose load at an arm [m] sags by SAG [s]."""
     return 2.0 * math.sqrt(SAG * arm / STANDARD_GRAVITY)
-
-
-def leg_length(robot: Robot) -> float:
-    """Return the length of the longest leg from its first joint to its foot, stretched [m]."""
-    model, found = robot.model, 0.0
-    for foot in robot.feet:
-        chain = [j for j in model.supports[model.getJointId(foot.joint)] if j > 1]
-        links = [model.jointPlacements[j].translation for j in chain[1:]] + [foot.offset]
-        found = max(found, math.fsum(float(np.linalg.norm(link)) for link in links))
-    return found
 
 
 def _load(robot: Robot, joints: NDArray[np.bool_], least: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, TypeVar
@@ -51,6 +52,8 @@ class TorqueBudget:
         sources: what was simulated, one line each.
         assumed: statements of what is assumed rather than taken from a source.
         peaks: what peaks are taken from: "accepted steps" or "samples".
+        turn: yaw per cycle [rad], left > 0; None without cycles.
+        nominal_turn: what the gait asked for per cycle [rad]; 0 of a straight one.
     """
 
     robot: str
@@ -67,6 +70,8 @@ class TorqueBudget:
     sources: tuple[str, ...]
     assumed: tuple[str, ...]
     peaks: str = SAMPLES
+    turn: float | None = None
+    nominal_turn: float = 0.0
 
     @property
     def absolute_energy(self) -> float:
@@ -88,9 +93,24 @@ class TorqueBudget:
         """Positive energy / (weight * distance) [-]: braking costs and returns nothing."""
         return self._per_way(self.positive_energy)
 
+    @property
+    def on_the_spot(self) -> bool:
+        """Whether the gait turns without going anywhere."""
+        return self.nominal_speed == 0.0 and self.nominal_turn != 0.0
+
+    @property
+    def makes_way(self) -> bool:
+        """Whether the robot gets on, so that numbers per metre mean something."""
+        return not self.on_the_spot and self.distance is not None and self.distance > 0.0
+
+    @property
+    def energy_per_radian(self) -> float | None:
+        """Absolute energy per yaw of a robot that turns on the spot [J/rad]; None of others."""
+        return self.absolute_energy / abs(self.turn) if self.on_the_spot and self.turn else None
+
     def _per_way(self, energy: float) -> float | None:
         """Return an energy per weight and distance."""
-        if self.distance is None or self.distance <= 0.0 or self.weight <= 0.0:
+        if not self.makes_way or self.distance is None or self.weight <= 0.0:
             return None
         return energy / (self.weight * self.distance)
 
@@ -112,7 +132,7 @@ class TorqueBudget:
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data; NaN and infinities as None."""
-        derived = ("absolute_energy", "net_energy", "cost_of_transport")
+        derived = ("absolute_energy", "net_energy", "cost_of_transport", "energy_per_radian")
         plain = asdict(self) | {name: getattr(self, name) for name in derived}
         plain["cost_of_transport_positive"] = self.cost_of_transport_positive
         plain["caveat"] = PEAK_CAVEAT[self.peaks]
@@ -154,6 +174,8 @@ def _whole_lines(budget: TorqueBudget, per: str) -> list[str]:
     ]
     if budget.distance is None or budget.speed is None:
         return [*lines, "  no gait cycle: no distance, no cost of transport"]
+    if budget.on_the_spot:
+        return [*lines, *_turn_lines(budget)]
     nominal = budget.nominal_speed
     share = (
         f", {100.0 * budget.speed / nominal:.1f} % of the gait's {nominal:.4g}" if nominal else ""
@@ -170,6 +192,19 @@ def _whole_lines(budget: TorqueBudget, per: str) -> list[str]:
         f"  cost of transport, absolute energy / (m g d)  {costs[0]:.4g}",
         f"  cost of transport, positive energy / (m g d)  {costs[1]:.4g}",
     ]
+
+
+def _turn_lines(budget: TorqueBudget) -> list[str]:
+    """Return yaw, and energy per yaw, of a robot that turns on the spot."""
+    turn, nominal = math.degrees(budget.turn or 0.0), math.degrees(budget.nominal_turn)
+    lines = [
+        f"  yaw per cycle                                 {turn:.4g} deg, "
+        f"{100.0 * turn / nominal:.1f} % of the gait's {nominal:.4g}"
+    ]
+    if budget.energy_per_radian is not None:
+        lines.append(f"  absolute energy per yaw                       "
+                     f"{budget.energy_per_radian:.4g} J/rad")  # fmt: skip
+    return [*lines, "  turning on the spot: no distance, no cost of transport"]
 
 
 def _note_lines(budget: TorqueBudget) -> list[str]:

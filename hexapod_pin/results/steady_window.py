@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.spec import read_toml
 
 
 @dataclass(frozen=True)
@@ -85,7 +88,15 @@ def run_too_short(summary: Summary) -> ParameterError:
     """Return the error of a run without a whole cycle."""
     meta = summary.meta
     begin, until = (float(meta.get(key) or 0.0) for key in ("steady_from", "steady_until"))
-    return _too_short(until, begin, until, meta.get("cycle_time"))
+    return _too_short(_duration(meta) or until, begin, until, meta.get("cycle_time"))
+
+
+def _duration(meta: Mapping[str, Any]) -> float | None:
+    """Return how long the run was to last [s]; None where its case does not tell."""
+    try:
+        return float(read_toml(str(meta.get("run", "")))["run"]["duration"])
+    except (ParameterError, KeyError, TypeError):
+        return None
 
 
 def _nearest(time: Array, wanted: float) -> int:
@@ -101,7 +112,14 @@ def _too_short(duration: float, begin: float, until: float, cycle: float | None)
         "duration",
         duration,
         f"at least {begin + cycle:.4g} s of walking for one whole cycle",
-        f"Steady walking lasts from {begin:.4g} to {until:.4g} s, a cycle {cycle:.4g} s: "
+        f"{_steady_part(begin, until)}, a cycle lasts {cycle:.4g} s: "
         f"simulate {begin + cycle:.4g} s or more (two cycles: {begin + 2 * cycle:.4g} s), "
         "and stop the gait no earlier.",
     )
+
+
+def _steady_part(begin: float, until: float) -> str:
+    """Say which part of a walk is steady, if any."""
+    if until <= begin:
+        return f"The walk ends, or stops, before it is steady at {begin:.4g} s"
+    return f"Steady walking lasts from {begin:.4g} to {until:.4g} s"

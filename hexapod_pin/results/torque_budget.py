@@ -13,6 +13,7 @@ import numpy as np
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_budget import JointBudget, joint_rows, kind_rows, summary_rows
+from hexapod_pin.results.planned_turn import gait_turn_rate
 from hexapod_pin.results.robot_budget import ACCEPTED_STEPS, SAMPLES, TorqueBudget
 from hexapod_pin.results.steady_window import Window, steady_window, summary_window
 from hexapod_pin.results.summary import Summary
@@ -50,14 +51,18 @@ def _of_summary(summary: Summary, window: Window) -> TorqueBudget:
     if size[worst] > max(row.peak_torque for row in joints):
         time = float(summary.outside_torque_time[worst])
         outside = (summary.joint_names[worst], time, float(size[worst]))
-    return _budget(summary.meta, window, joints, summary.distance, outside, ACCEPTED_STEPS)
+    return _budget(
+        summary.meta, window, joints, summary.distance, summary.turn_rate, outside, ACCEPTED_STEPS
+    )
 
 
 def _of_samples(trace: Trace, window: Window) -> TorqueBudget:
     joints = joint_rows(trace, window)
     outside = _largest_outside(trace, max(row.peak_torque for row in joints))
     distance = _sampled_distance(trace, window)
-    return _budget(trace.meta, window, joints, distance, outside, SAMPLES)
+    yaw = np.unwrap(trunk_yaw(trace.q[window.samples]))
+    rate = None if window.cycles is None else float(yaw[-1] - yaw[0]) / (window.end - window.start)
+    return _budget(trace.meta, window, joints, distance, rate, outside, SAMPLES)
 
 
 def _budget(
@@ -65,6 +70,7 @@ def _budget(
     window: Window,
     joints: tuple[JointBudget, ...],
     distance: float | None,
+    turn_rate: float | None,
     outside: tuple[str, float, float] | None,
     peaks: str,
 ) -> TorqueBudget:
@@ -87,6 +93,8 @@ def _budget(
         sources=_sources(meta),
         assumed=tuple(meta.get("assumed", ())),
         peaks=peaks,
+        turn=None if turn_rate is None else turn_rate * duration,
+        nominal_turn=gait_turn_rate(meta) * duration,
     )
 
 

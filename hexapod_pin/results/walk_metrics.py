@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.planned_turn import gait_turn_rate
 from hexapod_pin.results.robot_budget import TorqueBudget
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.way import path_error
-from hexapod_pin.spec import read_toml
 
 
 class Metric(NamedTuple):
@@ -139,16 +137,6 @@ class WalkMetrics:
         )
 
 
-def gait_turn_rate(meta: Mapping[str, Any]) -> float:
-    """Return the planned yaw rate of the gait that a run's controller names [rad/s], or 0."""
-    text = str(meta.get("controller", ""))
-    try:
-        gait = read_toml(text).get("gait", {}) if text else {}
-    except ParameterError:
-        return 0.0
-    return float(gait.get("turn_rate", 0.0)) if isinstance(gait, Mapping) else 0.0
-
-
 def _feet(summary: Summary, budget: TorqueBudget) -> dict[str, float | None]:
     slip = float(summary.slip_path.sum())
     return {
@@ -189,9 +177,7 @@ def _way(summary: Summary, turn_rate: float) -> dict[str, float | None]:
 
 def _per_way(value: float, budget: TorqueBudget) -> float | None:
     """Return a number per cycle as one per metre; None where the robot makes no way forward."""
-    if budget.distance is None or budget.distance <= 0.0:
-        return None
-    return value / budget.distance
+    return value / budget.distance if budget.makes_way and budget.distance else None
 
 
 def _largest(values: Any) -> float | None:

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.errors import GaitError, ParameterError
+from hexapod_pin.results.planned_turn import gait_turn_rate
 from hexapod_pin.results.steady_window import steady_window, summary_window
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.walk_metrics import gait_turn_rate
 from hexapod_pin.results.way import heading_at, trunk_yaw
 from hexapod_pin.spec import read_toml
 
