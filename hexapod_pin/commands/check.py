@@ -2,19 +2,44 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import typer
 
-from hexapod_pin.commands.options import Feet, PackagePath, RobotName, foot_names
+from hexapod_pin.commands.options import Feet, FootRadius, PackagePath, RobotName, XacroArgs
+from hexapod_pin.commands.robot_options import Forward, Hold, Legs, PostureText, load_options
 from hexapod_pin.commands.status import FAILED, fail
 
 
-def check(urdf: RobotName, feet: Feet = None, package_path: PackagePath = None) -> None:
+def check(
+    urdf: RobotName,
+    feet: Feet = None,
+    foot_radius: FootRadius = None,
+    forward: Forward = None,
+    legs: Legs = None,
+    posture: PostureText = None,
+    hold: Hold = None,
+    package_path: PackagePath = None,
+    xacro_arg: XacroArgs = None,
+    write: Annotated[
+        bool,
+        typer.Option("--write", help="Write what was inferred to NAME.hints.toml, to be edited."),
+    ] = False,
+) -> None:
     """Say whether a URDF can be used, everything that is wrong with it, and what mends it."""
+    from hexapod_pin.robot.loading.hints_text import write_hints
     from hexapod_pin.robot.urdf_report import inspect
 
-    report = inspect(urdf, feet=foot_names(feet), package_path=package_path or ())
+    options = load_options(
+        feet=feet, legs=legs, posture=posture, hold=hold, package_path=package_path,
+        xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
+    )  # fmt: skip
+    report = inspect(urdf, options=options)
+    if report.ok or report.layout is not None:
+        typer.echo(str(report))
+    if write and report.layout is not None:
+        typer.echo(f"wrote {write_hints(urdf, report.layout, options)}")
     if not report.ok:
-        fail(str(report), FAILED)
-    typer.echo(str(report))
+        fail(f"{report.source}: refused" if report.layout is not None else str(report), FAILED)
     if not report.legs:
-        typer.echo("note: it can stand, but not walk: it has no six legs of three joints")
+        typer.echo("note: it can stand, but not walk: it has no legs to walk with")

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hexapod_pin.commands.options import OptionalFloat, PackagePath, given
+from hexapod_pin.commands.options import OptionalFloat, PackagePath, XacroArgs, given
 from hexapod_pin.commands.status import FAILED, fail
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
-    from hexapod_pin.robot.description.urdf_file import UrdfFile
     from hexapod_pin.robot.mending import Mended
 
 Mass = Annotated[OptionalFloat, typer.Option(help="Total mass of the robot [kg].")]
@@ -33,19 +32,21 @@ def mend(
     effort: Effort = None,
     velocity: Velocity = None,
     package_path: PackagePath = None,
+    xacro_arg: XacroArgs = None,
 ) -> None:
     """Write a sound URDF: what is missing, impossible or absurd replaced, and each change said."""
     from hexapod_pin.commands.output_files import writable
-    from hexapod_pin.robot.description.urdf_file import read_urdf
+    from hexapod_pin.commands.robot_options import load_options
+    from hexapod_pin.robot.loading.intake import read_file
     from hexapod_pin.robot.mending import MendOptions, find_all, mend_urdf
     from hexapod_pin.robot.mending.finding_lines import finding_lines
     from hexapod_pin.robot.mending.rebased_meshes import rebased
-    from hexapod_pin.robot.reading.resources import ResourceFinder
 
-    urdf, path, folders = read_urdf(file), writable("--out", out), package_path or []
+    path, folders = writable("--out", out), package_path or []
+    read = read_file(file, load_options(package_path=folders, xacro_arg=xacro_arg))
+    urdf, finder = read.file, read.finder
     if path.exists() and path.samefile(file.expanduser()):
         raise ParameterError("--out", str(out), "another file than the one to mend")
-    finder = ResourceFinder(file, folders)
     options = given(mass=mass, density=density, effort=effort, velocity=velocity)
     mended = mend_urdf(urdf, finder, MendOptions(**options))
     left = find_all(mended.file, finder)
@@ -54,8 +55,16 @@ def mend(
         text = "\n".join([f"{file}: no mend for this; nothing is written", *finding_lines(refused)])
         fail(text, FAILED)
     written, moved = rebased(mended.file, finder, path, folders)
-    _write(urdf, written, file, path)
-    for line in [*_report(mended), *(f"changed: {text}" for text in moved), *finding_lines(left)]:
+    if written is urdf and not read.expanded:
+        shutil.copyfile(file.expanduser(), path)
+    else:
+        path.write_text(written.text, encoding="utf-8")
+    for line in [
+        *(f"note: {text}" for text in read.notes),
+        *_report(mended),
+        *(f"changed: {text}" for text in moved),
+        *finding_lines(left),
+    ]:
         typer.echo(line)
     typer.echo(f"wrote {path}" + ("" if mended.changes or moved else ": a copy, nothing to mend"))
 
@@ -70,11 +79,3 @@ def _report(mended: Mended) -> list[str]:
         *(f"note: {text}" for text in mended.notes),
         *mass_lines(mended.masses),
     ]
-
-
-def _write(urdf: UrdfFile, written: UrdfFile, file: Path, path: Path) -> None:
-    """Write the mended text, or the same bytes where nothing changed."""
-    if written is urdf:
-        shutil.copyfile(file.expanduser(), path)
-    else:
-        path.write_text(written.text, encoding="utf-8")

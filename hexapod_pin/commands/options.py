@@ -16,11 +16,17 @@ OptionalFloat = Optional[float]  # noqa: UP045
 OptionalText = Optional[str]  # noqa: UP045
 OptionalPath = Optional[Path]  # noqa: UP045
 OptionalPaths = Optional[list[Path]]  # noqa: UP045
+OptionalTexts = Optional[list[str]]  # noqa: UP045
 
-RobotName = Annotated[str, typer.Argument(help="kharagpur, athena, or the path of a URDF.")]
+RobotName = Annotated[
+    str, typer.Argument(help="kharagpur, athena, or the path of a URDF or xacro file.")
+]
 PackagePath = Annotated[
     OptionalPaths,
     typer.Option("--package-path", help="A folder with packages or meshes; repeatable."),
+]
+XacroArgs = Annotated[
+    OptionalTexts, typer.Option("--xacro-arg", help="NAME=VALUE for a xacro file; repeatable.")
 ]
 TracePath = Annotated[Path, typer.Argument(help="A file that `walk` left (walk.nc).")]
 TraceOut = Annotated[

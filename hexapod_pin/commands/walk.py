@@ -15,15 +15,28 @@ from hexapod_pin.commands.options import (
     OptionalFloat,
     OptionalPath,
     OptionalText,
+    PackagePath,
     Quick,
     Record,
     RobotName,
     Threads,
     TraceOut,
     Verdict,
+    XacroArgs,
     comma_list,
-    foot_names,
     given,
+)
+from hexapod_pin.commands.robot_options import (
+    Density,
+    Effort,
+    Forward,
+    Hold,
+    Legs,
+    Mass,
+    MendFirst,
+    PostureText,
+    Velocity,
+    load_options,
 )
 
 if TYPE_CHECKING:
@@ -126,6 +139,17 @@ def walk(
     threads: Threads = 1,
     feet: Feet = None,
     foot_radius: FootRadius = None,
+    forward: Forward = None,
+    legs: Legs = None,
+    posture: PostureText = None,
+    hold: Hold = None,
+    package_path: PackagePath = None,
+    xacro_arg: XacroArgs = None,
+    mend: MendFirst = False,
+    mass: Mass = None,
+    density: Density = None,
+    effort: Effort = None,
+    velocity: Velocity = None,
     record: Record = None,
 ) -> None:
     """Walk a robot; print its torque table; leave a trace and a playback."""
@@ -145,7 +169,12 @@ def walk(
     html_path = None if no_html else writable("--html", html)
     distinct(trace_path, html_path)
     case_path = None if save_case is None else writable("--save-case", save_case)
-    loaded = load_robot(robot, feet=foot_names(feet), foot_radius=foot_radius)
+    options = load_options(
+        feet=feet, legs=legs, posture=posture, hold=hold, package_path=package_path,
+        xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward, mend=mend or None,
+        mass=mass, density=density, effort=effort, velocity=velocity,
+    )  # fmt: skip
+    loaded = load_robot(robot, options=options)
     fitted = fit_gait(
         loaded, gait or default_gait(loaded), stroke, heading=math.radians(heading),
         turn_rate=math.radians(turn), **given(cycle_time=cycle, duty=duty, lift=lift),
@@ -187,5 +216,11 @@ def _print_plan(robot: Robot, fitted: FittedGait) -> None:
         f"cycle {gait.cycle_time:g} s{cycle}, duty {gait.duty:.4g}, lift {gait.lift:.4g} m{lift}: "
         f"{gait.speed:.4g} m/s"
     )
-    for note in (*robot.notes, *leg_clearance(robot, gait).notes):
-        typer.echo(f"note: {note}")
+    lines = {
+        "mended": robot.mended,
+        "inferred": robot.inferred,
+        "note": (*robot.notes, *leg_clearance(robot, gait).notes),
+    }
+    for kind, texts in lines.items():
+        for text in texts:
+            typer.echo(f"{kind}: {text}")

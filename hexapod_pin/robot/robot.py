@@ -8,18 +8,20 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array, digest, read_only
 from hexapod_pin.errors import UnknownNameError, UrdfError
-from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, read_urdf
+from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.loading.feet import Foot, place_feet
+from hexapod_pin.robot.loading.intake import Intake, read_explicit
 from hexapod_pin.robot.loading.limbs import Leg, find_limbs
+from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.robot.loading.pin_model import build_model, joints_in_order
-from hexapod_pin.robot.loading.posture import Posture, joint_angles, standing_angles
+from hexapod_pin.robot.loading.posture import Posture, joint_angles, plain_posture, standing_angles
 from hexapod_pin.robot.loading.provenance import read_provenance
 from hexapod_pin.robot.loading.stated_legs import stated_limbs, stated_places
 from hexapod_pin.robot.mending.urdf_check import check_urdf
@@ -46,7 +48,7 @@ class Robot:
         source: what was given to `load_robot`.
         model: pin.Model with a free-flyer "root_joint"; q is base position, quaternion x, y, z, w,
             joint angles; v is the base's linear and angular velocity in base axes, joint rates.
-        legs: six legs (lf lm lr rf rm rr), or the 4 to 8 that the file states; empty for robots
+        legs: six legs (lf lm lr rf rm rr), or the 4 to 8 that were found; empty for robots
             loaded with feet only.
         feet: the feet, in the order of the legs, or as given.
         joint_names: the actuated joints; joint k is q[7 + k] and v[6 + k].
@@ -61,7 +63,10 @@ class Robot:
         posture: (n_joints,) default standing angles [rad].
         provenance: one line: where the numbers come from.
         assumed: statements of what is assumed.
+        inferred: what was inferred from the file's geometry, and from what.
+        mended: what was changed to mend the file, before and after.
         notes: what the loader dropped or changed.
+        options: how it was loaded (`LoadOptions` as plain data), what differs from the defaults.
         urdf: full text of the file.
         digest: SHA-256 of that text.
         held: joints that no leg walks with (head, arm, surplus leg joint, foot spring) and the
@@ -84,7 +89,10 @@ class Robot:
     posture: Array = field(repr=False)
     provenance: str
     assumed: tuple[str, ...] = field(repr=False)
+    inferred: tuple[str, ...] = field(repr=False)
+    mended: tuple[str, ...] = field(repr=False)
     notes: tuple[str, ...] = field(repr=False)
+    options: Mapping[str, Any] = field(repr=False)
     urdf: str = field(repr=False)
     digest: str = field(repr=False)
     held: Mapping[str, float] = field(default_factory=dict, repr=False)
@@ -145,31 +153,56 @@ def load_robot(
     *,
     feet: Sequence[str] | None = None,
     foot_radius: float | None = None,
-    posture: Sequence[float] | Mapping[str, float] | None = None,
+    posture: Posture | None = None,
+    forward: str | float | None = None,
+    legs: Mapping[str, Sequence[str]] | None = None,
+    held: Mapping[str, float] | None = None,
+    mend: bool = False,
+    package_path: Sequence[str | Path] = (),
+    options: LoadOptions | None = None,
 ) -> Robot:
-    """Load a robot: "kharagpur", "athena", or the path of any URDF.
+    """Load a robot: "kharagpur", "athena", or the path of any URDF or xacro file.
+
+    What the file does not say is inferred from its geometry, and said in `Robot.inferred`. Every
+    argument goes before what is inferred, and before the hints file beside the URDF.
 
     Args:
-        source: name of a packaged robot or path of a URDF.
-        feet: names of the foot links; needed for robots without six three-joint legs, and where
-            no link at the end of a leg is named foot, tip or tarsus.
-        foot_radius: radius of all foot spheres [m]; None takes the collision sphere of each foot
-            link, and a point where it has none.
+        source: name of a packaged robot or path of a URDF or xacro file.
+        feet: names of the foot links; needed for robots that are no hexapods.
+        foot_radius: radius of all foot spheres [m]; None takes it from each foot's shape.
         posture: standing angles [rad], in joint order or by name; None takes the file's own
-            standing posture, and zero (moved into the limits) where it has none.
+            standing posture, and searches one where it has none.
+        forward: direction of travel in the root link's frame: "x", "-y", ..., or an angle from its
+            x axis [degrees].
+        legs: leg name -> its joints from the trunk outwards, or one joint or link of it.
+        held: where joints that do not walk are held, by name [rad or m].
+        mend: mend what can be mended first; `Robot.mended` lists it.
+        package_path: folders in which packages and meshes are looked for first.
+        options: all of these and more, as one object; the arguments go before it.
 
     Raises:
         UnknownNameError: no such robot, foot link or joint.
         UrdfError: the file cannot be used; all findings at once, each naming its link or joint.
-        ParameterError: foot_radius or posture out of range.
+        ParameterError: an argument or a hint out of range.
 
     Example:
         >>> robot = load_robot("kharagpur")
         >>> robot.leg("lf").joints
         ('lf_coxa_joint', 'lf_femur_joint', 'lf_tibia_joint')
     """
-    file = read_urdf(_path(source))
-    return robot_of(file, str(source), feet=feet, foot_radius=foot_radius, posture=posture)
+    named: dict[str, Any] = {
+        "feet": feet, "foot_radius": foot_radius, "posture": plain_posture(posture),
+        "forward": forward, "legs": legs, "held": held, "mend": mend or None,
+        "package_path": [str(folder) for folder in package_path] or None,
+    }  # fmt: skip
+    arguments = LoadOptions(**{key: value for key, value in named.items() if value is not None})
+    if options is not None:
+        arguments = arguments.over(options)
+    intake = read_explicit(_path(source), arguments)
+    return robot_of(
+        intake.file, str(source), feet=intake.feet, foot_radius=intake.options.foot_radius,
+        posture=intake.options.posture if posture is None else posture, intake=intake,
+    )  # fmt: skip
 
 
 def robot_of(
@@ -178,9 +211,10 @@ def robot_of(
     *,
     feet: Sequence[str] | None = None,
     foot_radius: float | None = None,
-    posture: Sequence[float] | Mapping[str, float] | None = None,
+    posture: Posture | None = None,
+    intake: Intake | None = None,
 ) -> Robot:
-    """Return the robot of a URDF that has been read; arguments and errors as of `load_robot`."""
+    """Return the robot of a URDF that says everything; arguments and errors as of `load_robot`."""
     findings, notes = check_urdf(file)
     if findings:
         raise UrdfError(file.source, findings)
@@ -191,6 +225,9 @@ def robot_of(
     placed, foot_notes = place_feet(file, model, limbs, foot_radius)
     own = {**given.posture, **stated_places(file)}
     angles, posture_notes = standing_angles(joints, own, posture)
+    mended, read_notes, options = (
+        ((), (), {}) if intake is None else (intake.mended, intake.notes, intake.options.given())
+    )
     return Robot(
         name=file.name, source=source, model=model, legs=limbs.legs, feet=placed,
         joint_names=tuple(joint.name for joint in joints),
@@ -201,8 +238,11 @@ def robot_of(
         damping=read_only([joint.dynamics("damping") for joint in joints]),
         friction=read_only([joint.dynamics("friction") for joint in joints]),
         total_mass=math.fsum(link.mass or 0.0 for link in file.links),
-        posture=angles, provenance=given.line, assumed=given.assumed,
-        notes=(*notes, *limbs.notes, *foot_notes, *posture_notes, *_unused(file, placed)),
+        posture=angles, provenance=given.line, assumed=given.assumed, inferred=given.inferred,
+        mended=mended,
+        notes=(*read_notes, *notes, *limbs.notes, *foot_notes, *posture_notes,
+               *_unused(file, placed)),
+        options=options,
         urdf=file.text, digest=digest(file.text), held=_held(joints, angles, limbs.legs),
     )  # fmt: skip
 

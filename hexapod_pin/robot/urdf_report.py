@@ -8,16 +8,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from hexapod_pin.errors import ParameterError, UrdfError
-from hexapod_pin.robot.description.urdf_file import UrdfFile, read_urdf
+from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
+from hexapod_pin.robot.description.urdf_file import UrdfFile
+from hexapod_pin.robot.loading.intake import read_file
 from hexapod_pin.robot.loading.limbs import Leg
+from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
 from hexapod_pin.robot.mending.find_all import find_all
 from hexapod_pin.robot.mending.finding import Finding
-from hexapod_pin.robot.mending.finding_lines import finding_lines
+from hexapod_pin.robot.mending.finding_lines import finding_lines, places_text
 from hexapod_pin.robot.mending.link_solids import LinkSolids
 from hexapod_pin.robot.mending.measures import Measures
 from hexapod_pin.robot.mending.urdf_check import check_urdf
 from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.robot.recognition.layout import RobotLayout
+from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot, urdf_path
 
 
@@ -34,8 +38,9 @@ class UrdfReport:
         total_mass: sum of all masses [kg]; NaN where one is not a number.
         chains: number of moved joints of every unbranched chain from the trunk, head and arms
             included.
-        legs: the six legs; empty where the file is refused or the robot is no hexapod.
+        legs: the legs; empty where none can be found or the robot has none.
         feet: foot links with the radius of their spheres [m].
+        layout: what was found beside the file's text; None where nothing can be.
         assumed: what the file says is assumed.
         found: every trouble of the file, those that refuse it and those that are suspicious.
         findings: why the file is refused, a sentence each; empty where it is accepted.
@@ -51,6 +56,7 @@ class UrdfReport:
     chains: tuple[int, ...]
     legs: tuple[Leg, ...]
     feet: tuple[tuple[str, float], ...]
+    layout: RobotLayout | None
     assumed: tuple[str, ...]
     found: tuple[Finding, ...]
     findings: tuple[str, ...]
@@ -77,18 +83,32 @@ class UrdfReport:
             *(f"assumed: {text}" for text in self.assumed),
             *(f"note: {text}" for text in self.notes),
             *finding_lines(self.found),
-            *(f"REFUSED: {text}" for text in self.refusals),
+            *(f"REFUSED: {text}" for text in folded_texts(self.refusals)),
             "accepted" if self.ok else "refused: see `hexapod-pin mend` for what a mend does",
         ]
         return "\n".join(lines)
 
 
 def recognised_lines(report: UrdfReport) -> list[str]:
-    """Return the legs and feet that were found."""
+    """Return the legs and feet that were found, and what was inferred from what."""
+    layout = report.layout
+    held = {} if layout is None else layout.held
     return [
         *(f"leg {leg.name}: {', '.join(leg.joints)}; foot {leg.foot}" for leg in report.legs),
         *(f"foot {name}: sphere of radius {radius:g} m" for name, radius in report.feet),
+        *(f"held: {name} at {place:.4g} rad (m where it slides)" for name, place in held.items()),
+        *(f"inferred: {text}" for text in (() if layout is None else layout.inferred)),
     ]
+
+
+def folded_texts(texts: Sequence[str]) -> list[str]:
+    """Return sentences "part: what is wrong", those that say the same of several parts as one."""
+    places: dict[str, list[str]] = {}
+    for text in texts:
+        place, separator, words = text.partition(": ")
+        places.setdefault(words if separator else text, []).append(place if separator else "")
+    return [f"{places_text(parts)}: {words}" if any(parts) else words
+            for words, parts in places.items()]  # fmt: skip
 
 
 def chains_text(chains: Sequence[int]) -> str:
@@ -102,44 +122,62 @@ def inspect(
     source: str | Path,
     *,
     feet: Sequence[str] | None = None,
-    package_path: Sequence[str | Path] = (),
+    options: LoadOptions | None = None,
 ) -> UrdfReport:
     """Report on a packaged robot or a URDF without raising for what is wrong inside it.
 
+    What can be found of the robot is reported also where the file is refused.
+
     Args:
-        source: name of a packaged robot or path of a URDF.
+        source: name of a packaged robot or path of a URDF or xacro file.
         feet: as in `load_robot`.
-        package_path: folders in which packages and meshes are looked for first.
+        options: as in `load_robot`; nothing is mended.
 
     Raises:
         UrdfError: the file is missing or is not a URDF at all.
-        UnknownNameError: a foot that is no link of a sound file.
+        UnknownNameError: a hint names no link or joint of a sound file.
+        ParameterError: a hints file that cannot be read.
     """
     path = urdf_path(str(source)) if source in PACKAGED else Path(source)
-    file = read_urdf(path)
-    finder = ResourceFinder(path, package_path)
+    arguments = LoadOptions(feet=None if feet is None else tuple(feet))
+    arguments = arguments if options is None else arguments.over(options)
+    given = arguments.over(read_hints(path)).model_copy(update={"mend": False})
+    file, finder, _, _ = read_file(path, given)
+    checked, layout, robot = check_urdf(file), None, None
+    findings = list(checked.findings)
     try:
-        robot = load_robot(path, feet=feet)
+        layout = recognise(file, finder, given)
+        robot = None if findings else load_robot(path, options=given)
     except UrdfError as error:
-        return _report(file, finder, None, error.findings)
-    except ParameterError as error:
-        return _report(file, finder, None, [str(error)])
-    return _report(file, finder, robot, [])
+        findings += [text for text in error.findings if text not in findings]
+    except (ParameterError, UnknownNameError) as error:
+        if isinstance(error, UnknownNameError) and not findings:
+            raise
+        findings.append(str(error))
+    return _report(file, finder, robot, layout, findings, checked.notes)
 
 
 def _report(
-    file: UrdfFile, finder: ResourceFinder, robot: Robot | None, findings: list[str]
+    file: UrdfFile,
+    finder: ResourceFinder,
+    robot: Robot | None,
+    layout: RobotLayout | None,
+    findings: Sequence[str],
+    checked: Sequence[str],
 ) -> UrdfReport:
-    """Collect the report; of a refused file only what can be counted."""
+    """Collect the report; of a refused file what can be counted and recognised."""
     masses = [link.mass for link in file.links if link.mass is not None]
-    checked = check_urdf(file).notes
+    legs = () if layout is None else layout.legs
+    feet = [(leg.foot, leg.radius) for leg in legs]
+    if robot is not None:
+        feet = [(foot.name, foot.radius) for foot in robot.feet]
     return UrdfReport(
         source=file.source, name=file.name, links=len(file.links), joints=len(file.joints),
         moved_joints=sum(joint.moves for joint in file.joints),
         total_mass=math.fsum(masses) if all(map(math.isfinite, masses)) else math.nan,
         chains=tuple(len(chain) for chain in Measures(file, LinkSolids(None)).chains),
-        legs=robot.legs if robot else (),
-        feet=tuple((foot.name, foot.radius) for foot in robot.feet) if robot else (),
+        legs=robot.legs if robot else tuple(Leg(x.name, x.joints, x.foot) for x in legs),
+        feet=tuple(feet), layout=layout,
         assumed=robot.assumed if robot else (), found=tuple(find_all(file, finder)),
         findings=tuple(findings),
         notes=tuple(text for text in robot.notes if text not in checked) if robot else (),

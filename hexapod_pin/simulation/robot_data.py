@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot, urdf_path
 
 OPTIONS = ("feet", "foot_radius", "posture")
@@ -20,12 +22,15 @@ KEPT_ROBOTS = 16
 def robot_to_dict(robot: Robot) -> dict[str, Any]:
     """Return what `read_robot` takes; a path is absolute."""
     packaged = robot.source in PACKAGED
+    explicit = robot.inferred or robot.mended or set(robot.options) - set(OPTIONS)
+    options = {"options": dict(robot.options)} if explicit else {}
     return {
         "source": robot.source if packaged else str(Path(robot.source).expanduser().absolute()),
         "feet": [foot.name for foot in robot.feet],
         "foot_radius": [float(foot.radius) for foot in robot.feet],
         "posture": robot.posture.tolist(),
         "digest": robot.digest,
+        **options,
     }
 
 
@@ -41,7 +46,8 @@ def read_robot(data: Mapping[str, Any]) -> Robot:
     """
     source = data["source"]
     parts = (tuple(x) if isinstance(x := data.get(name), list) else x for name in OPTIONS)
-    robot = _loaded(source, _stamp(source), *parts)
+    options = json.dumps(data["options"], sort_keys=True) if "options" in data else None
+    robot = _loaded(source, _stamp(source), *parts, options)
     if data.get("digest", robot.digest) != robot.digest:
         raise ParameterError(
             "robot.digest", data["digest"], "that of the file", "The URDF has changed."
@@ -59,16 +65,25 @@ def _stamp(source: str) -> tuple[int, int]:
 
 
 @lru_cache(maxsize=KEPT_ROBOTS)
-def _loaded(source: str, stamp: tuple[int, int], feet: Any, radii: Any, posture: Any) -> Robot:
+def _loaded(
+    source: str,
+    stamp: tuple[int, int],
+    feet: Any,
+    radii: Any,
+    posture: Any,
+    options_text: str | None,
+) -> Robot:
     """Load a robot; `stamp` only tells one content of a file from another."""
-    robot = load_robot(source, feet=feet)
-    options: dict[str, Any] = {}
+    options = None if options_text is None else LoadOptions(**json.loads(options_text))
+    given = feet if options is None else options.feet
+    robot = load_robot(source, feet=given, options=options)
+    changes: dict[str, Any] = {}
     if radii is not None and radii != _radii(robot):
-        options["foot_radius"] = radii[0] if isinstance(radii, tuple) and radii else radii
+        changes["foot_radius"] = radii[0] if isinstance(radii, tuple) and radii else radii
     if posture is not None and posture != tuple(robot.posture.tolist()):
-        options["posture"] = posture
-    if options:
-        robot = load_robot(source, feet=feet, **options)
+        changes["posture"] = posture
+    if changes:
+        robot = load_robot(source, feet=given, options=options, **changes)
     if radii is not None and radii != _radii(robot):
         allowed = "the file's own, or one radius for all [m]"
         raise ParameterError("robot.foot_radius", radii, allowed)

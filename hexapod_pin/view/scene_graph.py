@@ -243,7 +243,7 @@ def meshed_robot(
     scene = read_toml(str(trace.meta.get("scene", "")))
     robot: Any = scene.get("robot", {})
     source = str(robot.get("source", ""))
-    folders = (*package_path, *robot.get("package_path", ()))
+    folders = (*package_path, *robot.get("options", {}).get("package_path", ()))
     known = bool(source or folders)
     return _robot(trace, ResourceFinder(source or "robot.urdf", folders) if known else None, store)
 

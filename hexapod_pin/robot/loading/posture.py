@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -34,6 +35,17 @@ def joint_angles(names: Sequence[str], default: Array, given: Posture) -> Array:
         raise UnknownNameError("joint", unknown[0], list(names))
     merged = [given.get(name, own) for name, own in zip(names, default, strict=True)]
     return finite_vector("posture", merged, len(names))
+
+
+def plain_posture(given: Posture | None) -> dict[str, float] | list[float] | None:
+    """Return a posture as plain numbers; None where it is none, or not one of finite numbers."""
+    if given is None:
+        return None
+    if isinstance(given, Mapping):
+        named = {str(name): float(angle) for name, angle in given.items()}
+        return named if all(map(math.isfinite, named.values())) else None
+    angles = np.asarray(given, dtype=float)
+    return angles.tolist() if angles.ndim == 1 and np.isfinite(angles).all() else None
 
 
 def standing_angles(

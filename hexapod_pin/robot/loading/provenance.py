@@ -17,12 +17,14 @@ class Provenance:
     Attributes:
         line: title and source of the numbers.
         assumed: statements of what is assumed.
+        inferred: statements of what was inferred from the geometry.
         posture: standing angles by joint name [rad]; empty where the file gives none.
     """
 
     line: str
     assumed: tuple[str, ...]
     posture: Mapping[str, float]
+    inferred: tuple[str, ...] = ()
 
 
 def read_provenance(file: UrdfFile) -> Provenance:
@@ -45,5 +47,11 @@ def read_provenance(file: UrdfFile) -> Provenance:
             findings.append(f"<posture> of joint {name!r}: angle {entry.get('angle')!r} rad")
     if findings:
         raise UrdfError(file.source, findings)
-    assumed = tuple((entry.text or "").strip() for entry in element.findall("assumed"))
-    return Provenance(f"{element.get('title')}. {element.get('source')}", assumed, posture)
+    assumed, inferred = (
+        tuple((entry.text or "").strip() for entry in element.findall(tag))
+        for tag in ("assumed", "inferred")
+    )
+    line = f"{file.name}: numbers of {file.source}"
+    if element.get("title") is not None:
+        line = f"{element.get('title')}. {element.get('source')}"
+    return Provenance(line, assumed, posture, inferred)

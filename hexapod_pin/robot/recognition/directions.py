@@ -71,7 +71,7 @@ def find_forward(layout: Layout, up: Up) -> Forward:
     Raises:
         UrdfError: no direction has as many hips left as right.
     """
-    plane, hips = _plane(up.unit), layout.hips
+    plane, hips = across_up(up.unit), layout.hips
     middle = hips.mean(axis=0)
     flat = (hips - middle) @ plane.T
     lines = middle_lines(flat) or _uneven_lines(flat)
@@ -96,7 +96,7 @@ def given_forward(forward: str | float, up: Up, source: str) -> Forward:
     Raises:
         UrdfError: no axis and no angle, or a direction along up.
     """
-    plane = _plane(up.unit)
+    plane = across_up(up.unit)
     words = str(forward).strip().lower()
     axis = words.lstrip("+-")
     if len(axis) == 1 and axis in "xyz" and words in (axis, f"-{axis}", f"+{axis}"):
@@ -126,7 +126,7 @@ def hip_points(
     Where all legs start in a row: where their tips are on average over their joints' ranges.
     """
     hips = np.array([frames.axes[chain.joints[0].name].origin for chain in chains])
-    flat = (hips - hips.mean(axis=0)) @ _plane(up).T
+    flat = (hips - hips.mean(axis=0)) @ across_up(up).T
     spread = np.linalg.svd(flat, compute_uv=False)
     if spread[1] > ON_LINE * spread[0]:
         return hips
@@ -201,7 +201,7 @@ def _uneven_lines(flat: Array) -> list[MiddleLine]:
     return lines
 
 
-def _plane(up: Array) -> Array:
+def across_up(up: Array) -> Array:
     """Return two unit vectors (2, 3) across up: the root's x (or the next axis) and left of it."""
     start = np.eye(3)[next(k for k in (0, 1, 2) if abs(up[k]) < 0.9)]
     first = start - (start @ up) * up

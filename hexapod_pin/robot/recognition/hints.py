@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from hexapod_pin.spec import Spec
+
+Names = tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class RobotHints:
+class RobotHints(Spec):
     """Overrides of what would be inferred; None leaves it to be inferred.
 
     Attributes:
@@ -20,9 +20,9 @@ class RobotHints:
         held: places of joints that do not walk, by name [rad or m].
     """
 
-    forward: str | float | None = None
-    legs: Mapping[str, Sequence[str]] | None = None
-    feet: Sequence[str] | None = None
+    forward: float | str | None = None
+    legs: dict[str, Names] | None = None
+    feet: Names | None = None
     foot_radius: float | None = None
-    posture: Sequence[float] | Mapping[str, float] | None = None
-    held: Mapping[str, float] | None = None
+    posture: dict[str, float] | tuple[float, ...] | None = None
+    held: dict[str, float] | None = None

@@ -1,0 +1,95 @@
+"""A URDF that states its layout: turned trunk, added feet, legs, posture; read back as written."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hexapod_pin.robot.description.urdf_file import UrdfFile, read_urdf
+from hexapod_pin.robot.loading.layout_text import roll_pitch_yaw, stated
+from hexapod_pin.robot.loading.provenance import read_provenance
+from hexapod_pin.robot.recognition.layout import LegLayout, RobotLayout
+from hexapod_pin.robot.robot import urdf_path
+
+TURN = Rotation.from_euler("z", 37.0, degrees=True).as_matrix()
+
+
+@pytest.fixture(scope="module")
+def file() -> UrdfFile:
+    return read_urdf(urdf_path("athena"))
+
+
+def layout(turn: np.ndarray = TURN) -> RobotLayout:
+    leg = LegLayout(
+        name="lf", joints=("lf_coxa_joint", "lf_femur_joint", "lf_tibia_joint"), held=(),
+        tip_link="lf_tibia", foot="lf_new_foot", centre=np.array([0.1, 0.02, -0.03]), radius=0.004,
+    )  # fmt: skip
+    return RobotLayout(
+        turn=turn, legs=(leg,), held={"rr_coxa_joint": 0.25}, posture={"lf_femur_joint": -0.5},
+        inferred=("forward is 37 deg from x",),
+    )  # fmt: skip
+
+
+def test_a_layout_without_inference_leaves_the_file_alone(file: UrdfFile) -> None:
+    assert stated(file, RobotLayout(turn=np.eye(3), legs=())) is file
+
+
+def test_the_trunk_is_turned_by_a_new_root(file: UrdfFile) -> None:
+    """A point of the old root at `turn`'s first column lies on the new x axis."""
+    text = stated(file, layout()).text
+    model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+    old = model.frames[model.getFrameId("base_link")]
+    assert stated(file, layout()).base == "trunk_axes"
+    np.testing.assert_allclose(old.placement.rotation @ TURN[:, 0], [1, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(old.placement.translation, 0.0, atol=0)
+
+
+def test_nothing_physical_changes(file: UrdfFile) -> None:
+    """Mass matrix of the joints as before; the trunk's own inertia turned with its axes."""
+    before, after = (
+        pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+        for text in (file.text, stated(file, layout()).text)
+    )
+    q = np.concatenate([[0, 0, 0, 0, 0, 0, 1], np.linspace(-0.5, 0.5, 18)])
+    first, second = (pin.crba(m, m.createData(), q) for m in (before, after))
+    np.testing.assert_allclose(first[6:, 6:], second[6:, 6:], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(first[3:6, 6:], TURN @ second[3:6, 6:], rtol=1e-12, atol=1e-14)
+
+
+def test_a_foot_becomes_a_link_with_its_sphere(file: UrdfFile) -> None:
+    made = stated(file, layout())
+    model = pin.buildModelFromXML(made.text, pin.JointModelFreeFlyer())
+    frame = model.frames[model.getFrameId("lf_new_foot")]
+    tibia = model.frames[model.getFrameId("lf_tibia")]
+    place = tibia.placement.actInv(frame.placement).translation
+    np.testing.assert_allclose(place, [0.1, 0.02, -0.03], atol=1e-15)
+    sphere = made.link_by_name["lf_new_foot"].collision_sphere
+    assert sphere is not None and sphere.radius == 0.004 and sphere.centre == (0, 0, 0)
+
+
+def test_the_statement_replaces_what_the_file_said(file: UrdfFile) -> None:
+    made = stated(file, layout())
+    said = read_provenance(made)
+    assert said.posture == {"lf_femur_joint": -0.5}
+    assert said.inferred == ("forward is 37 deg from x",)
+    assert said.assumed == read_provenance(file).assumed
+    assert said.line == read_provenance(file).line
+    element = made.root.find("hexapod_pin")
+    assert element is not None
+    assert [dict(leg.attrib) for leg in element.findall("leg")] == [
+        {"name": "lf", "joints": "lf_coxa_joint lf_femur_joint lf_tibia_joint",
+         "foot": "lf_new_foot"}
+    ]  # fmt: skip
+    assert [dict(held.attrib) for held in element.findall("held")] == [
+        {"joint": "rr_coxa_joint", "position": "0.25"}
+    ]
+
+
+@pytest.mark.parametrize("angles", [(0.3, -1.1, 2.0), (0, np.pi / 2, 0.4), (-1, -np.pi / 2, 3)])
+def test_roll_pitch_yaw_is_the_urdf_convention(angles: tuple[float, float, float]) -> None:
+    """Against SciPy's fixed axes x, y, z; at a pitch of 90 degrees only the product is defined."""
+    turn = Rotation.from_euler("xyz", angles).as_matrix()
+    again = Rotation.from_euler("xyz", roll_pitch_yaw(turn)).as_matrix()
+    np.testing.assert_allclose(again, turn, atol=1e-15 + 1e-9 * (abs(angles[1]) > 1.5))
