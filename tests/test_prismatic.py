@@ -40,6 +40,10 @@ def servo(
     )
 
 
+SOFT = servo(20.0, 0.02, 300.0, 0.5)
+"""Soft enough for an explicit method of order 4."""
+
+
 def moving_state(robot: hp.Robot, seed: int, height: float) -> tuple[np.ndarray, np.ndarray]:
     """Return a random state about the standing posture, its base at a height [m]."""
     rng = np.random.default_rng(seed)
@@ -82,7 +86,7 @@ def test_jacobian_and_velocity_of_feet_are_pinocchios(robot: hp.Robot, seed: int
 
 def test_derivative_of_foot_velocity_by_positions(robot: hp.Robot) -> None:
     """Against central differences: 1e-6 of their step leaves 1e-8 of values of order 10."""
-    q, v = moving_state(robot, 3, 0.0)
+    q, v = moving_state(robot, 3, -0.15)
     plant, none = native_plant(hp.Scene(robot, servo=servo())), np.zeros(len(v) - 6)
     found = native.evaluate(plant, q, v, none)
     assert (found["foot_gap"] < 0.0).all()
@@ -99,7 +103,8 @@ def test_derivative_of_foot_velocity_by_positions(robot: hp.Robot) -> None:
 
 
 def test_accelerations_with_ground_forces_are_those_of_pinocchios_aba(robot: hp.Robot) -> None:
-    q, v = moving_state(robot, 4, 0.03)
+    q, v = moving_state(robot, 4, 0.1)
+    v *= -0.01  # slowly downwards: feet that leave fast have no force
     torque = np.random.default_rng(4).normal(size=len(v) - 6)
     scene = hp.Scene(robot, servo=servo(), stops=NO_STOPS)
     found = native.evaluate(native_plant(scene), q, v, torque)
@@ -109,26 +114,26 @@ def test_accelerations_with_ground_forces_are_those_of_pinocchios_aba(robot: hp.
     )
     wanted = pin.aba(robot.model, robot.model.createData(), q, v, outer)
     assert np.abs(found["foot_force"]).max() > 1.0
-    np.testing.assert_allclose(found["acceleration"], wanted, rtol=1e-9, atol=1e-8)
+    np.testing.assert_allclose(found["acceleration"], wanted, atol=1e-10 * np.abs(wanted).max())
 
 
 def test_a_pushed_flight_is_that_of_pinocchios_aba(robot: hp.Robot) -> None:
-    """A push on a foot beyond its spring, servos on; ABA and classical Runge-Kutta at 0.1 ms."""
-    model, kp, kd = robot.model, *servo().gains(robot)
+    """A push on a foot beyond its spring, servos on; ABA and classical Runge-Kutta at 0.1 ms.
+
+    The fastest mode, a shank on its spring, has 170 rad/s: (170 h)^5 leaves some 1e-9 a step.
+    """
+    model, kp, kd = robot.model, *SOFT.gains(robot)
     force, place = np.array([1.0, -2.0, 3.0]), np.array([0.004, 0.002, -0.001])
     push = hp.Push("lf_shank", place, force=force, start=0.0, duration=1.0)
-    hold = hp.HoldPosture({"lf_femur_joint": -0.25, "slide": 0.01, "rm_spring_joint": 0.005})
-    scene = hp.Scene(robot, servo=servo(), stops=NO_STOPS, loads=[push])
+    moved = {"lf_femur_joint": -0.25, "slide": 0.01, "rm_spring_joint": 0.005}
+    hold = hp.HoldPosture(moved)
+    scene = hp.Scene(robot, servo=SOFT, stops=NO_STOPS, loads=[push])
     q, v = moving_state(robot, 5, 2.0)
     start = hp.State(q, 0.3 * v)
     end = 0.05
     run = hp.simulate(scene, hold, duration=end, method="dop853", accuracy=1e-11, sample=0.01,
                       initial=start)  # fmt: skip
-    goal = (
-        run.q_ref[-1]
-        if hasattr(run, "q_ref")
-        else robot.posture_from({"lf_femur_joint": -0.25, "slide": 0.01, "rm_spring_joint": 0.005})
-    )
+    goal = robot.posture_from(moved)
     number, data = model.getJointId("lf_spring_joint"), model.createData()
 
     def rate(q: np.ndarray, v: np.ndarray) -> np.ndarray:

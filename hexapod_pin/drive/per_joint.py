@@ -37,7 +37,7 @@ def values_by_joint(robot: Robot, what: str, given: Mapping[str, Value]) -> dict
         ParameterError: a key that is neither a joint nor a kind of joint of this robot.
     """
     kinds = joint_kinds(robot)
-    known = {*robot.joint_names, *kinds.values()}
+    known = {*robot.joint_names, *kinds.values(), *((HELD, SLIDE) if robot.legs else ())}
     for key in given:
         if key not in known:
             allowed = f"a joint of {robot.name} or one of {', '.join(_kinds_text(kinds))}"
