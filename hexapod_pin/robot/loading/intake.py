@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
