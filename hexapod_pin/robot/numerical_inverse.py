@@ -63,7 +63,7 @@ def _first(leg: LegGeometry, target: Array, near: Array, *, limits: bool) -> Arr
     Raises:
         ReachError: no solution was found.
     """
-    q = _newton(leg, target[None], near[None].copy())[0]
+    q: Array = _newton(leg, target[None], near[None].copy())[0]
     inside = not limits or bool(((q >= leg.lower) & (q <= leg.upper)).all())
     missed = np.linalg.norm(leg.followed(leg.forward(q) - target))
     if inside and missed <= POSITION_TOLERANCE and np.abs(q - near).max() < NEAR_START:
