@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 SCHEMA = 1
 SETTINGS = ("duration", "accuracy", "method", "step", "sample", "record")
-ROBOT = ("source", "feet", "foot_radius", "posture", "digest")
+ROBOT = ("source", "feet", "foot_radius", "posture", "digest", "options")
 EXACT_INTEGERS = 2**53
 """Up to here a double holds every whole number."""
 

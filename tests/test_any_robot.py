@@ -1,0 +1,177 @@
+"""A URDF in other conventions through the front doors: loaded, hinted, kept in cases and traces."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.errors import ParameterError, UrdfError
+from hexapod_pin.robot.description.urdf_file import parse_urdf
+from hexapod_pin.robot.loading.load_options import LoadOptions
+from hexapod_pin.robot.robot import Robot, robot_of, urdf_path
+from hexapod_pin.validation.rewriting import ConventionSet, rewrite
+
+FOREIGN = ConventionSet(
+    yaw=0.6, names="nonsense", signs=True, zeros=True, feet="none", shapes="stl"
+)
+"""Turned, renamed, other signs and zeros, no foot links, meshes."""
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return athena as somebody else would have written it."""
+    folder = tmp_path_factory.mktemp("foreign")
+    rewritten = rewrite(urdf_path("athena").read_text(), FOREIGN, np.random.default_rng(7))
+    for name, content in rewritten.files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    path = folder / "foreign.urdf"
+    path.write_text(rewritten.text)
+    return path
+
+
+@pytest.fixture(scope="module")
+def robot(file: Path) -> Robot:
+    return hp.load_robot(file)
+
+
+def same(first: Robot, second: Robot) -> None:
+    """Assert that two robots are the same to the bit, but for what is said of them."""
+    assert first.joint_names == second.joint_names
+    assert [leg.joints for leg in first.legs] == [leg.joints for leg in second.legs]
+    np.testing.assert_array_equal(first.posture, second.posture)
+    for one, other in zip(first.feet, second.feet, strict=True):
+        assert (one.leg, one.joint, one.radius) == (other.leg, other.joint, other.radius)
+        np.testing.assert_array_equal(one.offset, other.offset)
+
+
+def test_what_is_inferred_is_said_and_stated(robot: Robot) -> None:
+    """The text of the robot says all: read again without hints it infers nothing new."""
+    assert any("forward" in text for text in robot.inferred)
+    assert any("feet" in text for text in robot.inferred)
+    again = robot_of(parse_urdf(robot.urdf.encode(), "text"), "text")
+    same(robot, again)
+    assert again.inferred == robot.inferred and again.digest == robot.digest
+
+
+def test_feet_stand_where_the_true_tips_are(robot: Robot) -> None:
+    """Soles at z = 0 all six, and the stance of athena's own mirror symmetry."""
+    import pinocchio as pin
+
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, robot.stand().q)
+    place = {
+        foot.leg: data.oMi[robot.model.getJointId(foot.joint)].act(foot.offset)
+        for foot in robot.feet
+    }
+    # the meshes are STL, single precision: 1e-7 m
+    assert all(foot.radius == pytest.approx(0.02, abs=1e-7) for foot in robot.feet)
+    for left, right in (("lf", "rf"), ("lm", "rm"), ("lr", "rr")):
+        mirrored = place[right] * [1, -1, 1]
+        np.testing.assert_allclose(place[left], mirrored, atol=1e-6)
+        assert place[left][2] == pytest.approx(0.02, abs=1e-6)
+    assert place["lf"][0] > place["lm"][0] > place["lr"][0]
+
+
+def test_written_hints_give_the_same_robot(file: Path, robot: Robot, run, tmp_path: Path) -> None:
+    copy = tmp_path / file.name
+    for source in file.parent.rglob("*"):
+        if source.is_file():
+            target = tmp_path / source.relative_to(file.parent)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(source.read_bytes())
+    done = run("check", str(copy), "--write")
+    assert done.status == 0 and "foreign.hints.toml" in done.out
+    hinted = hp.load_robot(copy)
+    assert hinted.options["legs"] == {leg.name: list(leg.joints) for leg in robot.legs}
+    np.testing.assert_allclose(hinted.posture, robot.posture, atol=1e-12)
+    assert [leg.joints for leg in hinted.legs] == [leg.joints for leg in robot.legs]
+    np.testing.assert_allclose(hinted.stand().q, robot.stand().q, atol=1e-9)
+    done = run("check", str(copy), "--write")
+    assert done.status == 2 and "foreign.hints.toml" in done.err and "remove it" in done.err
+
+
+def test_a_case_repeats_with_the_options_of_its_robot(file: Path, tmp_path: Path) -> None:
+    """Hints and radius are in the case; the run is the same to the bit; a changed hint is seen."""
+    given = hp.load_robot(file, forward=-np.degrees(0.6), foot_radius=0.01)
+    scene = hp.Scene(given)
+    case = hp.Case(scene, hp.HoldPosture(), duration=0.02)
+    path = case.save(tmp_path / "case.toml")
+    again = hp.load_case(path)
+    same(again.scene.robot, given)
+    assert again == case
+    np.testing.assert_array_equal(again.run().q, case.run().q)
+    text = path.read_text()
+    changed = text.replace("foot_radius = 0.01\n", "foot_radius = 0.012\n")
+    assert changed != text
+    with pytest.raises(ParameterError):
+        hp.Case.from_toml(changed)
+
+
+def test_arguments_go_before_hints_and_inference(file: Path, robot: Robot) -> None:
+    backward = float(np.degrees(np.arctan2(*forward_of(robot)[[1, 0]]))) + 180.0
+    turned = hp.load_robot(file, forward=backward)
+    assert turned.legs[0].joints == robot.leg("rr").joints
+    named = {leg.name: list(leg.joints) for leg in robot.legs}
+    swapped = {**named, "lf": named["lm"], "lm": named["lf"]}
+    assert hp.load_robot(file, legs=swapped).leg("lf").joints == robot.leg("lm").joints
+    angle = {robot.legs[0].joints[1]: float(robot.posture[robot.joint_index(
+        robot.legs[0].joints[1])]) + 0.05}  # fmt: skip
+    posed = hp.load_robot(file, posture=angle)
+    changed = np.flatnonzero(posed.posture != robot.posture)
+    assert [robot.joint_names[k] for k in changed] == list(angle)
+
+
+def forward_of(robot: Robot) -> np.ndarray:
+    """Return the trunk's x axis in the frame of the file's root link."""
+    frame = robot.model.frames[robot.model.getFrameId(robot_root(robot))]
+    return np.array(frame.placement.rotation.T @ [1.0, 0.0, 0.0])
+
+
+def robot_root(robot: Robot) -> str:
+    file = parse_urdf(robot.urdf.encode(), "text")
+    return file.joints_below[file.base][0].child
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [({"legs": {"lf": ("no_such_joint",)}}, "no_such_joint"),
+     ({"forward": "up"}, "forward"), ({"held": {"no_such": 0.0}}, "no_such"),
+     ({"feet": ("no_such_foot",)}, "no_such_foot")],
+)  # fmt: skip
+def test_a_hint_that_names_nothing_is_refused(file: Path, options: dict, named: str) -> None:
+    with pytest.raises((UrdfError, hp.errors.UnknownNameError), match=named):
+        hp.load_robot(file, options=LoadOptions(**options))
+
+
+def test_it_walks_from_the_command_line(file: Path, run, tmp_path: Path) -> None:
+    """Verdict, torque table, trace and playback of a robot that nobody prepared."""
+    out, html = tmp_path / "w.nc", tmp_path / "w.html"
+    done = run(
+        "walk", str(file), "--quick", "--duration", "7.2", "--out", str(out), "--html", str(html)
+    )
+    assert done.status == 0
+    assert " walks: " in done.out.split("Torque budget")[0]
+    trace = hp.load_trace(out)
+    assert hp.walk_verdict(trace).walks
+    assert hp.torque_budget(trace).table()
+    assert html.stat().st_size < 10e6
+
+
+def test_check_reports_findings_and_inference_of_a_refused_file(
+    file: Path, run, tmp_path: Path
+) -> None:
+    broken = tmp_path / "broken.urdf"
+    text = file.read_text()
+    assert 'velocity="3.14"' in text
+    broken.write_text(text.replace('velocity="3.14"', 'velocity="0"'))
+    done = run("check", str(broken), "--package-path", str(file.parent))
+    assert done.status == 2 and "refused" in done.err
+    assert "zero velocity" in done.out and "inferred: " in done.out and "leg lf: " in done.out
+    done = run("walk", str(broken), "--mend", "--velocity", "3.14", "--quick",
+                         "--package-path", str(file.parent), "--duration", "7.2", "--no-html",
+                         "--out", str(tmp_path / "w.nc"))  # fmt: skip
+    assert done.status == 0 and "mended: 18 joints" in done.out
