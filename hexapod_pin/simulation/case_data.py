@@ -164,7 +164,8 @@ def case_digest(case: Case) -> str:
         ParameterError: the controller cannot be written.
     """
     data = case_to_dict(case)
-    data["scene"]["robot"].pop("source")
+    for where in ("source", "options"):  # the robot's digest covers what they lead to
+        data["scene"]["robot"].pop(where, None)
     how = case._settings(0.0 if case.duration is None else case.duration)
     data["run"] = {
         "duration": case.duration,
