@@ -16,7 +16,6 @@ from hexapod_pin.robot.description.leg_names import LEG_NAMES, joint_role, leg_o
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
 from hexapod_pin.robot.description.urdf_file import read_urdf
 from hexapod_pin.robot.description.urdf_inertia import body_inertia, rotation
-from hexapod_pin.robot.loading.limbs import leg_chains
 from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
 from hexapod_pin.validation.cases.reference_data import references
@@ -156,7 +155,7 @@ def test_published_names() -> None:
 
 
 def test_unknown_names_go_by_the_hips(tmp_path: Path) -> None:
-    """Without a known habit, legs are named by where their hips are, and a note says so."""
+    """Without a known habit, legs are named by where their hips are, and it is said."""
     text = TEXT
     for k, leg in enumerate(("rm", "lf", "rr", "lm", "rf", "lr")):
         for segment in SEGMENTS:
@@ -164,22 +163,21 @@ def test_unknown_names_go_by_the_hips(tmp_path: Path) -> None:
     robot = load_robot(saved(tmp_path, text))
     assert robot.leg("rm").joints == ("servo_0_coxa", "servo_0_femur", "servo_0_tibia")
     assert robot.leg("lr").foot == "lr_foot"
-    assert "named by where their hips are" in "".join(robot.notes)
+    assert "forward is +x of 'base_link': 3 hips on each side" in "".join(robot.inferred)
 
 
 def test_feet_by_name(tmp_path: Path) -> None:
-    """Explicit feet are assigned to legs by the tree, whatever their order."""
+    """Explicit feet are assigned to legs by the tree, whatever their order; else spheres are."""
     text = TEXT.replace("_foot", "_end")
     path = saved(tmp_path, text)
-    with pytest.raises(UrdfError, match="leg rm: no link fixed to 'rm_tibia'"):
-        load_robot(path)
+    assert [foot.name for foot in load_robot(path).feet] == [f"{leg}_end" for leg in LEG_NAMES]
     feet = [f"{leg}_end" for leg in reversed(LEG_NAMES)]
     robot = load_robot(path, feet=feet, foot_radius=0.015)
     assert [foot.name for foot in robot.feet] == [f"{leg}_end" for leg in LEG_NAMES]
     assert {foot.radius for foot in robot.feet} == {0.015}
     with pytest.raises(UrdfError, match="leg rr: 0 of the given feet"):
         load_robot(path, feet=["lf_end", "lm_end", "lr_end", "rf_end", "rm_end", "base_link"])
-    with pytest.raises(UrdfError, match="foot 'base_link': not on the last link"):
+    with pytest.raises(UrdfError, match="7 feet given for 6 legs"):
         load_robot(path, feet=[*feet, "base_link"])
     with pytest.raises(UrdfError, match="lf_end given twice"):
         load_robot(path, feet=["lf_end", "lf_end"])
@@ -201,9 +199,8 @@ def test_sphere_centre_is_the_foot(tmp_path: Path) -> None:
     assert robot.foot("lf_foot").radius == 0.010
 
 
-def without_leg(leg: str) -> str:
+def without_leg(leg: str, text: str = TEXT) -> str:
     """Return the file with one leg's moved joints made fixed."""
-    text = TEXT
     for segment in SEGMENTS:
         text = text.replace(f'name="{leg}_{segment}_joint" type="revolute"',
                             f'name="{leg}_{segment}_joint" type="fixed"')  # fmt: skip
@@ -212,15 +209,24 @@ def without_leg(leg: str) -> str:
     return text
 
 
-def test_wrong_leg_count_prints_the_tree(tmp_path: Path) -> None:
-    """Five legs are refused with the tree; with explicit feet they load, without legs."""
-    path = saved(tmp_path, without_leg("rr"))
-    with pytest.raises(UrdfError) as refused:
+def test_five_legs_are_a_robot_of_five(tmp_path: Path) -> None:
+    """Without one leg's joints there are five legs, none of them the one that is fixed."""
+    robot = load_robot(saved(tmp_path, without_leg("rr")))
+    assert len(robot.legs) == 5
+    assert "rr_foot" not in {leg.foot for leg in robot.legs}
+    assert {leg.joints for leg in robot.legs} == {
+        tuple(f"{leg}_{segment}_joint" for segment in SEGMENTS) for leg in LEG_NAMES[:5]
+    }
+
+
+def test_too_few_legs_are_named_and_stand_on_given_feet(tmp_path: Path) -> None:
+    """Three legs are refused with the ways out; with explicit feet they load, without legs."""
+    text = TEXT
+    for leg in ("rr", "lm", "rf"):
+        text = without_leg(leg, text)
+    path = saved(tmp_path, text)
+    with pytest.raises(UrdfError, match=r"lf_coxa_joint.*--legs.*feet="):
         load_robot(path)
-    message = str(refused.value)
-    assert "5 three-joint legs on 'base_link'" in message
-    assert "  rr_coxa <- rr_coxa_joint (fixed)" in message
-    assert "feet=[...]" in message
     robot = load_robot(path, feet=["lf_foot", "rm_foot", "lr_foot"])
     assert robot.legs == ()
     assert [(foot.name, foot.leg) for foot in robot.feet] == [
@@ -228,8 +234,8 @@ def test_wrong_leg_count_prints_the_tree(tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
-def test_an_extra_joint_is_named(tmp_path: Path) -> None:
-    """Six legs and an antenna that moves: refused, naming the joint."""
+def test_an_extra_joint_is_held(tmp_path: Path) -> None:
+    """Six legs and an antenna that moves: it is held, inside its limits, and that is said."""
     antenna = (
         '<link name="antenna"><inertial><mass value="0.1"/>'
         '<inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>'
@@ -237,12 +243,13 @@ def test_an_extra_joint_is_named(tmp_path: Path) -> None:
         '<child link="antenna"/><limit lower="1" upper="2" effort="1" velocity="1"/></joint>'
     )
     path = saved(tmp_path, TEXT.replace("</robot>", antenna + "</robot>"))
-    with pytest.raises(UrdfError, match="other moved joints \\(antenna_joint\\)"):
-        load_robot(path)
-    robot = load_robot(path, feet=["lf_foot"])
-    # Zero is outside the antenna's limits.
+    robot = load_robot(path)
+    assert len(robot.legs) == 6
+    assert dict(robot.held) == {"antenna_joint": 1.0}  # zero is outside the antenna's limits
     assert robot.posture[robot.joint_index("antenna_joint")] == 1.0
-    assert "antenna_joint: zero is outside its limits" in "".join(robot.notes)
+    assert "antenna_joint" in "".join(robot.inferred)
+    held = load_robot(path, held={"antenna_joint": 1.5})
+    assert dict(held.held) == {"antenna_joint": 1.5}
 
 
 def test_single_body(tmp_path: Path) -> None:
@@ -274,13 +281,13 @@ EXAMPLES = Path(
     ],
 )  # fmt: skip
 def test_quadrupeds(file: str, legs: tuple[str, ...], mass: float, radius: float) -> None:
-    """Other people's floating-base robots load with named feet and stand on them."""
+    """Other people's floating-base robots: four legs, the same with feet named."""
     path = EXAMPLES / file
-    with pytest.raises(UrdfError, match="4 three-joint legs"):
-        load_robot(path)
+    found = load_robot(path)
+    assert [leg.name for leg in found.legs] == ["lf", "lr", "rf", "rr"]
     robot = load_robot(path, feet=[f"{leg}_FOOT" for leg in legs])
     assert robot.total_mass == pytest.approx(mass, rel=1e-9)
-    assert len(leg_chains(read_urdf(path))[0]) == 4
+    assert [leg.joints for leg in robot.legs] == [leg.joints for leg in found.legs]
     assert [foot.radius for foot in robot.feet] == [radius] * 4
     heights = foot_points(robot, robot.stand().q)[:, 2]
     assert heights == pytest.approx([radius] * 4, abs=1e-12)

@@ -10,7 +10,7 @@ from hexapod_pin.control.feasibility import POSTURE, RATE, Violation, violation
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.leg_clearance import collision
 from hexapod_pin.control.six_legs import SixLegs, six_legs
-from hexapod_pin.errors import GaitError
+from hexapod_pin.errors import GaitError, ReachError
 from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
 
 if TYPE_CHECKING:
@@ -106,7 +106,10 @@ def _find_refusal(
         return violation(six, other, motion) is None
 
     def legs_pass(other: Gait) -> bool:
-        return legs_reach(other) and collision(six, bodies, other, motion) is None
+        try:
+            return legs_reach(other) and collision(six, bodies, other, motion) is None
+        except ReachError:  # at the very limit, between the places where it was checked
+            return False
 
     found = violation(six, gait, motion)
     if found is not None:

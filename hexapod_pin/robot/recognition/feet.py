@@ -22,6 +22,11 @@ SAME = 1e-3
 """Distance below which a frame and a tip are the same place [m]."""
 
 
+FRAMES_AGREE = (
+    "the frame called a foot (tips of the shapes differ from leg to leg, the frames agree)"
+)
+
+
 @dataclass(frozen=True, eq=False)
 class FoundFoot:
     """A foot at q = 0.
@@ -102,8 +107,12 @@ def bare_foot(file: UrdfFile, frames: TreeFrames, body: LegBody, leg: str) -> Fo
 
 def trusted_frames(
     file: UrdfFile, frames: TreeFrames, bodies: Sequence[LegBody]
-) -> dict[str, str] | None:
-    """Return leg label -> frame where shapes' tips differ from leg to leg and frames agree."""
+) -> tuple[dict[str, str], str] | None:
+    """Return leg label -> frame of a foot that is trusted as a point, and why.
+
+    Links called feet that have no shape and end where the shapes do say it themselves; and where
+    shapes' tips differ from leg to leg, frames that agree are better.
+    """
     named = {body.chain.label: named_foot(file, body) for body in bodies}
     links = {label: link for label, link in named.items() if link is not None}
     if len(links) < len(bodies) or any(body.empty for body in bodies):
@@ -115,8 +124,11 @@ def trusted_frames(
             for body in bodies
         ]
     )
+    bare = all(file.link_by_name[link].element.find("collision") is None for link in links.values())
+    if bare and (np.abs(ends - tips) <= SAME).all():
+        return links, ""
     unlike = np.ptp(tips) > 0.05 * tips.mean() and np.ptp(ends) < 0.01 * ends.mean()
-    return links if unlike else None
+    return (links, FRAMES_AGREE) if unlike else None
 
 
 def off_tip(file: UrdfFile, frames: TreeFrames, body: LegBody, foot: FoundFoot) -> tuple[str, str]:

@@ -52,7 +52,10 @@ def provisional_feet(
     if given is not None:
         return _sized(_given_feet(file, legs, names, given), radius)
     if (frames := trusted_frames(file, legs.frames, legs.bodies)) is not None:
-        return _sized([_trusted(file, legs, frames[c.label]) for c in legs.chains], radius)
+        links, rule = frames
+        return _sized(
+            [frame_foot(file, legs.frames, links[c.label], rule) for c in legs.chains], radius
+        )
     return _sized(_found(file, legs, names, downs), radius, downs)
 
 
@@ -134,12 +137,6 @@ def _given_foot(file: UrdfFile, legs: Legs, leg: str, body: LegBody, link: str) 
         text = f"leg {leg}: foot {link!r} is on the axis of the last joint {joint!r}"
         raise UrdfError(file.source, [f"{text}; give --feet a link at the tip"])
     return shape_foot(body, body.furthest())
-
-
-def _trusted(file: UrdfFile, legs: Legs, link: str) -> FoundFoot:
-    """Return the foot at a frame that agrees from leg to leg where the shapes do not."""
-    rule = "the frame called a foot (tips of the shapes differ from leg to leg, the frames agree)"
-    return frame_foot(file, legs.frames, link, rule)
 
 
 def _sized(
