@@ -57,7 +57,7 @@ def test_no_legs_ask_for_the_option(tmp_path: Path, capsys: pytest.CaptureFixtur
         'izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
     )
     said = refusal(capsys, "walk", path, "--out", tmp_path / "w.nc", "--no-html")
-    assert "--feet" in said
+    assert "--feet a,b,c" in said
     assert "feet=" not in said
     with pytest.raises(UrdfError, match=r"feet=\[\.\.\.\]"):
         hp.load_robot(path)

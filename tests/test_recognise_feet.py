@@ -109,7 +109,7 @@ def test_without_shape_frame_and_mass_the_legs_are_named_with_the_ways_out() -> 
             Rewritten(text).without("inertial").file(), ResourceFinder("x.urdf"), RobotHints()
         )
     assert len(caught.value.findings) == 6
-    assert all("--feet" in f and "--package-path" in f for f in caught.value.findings)
+    assert all("feet=[...]" in f and "package_path=[...]" in f for f in caught.value.findings)
 
 
 def test_frames_are_trusted_where_shapes_differ_from_leg_to_leg() -> None:

@@ -153,9 +153,9 @@ def test_hints_name_legs_direction_and_places() -> None:
     assert layout.turn == pytest.approx(about_z(90.0), abs=1e-15)
     assert sorted(leg.name for leg in layout.legs) == sorted(names)
     assert layout.held == {"pan_joint": 0.2}
-    with pytest.raises(UrdfError, match="--forward"):
+    with pytest.raises(UrdfError, match="forward="):
         found(legged(6), forward="z")
-    with pytest.raises(UrdfError, match="--legs two"):
+    with pytest.raises(UrdfError, match=r"legs=.*leg two: no_such_joint"):
         found(legged(6), legs={**given, "two": ["no_such_joint"]})
 
 

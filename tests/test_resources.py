@@ -184,7 +184,7 @@ def test_odd_names_are_not_found_and_say_why(robot: Path, uri: str) -> None:
 
 def test_why_names_what_was_tried_and_the_way_out(robot: Path) -> None:
     why = ResourceFinder(robot).why("package://claws/meshes/claw.stl")
-    assert "package 'claws'" in why and "--package-path" in why
+    assert "package 'claws'" in why and "package_path=[...]" in why
     assert str(robot.parents[1] / "meshes/claw.stl") in why
     assert "network" in ResourceFinder(robot).why("https://example.org/claw.stl")
 

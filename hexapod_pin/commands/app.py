@@ -18,7 +18,7 @@ from hexapod_pin.commands.check import check
 from hexapod_pin.commands.compare import compare
 from hexapod_pin.commands.contact import contact
 from hexapod_pin.commands.mend import mend
-from hexapod_pin.commands.option_names import in_options
+from hexapod_pin.commands.option_names import in_options, option_names
 from hexapod_pin.commands.run import run
 from hexapod_pin.commands.stability import stability
 from hexapod_pin.commands.status import FAILED, INTERRUPTED, fail
@@ -39,14 +39,8 @@ class _Commands(TyperGroup):
             fail("interrupted; what was written before is whole", INTERRUPTED)
         except HexapodError as error:
             status = INTERRUPTED if isinstance(error, SimulationInterrupted) else FAILED
-            fail(in_options(error, self._options(ctx)), status)
-
-    def _options(self, ctx: Any) -> dict[str, str]:
-        """Return the options of the command that was asked for, by their arguments."""
-        command = self.get_command(ctx, ctx.invoked_subcommand or "")
-        parameters = [] if command is None else command.params
-        longest = {one.name: max(one.opts, key=len) for one in parameters if one.name}
-        return {name: option for name, option in longest.items() if option.startswith("--")}
+            command = self.get_command(ctx, ctx.invoked_subcommand or "")
+            fail(in_options(error, option_names(command)), status)
 
 
 app = typer.Typer(

@@ -6,12 +6,14 @@ from typing import Annotated
 
 import typer
 
+from hexapod_pin.commands.option_names import option_names, spelt_in_options
 from hexapod_pin.commands.options import Feet, FootRadius, PackagePath, RobotName, XacroArgs
 from hexapod_pin.commands.robot_options import Forward, Hold, Legs, PostureText, load_options
 from hexapod_pin.commands.status import FAILED, fail
 
 
 def check(
+    context: typer.Context,
     urdf: RobotName,
     feet: Feet = None,
     foot_radius: FootRadius = None,
@@ -35,11 +37,12 @@ def check(
         xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
     )  # fmt: skip
     report = inspect(urdf, options=options)
+    text = spelt_in_options(str(report), option_names(context.command))
     if report.ok or report.layout is not None:
-        typer.echo(str(report))
+        typer.echo(text)
     if write and report.layout is not None:
         typer.echo(f"wrote {write_hints(urdf, report.layout, options)}")
     if not report.ok:
-        fail(f"{report.source}: refused" if report.layout is not None else str(report), FAILED)
+        fail(f"{report.source}: refused" if report.layout is not None else text, FAILED)
     if not report.legs:
         typer.echo("note: it can stand, but not walk: it has no legs to walk with")

@@ -9,16 +9,23 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from typing import Any
 
 from hexapod_pin.errors import GaitError, HexapodError, ParameterError
 
-SAME = {"cycle_time": "cycle", "turn_rate": "turn"}
+SAME = {
+    "cycle_time": "cycle", "turn_rate": "turn", "held": "hold", "xacro_args": "xacro_arg",
+}  # fmt: skip
 """Options whose names differ from the argument that they set."""
 
 DEGREES = ("heading", "turn")
 """Options in degrees, or degrees per second, where the argument is in radians."""
 
-EXAMPLES = {"feet": "a,b,c", "record": "a,b,c"}
+EXAMPLES = {
+    "feet": "a,b,c", "record": "a,b,c", "legs": "lf=a,b,c;lm=...", "posture": "JOINT=DEGREES,...",
+    "forward": "x|-x|y|-y|DEGREES", "package_path": "FOLDER", "xacro_args": "NAME=VALUE",
+    "held": "JOINT=DEGREES,...",
+}  # fmt: skip
 """What stands for a list of unknown values."""
 
 ARGUMENT = re.compile(r"\b([a-z_]+)=(\[[^\]]*\]|'[^']*'|\"[^\"]*\"|[\d.][\w.+-]*)")
@@ -38,6 +45,18 @@ def in_options(error: HexapodError, options: Mapping[str, str]) -> str:
         text = name + text.removeprefix(error.name)
     if isinstance(error, GaitError):
         text = _gait_text(text, error.quantity, options)
+    return spelt_in_options(text, options)
+
+
+def option_names(command: Any) -> dict[str, str]:
+    """Return the options of a command by their arguments, such as "feet" -> "--feet"."""
+    parameters = [] if command is None else command.params
+    longest = {one.name: max(one.opts, key=len) for one in parameters if one.name}
+    return {name: option for name, option in longest.items() if option.startswith("--")}
+
+
+def spelt_in_options(text: str, options: Mapping[str, str]) -> str:
+    """Return a text with a command's options in the place of `name=value`."""
     return ARGUMENT.sub(lambda found: _spelt(found, options), text)
 
 

@@ -60,8 +60,8 @@ def real_robots(folder: Path = Path("urdfs"), duration: float = 10.0) -> StudyRe
     counts = (
         f"{plain} of {len(rows)} files walk as downloaded, {mended} with `--mend`; default gait, "
         f"{duration:g} s, no other option. A robot walks that keeps 80 % of its nominal speed, "
-        "does not fall and keeps its trunk off the ground ([verdict.md](verdict.md)). FAIL carries the "
-        "exit status: 2 refused, 3 does not walk. Sources: [robots' sources](robot_sources.md)."
+        "does not fall and keeps its trunk off the ground ([verdict.md](verdict.md)). FAIL carries "
+        "the exit status: 2 refused, 3 does not walk. Sources: [robots' sources](robot_sources.md)."
     )
     return StudyReport(
         title="Robots from the world",

@@ -11,7 +11,7 @@ _ADVICE = {
     "the URDF that it was made from",
     "mujocoinclude": "a part of an MJCF (MuJoCo) file: a URDF is needed",
     "launch": "a launch file: give the URDF or xacro file that it loads (see its "
-    "robot_description), its arguments by --xacro-arg",
+    "robot_description), its arguments by xacro_args=[...]",
     "package": "a package's manifest: give the URDF or xacro file, often in its folder urdf",
     "COLLADA": "a mesh: give the URDF that names it",
     "model": "a model of OpenSim or part of an SDF file: convert it to URDF",

@@ -114,7 +114,7 @@ def _of_mesh(measures: Measures, mesh: ET.Element, where: str, uri: str) -> Iter
             where,
             f"mesh {uri!r}",
             "a file that can be found",
-            "none: give its package's folder by --package-path",
+            "none: give its package's folder by package_path=[...]",
             "suspicious",
         )
     elif not bad_scale(mesh) and measures.solids.mesh(mesh) is None:

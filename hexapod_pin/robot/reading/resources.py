@@ -144,7 +144,7 @@ class ResourceFinder:
         if told:
             texts.append("tried " + ", ".join(told) + (", ..." if len(tried) > len(told) else ""))
         texts.append(f"and any path below {self.urdf_path.parent} that ends alike")
-        return "; ".join(texts) + ". Give the folder that holds it by --package-path."
+        return "; ".join(texts) + ". Give the folder that holds it by package_path=[...]."
 
 
 def _tails(uri: ResourceUri) -> Iterator[tuple[str, ...]]:

@@ -65,6 +65,9 @@ def read_robot_text(
             raise UrdfError(source, [f"a URDF, not xacro: takes no xacro argument ({names})"])
         return RobotText(text)
     _refuse_other_formats(source, text)
+    if "<xacro:" in text and "xmlns:xacro" not in text:
+        way = 'declare it in <robot> by xmlns:xacro="http://www.ros.org/wiki/xacro"'
+        raise UrdfError(source, [f"unbound prefix xacro: {way}"])
     finder = ResourceFinder(path, package_path)
     expanded, notes = expand_xacro(Path(path), finder, arguments, max_bytes=max_bytes)
     _check_expanded(source, text, expanded)

@@ -120,7 +120,7 @@ def _findings(error: Exception, where: list[str]) -> list[str]:
         if isinstance(inner, OSError):
             return [
                 f"xacro: file {inner.filename} cannot be read ({inner.strerror}){place}: download "
-                "it too, or give the folder of its package by --package-path"
+                "it too, or give the folder of its package by package_path=[...]"
             ]
         if isinstance(inner, RecursionError):
             return [f"xacro: files or macros include each other without end{place}"]
@@ -128,7 +128,7 @@ def _findings(error: Exception, where: list[str]) -> list[str]:
 
 
 def _no_value(name: str) -> str:
-    return f"xacro argument {name!r} has no value: give it by --xacro-arg {name}=VALUE"
+    return f"xacro argument {name!r} has no value: give it by xacro_args=[...] ({name}=VALUE)"
 
 
 def _chain(error: BaseException) -> list[BaseException]:

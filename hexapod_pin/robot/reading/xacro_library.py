@@ -56,7 +56,7 @@ class FoundIncludes:
             str(self.finder.urdf_path),
             [
                 f"xacro includes $(find {package})/{rest}, and package {package!r} is not found: "
-                f"download it too and give its folder by --package-path"
+                f"download it too and give its folder by package_path=[...]"
             ],
         )
 

@@ -96,13 +96,13 @@ def _wrong_legs(file: UrdfFile, trunk: str, chains: Sequence[Chain], joints: int
         return (
             f"{len(chains)} limbs of one turning joint each on {trunk!r} ({firsts}): wheel-legs."
             " Their feet cannot be set down at chosen points, so no gait of feet walks them. What"
-            " works: load with --feet (or load_robot(..., feet=[...])) and turn the joints by"
+            " works: load with feet=[...] and turn the joints by"
             " joint angles of your own. For a walk each leg needs 2 to 5 joints"
         )
     if joints > MOST_JOINTS:
         return (
             f"limbs of {joints} joints each on {trunk!r} ({firsts}): legs have 2 to"
-            f" {MOST_JOINTS}; fix the surplus joints, or name the legs' joints with --legs"
+            f" {MOST_JOINTS}; fix the surplus joints, or name the legs' joints with legs=[...]"
         )
     for link in file.links:
         inner = [chain for chain in limb_chains(file, link.name) if len(chain.joints) >= 2]
@@ -117,8 +117,8 @@ def _wrong_legs(file: UrdfFile, trunk: str, chains: Sequence[Chain], joints: int
     found = f"{len(chains)} limbs of {joints} joints ({firsts})" if chains else "no moved limbs"
     return (
         f"{found} on {trunk!r}: a walk needs 4 to 8 similar legs of 2 to {MOST_JOINTS} turning"
-        " joints. Name the legs with --legs; for a simulation without gait give --feet, the names"
-        " of the foot links"
+        " joints. Name the legs with legs=[...]; for a simulation without gait give feet=[...],"
+        " the names of the foot links"
     )
 
 

@@ -77,7 +77,7 @@ def find_forward(layout: Layout, up: Up) -> Forward:
     lines = middle_lines(flat) or _uneven_lines(flat)
     if not lines:
         text = (
-            f"no direction has as many of the {len(hips)} hips left as right: give --forward"
+            f"no direction has as many of the {len(hips)} hips left as right: give forward=[...]"
             ' (such as "x", "-y" or an angle in degrees about the upward axis)'
         )
         raise UrdfError(layout.file.source, [text])
@@ -104,7 +104,9 @@ def given_forward(forward: str | float, up: Up, source: str) -> Forward:
         flat = plane @ unit
         if np.linalg.norm(flat) < 0.1:
             text = f"forward {forward!r} is along up ({direction_text(up.unit)})"
-            raise UrdfError(source, [f"{text}: give --forward across it, or an angle in degrees"])
+            raise UrdfError(
+                source, [f"{text}: give forward=[...] across it, or an angle in degrees"]
+            )
         angle = math.atan2(flat[1], flat[0])
     else:
         try:
@@ -113,7 +115,7 @@ def given_forward(forward: str | float, up: Up, source: str) -> Forward:
             angle = math.nan
         if not math.isfinite(angle):
             text = f"forward {forward!r}: must be x, y, z with or without a sign, or degrees"
-            raise UrdfError(source, [f"{text}; give --forward so"])
+            raise UrdfError(source, [f"{text}; give forward=[...] so"])
     turn = _axes(plane, up.unit, _snapped(angle, 0.0))
     return Forward(turn, "", 0.0)
 

@@ -101,7 +101,10 @@ def bare_foot(file: UrdfFile, frames: TreeFrames, body: LegBody, leg: str) -> Fo
     text = f"leg {leg}: its last link {body.chain.body[0]!r} has no shape, no inertial and no frame"
     raise UrdfError(
         file.source,
-        [f"{text} that tells where its foot is{why}; give --feet or --package-path for its meshes"],
+        [
+            f"{text} that tells where its foot is{why}; give feet=[...], or package_path=[...] for"
+            " its meshes"
+        ],
     )
 
 

@@ -110,7 +110,11 @@ def _given_feet(
     for link in given:
         if link not in file.link_by_name:
             raise UnknownNameError("foot link", link, list(file.link_by_name))
-    feet, findings = [], []
+    twice = sorted({link for link in given if list(given).count(link) > 1})
+    feet, findings = (
+        [],
+        [f"feet: {', '.join(twice)} given twice; give each link once"] if twice else [],
+    )
     for name, body in zip(names, legs.bodies, strict=True):
         on_leg = [link for link in given if link in body.chain.body]
         if len(on_leg) == 1:
@@ -135,7 +139,7 @@ def _given_foot(file: UrdfFile, legs: Legs, leg: str, body: LegBody, link: str) 
     if body.empty:
         joint = body.chain.joints[-1].name
         text = f"leg {leg}: foot {link!r} is on the axis of the last joint {joint!r}"
-        raise UrdfError(file.source, [f"{text}; give --feet a link at the tip"])
+        raise UrdfError(file.source, [f"{text}; give feet=[...] a link at the tip"])
     return shape_foot(body, body.furthest())
 
 

@@ -111,19 +111,21 @@ def _given_chains(
         if not names or len(owners) != 1:
             known = "; ".join(", ".join(_joints(chain)) for chain in chains)
             findings.append(
-                f"--legs {leg}: {', '.join(names) or 'nothing'} is no joint or link of one limb on"
-                f" {file.base!r}; the limbs: {known}"
+                f"legs=[...], leg {leg}: {', '.join(names) or 'nothing'} is no joint or link of"
+                f" one limb on {file.base!r}; the limbs: {known}"
             )
         else:
             found.append(_narrowed(owners[0], names) if len(names) > 1 else owners[0])
     labels = [chain.label for chain in found]
     if not findings and len(set(labels)) < len(labels):
-        findings.append("--legs: two legs on the same limb; name each limb once")
+        findings.append("legs=[...]: two legs on the same limb; name each limb once")
     counts = {len(chain.joints) for chain in found}
     if not findings and (len(counts) != 1 or not 2 <= min(counts) <= MOST_JOINTS):
-        findings.append(f"--legs: legs of {sorted(counts)} joints; all must have 2 to 5, the same")
+        findings.append(
+            f"legs=[...]: legs of {sorted(counts)} joints; all must have 2 to 5, the same"
+        )
     if not findings and len(found) not in LEG_COUNTS:
-        findings.append(f"--legs: {len(found)} legs; must be 4 to 8")
+        findings.append(f"legs=[...]: {len(found)} legs; must be 4 to 8")
     if findings:
         raise UrdfError(file.source, findings)
     return found

@@ -19,7 +19,7 @@ from hexapod_pin.robot.serial_chain import SerialChain
 
 WAY_OUT = (
     "Widen the limits (mending does it where they are zero or absurd), or state the standing "
-    "angles with --posture (posture= in Python)."
+    "angles with posture=[...]."
 )
 
 
