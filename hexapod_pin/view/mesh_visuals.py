@@ -59,8 +59,8 @@ def mesh_visuals(urdf: str, finder: ResourceFinder | None) -> tuple[list[MeshVis
         drawn, reasons = _meshes_of(link, kind, colors, finder)
         if reasons and len(link.findall(kind)) == len(reasons) and kind == "visual":
             drawn, _ = _meshes_of(link, "collision", colors, finder)
-            stand_in = "; what the link collides with is drawn in its place" if drawn else ""
-            reasons = [f"{reason}{stand_in}" for reason in reasons]
+            if drawn:
+                reasons = [f"{reason} What the link collides with is drawn." for reason in reasons]
         found += drawn
         notes |= dict.fromkeys(reasons)
     return found, list(notes)
