@@ -10,7 +10,7 @@ from synthetic import synthetic_trace
 
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.view.ground_commands import ground_rectangle
-from hexapod_pin.view.view_sizes import Sizes, middle
+from hexapod_pin.view.view_sizes import Sizes, eye_level, middle
 
 
 def aside(x: float, y: float) -> Trace:
@@ -43,3 +43,12 @@ def test_the_middle_turns_with_the_trunk() -> None:
     q[50:, 5] = q[50:, 6] = np.sqrt(0.5)
     [turned] = middle(replace(trace, q=q), np.array([100]))
     np.testing.assert_allclose(turned, (0.1, 0.5), atol=1e-12)
+
+
+@pytest.mark.parametrize(("height", "seen"), [(0.1, 0.1), (-0.05, 0.13), (0.47, 0.13)])
+def test_a_frame_below_or_far_above_the_feet_is_not_looked_at(height: float, seen: float) -> None:
+    """Feet's centres are 0.01 m up and 0.3 m from the middle: 0.01 + 0.4 * 0.3, up to 0.46 m."""
+    trace = synthetic_trace(duration=0.1)
+    q = np.array(trace.q)
+    q[:, 2] = height
+    assert eye_level(replace(trace, q=q)) == pytest.approx(seen)

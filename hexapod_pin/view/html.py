@@ -79,7 +79,8 @@ def mesh_notes(missing: Sequence[str], store: MeshStore) -> str:
     way_out = ["give --package-path FOLDER (package_path= in Python)"] if missing else []
     reduced = [store.note] if store.note else []
     return folded_list(
-        f"{len(missing)} meshes not drawn", [*missing, *way_out] if missing else []
+        f"{len(missing)} mesh{'es' * (len(missing) != 1)} not drawn",
+        [*missing, *way_out] if missing else [],
     ) + folded_list("meshes reduced", reduced)
 
 

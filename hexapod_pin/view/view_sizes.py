@@ -61,6 +61,19 @@ def middle(trace: Trace, index: npt.NDArray[np.intp]) -> Array:
     return np.asarray(places + np.column_stack([cos * x - sin * y, sin * x + cos * y]))
 
 
+def eye_level(trace: Trace) -> float:
+    """Return the height that a picture looks at [m]: the trunk's origin at the start.
+
+    Where that is below the feet, or as high as 1.5 times their distance from the middle, 0.4
+    times this distance above the feet.
+    """
+    height = float(trace.q[0, 2])
+    if not trace.foot_names or "contacts" not in trace.recorded:
+        return height
+    feet, reach = float(np.mean(trace.foot_position[0, :, 2])), Sizes.of(trace, 1.0).reach
+    return height if 0.0 <= height - feet <= 1.5 * reach else feet + 0.4 * reach
+
+
 def _yaw(q: Array) -> Array:
     """Return the trunk's heading (K,) [rad]."""
     x, y, z, w = q[:, 3:7].T
