@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 
 from hexapod_pin.robot.reading import ResourceFinder
 from hexapod_pin.view.mesh_decimation import creased, decimated, merged, shared_limit
@@ -161,3 +162,95 @@ def test_collision_meshes_are_drawn_only_without_visuals(tmp_path: Path) -> None
     finder = ResourceFinder(tmp_path / "r.urdf")
     assert len(mesh_visuals(urdf(collision), finder)[0]) == 1
     assert len(mesh_visuals(urdf(visual("a.stl") + collision), finder)[0]) == 1
+
+
+def test_a_link_without_its_visual_mesh_is_drawn_as_it_collides(tmp_path: Path) -> None:
+    """A missing visual is told once, with what stands in; a visual primitive needs no stand-in."""
+    trimesh.creation.box((1.0, 1.0, 1.0)).export(tmp_path / "a.stl")
+    collision = visual("a.stl").replace("visual>", "collision>")
+    finder = ResourceFinder(tmp_path / "r.urdf")
+    found, [note] = mesh_visuals(urdf(visual("lost.stl") + collision), finder)
+    assert [part.link for part in found] == ["part"]
+    assert "lost.stl" in note
+    assert "collides" in note
+    sphere = '<visual><geometry><sphere radius="1"/></geometry></visual>'
+    found, [note] = mesh_visuals(urdf(visual("lost.stl") + sphere + collision), finder)
+    assert not found
+    assert "collides" not in note
+
+
+def test_a_texture_colours_with_its_mean(tmp_path: Path) -> None:
+    """Three red pixels and a blue one: 0.75 red, 0.25 blue; a lost texture leaves the colour."""
+    trimesh.creation.box((1.0, 1.0, 1.0)).export(tmp_path / "a.stl")
+    image = Image.new("RGB", (2, 2), (255, 0, 0))
+    image.putpixel((1, 1), (0, 0, 255))
+    image.save(tmp_path / "skin.png")
+    skins = [
+        f'<material name="{name}"><color rgba="0 1 0 1"/><texture filename="{name}"/></material>'
+        for name in ("skin.png", "lost.png")
+    ]
+    text = urdf("".join(visual("a.stl", material=skin) for skin in skins))
+    found, _ = mesh_visuals(text, ResourceFinder(tmp_path / "r.urdf"))
+    np.testing.assert_allclose(found[0].color, (0.75, 0.0, 0.25, 1.0), atol=1e-9)
+    assert found[1].color == (0.0, 1.0, 0.0, 1.0)
+
+
+def two_colours() -> str:
+    """Return a COLLADA file of a red triangle of legs 2 m and 2 m and a blue one of 1 m and 1 m."""
+    effects = "".join(
+        f'<effect id="{n}-e"><profile_COMMON><technique sid="c"><phong><diffuse><color>{rgb} 1'
+        "</color></diffuse></phong></technique></profile_COMMON></effect>"
+        for n, rgb in (("red", "1 0 0"), ("blue", "0 0 1"))
+    )
+    names = ("red", "blue")
+    skins = "".join(f'<material id="{n}"><instance_effect url="#{n}-e"/></material>' for n in names)
+    bound = "".join(f'<instance_material symbol="{n}" target="#{n}"/>' for n in names)
+    groups = "".join(
+        f'<triangles count="1" material="{n}"><input semantic="VERTEX" source="#v" offset="0"/>'
+        f"<p>{corners}</p></triangles>"
+        for n, corners in (("red", "0 1 2"), ("blue", "3 4 5"))
+    )
+    axes = "".join(f'<param name="{axis}" type="float"/>' for axis in "XYZ")
+    return f"""<?xml version="1.0"?>
+    <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+    <asset><unit name="meter" meter="1"/><up_axis>Z_UP</up_axis></asset>
+    <library_effects>{effects}</library_effects><library_materials>{skins}</library_materials>
+    <library_geometries><geometry id="g"><mesh><source id="p">
+    <float_array id="a" count="18">0 0 0 2 0 0 0 2 0 0 0 1 1 0 1 0 1 1</float_array>
+    <technique_common><accessor source="#a" count="6" stride="3">{axes}</accessor>
+    </technique_common></source><vertices id="v"><input semantic="POSITION" source="#p"/>
+    </vertices>{groups}</mesh></geometry></library_geometries>
+    <library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g">
+    <bind_material><technique_common>{bound}</technique_common></bind_material>
+    </instance_geometry></node></visual_scene></library_visual_scenes>
+    <scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+
+
+def test_two_materials_of_a_collada_file_weigh_by_area(tmp_path: Path) -> None:
+    """2 m^2 of red and 0.5 m^2 of blue."""
+    (tmp_path / "two.dae").write_text(two_colours())
+    found, notes = mesh_visuals(urdf(visual("two.dae")), ResourceFinder(tmp_path / "r.urdf"))
+    assert not notes
+    np.testing.assert_allclose(found[0].color, (0.8, 0.0, 0.2, 1.0), atol=1e-6)
+
+
+def test_two_materials_of_a_glb_file_weigh_by_area(tmp_path: Path) -> None:
+    """A red box of side 2 has four times the surface of a blue one of side 1."""
+    scene = trimesh.Scene()
+    for side, color in ((2.0, (255, 0, 0, 255)), (1.0, (0, 0, 255, 255))):
+        box = trimesh.creation.box((side, side, side))
+        skin = trimesh.visual.material.PBRMaterial(baseColorFactor=color)
+        box.visual = trimesh.visual.TextureVisuals(uv=np.zeros((8, 2)), material=skin)
+        scene.add_geometry(box)
+    scene.export(str(tmp_path / "two.glb"))
+    found, notes = mesh_visuals(urdf(visual("two.glb")), ResourceFinder(tmp_path / "r.urdf"))
+    assert not notes
+    np.testing.assert_allclose(found[0].color, (0.8, 0.0, 0.2, 1.0), atol=0.01)
+
+
+def test_a_foot_may_have_the_name_of_a_joint() -> None:
+    """Sticks end at the link's frame: 1, 2, 3 m from the trunk, and not at a joint's."""
+    text = urdf("").replace('name="fixed"', 'name="part"')
+    parts = RobotShapes(text, {"part": 0.01}).bodies["root_joint"]
+    [ball] = [part for part in parts if part.geometry["type"] == "SphereGeometry"]
+    np.testing.assert_allclose(ball.position, (1.0, 2.0, 3.0), atol=1e-12)

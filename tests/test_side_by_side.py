@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 from dataclasses import replace
@@ -10,7 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from synthetic import synthetic_trace
+import trimesh
+from synthetic import URDF, synthetic_trace
 
 from hexapod_pin.errors import ParameterError, TraceFileError, ViewerError
 from hexapod_pin.results.trace import Trace
@@ -149,3 +151,25 @@ def test_refusals(traces: Any, tmp_path: Path) -> None:
     with pytest.raises(TraceFileError):
         write_side_by_side(traces, tmp_path / "none" / "runs.html")
     assert not path.exists()
+
+
+def test_runs_share_the_meshes_of_their_robot(tmp_path: Path) -> None:
+    """The box of each run is drawn in its own lane, and its arrays are in the file once."""
+    trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "box.stl")
+    shape = '<visual><geometry><mesh filename="box.stl"/></geometry></visual>'
+    text = re.sub(r'(<link name="[^"]*">)', rf"\1{shape}", URDF.read_text(), count=1)
+    scene = f'[robot]\nsource = "{(tmp_path / "r.urdf").as_posix()}"\n'
+    runs = {name: synthetic_trace(duration=0.1, urdf=text, scene=scene) for name in ("a", "b")}
+    data = embedded(write_side_by_side(runs, tmp_path / "runs.html"))
+    drawn = {
+        command["path"]: geometry["data"]
+        for command in data["scene"]
+        for geometry in command.get("object", {}).get("geometries", ())
+        if "/robot/" in command["path"] and geometry["type"] == "BufferGeometry"
+    }
+    assert [path.split("/")[2] for path in drawn] == ["run0", "run1"]
+    first, second = drawn.values()
+    assert first == second
+    assert len(data["arrays"]) == 2
+    places = np.frombuffer(base64.b64decode(data["arrays"][0]), dtype="<f4").reshape(-1, 3)
+    np.testing.assert_allclose(np.ptp(places, axis=0), (0.1, 0.2, 0.3), rtol=1e-6)

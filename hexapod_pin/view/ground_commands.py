@@ -25,7 +25,7 @@ from hexapod_pin.view.meshcat_commands import (
     triangle_mesh,
 )
 from hexapod_pin.view.robot_shapes import DrawnShape, box
-from hexapod_pin.view.view_sizes import Sizes
+from hexapod_pin.view.view_sizes import Sizes, middle
 
 EDGE_COLOR = (0.42, 0.43, 0.42, 1.0)
 PATCH_COLOR = (0.2, 0.4, 0.8, 1.0)
@@ -46,8 +46,9 @@ def ground_rectangle(
     """
     spacing = float(10.0 ** round(math.log10(0.5 * sizes.reach)))
     around = sizes.reach * np.asarray(margin)
-    low = np.floor((trace.q[:, :2].min(axis=0) - around) / spacing) * spacing
-    high = np.ceil((trace.q[:, :2].max(axis=0) + around) / spacing) * spacing
+    path = middle(trace, np.arange(len(trace.time)))
+    low = np.floor((path.min(axis=0) - around) / spacing) * spacing
+    high = np.ceil((path.max(axis=0) + around) / spacing) * spacing
     return low, high, spacing
 
 

@@ -18,6 +18,7 @@ from hexapod_pin.errors import ViewerError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.view.mesh_store import MeshStore
 from hexapod_pin.view.page import folded_list, write_page
+from hexapod_pin.view.page_budget import fitted_motion
 from hexapod_pin.view.scene_graph import animation_command, meshed_robot, scene_commands
 from hexapod_pin.view.view_sizes import Sizes
 
@@ -43,7 +44,8 @@ def write_html(
     Args:
         trace: what to show.
         path: the file; an old one is replaced, or left alone where anything fails.
-        fps: pictures per simulated second.
+        fps: pictures per simulated second; fewer, as the caption then says, where the file would
+            pass `PAGE_BYTES` (10 MB).
         force_scale: length of a force arrow [m/N]; None fits it to the robot's weight.
         package_path: folders that hold ROS packages: where to look for meshes first.
 
@@ -58,12 +60,17 @@ def write_html(
     """
     store = MeshStore()
     shapes = meshed_robot(trace, store, package_path)
+    scene = scene_commands(trace, force_scale=force_scale, shapes=shapes)
+    notes = mesh_notes(shapes.notes, store)
+    animation, rate = fitted_motion(
+        lambda rate: animation_command(trace, fps=rate, force_scale=force_scale), fps, scene, notes
+    )
     return write_page(
         path,
         title=f"{trace.meta.get('robot_name', 'robot')} walking",
-        caption=_caption(trace, force_scale) + mesh_notes(shapes.notes, store),
-        animation=animation_command(trace, fps=fps, force_scale=force_scale),
-        scene=scene_commands(trace, force_scale=force_scale, shapes=shapes),
+        caption=_caption(trace, force_scale, rate) + notes,
+        animation=animation,
+        scene=scene,
     )
 
 
@@ -72,7 +79,8 @@ def mesh_notes(missing: Sequence[str], store: MeshStore) -> str:
     way_out = ["give --package-path FOLDER (package_path= in Python)"] if missing else []
     reduced = [store.note] if store.note else []
     return folded_list(
-        f"{len(missing)} meshes not drawn", [*missing, *way_out] if missing else []
+        f"{len(missing)} mesh{'es' * (len(missing) != 1)} not drawn",
+        [*missing, *way_out] if missing else [],
     ) + folded_list("meshes reduced", reduced)
 
 
@@ -151,10 +159,13 @@ def live_viewer(
         yield viewer
 
 
-def _caption(trace: Trace, force_scale: float | None) -> str:
-    """Return, as HTML, what the picture shows, and folded up what of it is assumed."""
+def _caption(trace: Trace, force_scale: float | None, rate: str) -> str:
+    """Return, as HTML, what the picture shows, and folded up what of it is assumed.
+
+    `rate` says, as HTML, where there are fewer pictures than asked for.
+    """
     scale = Sizes.of(trace, force_scale).force_scale
     span = trace.time[-1] - trace.time[0]
     first = html.escape(f"{trace.meta.get('robot_name', 'robot')}, {span:.4g} s")
     arrows = f"red: foot forces, 0.1 m is {0.1 / scale:.3g} N"
-    return f"{first}<br>{arrows}{folded_list('assumed', trace.meta.get('assumed', ()))}"
+    return f"{first}<br>{arrows}{rate}{folded_list('assumed', trace.meta.get('assumed', ()))}"

@@ -47,6 +47,12 @@ class _Socket(zmqserver.WebSocketHandler):  # type: ignore[misc]  # meshcat has 
     def on_close(self) -> None:
         self.bridge.websocket_pool.discard(self)
 
+    def write_message(self, message: Any, binary: bool = False) -> Any:
+        """Send a message; a browser that is closed meanwhile is no failure to report."""
+        sent = super().write_message(message, binary)
+        sent.add_done_callback(lambda done: done.cancelled() or done.exception())
+        return sent
+
 
 class _Application(tornado.web.Application):
     """A web application that answers on sockets that are already bound."""

@@ -11,10 +11,13 @@ import numpy as np
 
 from hexapod_pin.robot.reading.mesh_file import Mesh
 from hexapod_pin.view.mesh_decimation import creased, decimated, merged, shared_limit
+from hexapod_pin.view.triangle_geometry import triangle_geometry
 
+TRIANGLE_BYTES = 64
+"""Most that a triangle takes of an HTML file: three corners of its own in float32, three indices,
+base64."""
 MESH_BUDGET = 75_000
-"""Triangles of all meshes of a picture: at most 4.8 MB of an HTML file, at 64 bytes a triangle
-(three corners of their own in float32, three indices, base64)."""
+"""Triangles of all meshes of a picture: at most 4.8 MB of an HTML file."""
 
 
 class MeshStore:
@@ -45,20 +48,7 @@ class MeshStore:
         """Return a mesh as three.js takes it, in arrays that all users of the key share."""
         if key not in self._drawn:
             vertices, faces = creased(*decimated(*self._meshes[key], self.limit))
-            kind = np.uint16 if len(vertices) < 1 << 16 else np.uint32
-            position = {
-                "itemSize": 3,
-                "type": "Float32Array",
-                "array": vertices.astype(np.float32).ravel(),
-                "normalized": False,
-            }
-            index = {
-                "itemSize": 1,
-                "type": "Uint16Array" if kind is np.uint16 else "Uint32Array",
-                "array": faces.astype(kind).ravel(),
-            }
-            data = {"attributes": {"position": position}, "index": index}
-            self._drawn[key] = {"type": "BufferGeometry", "data": data}
+            self._drawn[key] = triangle_geometry(vertices, faces)
         return self._drawn[key]
 
     @property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 from xml.etree import ElementTree
@@ -45,7 +44,8 @@ class MeshVisual:
 def mesh_visuals(urdf: str, finder: ResourceFinder | None) -> tuple[list[MeshVisual], list[str]]:
     """Return the meshes that can be drawn, and a sentence on each that cannot.
 
-    Collision meshes are taken for a robot without any visual shape.
+    Collision meshes are taken for a robot without any visual shape, and for a link of which no
+    visual shape can be drawn.
 
     Args:
         urdf: text of the file.
@@ -53,22 +53,34 @@ def mesh_visuals(urdf: str, finder: ResourceFinder | None) -> tuple[list[MeshVis
     """
     root = ElementTree.fromstring(urdf)
     colors = _named_colors(root, finder)
+    kind = "visual" if root.find("link/visual") is not None else "collision"
     found, notes = [], dict[str, None]()
-    for link, element in _mesh_elements(root):
-        try:
-            found.append(_visual(link, element, colors, finder))
-        except (MeshError, ParameterError, ValueError) as error:
-            notes[str(error)] = None
+    for link in root.findall("link"):
+        drawn, reasons = _meshes_of(link, kind, colors, finder)
+        if reasons and len(link.findall(kind)) == len(reasons) and kind == "visual":
+            drawn, _ = _meshes_of(link, "collision", colors, finder)
+            if drawn:
+                reasons = [f"{reason} What the link collides with is drawn." for reason in reasons]
+        found += drawn
+        notes |= dict.fromkeys(reasons)
     return found, list(notes)
 
 
-def _mesh_elements(root: ElementTree.Element) -> Iterator[tuple[str, ElementTree.Element]]:
-    """Yield the link's name and the element of every mesh that is to be drawn."""
-    kind = "visual" if root.find("link/visual") is not None else "collision"
-    for link in root.findall("link"):
-        for element in link.findall(kind):
-            if element.find("geometry/mesh") is not None:
-                yield link.get("name", ""), element
+def _meshes_of(
+    link: ElementTree.Element,
+    kind: str,
+    colors: dict[str, Color],
+    finder: ResourceFinder | None,
+) -> tuple[list[MeshVisual], list[str]]:
+    """Return a link's visual or collision meshes, and why others of them cannot be drawn."""
+    found, reasons = [], []
+    for element in link.findall(kind):
+        if element.find("geometry/mesh") is not None:
+            try:
+                found.append(_visual(link.get("name", ""), element, colors, finder))
+            except (MeshError, ParameterError, ValueError) as error:
+                reasons.append(str(error))
+    return found, reasons
 
 
 def _visual(

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.view.robot_shapes import DrawnShape
+from hexapod_pin.view.triangle_geometry import triangle_geometry
 
 Command = dict[str, Any]
 
@@ -41,12 +42,7 @@ def mesh_object(path: str, shape: DrawnShape, options: Mapping[str, Any] | None 
 
 def triangle_mesh(path: str, vertices: Array, triangles: npt.NDArray[np.intp]) -> Command:
     """Return the command that draws triangles (F, 3) between vertices (V, 3) [m], facets flat."""
-    position = _attribute(vertices)
-    index = {"itemSize": 1, "type": "Uint32Array", "array": triangles.ravel().tolist()}
-    geometry = {
-        "type": "BufferGeometry",
-        "data": {"attributes": {"position": position}, "index": index},
-    }
+    geometry = triangle_geometry(vertices, triangles)
     color = _rgb(GROUND_COLOR)
     material = {"type": "MeshPhongMaterial", "color": color, "side": 2, "flatShading": True}
     return _set_object(path, "Mesh", geometry, material, np.eye(4))

@@ -68,6 +68,9 @@ for (const command of data.scene)
 """  # arrays of meshes are bytes, least significant first, as in every browser
 
 
+_TITLE_BYTES = 5000  # room for a title, the animation's options and the licence's marks
+
+
 def write_page(
     path: str | Path, *, title: str, caption: str, scene: Sequence[Command], animation: Command
 ) -> Path:
@@ -100,6 +103,17 @@ def write_page(
         unpack=_UNPACK if arrays else "",
     )
     return write_atomically(path, page.encode())
+
+
+def still_bytes(scene: Sequence[Command], caption: str) -> int:
+    """Return the size of a page without its motion [bytes].
+
+    Raises:
+        ViewerError: meshcat's files are missing.
+    """
+    viewer = sum(len(viewer_file(name).encode()) for name in ("LICENSE", "dist/main.min.js"))
+    frame = len((_PAGE + _POLICY + _UNPACK + caption).encode()) + _TITLE_BYTES
+    return viewer + frame + len(_script_text({"scene": list(scene)})[0].encode())
 
 
 def folded_list(title: str, texts: Sequence[str]) -> str:

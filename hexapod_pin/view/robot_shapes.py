@@ -150,9 +150,11 @@ class RobotShapes:
 
     def _frame(self, joint: int, name: str) -> Array | None:
         """Return where a link's frame sits on a body, if it is on that body."""
-        if not self.model.existFrame(name):
+        import pinocchio as pin
+
+        if not self.model.existFrame(name, pin.FrameType.BODY):
             return None
-        frame = self.model.frames[self.model.getFrameId(name)]
+        frame = self.model.frames[self.model.getFrameId(name, pin.FrameType.BODY)]
         return np.array(frame.placement.translation) if frame.parentJoint == joint else None
 
     def poses(self, q: Array, joint_names: Sequence[str]) -> dict[str, tuple[Array, Array]]:

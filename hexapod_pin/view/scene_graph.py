@@ -25,7 +25,7 @@ from hexapod_pin.view.ground_mesh import shaking, terrain_of
 from hexapod_pin.view.mesh_store import MeshStore
 from hexapod_pin.view.meshcat_commands import DIGITS, ROOT, Command, mesh_object, set_property
 from hexapod_pin.view.robot_shapes import RobotShapes
-from hexapod_pin.view.view_sizes import Sizes
+from hexapod_pin.view.view_sizes import Sizes, eye_level, middle
 
 LOOP_REPETITIONS = 10**9  # repetitions of a looped animation
 SKY = ((0.80, 0.88, 0.95), (0.97, 0.98, 1.0))  # top, bottom
@@ -147,9 +147,8 @@ def motion_clips(
 
 
 def trunk_focus(trace: Trace, index: npt.NDArray[np.intp]) -> Array:
-    """Return x and y of the trunk at some samples, and its first height (K, 3) [m]."""
-    q = trace.q[index]
-    return np.column_stack([q[:, 0], q[:, 1], np.full(len(index), q[0, 2])])
+    """Return x and y of the robot's middle at some samples, and the eye's height (K, 3) [m]."""
+    return np.column_stack([middle(trace, index), np.full(len(index), eye_level(trace))])
 
 
 def animation_of(clips: list[Command], *, loop: bool = True) -> Command:

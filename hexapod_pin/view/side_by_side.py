@@ -19,6 +19,7 @@ from hexapod_pin.view.html import mesh_notes
 from hexapod_pin.view.mesh_store import MeshStore
 from hexapod_pin.view.meshcat_commands import DIGITS, ROOT, Command, text_object
 from hexapod_pin.view.page import folded_list, write_page
+from hexapod_pin.view.page_budget import fitted_motion, mesh_budget
 from hexapod_pin.view.robot_shapes import RobotShapes
 from hexapod_pin.view.scene_graph import (
     animation_of,
@@ -59,7 +60,8 @@ def write_side_by_side(
     Args:
         traces: what to show, by name.
         path: the file; an old one is replaced, or left alone where anything fails.
-        fps: pictures per simulated second.
+        fps: pictures per simulated second; fewer, as the caption then says, where the file would
+            pass `PAGE_BYTES` (10 MB).
         force_scale: length of a force arrow [m/N], the same in all runs; None fits it to the
             first robot's weight.
         package_path: folders that hold ROS packages: where to look for meshes first.
@@ -84,25 +86,18 @@ def write_side_by_side(
         with _naming(name):
             shapes[name] = meshed_robot(trace, store, package_path)
     lanes = _lanes(traces, travel, force_scale, shapes)
-    times = np.arange(0.0, max(_length(trace) for trace in traces.values()) + 0.5 / fps, 1.0 / fps)
-    if len(times) == 1:
-        times = np.array([0.0, 1.0 / fps])
-    samples = [nearest_samples(lane.trace.time - lane.trace.time[0], times) for lane in lanes]
-    focus = np.mean(
-        [trunk_focus(lane.trace, index) for lane, index in zip(lanes, samples, strict=True)],
-        axis=0,
-    )
-    scene, clips = backdrop(_camera(lanes, travel)), []
-    for lane, index in zip(lanes, samples, strict=True):
+    grounds = [command for lane in lanes for command in lane.ground()]
+    store.budget = mesh_budget(grounds)
+    scene = [*backdrop(_camera(lanes, travel)), *grounds]
+    for lane in lanes:
         with _naming(lane.name):
             scene += lane.still()
-            clips += lane.moving(index, np.round(times, DIGITS), focus)
-    title = f"{', '.join(traces)} side by side"
     missing = dict.fromkeys(note for robot in shapes.values() for note in robot.notes)
-    caption = _caption(lanes) + mesh_notes(list(missing), store)
-    return write_page(
-        path, title=title, caption=caption, scene=scene, animation=animation_of(clips)
-    )
+    notes = mesh_notes(list(missing), store)
+    animation, rate = fitted_motion(lambda rate: _motion(lanes, rate), fps, scene, notes)
+    title = f"{', '.join(traces)} side by side"
+    caption = _caption(lanes, rate) + notes
+    return write_page(path, title=title, caption=caption, scene=scene, animation=animation)
 
 
 @contextlib.contextmanager
@@ -127,12 +122,15 @@ class _Lane:
     offset: Array  # of the run's world [m]. Shape (3,).
     margin: tuple[float, float]
 
+    def ground(self) -> list[Command]:
+        """Return the run's ground."""
+        return ground_commands(self.trace, self.sizes, root=self.root, margin=self.margin)
+
     def still(self) -> list[Command]:
-        """Return the run's robot, ground and label."""
+        """Return the run's robot and label."""
         size = LABEL_SIDE * self.sizes.reach
         return [
             *robot_commands(self.trace, self.sizes, root=self.root, shapes=self.shapes),
-            *ground_commands(self.trace, self.sizes, root=self.root, margin=self.margin),
             text_object(f"{self.root}/label", self.name, size, _upright(-self.ahead)),
         ]
 
@@ -142,6 +140,24 @@ class _Lane:
         clips = motion_clips(self.trace, index, times, self.sizes, root=self.root, place=place)
         above = trunk_focus(self.trace, index) + (0.0, 0.0, LABEL_HEIGHT * self.sizes.reach)
         return [*clips, motion_clip(f"{self.root}/label", times, {"position": above})]
+
+
+def _motion(lanes: Sequence[_Lane], fps: float) -> Command:
+    """Return the motion of all runs in step, the camera at the mean of their trunks."""
+    length = max(_length(lane.trace) for lane in lanes)
+    times = np.arange(0.0, length + 0.5 / fps, 1.0 / fps)
+    if len(times) == 1:
+        times = np.array([0.0, 1.0 / fps])
+    samples = [nearest_samples(lane.trace.time - lane.trace.time[0], times) for lane in lanes]
+    focus = np.mean(
+        [trunk_focus(lane.trace, index) for lane, index in zip(lanes, samples, strict=True)],
+        axis=0,
+    )
+    clips: list[Command] = []
+    for lane, index in zip(lanes, samples, strict=True):
+        with _naming(lane.name):
+            clips += lane.moving(index, np.round(times, DIGITS), focus)
+    return animation_of(clips)
 
 
 def _travel(traces: Mapping[str, Trace]) -> Array:
@@ -203,8 +219,11 @@ def _upright(normal: Array) -> Array:
     return np.column_stack([np.cross(up, normal), up, normal])
 
 
-def _caption(lanes: list[_Lane]) -> str:
-    """Return, as HTML, who is where, what the picture shows, and what of it is assumed."""
+def _caption(lanes: list[_Lane], rate: str) -> str:
+    """Return, as HTML, who is where, what the picture shows, and what of it is assumed.
+
+    `rate` says, as HTML, where there are fewer pictures than asked for.
+    """
     longest = max(_length(lane.trace) for lane in lanes)
     names = []
     for lane in lanes:
@@ -217,5 +236,6 @@ def _caption(lanes: list[_Lane]) -> str:
     return (
         f"{html.escape(', '.join(robots))}, {longest:.4g} s<br>"
         f"from left to right: {', '.join(names)}<br>"
-        f"red: foot forces, 0.1 m is {0.1 / scale:.3g} N{folded_list('assumed', tuple(assumed))}"
+        f"red: foot forces, 0.1 m is {0.1 / scale:.3g} N{rate}"
+        f"{folded_list('assumed', tuple(assumed))}"
     )
