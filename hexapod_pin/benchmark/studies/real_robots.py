@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterable
@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hexapod_pin.benchmark.study import StudyReport
-from hexapod_pin.commands.app import main
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.validation.tables import Table
@@ -85,18 +84,14 @@ def walked(path: Path, duration: float) -> RealRobot:
 
 def walk_command(path: Path, duration: float, *options: str) -> CommandResult:
     """Run `hexapod-pin walk` on a file; return its status with verdict or reason."""
-    out, err, begin = io.StringIO(), io.StringIO(), time.perf_counter()
+    begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         words = ["walk", str(path), *options, "--quick", "--no-html", "--duration", f"{duration:g}"]
-        words += ["--out", str(Path(folder) / "walk.nc")]
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            try:
-                main(words)
-            except SystemExit as stop:
-                status = int(stop.code or 0)
-    lines = [x for x in out.getvalue().splitlines() if any(word in x for word in VERDICTS)]
-    told = lines[0] if lines else err.getvalue().strip()
-    return CommandResult(status, told, time.perf_counter() - begin)
+        command = [sys.executable, "-m", "hexapod_pin", *words, "--out", f"{folder}/walk.nc"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    lines = [x for x in done.stdout.splitlines() if any(word in x for word in VERDICTS)]
+    told = lines[0] if lines else done.stderr.strip()
+    return CommandResult(done.returncode, told, time.perf_counter() - begin)
 
 
 def _verdicts(rows: Iterable[RealRobot]) -> Table:
