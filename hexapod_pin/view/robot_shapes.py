@@ -139,10 +139,12 @@ class RobotShapes:
             )
 
     def _sticks(self, joint: int) -> list[DrawnShape]:
-        """Return stand-ins for a body without drawable shapes."""
+        """Return stand-ins for a body without drawable shapes; a trunk's meet amid its hips."""
         feet = [self._frame(joint, name) for name in self._feet]
         ends = [self.model.jointPlacements[k].translation for k in self.model.children[joint]]
-        shapes = [_stick(end) for end in (*ends, *(foot for foot in feet if foot is not None))]
+        middle = np.mean(ends, axis=0) if joint == 1 and ends else np.zeros(3)
+        points = (*ends, *(foot for foot in feet if foot is not None))
+        shapes = [_stick(np.asarray(end), middle) for end in points]
         for foot, radius in zip(feet, self._feet.values(), strict=True):
             if foot is not None:
                 shapes.append(DrawnShape(sphere(max(radius, 0.004)), np.eye(3), foot, STICK_COLOR))
@@ -226,13 +228,14 @@ def _primitive(visual: Any) -> DrawnShape | None:
     return DrawnShape(geometry, rotation, position, (red, green, blue, opacity))
 
 
-def _stick(end: Array) -> DrawnShape | None:
-    """Return a cylinder from the body's origin to `end` (3,) [m]; None for no length."""
+def _stick(end: Array, start: Array) -> DrawnShape | None:
+    """Return a cylinder between two points (3,) of a body [m]; None for no length."""
     import pinocchio as pin
 
-    length = float(np.linalg.norm(end))
+    along = end - start
+    length = float(np.linalg.norm(along))
     if length < 1e-6:
         return None
-    upright = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.asarray(end) / length)
+    upright = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), along / length)
     geometry = cylinder(STICK_WIDTH * length, length)
-    return DrawnShape(geometry, upright.matrix() @ Y_TO_Z, 0.5 * np.asarray(end), STICK_COLOR)
+    return DrawnShape(geometry, upright.matrix() @ Y_TO_Z, 0.5 * (start + end), STICK_COLOR)
