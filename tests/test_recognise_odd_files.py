@@ -1,5 +1,4 @@
-"""Oddities of files that are found in the world: rounded angles, a joint fixed in one leg alone,
-knees whose ranges put the feet above the hips on average."""
+"""Oddities of files found in the world: rounded angles, a joint fixed in one leg, high knees."""
 
 from __future__ import annotations
 
