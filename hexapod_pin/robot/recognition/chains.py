@@ -19,6 +19,9 @@ UNLIKE = 0.35
 """A chain whose links differ from those of the others by more than this share of the chain's
 length is no leg (*assumed*)."""
 
+NEAR_PARALLEL = 0.05
+"""Axes at a smaller sine are parallel: angles such as 3.14 in a file are rounded (*assumed*)."""
+
 
 @dataclass(frozen=True, eq=False)
 class Chain:
@@ -57,7 +60,7 @@ def limb_chains(file: UrdfFile, trunk: str) -> list[Chain]:
         joints = tuple(joint for joint in path if walks(joint))
         if joints:
             moved = [joint for joint in below if joint.moves and joint not in joints]
-            body = _links_below(file, joints[-1])
+            body = links_below(file, joints[-1])
             names = [name for joint in below for name in (joint.name, joint.child)]
             chains.append(
                 Chain(joints, tuple(moved), body, (*_own_base(file, parents, first), *names))
@@ -130,10 +133,10 @@ def _link_lengths(chain: Chain, frames: TreeFrames, tip: Array) -> list[float]:
 
 
 def axis_distance(a: Axis, b: Axis) -> float:
-    """Return the distance of two lines [m]."""
+    """Return the distance of two lines, parallel ones to rounding included [m]."""
     normal = np.cross(a.unit, b.unit)
     size = float(np.linalg.norm(normal))
-    if size < 1e-6:
+    if size < NEAR_PARALLEL:
         return float(np.linalg.norm(a.arm(b.origin)))
     return abs(float((b.origin - a.origin) @ normal)) / size
 
@@ -158,7 +161,7 @@ def _below(file: UrdfFile, first: Joint) -> list[Joint]:
     return joints
 
 
-def _links_below(file: UrdfFile, joint: Joint) -> tuple[str, ...]:
+def links_below(file: UrdfFile, joint: Joint) -> tuple[str, ...]:
     """Return the links that a joint carries, nearest first."""
     return tuple(below.child for below in _below(file, joint))
 

@@ -21,6 +21,7 @@ from hexapod_pin.robot.recognition.chains import (
 )
 from hexapod_pin.robot.recognition.leg_body import LegBody, leg_body
 from hexapod_pin.robot.recognition.tree_frames import TreeFrames, tree_frames
+from hexapod_pin.robot.recognition.uneven_joints import evened_chains
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.reading.resources import ResourceFinder
@@ -61,6 +62,8 @@ def choose_legs(
     chains = limb_chains(file, file.base)
     if given is not None:
         chains = _given_chains(file, chains, given)
+    else:
+        chains = evened_chains(file, tree_frames(file, {}), chains)
     walking = {joint.name for chain in chains for joint in chain.joints}
     places = {
         joint.name: held_place(joint, held)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,9 @@ SLACK = 5e-3
 
 CLEAR = 0.1
 """Share of the legs' length by which tips must be below the hips to tell up from down."""
+
+BENT = 0.3
+"""Mean sine of a knee's angle over its range by which it tells to which side it folds."""
 
 NEAR_Z = 0.95
 """Least component along the root link's z of a line whose upper end is taken to be +z."""
@@ -114,9 +118,11 @@ def _sign(
 
     Told by where feet are below hips, as a share of the legs' length: as the robot is known to
     stand; on average over the joints' ranges (the same for any zero posture); at zero angles. The
-    root link's z goes before the last two, unless they tell the opposite with one voice.
+    root link's z goes before the last two, unless they tell the opposite with one voice and
+    knees do not bend towards that side: legs fold their feet downwards.
     """
-    standing, average, zero = [], [], []
+    standing, average, zero, bends = [], [], [], []
+    hips = np.mean([frames.axes[chain.joints[0].name].origin for chain in chains], axis=0)
     known = all(joint.name in stated for chain in chains for joint in chain.joints)
     for chain in chains:
         axes, tip = [frames.axes[joint.name] for joint in chain.joints], tips[chain.label]
@@ -128,12 +134,17 @@ def _sign(
             standing.append(float((place - hip) @ line) / length)
         average.append(float((mean_tip(chain, axes, tip) - hip) @ line) / length)
         zero.append(float((tip - hip) @ line) / length)
+        bends.append(_bend(chain, axes, points, hips - hip, line))
     stand, mean, now = (float(np.mean(heights or [0.0])) for heights in (standing, average, zero))
+    bend = float(np.mean(bends))
     if abs(stand) > CLEAR:
         return float(-np.sign(stand)), "feet below hips as it stands"
     upright = float(np.sign(line[2]))
-    if abs(line[2]) > NEAR_Z and not (mean * upright > CLEAR and now * upright > -CLEAR):
+    against = mean * upright > CLEAR and now * upright > -CLEAR and bend * upright > -BENT
+    if abs(line[2]) > NEAR_Z and not against:
         return upright, "the side of the root link's z"
+    if abs(bend) > BENT and bend * mean < 0.0:
+        return float(-np.sign(bend)), "knees fold downwards over the joints' ranges"
     if abs(mean) > CLEAR:
         return float(-np.sign(mean)), "feet below hips over the joints' ranges"
     if abs(now) > CLEAR:
@@ -165,6 +176,26 @@ def mean_tip(chain: Chain, axes: Sequence[Axis], tip: Array) -> Array:
         arm = axis.arm(point)
         point = point - arm + cos * arm + sin * np.cross(axis.unit, arm)
     return point
+
+
+def _bend(chain: Chain, axes: Sequence[Axis], points: Array, inwards: Array, line: Array) -> float:
+    """Return to which end of the line the last joint folds a leg that points outwards: -1 to 1.
+
+    It is the sine of its angle from the stretched leg, mean over its range; 0 where its axis is no
+    knee's. The same for any zero posture, place on the axis and sign of it.
+    """
+    axis, before = axes[-1], points[-2] - points[-3]
+    across = np.cross(axis.unit, line)
+    thigh = before - (before @ axis.unit) * axis.unit
+    shank = points[-1] - points[-2]
+    size = float(np.linalg.norm(thigh) * np.linalg.norm(shank))
+    if np.linalg.norm(across) < NEAR_Z or size < 1e-12:
+        return 0.0
+    outwards = -np.sign(float(inwards @ across))
+    mean = mean_tip(replace(chain, joints=chain.joints[-1:]), [axis], points[-1]) - points[-2]
+    turned = float(np.cross(thigh, mean) @ axis.unit) / size
+    lifts = float(np.cross(axis.unit, outwards * across) @ line)
+    return turned * np.sign(lifts)
 
 
 def _own_points(axes: Sequence[Axis], tip: Array) -> Array:
