@@ -293,7 +293,11 @@ def test_ctrl_c_during_the_simulation_keeps_what_was_done(
 
     @contextmanager
     def interrupting(_title: str) -> Iterator[Callable[[float], None]]:
-        yield lambda _fraction: signal.raise_signal(signal.SIGINT)
+        def progress(_fraction: float) -> None:
+            signal.raise_signal(signal.SIGINT)
+
+        progress.stage = lambda _title: None  # type: ignore[attr-defined]
+        yield progress
 
     monkeypatch.setattr("hexapod_pin.commands.progress.progress_bar", interrupting)
     done = run(*WALK, "--duration", "10")

@@ -79,7 +79,13 @@ def test_ctrl_c_during_the_verdict_leaves_the_walk(
     @contextmanager
     def interrupting(title: str) -> Iterator[Callable[[float], None]]:
         late = title == "computing peaks again"
-        yield lambda _: signal.raise_signal(signal.SIGINT) if late else None
+
+        def progress(_fraction: float) -> None:
+            if late:
+                signal.raise_signal(signal.SIGINT)
+
+        progress.stage = lambda _title: None  # type: ignore[attr-defined]
+        yield progress
 
     monkeypatch.setattr("hexapod_pin.commands.progress.progress_bar", interrupting)
     try:

@@ -21,6 +21,9 @@ AT_TIP = 0.15
 SAME = 1e-3
 """Distance below which a frame and a tip are the same place [m]."""
 
+TINY = 1e-6
+"""Distance below which a frame is on a joint's axis [m]."""
+
 
 FRAMES_AGREE = (
     "the frame called a foot (tips of the shapes differ from leg to leg, the frames agree)"
@@ -93,9 +96,9 @@ def bare_foot(file: UrdfFile, frames: TreeFrames, body: LegBody, leg: str) -> Fo
     )  # fmt: skip
     end = body.axis.arm(frames.links[ends[-1]].position)
     why = f": {body.lost[0]}" if body.lost else ""
-    if np.linalg.norm(end) > max(1.2 * float(np.linalg.norm(arm)), SAME):
+    if np.linalg.norm(end) > max(1.2 * float(np.linalg.norm(arm)), TINY):
         return frame_foot(file, frames, ends[-1], f"frame of the link (no shape{why})")
-    if com is not None and np.linalg.norm(arm) > SAME and np.isfinite(com).all():
+    if com is not None and np.linalg.norm(arm) > TINY and np.isfinite(com).all():
         rule = f"twice the centre of mass as of a uniform rod, a point (assumed; no shape{why})"
         return FoundFoot(body.chain.body[0], False, com + arm, 0.0, rule, settled=True)
     text = f"leg {leg}: its last link {body.chain.body[0]!r} has no shape, no inertial and no frame"

@@ -60,12 +60,29 @@ def recognise(file: UrdfFile, finder: ResourceFinder, hints: RobotHints) -> Robo
     held = stated_places(file) | _checked_held(file, hints.held or {})
     if (said := stated_layout(file, hints, stated, held)) is not None:
         return said
+    legs: Legs | None = None
     try:
         legs = choose_legs(file, finder, hints.legs, held)
+        return _recognised(file, finder, hints, legs, stated)
     except UrdfError:
-        if hints.feet is None or hints.legs is not None:
+        if not _may_only_stand(file, hints, legs):
             raise
         return RobotLayout(read_only(np.eye(3)), (), posture=stated)
+
+
+def _may_only_stand(file: UrdfFile, hints: RobotHints, legs: Legs | None) -> bool:
+    """Return whether given feet may be all there is: of no hexapod, and not told to walk."""
+    if hints.feet is None or hints.legs is not None or hints.forward is not None:
+        return False
+    joints = [] if legs is None else [len(chain.joints) for chain in legs.chains]
+    return joints != [3] * 6 or sum(joint.moves for joint in file.joints) != 18
+
+
+def _recognised(
+    file: UrdfFile, finder: ResourceFinder, hints: RobotHints, legs: Legs,
+    stated: Mapping[str, float],
+) -> RobotLayout:  # fmt: skip
+    """Return the layout of a robot with these legs."""
     up = find_up(legs.chains, legs.frames, legs.tips, stated, file.base)
     forward, says = _forward(file, legs, up, hints)
     legs, names = _named(legs, forward.turn)

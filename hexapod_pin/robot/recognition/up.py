@@ -195,7 +195,7 @@ def _bend(chain: Chain, axes: Sequence[Axis], points: Array, inwards: Array, lin
     mean = mean_tip(replace(chain, joints=chain.joints[-1:]), [axis], points[-1]) - points[-2]
     turned = float(np.cross(thigh, mean) @ axis.unit) / size
     lifts = float(np.cross(axis.unit, outwards * across) @ line)
-    return turned * np.sign(lifts)
+    return turned * float(np.sign(lifts))
 
 
 def _own_points(axes: Sequence[Axis], tip: Array) -> Array:

@@ -180,7 +180,7 @@ def reordered_robot() -> Robot:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "reordered.urdf"
         path.write_text(text, encoding="utf-8")
-        return load_robot(path, feet=[f"{name}_foot" for name in order])
+        return load_robot(path, feet=[f"{name}_foot" for name in order], forward="x")
 
 
 def reordered(run: CaseRun, setting: SolverSetting) -> SampledMotion:
