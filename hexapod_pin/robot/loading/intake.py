@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from hexapod_pin.errors import UrdfError
+from hexapod_pin.errors import HexapodError, UrdfError
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
 from hexapod_pin.robot.loading.layout_text import stated
 from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
@@ -63,9 +63,20 @@ def read_explicit(path: Path, arguments: LoadOptions) -> Intake:
         notes = (*notes, *done.notes)
     findings, _ = check_urdf(file)
     if findings:
-        raise UrdfError(file.source, findings)
+        raise UrdfError(file.source, [*findings, *_unrecognised(file, finder, options)])
     layout = recognise(file, finder, options)
     return Intake(stated(file, layout), layout, options, mended, notes)
+
+
+def _unrecognised(file: UrdfFile, finder: ResourceFinder, options: LoadOptions) -> list[str]:
+    """Return why no robot can be found in a refused file, to be told with its other findings."""
+    try:
+        recognise(file, finder, options)
+    except UrdfError as error:
+        return error.findings
+    except HexapodError:
+        return []
+    return []
 
 
 class SourceFile(NamedTuple):

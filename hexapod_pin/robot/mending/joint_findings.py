@@ -15,7 +15,7 @@ KEPT_NAME = "root_joint"
 """Name of the floating base's joint in Pinocchio's models."""
 
 JOINT_TYPE_REMEDY = {
-    "continuous": "make it revolute and give it lower and upper limits",
+    "continuous": "in a leg: revolute, with lower and upper limits",
     "planar": "not simulated; use revolute or fixed joints",
     "floating": "only the base floats, without a joint in the file; remove it or make it fixed",
 }

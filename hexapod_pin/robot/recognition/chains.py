@@ -99,8 +99,8 @@ def _wrong_legs(file: UrdfFile, trunk: str, chains: Sequence[Chain], joints: int
         return (
             f"{len(chains)} limbs of one turning joint each on {trunk!r} ({firsts}): wheel-legs."
             " Their feet cannot be set down at chosen points, so no gait of feet walks them. What"
-            " works: load with feet=[...] and turn the joints by"
-            " joint angles of your own. For a walk each leg needs 2 to 5 joints"
+            " works: as revolute joints with wide limits and with feet=[...] the robot stands, and"
+            " set-points of your own turn them. For a walk each leg needs 2 to 5 joints"
         )
     if joints > MOST_JOINTS:
         return (
