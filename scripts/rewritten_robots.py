@@ -27,7 +27,7 @@ from hexapod_pin.validation.rewriting.comparison import (
     reference_walk,
 )
 
-OUT = Path("benchmarks/results/rewritten_robots.md")
+OUT = Path("docs/rewritten_robots.md")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

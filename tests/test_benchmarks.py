@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import importlib.util
 import json
+import shutil
 import socket
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from hexapod_pin.benchmark.studies.step_cost import OURS, SAMPLED
 from hexapod_pin.benchmark.studies.step_entries import MUJOCO, PINOCCHIO
 from hexapod_pin.benchmark.studies.timing import Quartiles, interleaved
 from hexapod_pin.benchmark.study import StudyReport, run_study
+from hexapod_pin.robot.robot import urdf_path
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.validation.tables import Table
 
@@ -57,6 +59,7 @@ SHORT = {
         "--points",
         "2",
     ],
+    "real_robots": ["--duration", "2.4"],
     "one_hour": ["--cycles", "2"],
     "peak_sampling": [
         "--robots",
@@ -135,6 +138,9 @@ def test_study_writes_its_page(name: str, tmp_path: Path, capsys) -> None:
     """Command and machine in the head, no host, no path; the page is printed too."""
     places = {name: ["--figure", "f.svg"] for name in ("constraint_drift", "gain_borders")}
     places["foot_control"] = ["--docs", "docs"]
+    places["real_robots"] = ["--folder", "robots"]
+    (tmp_path / "robots").mkdir()
+    shutil.copy(urdf_path("kharagpur"), tmp_path / "robots")
     words = list(SHORT[name])
     if name in places:
         words += [places[name][0], str(tmp_path / places[name][1])]

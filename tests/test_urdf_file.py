@@ -73,7 +73,7 @@ def refusal(tmp_path: Path, text: str) -> list[str]:
         (joint("rf_tibia_joint", 'velocity="6"', 'velocity="0"'), "rf_tibia_joint", "velocity 0"),
         (joint("rf_tibia_joint", "<limit[^>]*>", ""), "rf_tibia_joint", "no <limit>"),
         (joint("rf_tibia_joint", 'damping="0"', 'damping="-1"'), "rf_tibia_joint", "damping -1"),
-        (joint("rf_tibia_joint", "revolute", "continuous"), "rf_tibia_joint", "revolute, with lower and upper"),
+        (joint("rf_tibia_joint", "revolute", "continuous"), "rf_tibia_joint", "in a leg: revolute"),
         (joint("rf_tibia_joint", "revolute", "hinge"), "rf_tibia_joint", "unknown type 'hinge'"),
         (joint("rf_tibia_joint", "<axis", '<mimic joint="lf_tibia_joint"/><axis'),
          "rf_tibia_joint", "mimic"),

@@ -72,7 +72,7 @@ def walked(path: Path, duration: float) -> RealRobot:
     """Walk one file both ways and load it for what is found in it."""
     as_it_is = walk_command(path, duration)
     mended = walk_command(path, duration, "--mend")
-    print(f"{path.name}: {as_it_is.status} {mended.status} {mended.words}", flush=True)
+    print(f"{path.name}: {as_it_is.status} {mended.status} {mended.words}", file=sys.stderr)
     try:
         robot = load_robot(path, mend=True)
     except HexapodError:

@@ -63,13 +63,15 @@ def read_explicit(path: Path, arguments: LoadOptions) -> Intake:
         notes = (*notes, *done.notes)
     findings, _ = check_urdf(file)
     if findings:
-        raise UrdfError(file.source, [*findings, *_unrecognised(file, finder, options)])
+        endless = all("continuous joint" in text for text in findings)
+        more = _unrecognised(file, finder, options) if endless else []
+        raise UrdfError(file.source, [*findings, *more])
     layout = recognise(file, finder, options)
     return Intake(stated(file, layout), layout, options, mended, notes)
 
 
 def _unrecognised(file: UrdfFile, finder: ResourceFinder, options: LoadOptions) -> list[str]:
-    """Return why no robot can be found in a refused file, to be told with its other findings."""
+    """Return why a robot that only turns endlessly is none that walks: else nothing is added."""
     try:
         recognise(file, finder, options)
     except UrdfError as error:
