@@ -21,6 +21,8 @@ from pathlib import Path
 import numpy as np
 
 import hexapod_pin as hp
+from hexapod_pin.robot.description.urdf_file import read_urdf
+from hexapod_pin.robot.robot import robot_of
 
 ADAPTIVE = {"extrapolated-euler": 1e-4, "ndf": 1e-5, "dop853": 1e-5}  # method: accuracy [m, rad]
 FIXED = {"robust": 1e-3, "implicit-euler": 1e-3, "rk4": 2e-5}  # method: step [s]
@@ -125,7 +127,8 @@ def two_joint_legs(folder: Path) -> hp.Robot:
         )
     path = folder / "table.urdf"
     path.write_text("".join([*text, "</robot>"]))
-    return hp.load_robot(path, feet=[f"{leg}_foot" for leg in places], foot_radius=0.01)
+    feet = [f"{leg}_foot" for leg in places]  # in this order: legs are not looked for
+    return robot_of(read_urdf(path), "table", feet=feet, foot_radius=0.01)
 
 
 def drop_other(method: str, preset: str) -> object:
