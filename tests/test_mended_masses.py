@@ -48,7 +48,8 @@ def test_grams_and_millimetres_together() -> None:
 
 def test_a_missing_inertial_is_that_of_the_box() -> None:
     """coxa: 0.0835 x 0.045 x 0.045 m at x = 0.04175 m, density as assumed: closed form."""
-    done = mended(remove("link rr_coxa/inertial"))
+    legs = ("lf", "lm", "lr", "rf", "rm", "rr")  # none is left to tell what another weighs
+    done = mended(*[remove(f"link {leg}_coxa/inertial") for leg in legs])
     link = done.file.link_by_name["rr_coxa"]
     mass = DENSITY * 0.0835 * 0.045**2
     assert link.mass == pytest.approx(mass, rel=1e-8)
@@ -59,6 +60,18 @@ def test_a_missing_inertial_is_that_of_the_box() -> None:
     own = done.file.root.find("hexapod_pin")
     assert own is not None
     assert set(done.assumed) <= {x.text for x in own.findall("assumed")}
+
+
+def test_one_part_of_six_weighs_what_the_others_do() -> None:
+    """A single coxa without a mass gets that of the other five; its inertia is that of its box."""
+    for change in (put("link rr_coxa/inertial/mass", value="0"), remove("link rr_coxa/inertial")):
+        done = mended(change)
+        link = done.file.link_by_name["rr_coxa"]
+        assert link.mass == 0.15
+        along, across = 0.15 / 12 * 2 * 0.045**2, 0.15 / 12 * (0.045**2 + 0.0835**2)
+        assert link.moments[:3] == pytest.approx((along, across, across), rel=1e-8)
+        assert any("rr_coxa" in text and "other legs" in text for text in done.assumed)
+        np.testing.assert_allclose(masses(done.file), masses(WHOLE), rtol=1e-12)
 
 
 def test_a_ball_and_a_turned_cylinder() -> None:

@@ -23,7 +23,7 @@ from hexapod_pin.robot.mending.units import gyration, readable
 NEGLIGIBLE_INERTIA_SHARE = 1e-3
 """Share of its body's largest moment below which one fixed link's impossible inertia is a note."""
 
-MEND_MASS = "from the link's solid and --density, or its share of --mass"
+MEND_MASS = "that of other legs' part; else from the solid and --density, or its share of --mass"
 MEND_NEAREST = "the nearest possible moments; those of the link's solid where they do not fit it"
 MEND_SOLID = "that of the link's solid, or of a rod to its next joint, with the link's mass"
 

@@ -14,6 +14,7 @@ from hexapod_pin.robot.mending import rules
 from hexapod_pin.robot.mending.draft import Draft, scaled
 from hexapod_pin.robot.mending.inertia_findings import dummy
 from hexapod_pin.robot.mending.inertial_element import write_inertial
+from hexapod_pin.robot.mending.like_parts import mass_of_like_parts
 from hexapod_pin.robot.mending.link_solids import Solid
 from hexapod_pin.robot.mending.measures import Measures
 from hexapod_pin.robot.mending.units import mass_slip
@@ -47,6 +48,8 @@ def mend_masses(draft: Draft) -> None:
         draft.change("robot", text, f"masses were in {slip.unit}")
     _drop_unreadable(draft)
     _drop_dummies(draft)
+    if draft.options.density is None and draft.options.mass is None:
+        _give_masses_of_like_parts(draft)
     _give_masses(draft)
     _reach_total(draft)
 
@@ -75,6 +78,23 @@ def _drop_inertial(draft: Draft, link: Link, why: str) -> None:
     if inertial is not None:
         link.element.remove(inertial)
         draft.change(f"link {link.name!r}", f"inertial dropped: {why}")
+
+
+def _give_masses_of_like_parts(draft: Draft) -> None:
+    """Give links without a mass that of the same link of other legs, where most have one."""
+    measures = draft.measures
+    drawn, bare = _without_mass(measures)
+    known = mass_of_like_parts(measures)
+    for link, body in drawn:
+        if (mass := known.get(link.name)) is not None and body.volume > 0.0:
+            before = _written(link)
+            inertia = mass / body.volume * body.inertia
+            write_inertial(link.element, mass, body.centre, inertia)
+            assumed = f"mass {mass:.4g} kg of the same part of other legs, uniform in its shape"
+            draft.change(f"link {link.name!r}", f"mass {before} -> {mass:.4g} kg", assumed)
+    for link in bare:
+        if link.name in known:
+            _write_ball(draft, measures, link, known[link.name])
 
 
 def _give_masses(draft: Draft) -> None:
