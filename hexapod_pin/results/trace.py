@@ -232,7 +232,7 @@ class Trace:
         """Largest estimated error of one step, in positions [m and rad]; nan with fixed steps.
 
         Walks forget their errors within a cycle, as servos and feet pull the robot back: the error
-        of the whole run was 0.4 to 4 times this in walks of 5 and 10 s (docs/verdict.md).
+        of the whole run was 0.4 to 3.8 times this in walks of 5 and 10 s (docs/verdict.md).
         """
         return float(self.counters.get("error_most", float("nan")))
 
@@ -242,7 +242,7 @@ class Trace:
 
         The root of the largest error of a step times the sum of all: as if errors of a step partly
         added up over the whole run. In a walk, which forgets its errors, that is far above the true
-        error, 3 to 130 times; see `step_error`.
+        error, 2.7 to 50 times; see `step_error`.
         """
         return float(self.counters.get("error_estimate", float("nan")))
 

@@ -215,9 +215,11 @@ def robot_of(
     intake: Intake | None = None,
 ) -> Robot:
     """Return the robot of a URDF that says everything; arguments and errors as of `load_robot`."""
-    findings, notes = check_urdf(file)
-    if findings:
-        raise UrdfError(file.source, findings)
+    mended, notes, options = (
+        ((), _checked(file), {})
+        if intake is None
+        else (intake.mended, intake.notes, intake.options.given())
+    )
     limbs = stated_limbs(file, feet) or find_limbs(file, feet)
     given = read_provenance(file)
     model = build_model(file)
@@ -225,9 +227,6 @@ def robot_of(
     placed, foot_notes = place_feet(file, model, limbs, foot_radius)
     own = {**given.posture, **stated_places(file)}
     angles, posture_notes = standing_angles(joints, own, posture)
-    mended, read_notes, options = (
-        ((), (), {}) if intake is None else (intake.mended, intake.notes, intake.options.given())
-    )
     return Robot(
         name=file.name, source=source, model=model, legs=limbs.legs, feet=placed,
         joint_names=tuple(joint.name for joint in joints),
@@ -240,11 +239,23 @@ def robot_of(
         total_mass=math.fsum(link.mass or 0.0 for link in file.links),
         posture=angles, provenance=given.line, assumed=given.assumed, inferred=given.inferred,
         mended=mended,
-        notes=(*read_notes, *notes, *limbs.notes, *foot_notes, *posture_notes,
+        notes=(*notes, *limbs.notes, *foot_notes, *posture_notes,
                *_unused(file, placed)),
         options=options,
         urdf=file.text, digest=digest(file.text), held=_held(joints, angles, limbs.legs),
     )  # fmt: skip
+
+
+def _checked(file: UrdfFile) -> tuple[str, ...]:
+    """Return what is suspicious in a URDF.
+
+    Raises:
+        UrdfError: it cannot be used.
+    """
+    findings, notes = check_urdf(file)
+    if findings:
+        raise UrdfError(file.source, findings)
+    return tuple(notes)
 
 
 def _held(joints: Sequence[Joint], angles: Array, legs: Sequence[Leg]) -> Mapping[str, float]:

@@ -29,7 +29,7 @@ class Intake:
         layout: what was found in it.
         options: how it was read, hints included.
         mended: what was changed to mend it.
-        notes: what was assumed in reading it.
+        notes: what was assumed in reading it, and what is suspicious in it.
     """
 
     file: UrdfFile
@@ -61,13 +61,13 @@ def read_explicit(path: Path, arguments: LoadOptions) -> Intake:
         done = mend_urdf(file, finder, _mend_options(options))
         file, mended = done.file, done.changes
         notes = (*notes, *done.notes)
-    findings, _ = check_urdf(file)
+    findings, suspicious = check_urdf(file)
     if findings:
         endless = all("continuous joint" in text for text in findings)
         more = _unrecognised(file, finder, options) if endless else []
         raise UrdfError(file.source, [*findings, *more])
     layout = recognise(file, finder, options)
-    return Intake(stated(file, layout), layout, options, mended, notes)
+    return Intake(stated(file, layout), layout, options, mended, (*notes, *suspicious))
 
 
 def _unrecognised(file: UrdfFile, finder: ResourceFinder, options: LoadOptions) -> list[str]:
