@@ -1,0 +1,248 @@
+"""Which motors carry a robot, as data: need over what each motor may give, walk by walk."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from hexapod_pin.errors import UnknownNameError
+
+if TYPE_CHECKING:
+    from hexapod_pin.drive.catalog import MotorRecord
+    from hexapod_pin.drive.derating import Derating
+    from hexapod_pin.results.sizing import JointDemand
+
+USES = ("peak", "continuous", "holding", "speed")
+"""What a motor is judged by."""
+
+
+@dataclass(frozen=True)
+class KindUse:
+    """What the worst joint of a kind needs over what the derated motor gives, of all walks.
+
+    Attributes:
+        kind: of the joints.
+        peak: largest torque over the motor's line at that speed, derated [-].
+        continuous: RMS torque over the continuous torque [-].
+        holding: static torque in the worst stance over the continuous torque [-].
+        lost_leg: the same with one leg lost, over the derated stall torque [-]; NaN where the robot
+            cannot stand without a leg in some stance.
+        speed: largest speed over the no-load speed at the voltage under load [-].
+        outside: largest share of samples outside the derated line [-].
+        inertia_ratio: load inertia over reflected rotor inertia [-]; NaN where it is not known.
+        walk: in which walk each was largest, by the names of `USES`.
+        reasons: why it does not pass; empty where it does.
+    """
+
+    kind: str
+    peak: float
+    continuous: float
+    holding: float
+    lost_leg: float
+    speed: float
+    outside: float
+    inertia_ratio: float
+    walk: Mapping[str, str]
+    reasons: tuple[str, ...]
+
+    @property
+    def passes(self) -> bool:
+        """Whether the motor carries these joints."""
+        return not self.reasons
+
+    @property
+    def worst(self) -> float:
+        """The largest use [-]; NaN where nothing could be computed."""
+        known = [getattr(self, name) for name in USES]
+        return max((x for x in known if not math.isnan(x)), default=math.nan)
+
+
+@dataclass(frozen=True)
+class WalkRun:
+    """A walk with the motors' lines in the simulation.
+
+    Attributes:
+        walk: name of the walk.
+        walks: whether the robot does what was planned, on its feet.
+        text: the verdict in one line, or why there is none.
+    """
+
+    walk: str
+    walks: bool
+    text: str
+
+
+@dataclass(frozen=True)
+class MotorCandidate:
+    """A set of motors put into a robot: one for all joints, or one for each kind of joint.
+
+    Attributes:
+        motors: of each kind of joint.
+        robot_mass: of the robot with them [kg].
+        motor_mass: of all motors [kg].
+        uses: of each kind of joint.
+        runs: of each walk, with the motors' lines acting.
+        notes: what was assumed of the masses.
+        battery_peak: largest current of all motors together [A]; NaN where it is not known.
+        battery_mean: its mean [A].
+        price: of all motors; None where one is not known.
+    """
+
+    motors: Mapping[str, MotorRecord]
+    robot_mass: float
+    motor_mass: float
+    uses: tuple[KindUse, ...]
+    runs: tuple[WalkRun, ...]
+    notes: tuple[str, ...] = ()
+    battery_peak: float = math.nan
+    battery_mean: float = math.nan
+    price: float | None = None
+
+    @property
+    def name(self) -> str:
+        """The motors' names: one, or one for each kind."""
+        names = {kind: record.name for kind, record in self.motors.items()}
+        if len(set(names.values())) == 1:
+            return next(iter(names.values()))
+        return ", ".join(f"{kind} {name}" for kind, name in names.items())
+
+    @property
+    def passes(self) -> bool:
+        """Whether the motors carry every joint and the robot walks every walk with them."""
+        return all(use.passes for use in self.uses) and all(run.walks for run in self.runs)
+
+    @property
+    def worst(self) -> float:
+        """The largest use of any joint [-]."""
+        return max((u.worst for u in self.uses if not math.isnan(u.worst)), default=math.inf)
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Why they do not carry the robot; empty where they do."""
+        found = [f"{use.kind}: {reason}" for use in self.uses for reason in use.reasons]
+        return (*found, *(f"{run.walk}: {run.text}" for run in self.runs if not run.walks))
+
+    def use(self, kind: str) -> KindUse:
+        """Return the use of a kind of joint.
+
+        Raises:
+            UnknownNameError: there is no such kind.
+        """
+        for use in self.uses:
+            if use.kind == kind:
+                return use
+        raise UnknownNameError("kind of joint", kind, [use.kind for use in self.uses])
+
+
+@dataclass(frozen=True)
+class Confidence:
+    """How sure it is that the chosen motors pass.
+
+    Attributes:
+        sentence: the result in one sentence.
+        walk: the walk that was varied: the one with the largest use.
+        share: of the sampled walks that pass [-].
+        low: lower end of its 95 % interval [-].
+        high: upper end [-].
+        walks: how many were run.
+        indices: total Sobol index of each input [-], largest first; empty where there are none.
+        percentiles: 5, 50, 95 and 99 % of the largest use [-].
+        inputs: the distributions, in words.
+        values: largest use of each sampled walk [-]; infinite where it fell.
+    """
+
+    sentence: str
+    walk: str
+    share: float
+    low: float
+    high: float
+    walks: int
+    indices: Mapping[str, float]
+    percentiles: Mapping[str, float]
+    inputs: tuple[str, ...]
+    values: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class MotorSelection:
+    """Motors ranked for a robot.
+
+    Attributes:
+        robot: its name.
+        mass: of the robot as its file says [kg].
+        contained: mass of each motor that the file contains [kg].
+        walks: names of the walks that must be carried.
+        candidates: every motor on all joints: those that pass first, the lightest first; then the
+            others by their largest use.
+        unusable: motors of the catalogue that could not be held against a line, with the reason.
+        choice: the lightest motor that passes for each kind of joint; None where a kind has none.
+        iterations: choices one after another, until masses and choice agree.
+        confidence: of the choice; None where it was not computed.
+        demands: what the joints need on each walk, by its name, with the motors of the choice (of
+            the best candidate where there is none) in the robot and their lines not acting.
+        derating: what a motor may be asked for.
+        catalog: source of the motors.
+        assumed: what no source gives.
+        notes: what else to know.
+        interrupted: whether Ctrl-C ended it early.
+    """
+
+    robot: str
+    mass: float
+    contained: float
+    walks: tuple[str, ...]
+    candidates: tuple[MotorCandidate, ...]
+    unusable: tuple[tuple[str, str], ...]
+    choice: MotorCandidate | None
+    iterations: tuple[MotorCandidate, ...]
+    confidence: Confidence | None
+    derating: Derating
+    catalog: str
+    assumed: tuple[str, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+    interrupted: bool = False
+    demands: Mapping[str, JointDemand] = field(default_factory=dict, repr=False)
+
+    @property
+    def best(self) -> MotorCandidate:
+        """The choice; without one, the first candidate."""
+        return self.candidates[0] if self.choice is None else self.choice
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of joints."""
+        return tuple(use.kind for use in self.candidates[0].uses) if self.candidates else ()
+
+    def candidate(self, model: str) -> MotorCandidate:
+        """Return the candidate of a motor by its name, or its model where that has one voltage.
+
+        Raises:
+            UnknownNameError: there is none.
+        """
+        found = [c for c in self.candidates if model in (c.name, _model(c))]
+        if len(found) != 1:
+            raise UnknownNameError("motor", model, [c.name for c in self.candidates])
+        return found[0]
+
+    def passing(self, kind: str) -> tuple[MotorCandidate, ...]:
+        """Return the motors that carry a kind of joint, in their order."""
+        return tuple(c for c in self.candidates if c.use(kind).passes)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all numbers as plain data; NaN and infinities as None."""
+        from hexapod_pin.results.motor_selection_table import selection_to_dict
+
+        return selection_to_dict(self)
+
+    def table(self) -> str:
+        """Return the ranking as text."""
+        from hexapod_pin.results.motor_selection_table import selection_table
+
+        return selection_table(self)
+
+
+def _model(candidate: MotorCandidate) -> str:
+    models = {record.model for record in candidate.motors.values()}
+    return models.pop() if len(models) == 1 else candidate.name

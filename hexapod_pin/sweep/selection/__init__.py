@@ -1,0 +1,1 @@
+"""Which motors carry a robot: walks with each motor's mass, inertia and torque-speed line."""
