@@ -82,6 +82,12 @@ if TYPE_CHECKING:
     from hexapod_pin.results.phase_torque import PhaseTorques as PhaseTorques
     from hexapod_pin.results.phase_torque import phase_torques as phase_torques
     from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
+    from hexapod_pin.results.sizing import BatteryLoad as BatteryLoad
+    from hexapod_pin.results.sizing import JointDemand as JointDemand
+    from hexapod_pin.results.sizing import MotorBudget as MotorBudget
+    from hexapod_pin.results.sizing import MotorUse as MotorUse
+    from hexapod_pin.results.sizing import joint_demand as joint_demand
+    from hexapod_pin.results.sizing import motor_budget as motor_budget
     from hexapod_pin.results.stability import Stability as Stability
     from hexapod_pin.results.stability import stability as stability
     from hexapod_pin.results.study_file import load_study as load_study
@@ -129,6 +135,7 @@ _MODULES = {
     "AdamsCoulomb": "ground.contact",
     "AdamsImpact": "ground.contact",
     "ArcWalk": "control.arc_walk",
+    "BatteryLoad": "results.sizing",
     "Blueprint": "robot.description.blueprint",
     "BodyMotion": "control.body_motion",
     "BrownMcPhee": "ground.contact",
@@ -149,6 +156,7 @@ _MODULES = {
     "Hermite": "control.curves",
     "HoldPosture": "control.hold_posture",
     "HuntCrossley": "ground.contact",
+    "JointDemand": "results.sizing",
     "JointMoments": "results.joint_moments",
     "JointMotion": "control.joint_motion",
     "JointStops": "drive.joint_stops",
@@ -159,6 +167,8 @@ _MODULES = {
     "LostLeg": "simulation.loads",
     "Measurement": "control.feedback",
     "Motor": "drive.motor",
+    "MotorBudget": "results.sizing",
+    "MotorUse": "results.sizing",
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
     "MassFactor": "simulation.mass_changes",
@@ -208,6 +218,7 @@ _MODULES = {
     "compare": "sweep.compare",
     "gait_energy": "sweep.gait_energy",
     "iterate_batch": "simulation.batch",
+    "joint_demand": "results.sizing",
     "joint_moments": "results.joint_moments",
     "judge_peaks": "sweep.judge_peaks",
     "load_case": "simulation.case",
@@ -217,6 +228,7 @@ _MODULES = {
     "load_summary": "results.summary",
     "load_torque_map": "results.torque_map",
     "load_trace": "results.trace_file",
+    "motor_budget": "results.sizing",
     "paper_motion": "control.paper_motion",
     "phase_torques": "results.phase_torque",
     "register_controller": "control.registry",

@@ -8,6 +8,14 @@ from hexapod_pin.results.joint_moments import JointMoments, joint_moments
 from hexapod_pin.results.peak_verdict import PeakVerdict, PeakVerdicts
 from hexapod_pin.results.phase_torque import PhaseTorques, phase_torques
 from hexapod_pin.results.robot_budget import TorqueBudget
+from hexapod_pin.results.sizing import (
+    BatteryLoad,
+    JointDemand,
+    MotorBudget,
+    MotorUse,
+    joint_demand,
+    motor_budget,
+)
 from hexapod_pin.results.stability import Stability, stability
 from hexapod_pin.results.study_file import load_study, write_study
 from hexapod_pin.results.summary import Summary, load_summary
@@ -28,10 +36,14 @@ from hexapod_pin.results.zero_moment_point import (
 )
 
 __all__ = [
+    "BatteryLoad",
     "Checkpoint",
     "Comparison",
     "GaitEnergy",
+    "JointDemand",
     "JointMoments",
+    "MotorBudget",
+    "MotorUse",
     "PeakVerdict",
     "PeakVerdicts",
     "PhaseTorques",
@@ -42,6 +54,7 @@ __all__ = [
     "Trace",
     "WalkMetrics",
     "WalkVerdict",
+    "joint_demand",
     "joint_moments",
     "load_gait_energy",
     "load_study",
@@ -49,6 +62,7 @@ __all__ = [
     "load_torque_map",
     "load_trace",
     "longitudinal_margins",
+    "motor_budget",
     "nesm",
     "phase_torques",
     "stability",

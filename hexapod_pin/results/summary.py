@@ -45,9 +45,13 @@ class Summary:
         torque_rms: (n,) [N m].
         at_limit: share of the time at the torque limit: effort, or what the motor gives at the
             joint's speed (n,) [-].
+        limit_use: largest torque over that limit in the same state (n,) [-]; 0 without a limit.
         speed_peak: rate of largest size, with its sign (n,) [rad/s].
         speed_peak_time: its time (n,) [s].
         speed_rms: (n,) [rad/s].
+        acceleration_rms: from changes of rate between accepted states (n,) [rad/s^2].
+        torque_acceleration: mean of torque times acceleration (n,) [N m rad/s^2]; with both, the
+            RMS torque follows for another rotor inertia at the same motion.
         power_peak: torque times rate, of largest size, with its sign (n,) [W].
         power_peak_time: its time (n,) [s].
         positive_energy: work given by the joint per cycle (n,) [J].
@@ -98,9 +102,12 @@ class Summary:
     torque_p99: Array
     torque_rms: Array
     at_limit: Array
+    limit_use: Array
     speed_peak: Array
     speed_peak_time: Array
     speed_rms: Array
+    acceleration_rms: Array
+    torque_acceleration: Array
     power_peak: Array
     power_peak_time: Array
     positive_energy: Array

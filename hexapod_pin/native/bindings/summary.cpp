@@ -35,6 +35,9 @@ void put_joints(nb::dict& out, JointTotals& joints, double time) {
   out["positive_energy"] = column([](const JointSums& s) { return s.positive_energy; });
   out["negative_energy"] = column([](const JointSums& s) { return s.negative_energy; });
   out["at_limit"] = column([&](const JointSums& s) { return s.at_limit / time; });
+  out["limit_use"] = column([](const JointSums& s) { return s.limit_use; });
+  out["acceleration_rms"] = VectorXd((joints.acceleration_square / time).sqrt());
+  out["torque_acceleration"] = VectorXd(joints.torque_acceleration / time);
   out["angle_min"] = column([](const JointSums& s) { return s.lowest; });
   out["angle_max"] = column([](const JointSums& s) { return s.highest; });
   VectorXd p99 = joints.peaks(&JointSums::torque).size;  // the top bin of a histogram ends above it

@@ -19,6 +19,7 @@ struct JointSums {
   double torque_square = 0.0, rate_square = 0.0;             // N^2 m^2 s, rad^2/s
   double positive_energy = 0.0, negative_energy = 0.0;       // J
   double at_limit = 0.0;                                     // s
+  double limit_use = 0.0;  // largest |torque| over its limit in the same state
   double lowest = std::numeric_limits<double>::infinity();   // rad
   double highest = -std::numeric_limits<double>::infinity();
   Peak torque, speed, power;
@@ -26,7 +27,7 @@ struct JointSums {
   void take(const JointSums& other) {
     torque_square += other.torque_square, rate_square += other.rate_square;
     positive_energy += other.positive_energy, negative_energy += other.negative_energy;
-    at_limit += other.at_limit;
+    at_limit += other.at_limit, limit_use = std::max(limit_use, other.limit_use);
     lowest = std::min(lowest, other.lowest), highest = std::max(highest, other.highest);
     torque.see(other.torque), speed.see(other.speed), power.see(other.power);
   }
@@ -35,7 +36,8 @@ struct JointSums {
 class JointTotals {
  public:
   explicit JointTotals(int joints)
-      : sums_(std::size_t(joints)), histogram_(std::size_t(joints)), block_(std::size_t(joints)) {}
+      : acceleration_square(ArrayXd::Zero(joints)), torque_acceleration(acceleration_square),
+        sums_(std::size_t(joints)), histogram_(std::size_t(joints)), block_(std::size_t(joints)) {}
 
   void add(const SummaryState& s, double weight) {
     time_[waiting_] = s.time, weight_[waiting_] = weight;
@@ -46,8 +48,17 @@ class JointTotals {
     if (++waiting_ == kBlock) settle();
   }
 
+  // What lies between two states: the change of rate, at the mean torque.
+  void add_interval(double step, const SummaryState& a, const SummaryState& b) {
+    acceleration_square += (b.rate - a.rate).square() / step;
+    torque_acceleration += 0.5 * (a.torque + b.torque) * (b.rate - a.rate);
+  }
+
   void take(JointTotals& other) {  // and empties it
     settle(), other.settle();
+    acceleration_square += other.acceleration_square;
+    torque_acceleration += other.torque_acceleration;
+    other.acceleration_square.setZero(), other.torque_acceleration.setZero();
     for (std::size_t j = 0; j < sums_.size(); ++j) {
       sums_[j].take(other.sums_[j]);
       histogram_[j].take(other.histogram_[j]);
@@ -63,6 +74,9 @@ class JointTotals {
     return found;
   }
   const std::vector<MagnitudeHistogram>& histogram() { return settle(), histogram_; }  // of |torque|
+
+  // Integrals over time of rate'^2, rad^2/s^3, and of torque rate', N m rad/s.
+  ArrayXd acceleration_square, torque_acceleration;
 
  private:
   static constexpr std::size_t kBlock = 16;
@@ -87,6 +101,7 @@ class JointTotals {
       sums.positive_energy += weight * std::max(power, 0.0);
       sums.negative_energy += weight * std::min(power, 0.0);
       if (size >= e.limit) sums.at_limit += weight;
+      sums.limit_use = std::max(sums.limit_use, kLimitShare * size / e.limit);
       sums.lowest = std::min(sums.lowest, e.angle), sums.highest = std::max(sums.highest, e.angle);
       histogram.add(size, weight);
       sums.torque.see(e.torque, time_[i]), sums.speed.see(e.rate, time_[i]);

@@ -220,8 +220,6 @@ class SampledRollout : public Rollout, protected AcceptedStep {
   RunSummary summary_;
   std::vector<FootLoad> foot_loads_;
   bool record_;
-  // Share of a motor's line [-] from which a torque is on it, whatever the round-off.
-  static constexpr double kLimitShare = 0.999;
   VectorXd rate_limit_, torque_limit_, limit_now_;
   bool has_lines_;
   SetPoints set_points_;

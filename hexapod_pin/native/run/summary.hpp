@@ -60,7 +60,8 @@ class RunSummary {
     begin_ = next_edge_ = begin, end_ = end, period_ = cycle;
   }
 
-  // Torques from which a joint counts as being at its limit, N m, in the states that follow.
+  // Torques from which a joint counts as being at its limit (kLimitShare of it), N m, in the states
+  // that follow.
   void set_limit(const VectorXd& limit) { limit_ = limit.array(); }
 
   // An accepted state, the initial one included; times do not decrease.
@@ -147,7 +148,7 @@ class RunSummary {
   void advance_to(std::size_t& state) {
     const double step = kept_[state].time - last().time;
     settle(0.5 * step);
-    if (inside_) cycle_.add_interval(step, kept_[state].rise - last().rise);
+    if (inside_) cycle_.add_interval(last(), kept_[state]);
     weight_ = inside_ ? 0.5 * step : 0.0;
     std::swap(last_, state);
   }

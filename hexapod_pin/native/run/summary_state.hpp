@@ -9,6 +9,9 @@ namespace hexapod {
 
 using Eigen::ArrayXd;
 
+// Share of a torque limit [-] from which a torque is at it, whatever the round-off.
+constexpr double kLimitShare = 0.999;
+
 // What a summary looks at in one state; linear in time between two accepted ones.
 struct SummaryState {
   SummaryState(int joints, std::size_t feet)

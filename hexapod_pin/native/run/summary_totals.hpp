@@ -25,9 +25,12 @@ class SummaryTotals {
     add_trunk(s, weight);
   }
 
-  // What lies between two states: their vertical acceleration.
-  void add_interval(double step, double change_of_rise) {
-    if (step > 0.0) acceleration_square += change_of_rise * change_of_rise / step;
+  // What lies between two states: their accelerations.
+  void add_interval(const SummaryState& a, const SummaryState& b) {
+    const double step = b.time - a.time, change_of_rise = b.rise - a.rise;
+    if (!(step > 0.0)) return;
+    acceleration_square += change_of_rise * change_of_rise / step;
+    joints.add_interval(step, a, b);
   }
 
   void take(SummaryTotals& other) {  // and empties it

@@ -1,0 +1,265 @@
+"""What every joint demands of whatever motor drives it, over whole cycles of steady walking."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hexapod_pin.arrays import Array, protect, read_only
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.results.joint_budget import joint_kinds
+from hexapod_pin.results.robot_budget import SAMPLES
+from hexapod_pin.results.sizing.time_mean import largest_lagged, rms, time_weights
+
+PER_JOINT = (
+    "peak_torque", "peak_torque_time", "peak_torque_speed", "peak_speed", "p99_torque",
+    "rms_torque", "rms_speed", "acceleration_rms", "torque_acceleration", "peak_power",
+    "positive_energy", "negative_energy", "armature", "load_inertia", "holding",
+    "holding_lost_leg",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class JointDemand:
+    """What n joints demand over a window that repeats; SI units. Of no motor in particular.
+
+    Torques are those that the motor gives at the joint, the acceleration of the rotor that the
+    run had (`armature`) included. Means are over time by the trapezoidal rule. NaN is unknown.
+
+    Attributes:
+        joint_names: n names.
+        kinds: "coxa", "femur", "tibia", ... of each joint.
+        time: of the samples in the window [s]. Shape (T,).
+        torque: samples [N m]. Shape (T, n).
+        speed: samples of the joints' rates, signed [rad/s]. Shape (T, n).
+        acceleration: differences of the speeds [rad/s^2]. Shape (T, n).
+        cycles: whole gait cycles in the window; None where nothing repeats.
+        peaks: what peaks, RMS and energies below are of: "accepted steps" or "samples". The
+            larger of the accepted steps' peak and the samples' is taken.
+        peak_torque: largest |torque| (n,) [N m].
+        peak_torque_time: its time (n,) [s].
+        peak_torque_speed: rate at that time, > 0 where the joint drives (n,) [rad/s].
+        peak_speed: largest |rate| (n,) [rad/s].
+        p99_torque: |torque| not exceeded for 99 % of the time (n,) [N m].
+        rms_torque: (n,) [N m].
+        rms_speed: (n,) [rad/s].
+        acceleration_rms: (n,) [rad/s^2].
+        torque_acceleration: mean of torque times acceleration (n,) [N m rad/s^2].
+        peak_power: largest |torque times rate| (n,) [W].
+        positive_energy: work given per cycle (or window) (n,) [J].
+        negative_energy: work taken up per cycle (or window) (n,) [J], <= 0.
+        armature: rotor inertia at the joint that the torques contain (n,) [kg m^2].
+        load_inertia: of what the joint carries outwards, trunk held, rotor left out: mean diagonal
+            of the mass matrix over the window (n,) [kg m^2]. A leg in the air; on the ground
+            there is no such number.
+        holding: largest |torque| at rest in the postures and on the feet of the window (n,) [N m].
+        holding_lost_leg: the same with one leg lost, of the stances that hold (n,) [N m].
+        unheld: share of the window's stances that cannot hold at rest [-].
+        unheld_lost_leg: the same by lost leg or foot, in the order of the feet.
+        weight: mass times gravity [N].
+        distance: way per cycle along the heading [m]; None where none is known.
+        robot: its name.
+        notes: what to know of these numbers, one sentence each.
+    """
+
+    joint_names: tuple[str, ...]
+    kinds: tuple[str, ...]
+    time: Array = field(repr=False)
+    torque: Array = field(repr=False)
+    speed: Array = field(repr=False)
+    acceleration: Array = field(repr=False)
+    cycles: int | None
+    peaks: str
+    peak_torque: Array = field(repr=False)
+    peak_torque_time: Array = field(repr=False)
+    peak_torque_speed: Array = field(repr=False)
+    peak_speed: Array = field(repr=False)
+    p99_torque: Array = field(repr=False)
+    rms_torque: Array = field(repr=False)
+    rms_speed: Array = field(repr=False)
+    acceleration_rms: Array = field(repr=False)
+    torque_acceleration: Array = field(repr=False)
+    peak_power: Array = field(repr=False)
+    positive_energy: Array = field(repr=False)
+    negative_energy: Array = field(repr=False)
+    armature: Array = field(repr=False)
+    load_inertia: Array = field(repr=False)
+    holding: Array = field(repr=False)
+    holding_lost_leg: Array = field(repr=False)
+    unheld: float = float("nan")
+    unheld_lost_leg: dict[str, float] = field(default_factory=dict)
+    weight: float = float("nan")
+    distance: float | None = None
+    robot: str = "robot"
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check shapes and make read-only.
+
+        Raises:
+            ParameterError: an array of another shape, or fewer than two samples.
+        """
+        samples = (len(self.time), len(self.joint_names))
+        if samples[0] < 2 or np.any(np.diff(self.time) <= 0.0):
+            raise ParameterError("JointDemand.time", samples[0], "two increasing times or more [s]")
+        for name in ("torque", "speed", "acceleration", *PER_JOINT):
+            shape = samples[1:] if name in PER_JOINT else samples
+            if getattr(self, name).shape != shape:
+                found = getattr(self, name).shape
+                raise ParameterError(f"JointDemand.{name}", found, f"of shape {shape}")
+        if len(self.kinds) != samples[1]:
+            raise ParameterError("JointDemand.kinds", self.kinds, f"{samples[1]} names")
+        protect(self)
+
+    @classmethod
+    def of_samples(
+        cls,
+        time: ArrayLike,
+        torque: ArrayLike,
+        speed: ArrayLike,
+        *,
+        joint_names: Sequence[str] | None = None,
+        kinds: Sequence[str] | None = None,
+        cycles: int | None = None,
+        armature: ArrayLike = 0.0,
+        load_inertia: ArrayLike = np.nan,
+        holding: ArrayLike = np.nan,
+        holding_lost_leg: ArrayLike = np.nan,
+        **whole: Any,
+    ) -> JointDemand:
+        """Return the demand of measured or made-up samples; all numbers are of the samples.
+
+        Args:
+            time: [s]. Shape (T,).
+            torque: at the joints [N m]. Shape (T, n).
+            speed: signed [rad/s]. Shape (T, n).
+            joint_names: n names; None: "joint 1", ...
+            kinds: of the joints; None: as their names tell.
+            cycles: how often the motion repeats within the samples; None: not at all.
+            armature: rotor inertia that the torques contain [kg m^2]; one number or (n,).
+            load_inertia: [kg m^2]; one number or (n,).
+            holding: [N m]; one number or (n,).
+            holding_lost_leg: [N m]; one number or (n,).
+            **whole: `weight`, `distance`, `robot`, `notes`.
+
+        Raises:
+            ParameterError: shapes that do not fit.
+        """
+        t, tau, rate = (np.array(x, dtype=float) for x in (time, torque, speed))
+        if tau.ndim != 2 or tau.shape != rate.shape or t.shape != tau.shape[:1] or len(t) < 2:
+            raise ParameterError("torque", tau.shape, f"(T, n) as speed {rate.shape}, T >= 2")
+        n = tau.shape[1]
+        names = tuple(joint_names or (f"joint {j + 1}" for j in range(n)))
+        given: dict[str, Any] = {
+            "armature": armature, "load_inertia": load_inertia, "holding": holding,
+            "holding_lost_leg": holding_lost_leg,
+        }  # fmt: skip
+        return cls(
+            joint_names=names, kinds=tuple(kinds or joint_kinds(names, n // 3)),
+            time=t, torque=tau, speed=rate, acceleration=np.gradient(rate, t, axis=0),
+            cycles=cycles, peaks=SAMPLES, **sampled_numbers(t, tau, rate, cycles or 1),
+            **{k: _per_joint(v, n) for k, v in given.items()},
+            **whole,
+        )  # fmt: skip
+
+    @cached_property
+    def weights(self) -> Array:
+        """Share of the time that each sample stands for (T,) [-]."""
+        return read_only(time_weights(self.time))
+
+    @property
+    def duration(self) -> float:
+        """Length of a cycle, or of the window where nothing repeats [s]."""
+        return float(self.time[-1] - self.time[0]) / (self.cycles or 1)
+
+    @cached_property
+    def _lagged(self) -> dict[float, Array]:
+        return {}
+
+    def thermal_rms(self, time_constant: float) -> Array:
+        """Return the largest moving RMS torque, of samples (n,) [N m].
+
+        The square root of the largest value of torque^2 behind a first-order lag. The window is
+        taken to repeat for ever, so that a constant above its length needs no longer run; far
+        above it, this is the RMS of the window.
+
+        Args:
+            time_constant: thermal, of what must not grow hot [s].
+
+        Raises:
+            ParameterError: it is not positive and finite.
+        """
+        if not (np.isfinite(time_constant) and time_constant > 0.0):
+            raise ParameterError("time_constant", time_constant, "positive and finite [s]")
+        if time_constant not in self._lagged:
+            largest = largest_lagged(self.time, np.square(self.torque), time_constant)
+            self._lagged[time_constant] = read_only(np.sqrt(largest))
+        return self._lagged[time_constant]
+
+    def rms_with_armature(self, armature: ArrayLike) -> Array:
+        """Return the RMS torque were the rotors' inertia another and the motion the same (n,).
+
+        An estimate [N m]: a heavier rotor also takes the edge off every touch-down, so that the
+        motion is not the same. What decides is a run with the motor itself.
+
+        Args:
+            armature: at the joint [kg m^2]. One number or (n,).
+        """
+        more = np.asarray(armature, dtype=float) - self.armature
+        square = (
+            self.rms_torque**2
+            + 2.0 * more * self.torque_acceleration
+            + (more * self.acceleration_rms) ** 2
+        )
+        return np.asarray(np.sqrt(np.maximum(square, 0.0)))
+
+    def of_kinds(self, kinds: Sequence[str]) -> JointDemand:
+        """Return the demand of the joints of some kinds alone.
+
+        Raises:
+            UnknownNameError: there is no such kind.
+        """
+        for kind in kinds:
+            if kind not in self.kinds:
+                raise UnknownNameError("kind of joint", kind, sorted(set(self.kinds)))
+        kept = [j for j, kind in enumerate(self.kinds) if kind in kinds]
+        samples = {k: getattr(self, k)[:, kept] for k in ("torque", "speed", "acceleration")}
+        return replace(
+            self,
+            joint_names=tuple(self.joint_names[j] for j in kept),
+            kinds=tuple(self.kinds[j] for j in kept),
+            **samples,
+            **{name: getattr(self, name)[kept] for name in PER_JOINT},
+        )
+
+
+def _per_joint(value: ArrayLike, count: int) -> Any:
+    return np.broadcast_to(np.asarray(value, dtype=float), count).copy()
+
+
+def sampled_numbers(time: Array, torque: Array, speed: Array, parts: int) -> dict[str, Any]:
+    """Return the numbers per joint that samples alone tell; energies are over `parts`."""
+    size, power = np.abs(torque), torque * speed
+    top, joints = size.argmax(axis=0), np.arange(size.shape[1])
+    step, change = np.diff(time)[:, None], np.diff(speed, axis=0)
+    length, weights = float(time[-1] - time[0]), time_weights(time)
+    middle = 0.5 * (torque[1:] + torque[:-1])
+    return {
+        "peak_torque": size[top, joints],
+        "peak_torque_time": time[top],
+        "peak_torque_speed": speed[top, joints] * np.sign(torque[top, joints]),
+        "peak_speed": np.abs(speed).max(axis=0),
+        "p99_torque": np.percentile(size, 99.0, axis=0),
+        "rms_torque": rms(time, torque),
+        "rms_speed": rms(time, speed),
+        "acceleration_rms": np.sqrt(np.sum(change**2 / step, axis=0) / length),
+        "torque_acceleration": np.sum(middle * change, axis=0) / length,
+        "peak_power": np.abs(power).max(axis=0),
+        "positive_energy": length / parts * (weights @ np.maximum(power, 0.0)),
+        "negative_energy": length / parts * (weights @ np.minimum(power, 0.0)),
+    }

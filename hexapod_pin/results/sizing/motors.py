@@ -1,0 +1,115 @@
+"""The motors of n joints as arrays: what the derated data sheets allow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import ParameterError
+
+if TYPE_CHECKING:
+    from hexapod_pin.drive.catalog import MotorRecord
+    from hexapod_pin.drive.derating import Derating
+
+
+@dataclass(frozen=True, eq=False)
+class Motors:
+    """Of n joints; NaN where a data sheet does not tell.
+
+    Attributes:
+        records: row of the catalogue of each joint.
+        name: of all rows in short.
+        derating: what is allowed of them.
+        stall: T0 at the rated voltage (n,) [N m].
+        no_load: w0 at the rated voltage (n,) [rad/s].
+        continuous: torque that is allowed for ever (n,) [N m].
+        armature: rotor inertia at the joint (n,) [kg m^2].
+        ratio: gear ratio (n,) [-].
+        stall_current: I0 at the rated voltage (n,) [A].
+        standby_current: of the electronics (n,) [A].
+        rated_voltage: V (n,) [V].
+        notes: what is assumed, doubtful or unknown of the rows.
+    """
+
+    records: tuple[MotorRecord, ...]
+    name: str
+    derating: Derating
+    stall: Array
+    no_load: Array
+    continuous: Array
+    armature: Array
+    ratio: Array
+    stall_current: Array
+    standby_current: Array
+    rated_voltage: Array
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(
+        cls,
+        kinds: Sequence[str],
+        record: MotorRecord | Mapping[str, MotorRecord],
+        derating: Derating,
+    ) -> Motors:
+        """Return the motors of joints of these kinds.
+
+        Raises:
+            ParameterError: a row has no stall torque or no no-load speed.
+        """
+        by_kind = record if isinstance(record, Mapping) else dict.fromkeys(kinds, record)
+        records = tuple(by_kind[kind] for kind in kinds)
+        distinct = {row.name: row for row in records}
+        for row in distinct.values():
+            if not (row.stall_torque and row.no_load_speed):
+                raise ParameterError(
+                    f"{row.name}", row.unusable, "a motor with stall torque and no-load speed",
+                    "Without both there is no torque-speed line to hold a joint against.",
+                )  # fmt: skip
+
+        def column(value: Callable[[MotorRecord], float | None]) -> Array:
+            found = {name: value(row) for name, row in distinct.items()}
+            plain = {name: np.nan if v is None else float(v) for name, v in found.items()}
+            return np.array([plain[row.name] for row in records])
+
+        name = next(iter(distinct)) if len(distinct) == 1 else _names(kinds, records)
+        return cls(
+            records=records, name=name, derating=derating,
+            stall=column(lambda r: r.stall_torque),
+            no_load=column(lambda r: r.no_load_speed),
+            continuous=column(derating.continuous_torque),
+            armature=column(lambda r: r.armature),
+            ratio=column(lambda r: r.gear_ratio),
+            stall_current=column(lambda r: r.stall_current),
+            standby_current=column(lambda r: r.standby_current),
+            rated_voltage=column(lambda r: r.voltage),
+            notes=tuple(note for row in distinct.values() for note in _notes(row)),
+        )  # fmt: skip
+
+    def allowed(self, torque: Array, speed: Array) -> Array:
+        """Return the largest |torque| that is allowed at a speed, in the torque's direction [N m].
+
+        The derating's share of the line of `hp.Motor`, U T0 - T0 v / v0 with v > 0 where the joint
+        drives and v < 0 where it brakes, U the derated voltage; <= 0 where it cannot drive.
+
+        Args:
+            torque: its sign counts. Shape (..., n).
+            speed: signed. Shape (..., n).
+        """
+        share = self.derating.voltage - np.sign(torque) * speed / self.no_load
+        return np.asarray(self.derating.peak * self.stall * share)
+
+
+def _names(kinds: Sequence[str], records: Sequence[MotorRecord]) -> str:
+    rows = {kind: row.name for kind, row in zip(kinds, records, strict=True)}
+    return ", ".join(f"{kind}: {name}" for kind, name in rows.items())
+
+
+def _notes(row: MotorRecord) -> list[str]:
+    """Return what to know of a row of the catalogue."""
+    notes = [f"{row.name}: {flag}" for flag in row.flags]
+    notes += [f"{row.name}: assumed: {statement}" for statement in row.assumed]
+    return notes
