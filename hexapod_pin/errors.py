@@ -219,8 +219,8 @@ class OtherStudyError(SweepStoreError):
         super().__init__(path, message)
 
 
-class WorkersLostError(HexapodError):
-    """Nothing is left that could run the cases of a sweep: its pool or scheduler has gone.
+class WorkersError(HexapodError):
+    """Workers cannot run the cases of a sweep: they are gone, or have another study or release.
 
     Attributes:
         kept: how many cases the store holds.

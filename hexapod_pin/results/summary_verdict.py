@@ -34,10 +34,10 @@ class SummaryVerdict:
 def summary_verdict(summary: Summary) -> SummaryVerdict:
     """Return whether a run walks as planned, judged over its whole cycles by its summary.
 
-    The rule is that of `walk_verdict`: at least 80 % of the planned way and yaw, no fall, no contact
-    of the trunk. Of falls a summary shows those that last into its window: a trunk that leans by
-    45 degrees, against gravity; on level ground, one that is below half of its height at the start;
-    and feet that are never loaded. Without a whole cycle of a gait nothing is judged.
+    The rule is that of `walk_verdict`: at least 80 % of the planned way and yaw, no fall, no
+    contact of the trunk. Of falls a summary shows those that last into its window: a trunk that
+    leans by 45 degrees, against gravity; on level ground, one that is below half of its height at
+    the start; and feet that are never loaded. Without a whole cycle of a gait nothing is judged.
     """
     touches = [event for event in summary.events if event.kind == "trunk-contact"]
     way = summary_way(summary)

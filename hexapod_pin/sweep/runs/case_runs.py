@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from hexapod_pin.simulation.batch import iterate_batch
@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from hexapod_pin.sweep.study import SweepStudy
 
 
-def case_outcomes(study: SweepStudy, indices: Iterable[int], threads: int) -> Iterator[Outcome]:
+def case_outcomes(
+    study: SweepStudy, indices: Iterable[int], threads: int
+) -> Generator[Outcome, None, None]:
     """Yield what becomes of cases, as they finish; a case that cannot be is an outcome too.
 
     Args:

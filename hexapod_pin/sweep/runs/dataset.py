@@ -101,7 +101,9 @@ def _coordinates(found: StoredSweep) -> dict[str, Column]:
 
 
 def _labels(axis: str, names: Iterable[str]) -> Column:
-    return Column((axis,), np.array(list(names), dtype=object), {"long_name": f"name of the {axis}"})
+    return Column(
+        (axis,), np.array(list(names), dtype=object), {"long_name": f"name of the {axis}"}
+    )
 
 
 def _text(words: Iterable[str], meaning: str) -> Column:
@@ -118,9 +120,7 @@ def _kinds(found: StoredSweep) -> list[str]:
     return [kind for kind in (*KINDS, *OTHER_KINDS) if kind in there]
 
 
-def _of_kinds(
-    found: StoredSweep, name: str, one: Quantity, values: Array
-) -> dict[str, Column]:
+def _of_kinds(found: StoredSweep, name: str, one: Quantity, values: Array) -> dict[str, Column]:
     """Return what the joints of each kind come to: the largest size, the sum of energies."""
     if one.axes != ("joint",) or one.unit in NOT_BY_KIND or name.endswith("_time"):
         return {}

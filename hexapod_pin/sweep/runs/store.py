@@ -1,4 +1,4 @@
-"""The store of a sweep for its one writer: begun or gone on with, and every case durable at once."""
+"""The store of a sweep for its one writer: begun, or gone on with; every case durable at once."""
 
 from __future__ import annotations
 
@@ -142,7 +142,9 @@ class SweepStore:
                         f"now it has {now}: a file that the study uses has changed. Name another "
                         "store.", digest, now,
                     )  # fmt: skip
-            rows = self.connection.execute("SELECT number, digest, counters, numbers, sum FROM cases")
+            rows = self.connection.execute(
+                "SELECT number, digest, counters, numbers, sum FROM cases"
+            )
             bad = [row[0] for row in rows if row_sum(*row[1:4]) != row[4]]
             with self.connection:
                 self.connection.execute("BEGIN IMMEDIATE")

@@ -58,11 +58,9 @@ def connect(path: Path, *, write: bool) -> sqlite3.Connection:
 
 
 def _open(path: Path, write: bool) -> sqlite3.Connection:
-    place = path.absolute().as_uri()
-    settings = {"uri": True, "timeout": PATIENCE, "isolation_level": None}
     if write:
-        return sqlite3.connect(f"{place}?mode=rwc", check_same_thread=False, **settings)  # type: ignore[call-overload, no-any-return]
-    connection: sqlite3.Connection = sqlite3.connect(f"{place}?mode=ro", **settings)  # type: ignore[call-overload]
+        return _connection(path, "mode=rwc")
+    connection = _connection(path, "mode=ro")
     try:
         connection.execute("SELECT count(*) FROM sqlite_master")
     except sqlite3.OperationalError:
@@ -71,8 +69,14 @@ def _open(path: Path, write: bool) -> sqlite3.Connection:
         if log.exists() and log.stat().st_size:
             raise
         # a medium that cannot be written to, where SQLite cannot put its shared memory
-        return sqlite3.connect(f"{place}?mode=ro&immutable=1", **settings)  # type: ignore[call-overload, no-any-return]
+        return _connection(path, "mode=ro&immutable=1")
     return connection
+
+
+def _connection(path: Path, query: str) -> sqlite3.Connection:
+    return sqlite3.connect(
+        f"{path.absolute().as_uri()}?{query}", uri=True, timeout=PATIENCE, isolation_level=None
+    )
 
 
 def _check(connection: sqlite3.Connection, path: Path, write: bool) -> None:

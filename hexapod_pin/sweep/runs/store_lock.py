@@ -1,4 +1,4 @@
-"""One writer for a store: a lock that the system takes back when its owner dies, however it dies."""
+"""One writer for a store: a lock that the system takes back however its owner dies."""
 
 from __future__ import annotations
 

@@ -160,15 +160,18 @@ def _fill(found: StoredSweep, group: list[int], filled: Mapping[str, Array]) -> 
     """Put the numbers of cases with the same labels where they belong."""
     labels = found.labels[group[0]]
     sizes = sizes_of(labels)
-    places = {"joint": _places(found.place("joints"), labels["joints"]),
-              "foot": _places(found.place("feet"), labels["feet"]), "axis": np.arange(3)}  # fmt: skip
+    places = {
+        "joint": _places(found.place("joints"), labels["joints"]),
+        "foot": _places(found.place("feet"), labels["feet"]),
+        "axis": np.arange(3),
+    }
     length = sum(int(np.prod(shape_of(q.axes, sizes))) for q in found.quantities.values())
     table = np.stack([found.values[number][:length] for number in group])
     start = 0
     for name, one in found.quantities.items():
         shape = shape_of(one.axes, sizes)
         end = start + int(np.prod(shape))
-        where = np.ix_(group, *(places[axis] for axis in one.axes))
+        where = np.ix_(np.array(group), *(places[axis] for axis in one.axes))
         filled[name][where] = table[:, start:end].reshape(len(group), *shape)
         start = end
 
