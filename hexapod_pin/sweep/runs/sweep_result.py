@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from functools import cached_property
 from pathlib import Path
@@ -12,11 +13,17 @@ import numpy as np
 from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.file_ending import NETCDF, check_ending
 from hexapod_pin.results.netcdf import write_netcdf
-from hexapod_pin.sweep.runs.dataset import sweep_attributes, sweep_columns, to_dataset
+from hexapod_pin.sweep.runs.dataset import (
+    coordinate_names,
+    sweep_attributes,
+    sweep_columns,
+    to_dataset,
+)
 from hexapod_pin.sweep.runs.store_reading import NOT_RUN, StoredSweep, read_store
 from hexapod_pin.sweep.runs.sweep_csv import sweep_csv
 
 CSV = (".csv",)
+"""Endings of tables."""
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -105,11 +112,21 @@ class SweepResult:
         Raises:
             TraceFileError: another ending, or the file cannot be written; an old one is intact.
         """
-        check_ending(path, (*NETCDF, *CSV))
+        form = check_sweep_ending(path)
         made, attributes = sweep_columns(self._stored), sweep_attributes(self._stored)
-        if Path(path).suffix.lower() in CSV:
+        if form in CSV:
             return write_atomically(path, sweep_csv(made).encode())
-        return write_netcdf(path, made, attributes)
+        names = coordinate_names(json.loads(attributes["inputs"])).values()
+        return write_netcdf(path, made, {**attributes, "coordinates": " ".join(names)})
+
+
+def check_sweep_ending(path: str | Path) -> str:
+    """Return the ending of a dataset's file.
+
+    Raises:
+        TraceFileError: it is none of a dataset's.
+    """
+    return check_ending(path, (*NETCDF, *CSV))
 
 
 def open_sweep(path: str | Path) -> SweepResult:
