@@ -125,6 +125,9 @@ if TYPE_CHECKING:
     from hexapod_pin.sweep.gait_energy import gait_energy as gait_energy
     from hexapod_pin.sweep.judge_peaks import judge_peaks as judge_peaks
     from hexapod_pin.sweep.objective import RelativeObjective as RelativeObjective
+    from hexapod_pin.sweep.runs.run_sweep import run_sweep as run_sweep
+    from hexapod_pin.sweep.runs.sweep_result import SweepResult as SweepResult
+    from hexapod_pin.sweep.runs.sweep_result import open_sweep as open_sweep
     from hexapod_pin.sweep.torque_map import torque_map as torque_map
     from hexapod_pin.sweep.tuning import tune as tune
     from hexapod_pin.sweep.tuning_result import TuningResult as TuningResult
@@ -203,6 +206,7 @@ _MODULES = {
     "StickSlip": "ground.contact",
     "Sum": "control.time_function",
     "Summary": "results.summary",
+    "SweepResult": "sweep.runs.sweep_result",
     "TanhCoulomb": "ground.contact",
     "TorqueBudget": "results.robot_budget",
     "TorqueMap": "results.torque_map",
@@ -229,9 +233,11 @@ _MODULES = {
     "load_torque_map": "results.torque_map",
     "load_trace": "results.trace_file",
     "motor_budget": "results.sizing",
+    "open_sweep": "sweep.runs.sweep_result",
     "paper_motion": "control.paper_motion",
     "phase_torques": "results.phase_torque",
     "register_controller": "control.registry",
+    "run_sweep": "sweep.runs.run_sweep",
     "simulate": "simulation.run",
     "simulate_batch": "simulation.batch",
     "stability": "results.stability",

@@ -163,10 +163,10 @@ class TuningInterrupted(SimulationInterrupted):
 
 
 class SweepInterrupted(SimulationInterrupted):
-    """Ctrl-C during a sweep over a grid.
+    """Ctrl-C during a sweep.
 
     Attributes:
-        result: the `TorqueMap` or `GaitEnergy` of what was done; points left out are NaN.
+        result: the `TorqueMap`, `GaitEnergy` or `SweepResult` of what was done; the rest is NaN.
     """
 
     def __init__(self, message: str, result: Any) -> None:
@@ -177,6 +177,59 @@ class SweepInterrupted(SimulationInterrupted):
 
 class TraceFileError(HexapodError):
     """A result file cannot be written or read: missing, truncated, or of another schema."""
+
+
+class SweepStoreError(HexapodError):
+    """The store of a sweep cannot be used: missing, damaged, no store, of a newer schema.
+
+    Attributes:
+        path: of the store.
+        kept: how many cases it holds; None where that cannot be told.
+    """
+
+    def __init__(self, path: str, message: str, kept: int | None = None) -> None:
+        """Name the file in front of the message."""
+        self.path, self.kept = str(path), kept
+        super().__init__(f"{path}: {message}")
+
+
+class StoreExistsError(SweepStoreError):
+    """There is a store of that name already, and the sweep was not told to go on with it."""
+
+
+class StoreLockedError(SweepStoreError):
+    """Another process writes to the store."""
+
+
+class StoreFullError(SweepStoreError):
+    """The disk is full: what was committed before is kept, and the sweep can go on later."""
+
+
+class OtherStudyError(SweepStoreError):
+    """The store is that of another study, or of other versions.
+
+    Attributes:
+        stored: digest (or versions) that the store was begun with.
+        given: digest (or versions) of now.
+    """
+
+    def __init__(self, path: str, message: str, stored: str, given: str) -> None:
+        """Keep both beside the message."""
+        self.stored, self.given = stored, given
+        super().__init__(path, message)
+
+
+class WorkersError(HexapodError):
+    """Workers cannot run the cases of a sweep: they are gone, or have another study or release.
+
+    Attributes:
+        kept: how many cases the store holds.
+    """
+
+    def __init__(self, message: str, kept: int) -> None:
+        """Keep the number beside the message."""
+        self.kept = kept
+        super().__init__(message)
 
 
 class NotRecordedError(HexapodError):

@@ -22,6 +22,7 @@ from hexapod_pin.commands.option_names import in_options, option_names
 from hexapod_pin.commands.run import run
 from hexapod_pin.commands.stability import stability
 from hexapod_pin.commands.status import FAILED, INTERRUPTED, fail
+from hexapod_pin.commands.sweep import sweep
 from hexapod_pin.commands.verify import verify
 from hexapod_pin.commands.view import view
 from hexapod_pin.commands.walk import walk
@@ -71,7 +72,9 @@ def _root(
     pass
 
 
-for _command in (walk, run, compare, view, budget, stability, check, mend, contact, bench, verify):
+for _command in (
+    walk, run, compare, sweep, view, budget, stability, check, mend, contact, bench, verify
+):  # fmt: skip
     app.command()(_command)
 
 

@@ -28,6 +28,51 @@ class ProgressBar:
         return lambda fraction: self._bar.update(self._task, description=title, completed=fraction)
 
 
+class TimeLeftBar:
+    """Shows a finished fraction and the time left; a sweep that goes on begins above 0."""
+
+    def __init__(self, bar: Progress, title: str) -> None:
+        """Begin where the first call says."""
+        self._bar, self._title = bar, title
+        self._task: TaskID | None = None
+        self._first, self._last = 0.0, 0.0
+
+    def __call__(self, fraction: float) -> None:
+        """Show how much is finished."""
+        if self._task is None:
+            self._task = self._bar.add_task(self._title, total=1.0)
+            self._first = fraction
+        self._last = fraction
+        self._bar.update(self._task, completed=fraction)
+
+    @property
+    def moved(self) -> float:
+        """Fraction that was finished since the first call."""
+        return self._last - self._first
+
+
+@contextmanager
+def time_left_bar(title: str) -> Iterator[TimeLeftBar]:
+    """Give a callable that shows a finished fraction and the time left, where stderr can."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(),
+               TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())  # fmt: skip
+    with Progress(
+        *columns, console=console, disable=not console.is_terminal, speed_estimate_period=60.0
+    ) as bar:
+        yield TimeLeftBar(bar, title)
+
+
 @contextmanager
 def progress_bar(title: str) -> Iterator[ProgressBar]:
     """Give a callable that shows a finished fraction on stderr, where that is a terminal."""

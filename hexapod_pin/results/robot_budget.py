@@ -110,9 +110,7 @@ class TorqueBudget:
 
     def _per_way(self, energy: float) -> float | None:
         """Return an energy per weight and distance."""
-        if not self.makes_way or self.distance is None or self.weight <= 0.0:
-            return None
-        return energy / (self.weight * self.distance)
+        return None if self.on_the_spot else energy_per_way(energy, self.weight, self.distance)
 
     def joint(self, name: str) -> JointBudget:
         """Return the row of one joint.
@@ -154,6 +152,13 @@ class TorqueBudget:
             _note_lines(self),
         )
         return "\n\n".join("\n".join(part) for part in parts)
+
+
+def energy_per_way(energy: float, weight: float, distance: float | None) -> float | None:
+    """Return an energy [J] over weight [N] and distance [m]: a cost of transport; None without."""
+    if distance is None or not distance > 0.0 or weight <= 0.0:
+        return None
+    return energy / (weight * distance)
 
 
 def _heading_lines(budget: TorqueBudget) -> list[str]:

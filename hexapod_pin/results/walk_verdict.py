@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -115,7 +116,7 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
     touches = [event for event in events if event.kind == "trunk-contact"]
     slip = slip_of(trace, way.nominal_speed)
     torque, speed, behind = at_torque_limit(trace), at_speed_limit(trace), lag(trace)
-    reason = _reason(way, fall, touches)
+    reason = why_it_does_not_walk(way, fall, touches)
     hint = ""
     if reason:
         at_start = bool(touches) and touches[0].time <= float(trace.time[0])
@@ -137,8 +138,14 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
     )  # fmt: skip
 
 
-def _reason(way: WalkedWay, fall: Fall | None, touches: list[Event]) -> str:
-    """Return why a robot does not walk; empty where it does."""
+def why_it_does_not_walk(way: WalkedWay, fall: Fall | None, touches: Sequence[Event]) -> str:
+    """Return why a robot does not walk; empty where it does.
+
+    Args:
+        way: made and planned.
+        fall: the first one.
+        touches: contacts of the trunk with the ground, in the order of time.
+    """
     if fall is not None:
         return f"it fell: {fall.how} at {fall.time:.3g} s"
     if touches:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
+from typing import Any
 
 from hexapod_pin.errors import ParameterError, SimulationInterrupted
 from hexapod_pin.results.summary import Summary
@@ -78,7 +79,7 @@ def simulate_batch(
 
 
 def iterate_batch(
-    cases: Sequence[Case],
+    cases: Iterable[Case | Exception],
     *,
     duration: float | None = None,
     accuracy: float | None = None,
@@ -90,7 +91,9 @@ def iterate_batch(
 ) -> Iterator[tuple[int, BatchResult]]:
     """Yield the index and the result of each case as it finishes; arguments as `simulate_batch`.
 
-    Whoever stops taking them abandons the rest.
+    Cases are taken as threads need them, so that an iterator may make more than fit into memory.
+    An exception among them is the result of its place. Whoever stops taking results abandons the
+    rest.
 
     Raises:
         ParameterError: threads, keep or a setting out of range.
@@ -100,14 +103,20 @@ def iterate_batch(
     if keep not in ("trace", "summary"):
         raise ParameterError("keep", keep, '"trace" or "summary"')
     RunSettings.of(0.0 if duration is None else duration, method, accuracy, step, sample)
-    chosen: list[Case | Exception] = []
-    for case in cases:
-        try:
-            chosen.append(
-                case.with_defaults(
-                    duration=duration, accuracy=accuracy, method=method, step=step, sample=sample
-                )
-            )
-        except ParameterError as error:  # they do not fit this case's own
-            chosen.append(error)
-    return BatchRuns(chosen, threads, keep == "trace").results()
+    settings: dict[str, Any] = dict(
+        duration=duration, accuracy=accuracy, method=method, step=step, sample=sample
+    )
+    if isinstance(cases, Sized):
+        threads = max(1, min(threads, len(cases)))
+    settled = (_settled(case, settings) for case in cases)
+    return BatchRuns(settled, threads, keep == "trace").results()
+
+
+def _settled(case: Case | Exception, settings: Mapping[str, Any]) -> Case | Exception:
+    """Return the case with the batch's settings for those that it leaves open."""
+    if isinstance(case, Exception):
+        return case
+    try:
+        return case.with_defaults(**settings)
+    except ParameterError as error:  # they do not fit this case's own
+        return error

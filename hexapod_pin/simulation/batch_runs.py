@@ -5,8 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import time
-from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from hexapod_pin.control.feedback import FeedbackController
@@ -33,47 +32,67 @@ SLICES = 16
 LOCK_STEP = 64
 """Most runs of one feedback controller side by side."""
 
+MOST_WAITING = 4 * LOCK_STEP
+"""Most cases with feedback that wait for others like them."""
+
 
 class BatchRuns:
-    """Cases under way. Open-loop ones run in the pool, the others in lock-step in this thread."""
+    """Cases under way. Open-loop ones run in the pool, the others in lock-step in this thread.
 
-    def __init__(self, cases: Sequence[Case | Exception], threads: int, record: bool) -> None:
+    Cases are taken one by one, as threads need them; those with feedback wait for others that run
+    beside them.
+    """
+
+    def __init__(self, cases: Iterable[Case | Exception], threads: int, record: bool) -> None:
         """Take the cases, or what forbids them; nothing is planned yet."""
-        self.record = record
-        self.cases = {k: case for k, case in enumerate(cases) if isinstance(case, Case)}
-        self.refused = {k: case for k, case in enumerate(cases) if isinstance(case, Exception)}
-        live = [k for k, c in self.cases.items() if isinstance(c.controller, FeedbackController)]
-        self.open = deque(sorted(self.cases.keys() - set(live)))
-        self.groups = deque(_groups(self.cases, live))
-        self.threads = max(1, min(threads, len(self.open)))
-        self.live_threads = threads
+        self.record, self.threads = record, threads
+        self.cases = enumerate(cases)
+        self.waiting: dict[object, dict[int, Case]] = {}  # with feedback, by what they share
 
     def results(self) -> Iterator[Result]:
         """Yield results as cases finish."""
         from hexapod_pin import native as _native
 
-        yield from self.refused.items()
         pool = _native.Batch(self.threads)
         under_way: dict[int, tuple[int, NativeRun, float]] = {}
-        while self.open or self.groups or under_way:
-            while self.open and len(under_way) < (AHEAD + 1) * self.threads:
-                refused = self._plan_next(pool, under_way)
-                if refused is not None:
-                    yield refused
-            if self.groups:
-                yield from self._live(self.groups.popleft())
+        more = True
+        while more or self.waiting or under_way:
+            while more and len(under_way) < (AHEAD + 1) * self.threads:
+                index, case = next(self.cases, (-1, None))
+                more = case is not None
+                if isinstance(case, Exception):
+                    yield index, case
+                elif case is not None and isinstance(case.controller, FeedbackController):
+                    yield from self._wait(index, case)
+                elif case is not None:
+                    refused = self._plan(index, case, pool, under_way)
+                    if refused is not None:
+                        yield refused
+            if self.waiting and not more:
+                yield from self._live(self.waiting.pop(next(iter(self.waiting))))
                 continue
-            number, good, failure = pool.next_done(PATIENCE)
+            number, good, failure = pool.next_done(PATIENCE) if under_way else (None, False, "")
             if number in under_way:
                 index, run, begin = under_way.pop(number)
                 run.good, run.wall_time = good, time.perf_counter() - begin
                 yield index, RuntimeError(failure) if failure else self._result(run)
 
-    def _plan_next(self, pool: Any, under_way: dict[int, tuple[int, NativeRun, float]]) -> Any:
-        """Plan the next case and hand it to the pool; a case that is refused is a result."""
-        index = self.open.popleft()
+    def _wait(self, index: int, case: Case) -> list[Result]:
+        """Put a case with feedback to those like it; run them where they are enough."""
+        key = _lock_step_key(case, index)
+        self.waiting.setdefault(key, {})[index] = case
+        if len(self.waiting[key]) < LOCK_STEP:
+            if sum(map(len, self.waiting.values())) < MOST_WAITING:
+                return []
+            key = max(self.waiting, key=lambda one: len(self.waiting[one]))
+        return self._live(self.waiting.pop(key))
+
+    def _plan(
+        self, index: int, case: Case, pool: Any, under_way: dict[int, tuple[int, NativeRun, float]]
+    ) -> Result | None:
+        """Plan a case and hand it to the pool; a case that is refused is a result."""
         begin = time.perf_counter()
-        run = self._set_up(self.cases[index])
+        run = self._set_up(case)
         if isinstance(run, Exception):
             return index, run
         grid = run.how.grid
@@ -91,19 +110,19 @@ class BatchRuns:
         except Exception as error:
             return _without_frames(error)
 
-    def _live(self, group: list[int]) -> list[Result]:
+    def _live(self, group: Mapping[int, Case]) -> list[Result]:
         """Run cases with one feedback controller side by side; where that fails, one by one."""
-        cases = [self.cases[k] for k in group]
+        cases = list(group.values())
         try:
             runs = lock_step_runs(
-                cases, cases[0].settings, record=self.record, threads=self.live_threads
+                cases, cases[0].settings, record=self.record, threads=self.threads
             )
         except SimulationInterrupted:
             raise
         except Exception as error:
             if len(group) == 1:
-                return [(group[0], _without_frames(error))]
-            return [result for k in group for result in self._live([k])]
+                return [(index, _without_frames(error)) for index in group]
+            return [result for k, case in group.items() for result in self._live({k: case})]
         return [(k, self._result(run)) for k, run in zip(group, runs, strict=True)]
 
     def _result(self, run: NativeRun) -> Trace | Summary | Exception:
@@ -120,18 +139,6 @@ class BatchRuns:
 def _without_frames(error: Exception) -> Exception:
     """Return an error that, if it is one of this package, does not hold the run in memory."""
     return error.with_traceback(None) if isinstance(error, HexapodError) else error
-
-
-def _groups(cases: Mapping[int, Case], live: Sequence[int]) -> list[list[int]]:
-    """Return cases that can run in lock-step: one robot, controller, settings and start time."""
-    found: dict[object, list[int]] = {}
-    for k in live:
-        found.setdefault(_lock_step_key(cases[k], k), []).append(k)
-    return [
-        group[start : start + LOCK_STEP]
-        for group in found.values()
-        for start in range(0, len(group), LOCK_STEP)
-    ]
 
 
 def _lock_step_key(case: Case, number: int) -> object:

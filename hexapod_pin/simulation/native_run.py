@@ -72,7 +72,7 @@ class NativeRun:
             groups: of arrays that the samples hold, as of `recorded_groups`.
         """
         check_supported(how.choice, scene)
-        self.scene, self.how, self.set_points = scene, how, set_points
+        self.scene, self.how, self.set_points, self.start = scene, how, set_points, start
         self.controller = dict(controller or {"kind": "commands"})
         self.trunk_points = native_loads(scene).trunk_points
         self.recorded = record

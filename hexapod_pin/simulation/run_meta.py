@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.drive.drive_law import torque_limit
 from hexapod_pin.drive.per_joint import joint_kinds
+from hexapod_pin.ground.terrain import Flat
 from hexapod_pin.results.event import Event
 from hexapod_pin.results.joint_budget import joint_kinds as kinds_by_name
 from hexapod_pin.results.summary import Summary
@@ -93,7 +94,16 @@ def _common_meta(run: NativeRun) -> dict[str, Any]:
         "provenance": robot.provenance,
         "model_digest": robot.digest,
         "wall_time": run.wall_time,
+        **level_start(run),
     }
+
+
+def level_start(run: NativeRun) -> dict[str, dict[str, float]]:
+    """Return z of level ground and of the trunk's origin at the start of a run from rest [m]."""
+    ground = run.scene.terrain
+    if not isinstance(ground, Flat) or run.start.time > 0.0:
+        return {}
+    return {"level_start": {"ground": ground.height, "trunk": float(run.start.q[2])}}
 
 
 def told_kinds(robot: Robot) -> dict[str, list[str]]:

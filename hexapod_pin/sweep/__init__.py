@@ -1,4 +1,4 @@
-"""Many runs for one question: controllers compared, parameters tuned, walks on a grid."""
+"""Many runs for one question: controllers compared, parameters tuned, grids, whole studies."""
 
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.gait_energy import GaitEnergy
@@ -9,6 +9,7 @@ from hexapod_pin.sweep.gait_energy import gait_energy, study_gaits
 from hexapod_pin.sweep.judge_peaks import judge_peaks
 from hexapod_pin.sweep.objective import RelativeObjective
 from hexapod_pin.sweep.random_bumps import random_bumps
+from hexapod_pin.sweep.runs import SweepResult, open_sweep, run_sweep
 from hexapod_pin.sweep.torque_map import torque_map
 from hexapod_pin.sweep.tuning import tune
 from hexapod_pin.sweep.tuning_result import TuningResult
@@ -17,13 +18,16 @@ __all__ = [
     "Comparison",
     "GaitEnergy",
     "RelativeObjective",
+    "SweepResult",
     "TorqueMap",
     "TuningResult",
     "WalkMetrics",
     "compare",
     "gait_energy",
     "judge_peaks",
+    "open_sweep",
     "random_bumps",
+    "run_sweep",
     "study_gaits",
     "torque_map",
     "tune",

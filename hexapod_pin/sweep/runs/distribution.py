@@ -1,0 +1,171 @@
+"""Cases of a sweep on workers: handed out in pieces, kept when they come back, given out anew."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from typing import TYPE_CHECKING
+
+from hexapod_pin.errors import WorkersError
+from hexapod_pin.sweep.runs.executors import Workers
+from hexapod_pin.sweep.runs.outcome import Outcome, failure, from_bytes
+from hexapod_pin.sweep.runs.store import SweepStore
+from hexapod_pin.sweep.runs.task import REFUSAL, task_of
+from hexapod_pin.sweep.runs.worker_processes import WorkerDied
+
+if TYPE_CHECKING:
+    from hexapod_pin.sweep.study import SweepStudy
+
+AHEAD = 2
+"""Pieces under way for each worker."""
+
+SUSPECT = 2
+"""Broken pools after which a case that was in each of them is run alone."""
+
+PATIENCE = 1.0
+"""Longest wait between two looks at the workers [s]."""
+
+
+class Distribution:
+    """Cases under way on workers.
+
+    A piece whose worker died is given out again. Where one death breaks the whole pool, cases that
+    were in it twice are run alone, so that those beside a case that kills its worker are not blamed
+    for it. A case that ends its worker three times alone has failed.
+    """
+
+    def __init__(
+        self,
+        study: SweepStudy,
+        store: SweepStore,
+        workers: Workers,
+        *,
+        chunk: int,
+        threads: int,
+        progress: Callable[[], None],
+    ) -> None:
+        """Take what is to be run; nothing is handed out yet."""
+        self.study, self.store, self.workers = study, store, workers
+        self.chunk, self.threads, self.progress = chunk, threads, progress
+        self.under_way: dict[Future[bytes], list[int]] = {}
+        self.again: deque[list[int]] = deque()
+        self.alone: deque[int] = deque()
+        self.company: Counter[int] = Counter()
+        self.strikes: Counter[int] = Counter()
+        self.deaths, self.answers = 0, 0
+        self.broken = self.single = False
+
+    def run(self, indices: Iterable[int]) -> None:
+        """Run all cases.
+
+        Raises:
+            WorkersError: no worker is left, or they cannot run the study.
+            StoreFullError, SweepStoreError: results cannot be kept.
+        """
+        pieces = self._pieces(iter(indices))
+        while True:
+            self._hand_out(pieces)
+            if not self.under_way:
+                if not self.broken:
+                    return
+                self.workers.renew()
+                self.broken = False
+                continue
+            done, _ = wait(self.under_way, PATIENCE, FIRST_COMPLETED)
+            for future in done:
+                self._take(self.under_way.pop(future), future)
+
+    def keep_finished(self) -> None:
+        """Keep what has come back by now."""
+        for future in [one for one in self.under_way if one.done() and not one.cancelled()]:
+            if future.exception() is None:
+                self._take(self.under_way.pop(future), future)
+
+    def _pieces(self, indices: Iterator[int]) -> Iterator[list[int]]:
+        """Yield pieces of cases that were not given out yet."""
+        while piece := list(itertools.islice(indices, self.chunk)):
+            yield piece
+
+    def _hand_out(self, pieces: Iterator[list[int]]) -> None:
+        """Give tasks to the workers, as many as keep them busy; or one that runs alone."""
+        self.single = bool(self.alone)
+        if self.alone:
+            if not self.under_way and not self.broken:
+                self._submit([self.alone.popleft()])
+            return
+        while not self.broken and len(self.under_way) < AHEAD * self.workers.slots:
+            piece = self.again.popleft() if self.again else next(pieces, None)
+            if piece is None:
+                return
+            self._submit(piece)
+
+    def _submit(self, piece: list[int]) -> None:
+        try:
+            future = self.workers.submit(task_of(self.study, piece, self.threads))
+        except BrokenExecutor:
+            self.again.appendleft(piece)
+            self.broken = True
+            return
+        self.under_way[future] = piece
+
+    def _take(self, piece: list[int], future: Future[bytes]) -> None:
+        """Keep what a task has come to, or give it out again."""
+        try:
+            answer = future.result()
+        except (BrokenExecutor, WorkerDied) as error:
+            return self._died(piece, failure(error))
+        except CancelledError as error:
+            raise self._lost("the scheduler dropped its tasks: it has gone") from error
+        except Exception as error:
+            if type(error).__name__ == "KilledWorker":  # Dask's
+                return self._died(piece, failure(error))
+            raise self._lost(f"a worker failed: {failure(error)}") from error
+        if answer.startswith(REFUSAL):
+            raise self._lost(f"a worker cannot run the study: {answer[1:].decode()}")
+        self.answers += 1
+        self.store.add(from_bytes(answer))
+        self.progress()
+
+    def _died(self, piece: list[int], why: str) -> None:
+        """Give the cases of a dead worker out again, or find that one of them is to blame."""
+        isolates = self.workers.isolates
+        self.broken = self.broken or not isolates
+        self.deaths += 1
+        if not self.answers and self.deaths > 8 + 4 * AHEAD * self.workers.slots:
+            raise self._lost(f"workers end before they answer anything ({why})")
+        if len(piece) == 1 and (isolates or self.single):
+            self._strike(piece[0], why)
+        elif isolates:
+            self.again.extend([index] for index in piece)
+        else:
+            self.company.update(piece)
+            self.alone.extend(index for index in piece if self.company[index] >= SUSPECT)
+            rest = [index for index in piece if self.company[index] < SUSPECT]
+            self.again.extend([rest] if rest else [])
+
+    def _strike(self, index: int, why: str) -> None:
+        """Count a death against a case that ran alone."""
+        self.strikes[index] += 1
+        if self.strikes[index] < self.workers.strikes:
+            if self.workers.isolates:
+                self.again.append([index])
+            else:
+                self.alone.append(index)
+            return
+        times = f"{self.strikes[index]} times" if self.workers.strikes > 1 else "again and again"
+        reason = f"WorkerDied: this case ended its worker {times} ({why})"
+        try:
+            digest = self.study.case(index).digest
+        except Exception:
+            digest = ""
+        self.store.add([Outcome(index, digest, reason)])
+        self.progress()
+
+    def _lost(self, what: str) -> WorkersError:
+        kept = len(self.store.finished)
+        return WorkersError(
+            f"{what}. {kept} finished cases are kept in {self.store.path}; go on with --resume "
+            "(resume=True).", kept,
+        )  # fmt: skip

@@ -1,0 +1,196 @@
+"""A store read as columns: a value of every quantity for every case of the study."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.sweep.runs.case_numbers import WAY_COLUMNS, Quantity, shape_of, sizes_of
+from hexapod_pin.sweep.runs.store import row_sum
+from hexapod_pin.sweep.runs.store_file import DONE, connect, store_errors
+from hexapod_pin.sweep.runs.store_inputs import InputColumn, read_inputs
+
+NOT_RUN = "not run"
+"""Reason of a case that has no row yet."""
+
+DAMAGED = "damaged in the store: --resume (resume=True) runs it again"
+"""Reason of a case whose row is not what was written."""
+
+Labels = Mapping[str, Sequence[str]]
+
+
+@dataclass
+class StoredSweep:
+    """All that a store holds; N cases.
+
+    Attributes:
+        meta: by its keys in the store.
+        inputs: with N values each.
+        quantities: of which `values` holds the numbers.
+        labels: of the axes of each case that was run, by its index.
+        values: the doubles of each case that was run, by its index.
+        counters: of each case that was run.
+        reason: why a case has no numbers, N; empty of those that have.
+        verdict: why a case does not walk, N.
+        assumed: what the cases assume, each once.
+        wall_time: of each case, N [s]; NaN of those that were not run.
+    """
+
+    meta: dict[str, str]
+    inputs: list[InputColumn]
+    quantities: dict[str, Quantity]
+    reason: list[str]
+    verdict: list[str]
+    wall_time: Array
+    labels: dict[int, Labels] = field(default_factory=dict)
+    values: dict[int, Array] = field(default_factory=dict)
+    counters: dict[int, dict[str, float]] = field(default_factory=dict)
+    assumed: list[str] = field(default_factory=list)
+
+    @property
+    def count(self) -> int:
+        """Number of cases of the study."""
+        return len(self.reason)
+
+    def place(self, axis: str) -> list[str]:
+        """Return the labels of an axis, of all cases together: "joints" or "feet"."""
+        return list(dict.fromkeys(name for one in self._distinct() for name in one[axis]))
+
+    @property
+    def kinds(self) -> dict[str, str]:
+        """The kind of every joint."""
+        pairs = (zip(one["joints"], one["kinds"], strict=True) for one in self._distinct())
+        return {joint: kind for part in pairs for joint, kind in part}
+
+    @property
+    def robots(self) -> list[str]:
+        """The robots of all cases, each once."""
+        return list(dict.fromkeys(str(one["robot"]) for one in self._distinct()))
+
+    def _distinct(self) -> list[Labels]:
+        """Return the labels of all cases, each once, in the order of the cases."""
+        return list({id(one): one for _, one in sorted(self.labels.items())}.values())
+
+
+def read_store(path: Path) -> StoredSweep:
+    """Return all that a store holds.
+
+    Raises:
+        SweepStoreError: missing, damaged, no store, of a newer schema, or not accessible.
+    """
+    connection = connect(path, write=False)
+    try:
+        with store_errors(path):
+            connection.execute("BEGIN")  # one state of it, even while cases are added
+            return _read(connection)
+    finally:
+        connection.close()
+
+
+def read_meta(connection: sqlite3.Connection) -> dict[str, str]:
+    """Return the texts that stand for the whole store."""
+    return dict(connection.execute("SELECT key, value FROM meta"))
+
+
+def _read(connection: sqlite3.Connection) -> StoredSweep:
+    meta = read_meta(connection)
+    count = int(meta["cases"])
+    stored = {
+        name: Quantity(tuple(axes), unit, meaning)
+        for name, axes, unit, meaning in json.loads(meta["quantities"])
+    }
+    found = StoredSweep(
+        meta, read_inputs(connection), stored, [NOT_RUN] * count, [""] * count,
+        np.full(count, np.nan),
+    )  # fmt: skip
+    texts = {k: json.loads(text) for k, text in connection.execute("SELECT id, text FROM texts")}
+    assumed: dict[str, None] = {}
+    rows = connection.execute(
+        "SELECT number, digest, counters, numbers, sum, state, reason, verdict, labels, assumed, "
+        "wall_time FROM cases ORDER BY number"
+    )
+    for number, digest, counters, numbers, total, state, reason, *rest in rows:
+        if row_sum(digest, counters, numbers) != total:
+            found.reason[number] = DAMAGED
+            continue
+        found.reason[number] = reason
+        if state != DONE:
+            continue
+        found.verdict[number] = rest[0]
+        found.labels[number] = texts[rest[1]]
+        assumed.update(dict.fromkeys(texts[rest[2]]))
+        found.wall_time[number] = rest[3]
+        found.values[number] = np.frombuffer(numbers, dtype="<f8")
+        found.counters[number] = json.loads(counters)
+    found.assumed = list(assumed)
+    return found
+
+
+def columns(found: StoredSweep) -> dict[str, Array]:
+    """Return an array of every quantity, first over the cases; NaN where there is no number.
+
+    The second axis of "joint" and "foot" goes over the labels of all cases together.
+    """
+    sizes = {"joint": len(found.place("joints")), "foot": len(found.place("feet")), "axis": 3}
+    filled = {
+        name: np.full((found.count, *shape_of(one.axes, sizes)), np.nan)
+        for name, one in found.quantities.items()
+    }
+    for group in _same_labels(found):
+        _fill(found, group, filled)
+    return filled
+
+
+def _same_labels(found: StoredSweep) -> list[list[int]]:
+    """Return the cases that share their labels, for each set of labels."""
+    groups: dict[int, list[int]] = {}
+    for number in found.values:
+        groups.setdefault(id(found.labels[number]), []).append(number)
+    return list(groups.values())
+
+
+def _fill(found: StoredSweep, group: list[int], filled: Mapping[str, Array]) -> None:
+    """Put the numbers of cases with the same labels where they belong."""
+    labels = found.labels[group[0]]
+    sizes = sizes_of(labels)
+    places = {
+        "joint": _places(found.place("joints"), labels["joints"]),
+        "foot": _places(found.place("feet"), labels["feet"]),
+        "axis": np.arange(3),
+    }
+    length = sum(int(np.prod(shape_of(q.axes, sizes))) for q in found.quantities.values())
+    table = np.stack([found.values[number][:length] for number in group])
+    start = 0
+    for name, one in found.quantities.items():
+        shape = shape_of(one.axes, sizes)
+        end = start + int(np.prod(shape))
+        where = np.ix_(np.array(group), *(places[axis] for axis in one.axes))
+        filled[name][where] = table[:, start:end].reshape(len(group), *shape)
+        start = end
+
+
+def _places(all_names: Sequence[str], names: Sequence[str]) -> np.ndarray[Any, Any]:
+    """Return where names stand among all."""
+    place = {name: k for k, name in enumerate(all_names)}
+    return np.array([place[name] for name in names], dtype=int)
+
+
+def ways(found: StoredSweep) -> Array:
+    """Return the way of every case (N, W, 4), as of `Summary.way`; NaN beyond its end."""
+    own = {}
+    for number, values in found.values.items():
+        sizes = sizes_of(found.labels[number])
+        length = sum(int(np.prod(shape_of(q.axes, sizes))) for q in found.quantities.values())
+        own[number] = values[length:].reshape(-1, WAY_COLUMNS)
+    longest = max((len(way) for way in own.values()), default=0)
+    filled = np.full((found.count, longest, WAY_COLUMNS), np.nan)
+    for number, way in own.items():
+        filled[number, : len(way)] = way
+    return filled

@@ -1,0 +1,43 @@
+"""A sweep as CSV: one row for each case, one column for each number."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from hexapod_pin.results.netcdf import Column
+from hexapod_pin.sweep.runs.case_numbers import WAY
+from hexapod_pin.sweep.runs.dataset import CASE
+
+
+def sweep_csv(made: Mapping[str, Column]) -> str:
+    """Return all columns along the cases but the way; every digit is kept, NaN is empty.
+
+    The head names quantity, label and unit: `torque_peak.lf_coxa_joint [N m]`.
+    """
+    along = {k: c for k, c in made.items() if c.dims[:1] == (CASE,) and k != WAY}
+    order = sorted(along, key=lambda name: (name != CASE, len(along[name].dims)))
+    parts = {name: column for name in order for column in [along[name]]}
+    heads = [head for name, column in parts.items() for head in _heads(name, column, made)]
+    tables = [column.values.reshape(len(column.values), -1).tolist() for column in parts.values()]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(heads)
+    for rows in zip(*tables, strict=True):
+        writer.writerow([_cell(value) for row in rows for value in row])
+    return text.getvalue()
+
+
+def _heads(name: str, column: Column, made: Mapping[str, Column]) -> Iterator[str]:
+    unit = column.attributes.get("units", "")
+    shown = f" [{unit}]" if unit not in ("", "1", "-") else ""
+    labels = [made[axis].values.tolist() for axis in column.dims[1:]]
+    for place in itertools.product(*labels):
+        yield ".".join([name, *place]) + shown
+
+
+def _cell(value: Any) -> str:
+    return "" if value != value else repr(value) if isinstance(value, float) else str(value)

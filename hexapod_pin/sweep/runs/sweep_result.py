@@ -1,0 +1,145 @@
+"""What a sweep has come to: read from its store, as a dataset, a file, or lists."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.results.file_ending import NETCDF, check_ending
+from hexapod_pin.results.netcdf import write_netcdf
+from hexapod_pin.sweep.runs.dataset import (
+    coordinate_names,
+    sweep_attributes,
+    sweep_columns,
+    to_dataset,
+)
+from hexapod_pin.sweep.runs.store_reading import NOT_RUN, StoredSweep, read_store
+from hexapod_pin.sweep.runs.sweep_csv import sweep_csv
+
+CSV = (".csv",)
+"""Endings of tables."""
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+
+class SweepResult:
+    """What a store held when it was opened; a sweep under way may be looked at.
+
+    Attributes:
+        path: of the store.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        """Read the store.
+
+        Raises:
+            SweepStoreError: missing, damaged, no store, of a newer schema, or not accessible.
+        """
+        self.path = Path(path).expanduser()
+        self._stored: StoredSweep = read_store(self.path)
+
+    def __len__(self) -> int:
+        """Return the number of cases of the study."""
+        return self._stored.count
+
+    @property
+    def name(self) -> str:
+        """Name of the study."""
+        return self._stored.meta["name"]
+
+    @property
+    def study_text(self) -> str:
+        """The study's file."""
+        return self._stored.meta["study"]
+
+    @property
+    def study_digest(self) -> str:
+        """The study's digest."""
+        return self._stored.meta["digest"]
+
+    @property
+    def done(self) -> int:
+        """How many cases were run and have numbers."""
+        return len(self._stored.values)
+
+    @property
+    def failed(self) -> list[tuple[int, str]]:
+        """Index and reason of each case that failed."""
+        reasons = enumerate(self._stored.reason)
+        return [(k, reason) for k, reason in reasons if reason not in ("", NOT_RUN)]
+
+    @property
+    def pending(self) -> list[int]:
+        """Indices of the cases that were not run yet."""
+        return [k for k, reason in enumerate(self._stored.reason) if reason == NOT_RUN]
+
+    @property
+    def reasons(self) -> dict[str, int]:
+        """How many cases failed for each type of error, most first."""
+        kinds = Counter(reason.split(":", 1)[0] for _, reason in self.failed)
+        return dict(kinds.most_common())
+
+    @property
+    def not_walking(self) -> int:
+        """How many cases were run in which the robot does not walk."""
+        return int(np.sum(self.dataset["walks"].values == 0.0))
+
+    @property
+    def case_time(self) -> float:
+        """Mean wall time of a case, from its planning to its end [s]; NaN without any."""
+        known = self._stored.wall_time[~np.isnan(self._stored.wall_time)]
+        return float(known.mean()) if len(known) else float("nan")
+
+    @cached_property
+    def dataset(self) -> Dataset:
+        """An `xarray.Dataset`: case by joint, foot or kind; inputs are coordinates along `case`.
+
+        Variables have `units` and `long_name`. Cases without numbers are NaN, and `reason` says
+        why. Wall times are no part of it: the same study gives the same bits.
+        """
+        return to_dataset(sweep_columns(self._stored), sweep_attributes(self._stored))
+
+    def save(self, path: str | Path) -> Path:
+        """Write the dataset as netCDF-4 (.nc) or CSV (.csv), wholly or not at all.
+
+        Raises:
+            TraceFileError: another ending, or the file cannot be written; an old one is intact.
+        """
+        form = check_sweep_ending(path)
+        made, attributes = sweep_columns(self._stored), sweep_attributes(self._stored)
+        if form in CSV:
+            return write_atomically(path, sweep_csv(made).encode())
+        names = coordinate_names(json.loads(attributes["inputs"])).values()
+        return write_netcdf(path, made, {**attributes, "coordinates": " ".join(names)})
+
+
+def check_sweep_ending(path: str | Path) -> str:
+    """Return the ending of a dataset's file.
+
+    Raises:
+        TraceFileError: it is none of a dataset's.
+    """
+    return check_ending(path, (*NETCDF, *CSV))
+
+
+def open_sweep(path: str | Path) -> SweepResult:
+    """Return what the store of a sweep holds, finished or not; it may be written to meanwhile.
+
+    Args:
+        path: of the store that `run_sweep` or `hexapod-pin sweep` wrote.
+
+    Raises:
+        SweepStoreError: missing, damaged, no store, of a newer schema, or not accessible.
+
+    Example:
+        >>> sweep = open_sweep("study.db")
+        >>> sweep.dataset["kind_torque_peak"].sel(kind="femur").max()
+    """
+    return SweepResult(path)

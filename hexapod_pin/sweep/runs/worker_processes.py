@@ -1,0 +1,103 @@
+"""Worker processes of this machine, each on its own: the death of one concerns no other."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import subprocess
+import sys
+from concurrent.futures import Future, ThreadPoolExecutor
+
+from hexapod_pin.sweep.runs.task import Task
+from hexapod_pin.sweep.runs.worker_main import read_frame, write_frame
+
+START = "from hexapod_pin.sweep.runs.worker_main import main; main()"
+
+
+class WorkerDied(Exception):
+    """A worker process ended in the middle of its task."""
+
+
+class WorkerProcess:
+    """One process, started when it is needed, and again after it has died."""
+
+    def __init__(self) -> None:
+        """Start nothing yet."""
+        self.process: subprocess.Popen[bytes] | None = None
+
+    def run(self, task: Task) -> bytes:
+        """Run a task there.
+
+        Raises:
+            WorkerDied: the process ended before it answered.
+        """
+        process = self.process or self._start()
+        assert process.stdin is not None and process.stdout is not None
+        try:
+            write_frame(process.stdin, json.dumps(task).encode())
+            answer = read_frame(process.stdout)
+        except OSError:
+            answer = None
+        if answer is None:
+            self.process = None
+            process.stdout.close()
+            raise WorkerDied(f"its worker process ended with status {process.wait()}")
+        return answer
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        paths = os.pathsep.join(path for path in sys.path if path)
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", START], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            env={**os.environ, "PYTHONPATH": paths},
+            start_new_session=True,  # Ctrl-C is for the parent, which ends its workers
+        )  # fmt: skip
+        return self.process
+
+    def kill(self) -> None:
+        """End the process."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+
+
+class WorkerProcesses:
+    """Some worker processes."""
+
+    isolates = True
+    strikes = 3
+
+    def __init__(self, count: int) -> None:
+        """Start nothing yet."""
+        self.slots = count
+        self.workers = [WorkerProcess() for _ in range(count)]
+        self.idle: queue.SimpleQueue[WorkerProcess] = queue.SimpleQueue()
+        for worker in self.workers:
+            self.idle.put(worker)
+        self.threads = ThreadPoolExecutor(count, thread_name_prefix="sweep-worker")
+        self.closed = False
+
+    def submit(self, task: Task) -> Future[bytes]:
+        """Run a task on the next worker that is free."""
+        return self.threads.submit(self._run, task)
+
+    def _run(self, task: Task) -> bytes:
+        worker = self.idle.get()
+        try:
+            if self.closed:
+                raise WorkerDied("the sweep has ended")
+            return worker.run(task)
+        finally:
+            self.idle.put(worker)
+
+    def renew(self) -> None:
+        """Do nothing: a worker that has died is started again by its next task."""
+
+    def close(self) -> None:
+        """End all workers at once."""
+        self.closed = True
+        for worker in self.workers:
+            worker.kill()
+        self.threads.shutdown(wait=True, cancel_futures=True)
+        for worker in self.workers:  # started in the meantime
+            worker.kill()

@@ -1,0 +1,203 @@
+"""Figures of a sweep: lines, heat maps, or distributions, by what the study varies."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.view.contact_figure import require_ending
+from hexapod_pin.view.figure_file import save_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
+
+    from hexapod_pin.arrays import Array
+
+PEAK, RMS = "kind_torque_peak", "kind_torque_rms"
+LINES = {PEAK: ("-", "peak"), RMS: ("--", "RMS")}
+"""Line of each quantity."""
+
+BAND = (5.0, 95.0)
+"""Percentiles between which a band is drawn."""
+
+MARKED = (50.0, 95.0, 99.0)
+"""Percentiles that are marked in a histogram."""
+
+BINS = 40
+SCATTERED = 5000
+"""Most points of a scatter plot."""
+
+
+def write_sweep_figure(dataset: Dataset, path: str | Path) -> Path:
+    """Draw a sweep into a file, and return its path.
+
+    One grid axis of numbers: peak and RMS torque of each kind of joint against it, with a band from
+    the 5th to the 95th percentile where there are samples. Two: heat maps of the peak torque, of
+    samples their median. Else: histograms of the peak torque with percentiles, and the largest one
+    against every input.
+
+    Args:
+        dataset: of a `SweepResult`.
+        path: ends in .png, .svg or .pdf.
+
+    Raises:
+        ParameterError: another ending, or no case has numbers.
+        TraceFileError: the file cannot be written.
+        ModuleNotFoundError: matplotlib is not installed.
+    """
+    ending = require_ending(Path(path))
+    return save_figure(draw_sweep(dataset), path, ending)
+
+
+def draw_sweep(dataset: Dataset) -> Figure:
+    """Return the figure; errors as of `write_sweep_figure`."""
+    if PEAK not in dataset or not np.isfinite(dataset[PEAK].values).any():
+        raise ParameterError("dataset", _reason(dataset), "one with a case that has numbers")
+    inputs = json.loads(dataset.attrs["inputs"])
+    axes = [item for item in inputs if item["grid"] and _is_number(dataset, item)]
+    named = [item for item in inputs if item["grid"] and not _is_number(dataset, item)]
+    if not named and len(axes) == 1:
+        return _lines(dataset, axes[0])
+    if not named and len(axes) == 2:
+        return _heat_maps(dataset, *axes)
+    return _distributions(dataset, inputs)
+
+
+def _reason(dataset: Dataset) -> str:
+    return str(dataset["reason"].values[0]) if dataset.sizes.get("case") else "no case"
+
+
+def _values(dataset: Dataset, item: dict[str, Any]) -> Array:
+    """Return the values of an input along the cases."""
+    name = item["name"].replace("/", "_")
+    found: Array = dataset[name if name in dataset.coords else f"input_{name}"].values
+    return found
+
+
+def _is_number(dataset: Dataset, item: dict[str, Any]) -> bool:
+    return bool(_values(dataset, item).dtype.kind == "f")
+
+
+def _label(item: dict[str, Any]) -> str:
+    unit = item["unit"]
+    return f"{item['name']} [{unit}]" if unit not in ("", "-") else str(item["name"])
+
+
+def _title(dataset: Dataset) -> str:
+    known = int(np.isfinite(dataset[PEAK].values).any(axis=1).sum())
+    robots = "; ".join(line.split(":")[0] for line in dataset.attrs["robots"].split("\n"))
+    return f"{dataset.attrs['study_name']} ({robots}): {known} of {dataset.sizes['case']} cases"
+
+
+def _lines(dataset: Dataset, item: dict[str, Any]) -> Figure:
+    """Draw torque against one axis."""
+    from matplotlib.figure import Figure
+
+    kinds = dataset["kind"].values.tolist()
+    across = _values(dataset, item)
+    points = np.unique(across)
+    figure = Figure(figsize=(1.0 + 3.4 * len(kinds), 3.8), layout="constrained")
+    panels = figure.subplots(1, len(kinds), squeeze=False, sharey=True)[0]
+    for k, (axes, kind) in enumerate(zip(panels, kinds, strict=True)):
+        for name, (line, words) in LINES.items():
+            cells = [dataset[name].values[across == x, k] for x in points]
+            low, middle, high = np.array(
+                [_percentiles(c, (BAND[0], 50.0, BAND[1])) for c in cells]
+            ).T
+            axes.plot(points, middle, line, color=f"C{k}", marker=".", label=words)
+            if max(map(len, cells)) > 1:
+                axes.fill_between(points, low, high, color=f"C{k}", alpha=0.2, lw=0)
+        axes.set_ylim(bottom=0.0)
+        axes.set_title(kind, fontsize="medium")
+        axes.set_xlabel(_label(item))
+        axes.grid(lw=0.3)
+        axes.legend(fontsize="small")
+    panels[0].set_ylabel("torque of the worst joint [N m]")
+    many = len(across) > len(points)
+    band = "; median, band 5 to 95 % of the samples" if many else ""
+    figure.suptitle(_title(dataset) + band, fontsize="medium")
+    return figure
+
+
+def _percentiles(values: Array, which: tuple[float, ...]) -> Array:
+    known = values[np.isfinite(values)]
+    return np.percentile(known, which) if len(known) else np.full(len(which), np.nan)
+
+
+def _heat_maps(dataset: Dataset, first: dict[str, Any], second: dict[str, Any]) -> Figure:
+    """Draw peak torque over two axes, a panel for each kind."""
+    from matplotlib.figure import Figure
+
+    kinds = dataset["kind"].values.tolist()
+    x, y = _values(dataset, first), _values(dataset, second)
+    along, up = np.unique(x), np.unique(y)
+    figure = Figure(figsize=(1.0 + 3.6 * len(kinds), 3.9), layout="constrained")
+    panels = figure.subplots(1, len(kinds), squeeze=False, sharey=True)[0]
+    for k, (axes, kind) in enumerate(zip(panels, kinds, strict=True)):
+        peak = dataset[PEAK].values[:, k]
+        cells = [[_percentiles(peak[(x == a) & (y == b)], (50.0,))[0] for a in along] for b in up]
+        mesh = axes.pcolormesh(_edges(along), _edges(up), np.ma.masked_invalid(cells))
+        axes.set_facecolor("lightgrey")
+        axes.set_xlabel(_label(first))
+        axes.set_title(kind, fontsize="medium")
+        figure.colorbar(mesh, ax=axes, label="peak torque [N m]", location="bottom")
+    panels[0].set_ylabel(_label(second))
+    many = "; median of the samples" if len(x) > len(along) * len(up) else ""
+    grey = "; grey: no numbers" if not np.isfinite(dataset[PEAK].values).all() else ""
+    figure.suptitle(f"{_title(dataset)}, worst joint of each kind{many}{grey}", fontsize="medium")
+    return figure
+
+
+def _edges(centres: Array) -> Array:
+    """Return the edges of the cells around some centres."""
+    if len(centres) == 1:
+        return np.array([centres[0] - 0.5, centres[0] + 0.5])
+    middle = 0.5 * (centres[1:] + centres[:-1])
+    first, last = 2.0 * centres[0] - middle[0], 2.0 * centres[-1] - middle[-1]
+    return np.concatenate([[first], middle, [last]])
+
+
+def _distributions(dataset: Dataset, inputs: list[dict[str, Any]]) -> Figure:
+    """Draw histograms of the peak torque, and the largest one against every input."""
+    from matplotlib.figure import Figure
+
+    kinds = dataset["kind"].values.tolist()
+    columns = max(len(kinds), min(len(inputs), 4))
+    rows = 1 + -(-len(inputs) // columns)
+    figure = Figure(figsize=(1.0 + 3.2 * columns, 0.6 + 2.8 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False)
+    for k, (axes, kind) in enumerate(zip(panels[0], kinds, strict=False)):
+        _histogram(axes, dataset[PEAK].values[:, k], kind, f"C{k}")
+    panels[0, 0].set_ylabel("cases")
+    peak = dataset[PEAK].values
+    known = np.flatnonzero(np.isfinite(peak).any(axis=1))
+    shown = known[:: max(1, len(known) // SCATTERED)]
+    largest = np.nanmax(peak[shown], axis=1)
+    for axes, item in zip(panels[1:].ravel(), inputs, strict=False):
+        axes.scatter(_values(dataset, item)[shown], largest, s=4, alpha=0.5, lw=0)
+        axes.set_xlabel(_label(item))
+        axes.grid(lw=0.3)
+    for row in panels[1:]:
+        row[0].set_ylabel("largest peak torque [N m]")
+    for axes in [*panels[0, len(kinds) :], *panels[1:].ravel()[len(inputs) :]]:
+        axes.set_axis_off()
+    figure.suptitle(f"{_title(dataset)}, worst joint of each kind", fontsize="medium")
+    return figure
+
+
+def _histogram(axes: Axes, values: Array, kind: str, color: str) -> None:
+    """Draw how often a kind of joint has which peak torque, and some percentiles."""
+    known = values[np.isfinite(values)]
+    axes.hist(known, bins=min(BINS, max(5, len(known) // 5)), color=color, alpha=0.6)
+    for share, line in zip(MARKED, ("-", "--", ":"), strict=True):
+        at = float(np.percentile(known, share))
+        axes.axvline(at, color="k", lw=0.8, ls=line, label=f"{share:g} %: {at:.3g} N m")
+    axes.set_title(kind, fontsize="medium")
+    axes.set_xlabel("peak torque [N m]")
+    axes.legend(fontsize="x-small")
