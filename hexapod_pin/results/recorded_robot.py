@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 KNOWN_LOADS = ("payload", "mass-factor", "removed-mass", "push")
 """Kinds of loads that a model can be built with again."""
+
+KEPT_ROBOTS = 4
+"""How many robots are remembered of traces: many traces of a sweep have the same."""
 
 TRUNK_JOINT = 1
 """Index of the free-flyer in the model: what moves the trunk's contact points."""
@@ -130,7 +134,7 @@ def _build(trace: Trace, text: str) -> RecordedRobot:
         allowed = ", ".join(KNOWN_LOADS)
         raise ParameterError("scene.loads.kind", sorted(map(str, unknown)), f"of {allowed}")
     feet = scene.get("robot", {}).get("feet", trace.foot_names)
-    robot = robot_of(parse_urdf(text.encode(), "Trace.meta['urdf']"), "trace", feet=feet)
+    robot = _robot(text, tuple(feet))
     if robot.joint_names != trace.joint_names:
         raise ParameterError("Trace.joint_names", trace.joint_names, "those of the trace's URDF")
     changes = [change for load in loads if (change := mass_change(load)) is not None]
@@ -141,6 +145,11 @@ def _build(trace: Trace, text: str) -> RecordedRobot:
         robot, model, _contact_joints(trace, robot, feet),
         tuple(_push(model, load) for load in loads if load["kind"] == "push"), damping, armature,
     )  # fmt: skip
+
+
+@lru_cache(maxsize=KEPT_ROBOTS)
+def _robot(text: str, feet: tuple[str, ...]) -> Robot:
+    return robot_of(parse_urdf(text.encode(), "Trace.meta['urdf']"), "trace", feet=feet)
 
 
 def _push(model: pin.Model, load: Mapping[str, Any]) -> RecordedPush:
