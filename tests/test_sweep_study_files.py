@@ -211,7 +211,7 @@ BAD = {
         "vary[0].input", "prescribed",
     ),
     "a path to nowhere": (
-        grid('path = "scene.contact.friction.stifness"\nvalues = [1]'), "vary[0].path", "mean 'stiffness'",
+        grid('path = "scene.contact.normal.stifness"\nvalues = [1]'), "vary[0].path", "stiffness",
     ),
     "a path to a table": (
         grid('path = "scene.contact.friction"\nvalues = [1]'), "vary[0].path", "a table: kind, mu",
