@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.recording import recorded_groups
-from hexapod_pin.simulation.case_data import case_digest, case_to_dict, read_case
+from hexapod_pin.simulation.case_data import case_to_dict, read_case
+from hexapod_pin.simulation.case_digest import case_digest
 from hexapod_pin.simulation.run_settings import RunSettings
 
 if TYPE_CHECKING:

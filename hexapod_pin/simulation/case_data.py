@@ -1,9 +1,7 @@
-"""Cases as plain data: written, read back strictly, and digested by meaning."""
+"""Cases as plain data: written, and read back strictly."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields
@@ -27,8 +25,6 @@ if TYPE_CHECKING:
 SCHEMA = 1
 SETTINGS = ("duration", "accuracy", "method", "step", "sample", "record")
 ROBOT = ("source", "feet", "foot_radius", "posture", "digest", "options")
-EXACT_INTEGERS = 2**53
-"""Up to here a double holds every whole number."""
 
 
 def case_to_dict(case: Case, folder: Path | None = None) -> dict[str, Any]:
@@ -37,7 +33,7 @@ def case_to_dict(case: Case, folder: Path | None = None) -> dict[str, Any]:
     Raises:
         ParameterError: the controller cannot be written.
     """
-    run = _run_to_dict(case)
+    run = run_to_dict(case)
     data = {
         **{name: run[name] for name in ("schema", "run")},
         "controller": controller_to_dict(case.controller),
@@ -54,10 +50,10 @@ def run_to_toml(case: Case) -> str:
     """Return what a trace keeps besides scene and controller, as TOML text."""
     import tomli_w
 
-    return tomli_w.dumps(_run_to_dict(case))
+    return tomli_w.dumps(run_to_dict(case))
 
 
-def _run_to_dict(case: Case) -> dict[str, Any]:
+def run_to_dict(case: Case) -> dict[str, Any]:
     """Return all but scene and controller."""
     given = {name: getattr(case, name) for name in SETTINGS if getattr(case, name) is not None}
     if "record" in given:
@@ -155,37 +151,3 @@ def _read_initial(data: Any) -> State | Checkpoint:
         raise ParameterError("initial.kind", kind, "state or checkpoint")
     given = table(data, "initial", required=("kind", "q", "v"))
     return State(read_only(given["q"]), read_only(given["v"]))
-
-
-def case_digest(case: Case) -> str:
-    """Return the SHA-256 over what a case means.
-
-    Raises:
-        ParameterError: the controller cannot be written.
-    """
-    data = case_to_dict(case)
-    for where in ("source", "options"):  # the robot's digest covers what they lead to
-        data["scene"]["robot"].pop(where, None)
-    how = case._settings(0.0 if case.duration is None else case.duration)
-    data["run"] = {
-        "duration": case.duration,
-        "method": how.choice.method.name,
-        "accuracy": how.choice.accuracy,
-        "step": how.grid.step,
-        "sample": how.grid.sample,
-        **({} if case.record is None else {"record": list(case.record)}),
-    }
-    return hashlib.sha256(json.dumps(_canonical(data), sort_keys=True).encode()).hexdigest()
-
-
-def _canonical(value: Any) -> Any:
-    """Return data in which equal numbers are spelt alike, to the bit."""
-    if isinstance(value, Mapping):
-        return {str(key): _canonical(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_canonical(item) for item in value]
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return value
-    if isinstance(value, int) and abs(value) > EXACT_INTEGERS:
-        return str(value)
-    return float(value).hex()

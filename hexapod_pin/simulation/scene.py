@@ -24,7 +24,7 @@ from hexapod_pin.simulation.loads import (
 from hexapod_pin.simulation.mass_changes import MassFactor, MassLoad, RemovedMass
 from hexapod_pin.simulation.payload import Payload
 from hexapod_pin.simulation.robot_data import read_robot, robot_to_dict
-from hexapod_pin.spec import read_toml
+from hexapod_pin.spec import Spec, read_toml
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
@@ -170,15 +170,23 @@ class Scene:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the TOML-able form."""
-        data = {
-            "schema": SCHEMA,
-            "gravity": list(self.gravity),
-            "robot": robot_to_dict(self.robot),
-            "terrain": self.terrain.model_dump(),
-            "contact": self.contact.model_dump(),
-            "servo": self.servos.model_dump(),
-            "stops": self.joint_stops.model_dump(),
+        laws = {name: law.model_dump() for name, law in self.laws().items()}
+        rest = self.settings_to_dict()
+        first = {name: rest.pop(name) for name in ("schema", "gravity")}
+        return {**first, "robot": robot_to_dict(self.robot), **laws, **rest}
+
+    def laws(self) -> dict[str, Spec]:
+        """Return terrain, contact, servos and stops by their names in `to_dict`."""
+        return {
+            "terrain": self.terrain,
+            "contact": self.contact,
+            "servo": self.servos,
+            "stops": self.joint_stops,
         }
+
+    def settings_to_dict(self) -> dict[str, Any]:
+        """Return the TOML-able form of all but the robot and the laws."""
+        data: dict[str, Any] = {"schema": SCHEMA, "gravity": list(self.gravity)}
         if self.loads:
             data["loads"] = [load_to_dict(load) for load in self.loads]
         if self.body_contact:

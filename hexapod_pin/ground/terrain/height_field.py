@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 MAX_GRID_POINTS = 4_000_000
 RANDOM_FIELD_WAVES = 32  # of a random field
 MIN_POINTS_PER_WAVELENGTH = 10
+KEPT_WAVES = 32  # random fields that are remembered, which sweeps scale
+MAX_KEPT_POINTS = 50_000  # of each
 
 Lengths = tuple[float, float]
 
@@ -164,10 +167,12 @@ class HeightField(Ground):
         spacing = wavelength / MIN_POINTS_PER_WAVELENGTH
         columns, rows = (max(2, int(np.ceil(length / spacing)) + 1) for length in extent)
         _require_size(rows * columns)
-        z = _waves(seed, spacing / wavelength, (rows, columns))
+        few = rows * columns <= MAX_KEPT_POINTS and type(seed) is int
+        waves = (_kept_waves if few else _waves)(seed, spacing / wavelength, (rows, columns))
         first = (center[0] - 0.5 * (columns - 1) * spacing, center[1] - 0.5 * (rows - 1) * spacing)
-        if flat_radius != 0.0:
-            z *= _faded_in(first, spacing, z.shape, flat_radius, wavelength)
+        flat = flat_radius != 0.0
+        fade = _faded_in(first, spacing, waves.shape, flat_radius, wavelength) if flat else 1.0
+        z = waves * fade
         largest = np.abs(z).max()
         if largest == 0.0:
             raise ParameterError("flat_radius", flat_radius, "smaller: no hill is left [m]")
@@ -184,6 +189,9 @@ def _waves(seed: int, step: float, shape: tuple[int, int]) -> Array:
     for k, a, p in zip(number, turn, phase, strict=True):
         z += np.cos(k * (np.cos(a) * x[None, :] + np.sin(a) * y[:, None]) + p)
     return z
+
+
+_kept_waves = lru_cache(maxsize=KEPT_WAVES)(_waves)
 
 
 def _faded_in(

@@ -19,6 +19,7 @@ from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot
 from hexapod_pin.simulation.case import Case, load_case
+from hexapod_pin.simulation.case_data import case_from_dict
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.spec import Spec
 from hexapod_pin.sweep.study.fields import Number, known_name, read_spec, refuse_unknown, table_at
@@ -92,7 +93,7 @@ def base_case(data: Mapping[str, Any], folder: Path, gait: str | None = None) ->
         raise ParameterError("base.case", found, "given, or base.robot in its place, and not both")
     if both == ["case"]:
         refuse_unknown(data, "base", ("case",))
-        return _from_file(data["case"], folder)
+        return _given_case(data["case"], folder)
     return _walk(read_spec(BaseWalk, data, "base"), folder, gait)
 
 
@@ -110,12 +111,16 @@ def kept_fields(data: Mapping[str, Any], base: Case) -> dict[str, float]:
     return {key: fields[key] for key in (*CARRIED, "duty") if key in fields}
 
 
-def _from_file(name: Any, folder: Path) -> Case:
-    if not isinstance(name, str) or not name:
-        raise ParameterError("base.case", name, "the path of a case's file")
-    case = load_case(folder / Path(name).expanduser())
+def _given_case(given: Any, folder: Path) -> Case:
+    """Return the case of a file, or of a table that holds what such a file does."""
+    if isinstance(given, Mapping):
+        case, place = case_from_dict(Case, given, folder), "base.case"
+    elif isinstance(given, str) and given:
+        case, place = load_case(folder / Path(given).expanduser()), given
+    else:
+        raise ParameterError("base.case", given, "the path of a case's file, or its tables")
     if case.duration is None:
-        raise ParameterError("run.duration", None, f"given [s] in {name}")
+        raise ParameterError("run.duration", None, f"given [s] in {place}")
     return case
 
 

@@ -112,6 +112,21 @@ class CaseParts:
         return scenes.terrain_with(self.base, named, self.options)
 
 
+SET_BY: Mapping[str, tuple[str, ...]] = {
+    "friction": ("scene.contact.friction.mu",),
+    "slope": ("scene.gravity",),
+    "slope_deg": ("scene.gravity",),
+    "bumps": ("scene.terrain",),
+    "gait": ("gait.",),
+    "speed": ("gait.stroke", "gait.cycle_time"),
+    "heading_deg": ("gait.heading",),
+    "turn_rate_deg": ("gait.turn_rate",),
+    "duty": ("gait.duty", "gait.phases"),
+    **{name: (f"gait.{name}",) for name in ("stroke", "cycle_time", "lift", "heading")},
+    "turn_rate": ("gait.turn_rate",),
+}
+"""What of a case's file an input sets, whatever stood there."""
+
 _SCENE = (CONTACT, SERVO, "stops", TERRAIN, GRAVITY, LOADS)
 
 
@@ -120,6 +135,18 @@ def trunk_link(robot: Robot) -> str:
     import pinocchio as pin
 
     return next(str(f.name) for f in robot.model.frames if f.type == pin.FrameType.BODY)
+
+
+def _refuse_path(item: StudyInput, inputs: Sequence[StudyInput]) -> None:
+    """Refuse a path to what an input sets.
+
+    Raises:
+        ParameterError: naming the path's place in the file.
+    """
+    for other in inputs:
+        if other.kind.part == PATH and any(key in other.name for key in SET_BY[item.name]):
+            allowed = f"a number that no other input sets: {item.where} varies {item.name}"
+            raise ParameterError(f"{other.where}.path", other.name, allowed)
 
 
 def _refuse_unfit(base: Case, inputs: Sequence[StudyInput]) -> None:
@@ -139,6 +166,8 @@ def _refuse_unfit(base: Case, inputs: Sequence[StudyInput]) -> None:
         if reason:
             allowed = f"an input that the base has: {reason}"
             raise ParameterError(f"{item.where}.input", item.name, allowed)
+        if item.name in SET_BY:
+            _refuse_path(item, inputs)
     if {"speed", "stroke", "cycle_time"} <= names.keys():
         where = f"{names['speed'].where}.input"
         raise ParameterError(where, "speed", "left out beside stroke and cycle_time: it follows")

@@ -79,7 +79,8 @@ class GaitChanges:
             DEGREES.get(key, key): math.radians(float(value)) if key in DEGREES else value
             for key, value in values.items()
         }
-        name, gait = fields.pop("gait", None), gait_of(controller)
+        name = fields.pop("gait", None)
+        gait: Gait | HexapodError | None = gait_of(controller)
         if name is not None:
             gait = self._named(str(name))
         if isinstance(gait, HexapodError):

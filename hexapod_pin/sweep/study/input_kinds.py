@@ -90,6 +90,8 @@ _KINDS = (
     InputKind("payload", "kg", LOADS, "mass of a payload", 0.0,
               options={"link": None, "position": None}),
     InputKind("friction", "-", CONTACT, "friction coefficient", 0.0),
+    _factor("mass", LOADS, "mass and inertia of all links"),
+    _factor("trunk_mass", LOADS, "mass and inertia of the trunk"),
     _factor("contact_stiffness", CONTACT, "the stiffness of the contact"),
     _factor("servo_stiffness", SERVO, "stiffness and damping of the servos"),
     InputKind("slope", "rad", GRAVITY, "slope of the ground, rising along +x",

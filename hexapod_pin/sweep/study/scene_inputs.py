@@ -12,7 +12,9 @@ from hexapod_pin.errors import GaitError
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.terrain import AnyTerrain, Flat
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.loads import Load, Payload
+from hexapod_pin.simulation.loads import Load
+from hexapod_pin.simulation.mass_changes import MassFactor
+from hexapod_pin.simulation.payload import Payload
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.sweep.random_bumps import random_bumps
 from hexapod_pin.sweep.study.gait_inputs import gait_of
@@ -48,8 +50,12 @@ def gravity_with(gravity: tuple[float, float, float], values: Values) -> tuple[f
 def loads_with(
     loads: tuple[Load, ...], values: Values, options: Options, trunk: str
 ) -> tuple[Load, ...]:
-    """Return loads with a payload more; one of 0 kg is none."""
+    """Return loads with mass factors and a payload more; one of 0 kg is none."""
     found = list(loads)
+    if "mass" in values:
+        found.append(MassFactor(values["mass"]))
+    if "trunk_mass" in values:
+        found.append(MassFactor(values["trunk_mass"], (trunk,)))
     if values.get("payload"):
         given = options["payload"]
         place = (0.0, 0.0, 0.0) if given["position"] is None else given["position"]

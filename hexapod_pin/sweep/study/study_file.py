@@ -134,7 +134,8 @@ def _read_input(data: Mapping[str, Any], index: int) -> StudyInput:
     own = {key: data[key] for key in data if key not in ("input", "path", *kind.options)}
     options = {key: data.get(key, default) for key, default in kind.options.items()}
     _check_options(options, where)
-    distribution, values = None, ()
+    distribution: Distribution | None = None
+    values: tuple[float | str, ...] = ()
     if "distribution" in own:
         distribution = _read_distribution(own, where, kind)
     else:

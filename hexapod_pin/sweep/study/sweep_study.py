@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.case_data import case_to_dict
 from hexapod_pin.sweep.study.base_case import base_case, kept_fields
 from hexapod_pin.sweep.study.case_parts import CaseParts
 from hexapod_pin.sweep.study.design import INDICES
@@ -61,6 +63,38 @@ class SweepStudy:
     def from_toml(cls, text: str, folder: str | Path | None = None) -> SweepStudy:
         """Return the study of a text; relative paths start in `folder`, or here."""
         return cls(text, folder)
+
+    @classmethod
+    def of_case(
+        cls,
+        case: Case,
+        vary: Sequence[Mapping[str, Any]],
+        design: Mapping[str, Any] | None = None,
+        *,
+        name: str = "study",
+    ) -> SweepStudy:
+        """Return the study of a case; its text holds the case.
+
+        Args:
+            case: what does not vary.
+            vary: the tables `[[vary]]` of a study file.
+            design: its table `[design]`; None without distributions.
+            name: of the study.
+
+        Raises:
+            ParameterError: as `SweepStudy`, or the case's controller cannot be written.
+        """
+        import tomli_w
+
+        data: dict[str, Any] = {
+            "schema": SCHEMA,
+            "name": name,
+            "base": {"case": case_to_dict(case)},
+        }
+        data["vary"] = [dict(table) for table in vary]
+        if design is not None:
+            data["design"] = dict(design)
+        return cls(tomli_w.dumps(data))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle text and folder: the robot is loaded again where it is unpickled."""

@@ -1,0 +1,244 @@
+"""Percentiles, shares that pass and Sobol indices, against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import ndtri
+
+import hexapod_pin as hp
+from hexapod_pin.sweep.assumed_inputs import assumed_inputs
+from hexapod_pin.sweep.sensitivity import SobolIndices, sobol_indices
+from hexapod_pin.sweep.study import SweepStudy
+from hexapod_pin.sweep.uncertainty import clopper_pearson, uncertainty
+
+NAMES = ("heading", "turn_rate", "scene.gravity.0")
+
+
+def study(kind: str = "sobol-indices", samples: int = 512, ends: float = math.pi) -> SweepStudy:
+    """Three inputs, uniform from -ends to ends; what they are of does not matter here."""
+    keys = ('input = "heading"', 'input = "turn_rate"', 'path = "scene.gravity.0"')
+    vary = "".join(
+        f'[[vary]]\n{key}\ndistribution = "uniform"\nlow = {-ends}\nhigh = {ends}\n' for key in keys
+    )
+    design = f'[design]\nkind = "{kind}"\nsamples = {samples}\nseed = 3\n'
+    return SweepStudy.from_toml(
+        f'schema = 1\n[base]\nrobot = "kharagpur"\ngait = "tripod"\n{vary}{design}'
+    )
+
+
+def inputs_of(of: SweepStudy) -> np.ndarray:
+    """(cases, 3) values of the inputs."""
+    return np.array([[of.point(k)[name] for name in NAMES] for k in range(len(of))])
+
+
+def ishigami(x: np.ndarray) -> np.ndarray:
+    """Ishigami and Homma 1990 with a = 7, b = 0.1."""
+    return np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+
+def test_ishigami() -> None:
+    """Indices are the closed form's to 0.03, the largest error of any of twelve seeds."""
+    of = study(samples=4096)
+    found = uncertainty(of, {"y": ishigami(inputs_of(of))}, "y").indices
+    assert found is not None
+    np.testing.assert_allclose(found.first, [0.3139, 0.4424, 0.0], atol=0.03)
+    np.testing.assert_allclose(found.total, [0.5576, 0.4424, 0.2437], atol=0.03)
+    for ends, value in ((found.first_interval, (0.3139, 0.4424, 0.0)),
+                        (found.total_interval, (0.5576, 0.4424, 0.2437))):  # fmt: skip
+        assert (ends[:, 0] <= np.add(value, 0.01)).all()
+        assert (ends[:, 1] >= np.subtract(value, 0.01)).all()
+    assert found.order == (0, 1, 2)
+
+
+def test_a_linear_model() -> None:
+    """Of a sum of c_i x_i with equal variances both indices are c_i^2 over their sum."""
+    of = study(samples=256)
+    y = inputs_of(of) @ [3.0, 1.0, 0.0]
+    found = uncertainty(of, {"y": y}, "y").indices
+    assert found is not None
+    np.testing.assert_allclose(found.first, [0.9, 0.1, 0.0], atol=0.01)
+    np.testing.assert_allclose(found.total, [0.9, 0.1, 0.0], atol=0.01)
+    assert found.total_interval[2] == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert found.deciding == ("heading",)
+    assert found.text.startswith("heading decides (total index 0.90, ")
+
+
+def test_inputs_that_decide_together() -> None:
+    """Where intervals overlap, no input is singled out."""
+    of = study(samples=64)
+    found = uncertainty(of, {"y": inputs_of(of) @ [1.0, 1.02, 0.1]}, "y").indices
+    assert found is not None
+    assert set(found.deciding) == {"heading", "turn_rate"}
+    assert " or " in found.text
+    assert "overlap" in found.text
+
+
+def test_nothing_varies() -> None:
+    """A constant has no indices, and says so."""
+    found = sobol_indices(np.ones(8 * 4), ("a", "b"), "y")
+    assert not found.varies
+    assert found.deciding == ()
+    assert found.text == "y does not vary: no input decides"
+
+
+def test_intervals_are_repeatable_and_shrink() -> None:
+    """The same values give the same bits; four times the samples about half the width."""
+    widths = []
+    for samples in (128, 512):
+        of = study(samples=samples)
+        y = ishigami(inputs_of(of))
+        one, other = (sobol_indices(y, NAMES) for _ in range(2))
+        assert np.array_equal(one.total_interval, other.total_interval)
+        widths.append(np.ptp(one.total_interval, axis=1)[0])
+    assert 0.3 < widths[1] / widths[0] < 0.75
+
+
+@pytest.mark.parametrize(
+    ("passing", "walks", "low", "high"),
+    [
+        (0, 10, 0.0, 1.0 - 0.025**0.1),  # (1 - p)^n = 0.025
+        (10, 10, 0.025**0.1, 1.0),
+        (1, 2, 1.0 - math.sqrt(0.975), math.sqrt(0.975)),  # at least one; at most one
+        (8, 10, 0.44390, 0.97479),  # tables of the exact interval
+        (5, 100, 0.01643, 0.11283),
+    ],
+)
+def test_clopper_pearson(passing: int, walks: int, low: float, high: float) -> None:
+    """The exact interval, by hand where a binomial tail has one term, else from tables."""
+    assert clopper_pearson(passing, walks) == pytest.approx((low, high), abs=6e-6)
+
+
+@pytest.mark.parametrize(("passing", "walks", "level"), [(1, 0, 0.9), (3, 2, 0.9), (1, 2, 1.0)])
+def test_no_interval(passing: int, walks: int, level: float) -> None:
+    with pytest.raises(hp.errors.ParameterError):
+        clopper_pearson(passing, walks, level)
+
+
+def test_percentiles_of_a_normal() -> None:
+    """Percentiles of a normal variable, of 4096 Sobol points: to 0.02 standard deviations."""
+    of = study("sobol", 4096, ends=1.0)
+    z = ndtri(0.5 * (1.0 + inputs_of(of)[:, 1]))
+    found = uncertainty(of, {"torque_peak": 3.0 + 0.5 * z}, "torque_peak")
+    assert found.unit == "N m"
+    wanted = 3.0 + 0.5 * ndtri(np.array([0.05, 0.5, 0.95, 0.99]))
+    assert list(found.percentiles) == [5, 50, 95, 99]
+    np.testing.assert_allclose(list(found.percentiles.values()), wanted, atol=0.01)
+    assert found.indices is None
+    assert found.sentence.startswith("torque_peak 3 N m, 90 % of walks 2.17")
+
+
+def test_the_share_that_passes() -> None:
+    """Values up to the limit pass; half the range does, and the interval holds it."""
+    of = study("sobol", 512, ends=1.0)
+    x = inputs_of(of)[:, 0]
+    found = uncertainty(of, {"use": x}, "use", 0.9)
+    assert found.share == pytest.approx(0.95, abs=2 / 512)
+    assert found.interval == clopper_pearson(found.passing or 0, 512)
+    other = uncertainty(of, {"use": x}, "use", 0.9, at_least=True)
+    assert other.passing == 512 - (found.passing or 0)
+    assert found.sentence == "passes with 95 % confidence (95 % interval 93 to 97 %, 512 walks)"
+
+
+def test_cases_that_failed_do_not_pass() -> None:
+    """A case without a number fails either sense of a limit; then only passing has indices."""
+    of = study(samples=64, ends=1.0)
+    x = inputs_of(of)
+    y = np.where(x[:, 0] > 0.5, np.nan, x[:, 1])
+    for at_least, limit in ((False, 2.0), (True, -2.0)):
+        found = uncertainty(of, {"y": y}, "y", limit, at_least=at_least)
+        assert found.walks == 128
+        assert found.failed == np.isnan(y[:128]).sum() == 32
+        assert found.passing == 96
+        assert found.indices is None
+        assert found.pass_indices is not None
+        np.testing.assert_allclose(found.pass_indices.total, [1.0, 0.0, 0.0], atol=0.05)
+        assert found.sentence == (
+            "passes with 75 % confidence (95 % interval 67 to 82 %, 128 walks); "
+            f"32 of them failed or fell, counted as not passing; {found.pass_indices.text}"
+        )
+        assert "heading decides" in found.sentence
+
+
+def test_all_pass() -> None:
+    """The interval of all passing ends below 100 %; the input that moves the quantity is told."""
+    of = study(samples=64, ends=1.0)
+    found = uncertainty(of, {"y": inputs_of(of) @ [0.0, 2.0, 0.1]}, "y", 9.0)
+    assert found.sentence.startswith(
+        "passes with 100 % confidence (95 % interval 97 to 100 %, 128 walks); turn rate decides y"
+    )
+    none = uncertainty(of, {"y": np.full(len(of), np.nan)}, "y", 9.0)
+    assert none.passing == 0
+    assert np.isnan(list(none.percentiles.values())).all()
+    assert "128 of them failed" in none.sentence
+
+
+def test_a_share_never_rounds_to_certainty() -> None:
+    of = study("random", 5000, ends=1.0)
+    y = np.zeros(5000)
+    y[7] = 2.0
+    assert uncertainty(of, {"y": y}, "y", 1.0).sentence.startswith("passes with 99.98 %")
+
+
+def test_grid_points_are_told_apart() -> None:
+    """Each point of a grid has its own numbers."""
+    text = study("sobol", 8, ends=1.0).text
+    of = SweepStudy.from_toml(text.replace("[design]", '[[vary]]\ninput = "stroke"\n'
+                                           "values = [0.05, 0.1]\n[design]"))  # fmt: skip
+    y = np.array([of.point(k)["stroke"] for k in range(len(of))])
+    assert [uncertainty(of, {"y": y}, "y", grid_point=k).percentiles[50] for k in (0, 1)] == [
+        0.05, 0.1,
+    ]  # fmt: skip
+    for point in (None, 2, -1):
+        with pytest.raises(hp.errors.ParameterError, match="grid_point"):
+            uncertainty(of, {"y": y}, "y", grid_point=point)
+
+
+def test_wrong_values() -> None:
+    """Quantity, shape and limit are checked, and a grid has no uncertainty."""
+    of = study("sobol", 8)
+    y = np.zeros(8)
+    for values, quantity, limit, name in (
+        ({"y": y}, "z", None, "quantity"),
+        ({"y": np.zeros((8, 3))}, "y", None, r"values\['y'\]"),
+        ({"y": y}, "y", math.nan, "limit"),
+    ):
+        with pytest.raises(hp.errors.ParameterError, match=name):
+            uncertainty(of, values, quantity, limit)
+    plain = SweepStudy.from_toml(
+        'schema = 1\n[base]\nrobot = "kharagpur"\n[[vary]]\ninput = "stroke"\nvalues = [0.1]\n'
+    )
+    with pytest.raises(hp.errors.ParameterError, match="a design"):
+        uncertainty(plain, {"y": np.zeros(1)}, "y")
+    for rows in (np.zeros(30), np.zeros(3 * 4), np.full(32, math.nan)):
+        with pytest.raises(hp.errors.ParameterError, match="values"):
+            sobol_indices(rows, ("a", "b"))
+
+
+def test_the_table_names_all_inputs() -> None:
+    of = study(samples=64)
+    found = uncertainty(of, {"y": ishigami(inputs_of(of))}, "y", 5.0)
+    text = found.table()
+    assert all(name in text for name in (*NAMES, "p95", "Sobol indices of passing", found.sentence))
+    assert found.to_dict()["indices"]["inputs"] == list(NAMES)
+    assert isinstance(found.pass_indices, SobolIndices)
+
+
+def test_assumed_inputs_make_a_study() -> None:
+    """All of them are marked as assumed with a reason, scale with the robot, and are walked."""
+    robot = hp.load_robot("kharagpur")
+    found = assumed_inputs(robot)
+    assert all("assumed: " in item.text for item in found)
+    payload = next(item for item in found if item.name == "payload")
+    assert payload.table["high"] == pytest.approx(0.2 * robot.total_mass, rel=5e-3)
+    scene = hp.Scene(robot)
+    case = hp.Case(scene, hp.KinematicControl(hp.Gait.tripod()), duration=1.0, accuracy=1e-3)
+    vary = [dict(item.table) for item in found]
+    of = SweepStudy.of_case(case, vary, {"kind": "sobol-indices", "samples": 2})
+    assert len(of) == 2 * (7 + 2)
+    made = of.case(5).scene
+    assert {load.kind for load in made.loads} == {"mass-factor", "payload"}
+    assert made.terrain != scene.terrain
+    assert "servo_stiffness" not in {x.name for x in assumed_inputs(robot, prescribed=True)}
