@@ -173,10 +173,16 @@ class Evaluation:
             uses=tuple(kind_use(kind, budgets, tuple(self.walks)) for kind in motors),
             runs=tuple(runs.values()),
             notes=notes,
-            battery_peak=max((b.peak_current for b in battery), default=math.nan),
-            battery_mean=max((b.mean_current for b in battery), default=math.nan),
+            battery_peak=_largest([b.peak_current for b in battery]),
+            battery_mean=_largest([b.mean_current for b in battery]),
             price=sum(known) if len(known) == len(prices) else None,
         )
+
+
+def _largest(values: Sequence[float | None]) -> float:
+    """Return the largest number; NaN where one is not known, or there is none."""
+    known = [value for value in values if value is not None]
+    return max(known) if known and len(known) == len(values) else math.nan
 
 
 def _line_acts(trace: Trace) -> bool:

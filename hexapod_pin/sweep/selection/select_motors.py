@@ -93,7 +93,7 @@ def select_motors(
     selection = replace(selection, demands=evaluation.demands(best.motors))
     if samples == 0 or not best.passes:
         return selection
-    found = confidence_of(best, file.sweep, place, evaluation, samples, begin("uncertain inputs"))
+    found = confidence_of(best, file.sweep, evaluation, samples, begin("uncertain inputs"))
     return replace(selection, confidence=found, interrupted=evaluation.interrupted)
 
 
