@@ -20,6 +20,7 @@ from hexapod_pin.commands.contact import contact
 from hexapod_pin.commands.mend import mend
 from hexapod_pin.commands.option_names import in_options, option_names
 from hexapod_pin.commands.run import run
+from hexapod_pin.commands.select import select
 from hexapod_pin.commands.stability import stability
 from hexapod_pin.commands.status import FAILED, INTERRUPTED, fail
 from hexapod_pin.commands.sweep import sweep
@@ -73,7 +74,7 @@ def _root(
 
 
 for _command in (
-    walk, run, compare, sweep, view, budget, stability, check, mend, contact, bench, verify
+    walk, run, compare, sweep, view, budget, select, stability, check, mend, contact, bench, verify
 ):  # fmt: skip
     app.command()(_command)
 

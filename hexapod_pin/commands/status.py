@@ -1,6 +1,6 @@
-"""Exit status: 0 done, 2 refused or failed, 3 ran but does not walk, 130 interrupted.
+"""Exit status: 0 done, 2 refused or failed, 3 ran with a bad result, 130 interrupted.
 
-Each but 0 leaves one message on stderr.
+3: a robot does not walk, or no motor passes. Each status but 0 leaves one message on stderr.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import typer
 
 FAILED = 2
 DOES_NOT_WALK = 3
+NONE_PASSES = 3
 INTERRUPTED = 130
 
 

@@ -44,7 +44,9 @@ def _heading(s: MotorSelection) -> list[str]:
         f"motors of {1e3 * s.contained:.3g} g each among it",
         f"{len(s.walks)} walks: {'; '.join(s.walks)}",
         f"catalogue: {s.catalog}",
-        s.derating.text,
+        f"derating: largest torque {s.derating.peak:.0%} of the line at that speed, continuous "
+        f"torque the rated one, else {s.derating.continuous:.0%} of stall; supply under load "
+        f"{s.derating.voltage:.0%} of the row's voltage",
         "Need over what the derated motor may give; a motor passes a joint at 1 or less of each.",
     ]
     if s.interrupted:

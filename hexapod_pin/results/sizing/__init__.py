@@ -2,6 +2,7 @@
 
 from hexapod_pin.results.sizing.joint_demand import JointDemand
 from hexapod_pin.results.sizing.motor_budget import MotorBudget, motor_budget
+from hexapod_pin.results.sizing.motor_ranking import MotorRanking, motor_ranking
 from hexapod_pin.results.sizing.motor_use import BatteryLoad, MotorUse
 from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.results.sizing.winding import Winding
@@ -10,8 +11,10 @@ __all__ = [
     "BatteryLoad",
     "JointDemand",
     "MotorBudget",
+    "MotorRanking",
     "MotorUse",
     "Winding",
     "joint_demand",
     "motor_budget",
+    "motor_ranking",
 ]

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 Motors = Mapping[str, "MotorRecord"]
 """A motor for each kind of joint."""
 
+RECORD = ("torque", "contacts")
+"""What a budget of motors needs of a trace."""
+
 NO_LINE = 1e6
 """Stall torque [N m] and no-load speed [rad/s] of a motor whose line is not to act."""
 
@@ -41,14 +44,14 @@ def with_motors(
     chosen = {kind: _motor(record, voltage, line) for kind, record in motors.items()}
     servo = scene.servos.model_copy(update={"motor": chosen, "limited": False})
     return replace(
-        case, scene=replace(scene, servo=servo, loads=(*scene.loads, *loads)), record=["torque"]
+        case, scene=replace(scene, servo=servo, loads=(*scene.loads, *loads)), record=RECORD
     )
 
 
 def without_motors(case: Case) -> Case:
     """Return a case whose joints give any torque at any speed: what the walk asks for."""
     servo = case.scene.servos.model_copy(update={"motor": None, "limited": False})
-    return replace(case, scene=replace(case.scene, servo=servo), record=["torque"])
+    return replace(case, scene=replace(case.scene, servo=servo), record=RECORD)
 
 
 def motor_loads(

@@ -1,4 +1,4 @@
-"""Which motors carry a robot on a set of walks, ranked; the lightest of them; and how sure it is."""
+"""Which motors carry a robot on its walks, ranked; the lightest of them; and how sure it is."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hexapod_pin.sweep.selection.motor_places import (
     assumed_motor_mass,
     motor_counts,
 )
-from hexapod_pin.sweep.selection.motor_study import Candidates, candidates, read_motor_study
+from hexapod_pin.sweep.selection.motor_study import candidates, read_motor_study
 from hexapod_pin.sweep.selection.required_walks import required_walks
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def select_motors(
             done, and `interrupted` says so.
 
     Example:
-        >>> found = select_motors('schema = 1\n[base]\nrobot = "kharagpur"')
+        >>> found = select_motors(*load_motor_study("study.toml"))
         >>> print(found.table())
     """
     file, place = read_motor_study(text), Path(folder or ".").expanduser().absolute()
@@ -142,6 +142,3 @@ def _assumed(
 def _notes(search: LightestChoice, ranked: Sequence[MotorCandidate]) -> tuple[str, ...]:
     found = [f"no motor of the catalogue carries the {kind} joints" for kind in search.missing]
     return tuple(dict.fromkeys([*found, *(note for c in ranked[:1] for note in c.notes)]))
-
-
-__all__ = ["Candidates", "load_motor_study", "ranked_candidates", "select_motors"]

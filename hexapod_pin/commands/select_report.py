@@ -1,0 +1,113 @@
+"""What `hexapod-pin select` reads and leaves: the text of its study, tables, files."""
+
+from __future__ import annotations
+
+import json as json_text
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from hexapod_pin.errors import ParameterError
+
+if TYPE_CHECKING:
+    from hexapod_pin.results.motor_selection import MotorSelection
+
+
+def study_text(
+    robot: str,
+    study: Path | None,
+    catalog: Path | None,
+    voltage: float | None,
+    motor_mass: float | None,
+    mend: bool,
+) -> tuple[str, Path]:
+    """Return the text of the study with the options in it, and where its relative paths start.
+
+    Raises:
+        ParameterError: the file is not readable, has another robot, or gives what an option gives.
+    """
+    import tomli_w
+
+    from hexapod_pin.spec import read_toml
+    from hexapod_pin.sweep.selection import load_motor_study
+
+    if study is None:
+        text, folder = _default(robot, mend), Path.cwd()
+    else:
+        text, folder = load_motor_study(study)
+    data = read_toml(text)
+    base = data.setdefault("base", {"accuracy": 1e-4})
+    if study is not None:
+        _require_same_robot(base, robot, study)
+    base |= {"robot": _source(robot), **({"mend": True} if mend else {})}
+    base.pop("case", None)
+    given = {
+        "catalog": None if catalog is None else str(catalog.expanduser().absolute()),
+        "voltage": voltage,
+        "motor_mass": motor_mass,
+    }
+    motors = data.setdefault("motors", {})
+    for name, value in given.items():
+        if value is None:
+            continue
+        if name in motors:
+            option = f"--{name.replace('_', '-')}"
+            allowed = f"left out: motors.{name} of {study} gives it"
+            raise ParameterError(option, value, allowed)
+        motors[name] = value
+    return tomli_w.dumps(data), folder
+
+
+def _default(robot: str, mend: bool) -> str:
+    from hexapod_pin.control.gait import gaits_for
+    from hexapod_pin.control.named_gait import default_gait
+    from hexapod_pin.robot.robot import load_robot
+    from hexapod_pin.sweep.selection import default_study
+
+    loaded = load_robot(_source(robot), mend=mend)
+    names = [default_gait(loaded)]
+    if "tripod" in gaits_for(len(loaded.legs)):
+        names.insert(0, "tripod")
+    return default_study(_source(robot), names, loaded.total_mass)
+
+
+def _source(robot: str) -> str:
+    """Return a robot's name, or the absolute path of its file."""
+    place = Path(robot).expanduser()
+    return str(place.absolute()) if place.is_file() else robot
+
+
+def _require_same_robot(base: Any, robot: str, study: Path) -> None:
+    if not isinstance(base, dict):
+        raise ParameterError("base", base, "a table: [base]")
+    if "case" in base:
+        raise ParameterError(
+            "base.case", base["case"], f"left out of {study}: the robot is given beside it",
+            "Write the walk in short: gait, contact, duration, accuracy.",
+        )  # fmt: skip
+    other = base.get("robot")
+    if isinstance(other, str) and Path(other).name != Path(robot).name:
+        raise ParameterError("ROBOT", robot, f"{other!r}, the robot of {study}")
+
+
+def print_selection(selection: MotorSelection, json: bool) -> None:
+    """Print the ranking as text or JSON."""
+    if json:
+        typer.echo(json_text.dumps(selection.to_dict(), indent=2, allow_nan=False))
+    else:
+        typer.echo(selection.table())
+
+
+def write_files(selection: MotorSelection, report: Path | None, table: Path | None) -> None:
+    """Write the report and the table."""
+    if report is not None:
+        from hexapod_pin.view.selection_report import write_selection_report
+
+        write_selection_report(selection, report)
+        typer.echo(f"wrote {report}", err=True)
+    if table is not None:
+        from hexapod_pin.results.motor_selection_table import write_selection_csv
+
+        write_selection_csv(selection, table)
+        typer.echo(f"wrote {table}", err=True)

@@ -1,0 +1,124 @@
+"""The motors of a catalogue held against one run, ranked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hexapod_pin.results.budget_table import aligned
+from hexapod_pin.results.sizing.joint_demand import JointDemand
+from hexapod_pin.results.sizing.motor_budget import MotorBudget, motor_budget
+from hexapod_pin.results.sizing.trace_demand import joint_demand
+from hexapod_pin.results.sizing.use_text import demand_lines, number
+from hexapod_pin.results.trace import Trace
+
+if TYPE_CHECKING:
+    from hexapod_pin.drive.catalog import MotorRecord
+    from hexapod_pin.drive.derating import Derating
+
+CAVEAT = (
+    "Held against the run as it is: neither the motors' masses and rotors nor their lines were in "
+    "it. `hexapod-pin select` simulates each motor with them."
+)
+
+SHOWN = 15
+"""Motors of the text table that do not pass."""
+
+
+@dataclass(frozen=True)
+class MotorRanking:
+    """Motors in their order for one run.
+
+    Attributes:
+        demand: what the joints need.
+        budgets: those that pass every joint first, the lightest first; then the others by how many
+            kinds of joint they fail, and by their largest use.
+        unusable: names and reasons of those without a line.
+        source: of the catalogue.
+    """
+
+    demand: JointDemand
+    budgets: tuple[MotorBudget, ...]
+    masses: tuple[float | None, ...]
+    unusable: tuple[tuple[str, str], ...]
+    source: str
+
+    @property
+    def passing(self) -> tuple[MotorBudget, ...]:
+        """Motors that carry every joint."""
+        return tuple(budget for budget in self.budgets if budget.passes)
+
+    def table(self) -> str:
+        """Return need and ranking as text with units."""
+        good = len(self.passing)
+        shown = self.budgets[: good + SHOWN]
+        head = ["motor", "mass|[g]", "verdict"]
+        for row in self.budgets[0].kinds if self.budgets else ():
+            head += [f"{row.kind}|peak", "|RMS", "|hold", "|speed"]
+        rows = [_cells(b, mass) for b, mass in zip(shown, self.masses, strict=False)]
+        lines = [
+            f"Motors of {self.source}, need over what is allowed; passes at 1 or below",
+            *aligned(head, rows),
+        ]
+        left = len(self.budgets) - len(shown)
+        lines += [f"and {left} more that fail (--json lists all)"] if left else []
+        why = [f"  {b.motor}: {b.reasons[0]}" for b in shown if b.reasons]
+        lines += ["", "Why not", *why] if why else []
+        lines += [f"  {name}: {reason}" for name, reason in self.unusable]
+        return "\n".join([*demand_lines(self.demand), "", *lines, "", CAVEAT])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all numbers as plain data."""
+        return {
+            "catalog": self.source,
+            "motors": [budget.to_dict() for budget in self.budgets],
+            "unusable": [{"motor": name, "reason": why} for name, why in self.unusable],
+            "caveat": CAVEAT,
+        }
+
+
+def motor_ranking(
+    run: Trace | JointDemand,
+    records: Iterable[MotorRecord],
+    derating: Derating | None = None,
+    source: str = "the catalogue",
+) -> MotorRanking:
+    """Return the motors of a catalogue in their order for one run.
+
+    Args:
+        run: a trace, or what its joints need.
+        records: rows of a catalogue; those without a torque-speed line are told apart.
+        derating: what of the data sheets is allowed; None: the default.
+        source: of the catalogue, for the heading.
+
+    Raises:
+        ParameterError, NotRecordedError: as `joint_demand`.
+    """
+    demand = joint_demand(run) if isinstance(run, Trace) else run
+    rows = list(records)
+    good = [row for row in rows if row.stall_torque and row.no_load_speed]
+    found = [(motor_budget(demand, row, derating), row.mass) for row in good]
+    found.sort(key=lambda item: _order(*item))
+    named = {row.name for row in good}
+    bad = tuple((row.name, str(row.unusable)) for row in rows if row.name not in named)
+    return MotorRanking(demand, tuple(b for b, _ in found), tuple(m for _, m in found), bad, source)
+
+
+def _order(budget: MotorBudget, mass: float | None) -> tuple[Any, ...]:
+    if budget.passes:
+        return (0, mass is None, mass or 0.0, budget.robot.deciding_use)
+    failing = sum(not row.passes for row in budget.kinds)
+    return (1, failing, budget.robot.deciding_use, 0.0)
+
+
+def _cells(budget: MotorBudget, mass: float | None) -> list[str]:
+    cells = [
+        budget.motor,
+        "unknown" if mass is None else f"{1e3 * mass:.4g}",
+        "passes" if budget.passes else "FAILS",
+    ]
+    for row in budget.kinds:
+        uses = (row.peak_use, row.continuous_use, row.holding_use, row.speed_use)
+        cells += [number(use, 2) for use in uses]
+    return cells
