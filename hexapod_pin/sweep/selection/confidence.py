@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.errors import SimulationInterrupted
+from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.motor_selection import USES, Confidence, MotorCandidate
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.summary_verdict import summary_verdict
@@ -111,7 +112,7 @@ def _use(summary: Summary, motors: Motors, derating: Derating) -> float:
     """Return the largest use of any motor; NaN of a robot that does not walk."""
     if not summary_verdict(summary).walks:
         return math.nan
-    kinds = summary.meta["joint_kinds"]
+    kinds = joint_kinds(summary.joint_names, len(summary.foot_names), summary.meta)
     peak = np.asarray(summary.limit_use) / derating.peak
     found = []
     for j, kind in enumerate(kinds):
