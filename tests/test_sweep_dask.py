@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
 import hexapod_pin as hp
+from hexapod_pin.benchmark.studies.loopback_cluster import free_port, loopback_cluster
 from hexapod_pin.errors import WorkersError
 from hexapod_pin.sweep.runs import executors, run_sweep
 from hexapod_pin.sweep.runs.distribution import Distribution
@@ -28,33 +25,10 @@ PATIENCE = 60.0
 """Longest wait for a process [s]."""
 
 
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 @pytest.fixture(scope="module")
-def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def cluster() -> Iterator[str]:
     """The address of a scheduler in a process of its own, with two workers in theirs."""
-    folder = tmp_path_factory.mktemp("dask")
-    address = f"tcp://127.0.0.1:{_free_port()}"
-    with ExitStack() as ends, open(folder / "log", "wb") as log:
-
-        def start(*words: str) -> None:
-            process = subprocess.Popen(
-                [sys.executable, "-m", "distributed.cli.dask_" + words[0], *words[1:]],
-                cwd=folder, stdout=log, stderr=log,
-            )  # fmt: skip
-            ends.callback(process.wait)
-            ends.callback(process.kill)
-
-        start("scheduler", "--host", "127.0.0.1", "--port", address.rpartition(":")[2],
-              "--no-dashboard", "--no-show")  # fmt: skip
-        for _ in range(2):
-            start("worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny")
-        with distributed.Client(address, timeout=PATIENCE, set_as_default=False) as client:
-            client.wait_for_workers(2, timeout=PATIENCE)
+    with loopback_cluster(2) as address:
         yield address
 
 
@@ -91,7 +65,7 @@ def test_a_worker_that_is_killed_loses_nothing(cluster: str, tmp_path: Path) -> 
 
 def test_no_scheduler_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(executors, "PATIENCE", 0.5)
-    address = f"tcp://127.0.0.1:{_free_port()}"
+    address = f"tcp://127.0.0.1:{free_port()}"
     begin = time.monotonic()
     with pytest.raises(WorkersError, match="no Dask scheduler with a worker at tcp://127"):
         run_sweep(STUDY, tmp_path / "a.db", scheduler=address)
