@@ -14,7 +14,7 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.sweep.runs.case_numbers import WAY_COLUMNS, Quantity, shape_of, sizes_of
 from hexapod_pin.sweep.runs.store import row_sum
-from hexapod_pin.sweep.runs.store_file import DONE, connect, store_errors
+from hexapod_pin.sweep.runs.store_file import DONE, connect, nothing_yet, store_errors
 from hexapod_pin.sweep.runs.store_inputs import InputColumn, read_inputs
 
 NOT_RUN = "not run"
@@ -89,7 +89,10 @@ def read_store(path: Path) -> StoredSweep:
     try:
         with store_errors(path):
             connection.execute("BEGIN")  # one state of it, even while cases are added
-            return _read(connection)
+            meta = read_meta(connection)
+            if not meta:
+                raise nothing_yet(path)
+            return _read(connection, meta)
     finally:
         connection.close()
 
@@ -99,8 +102,7 @@ def read_meta(connection: sqlite3.Connection) -> dict[str, str]:
     return dict(connection.execute("SELECT key, value FROM meta"))
 
 
-def _read(connection: sqlite3.Connection) -> StoredSweep:
-    meta = read_meta(connection)
+def _read(connection: sqlite3.Connection, meta: dict[str, str]) -> StoredSweep:
     count = int(meta["cases"])
     stored = {
         name: Quantity(tuple(axes), unit, meaning)
