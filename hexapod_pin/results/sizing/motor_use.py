@@ -88,8 +88,14 @@ class MotorUse:
     @property
     def deciding_use(self) -> float:
         """The largest of the uses that are known, a lost leg's left out [-]."""
-        names = (name for name in USES if name != "lost_leg_use")
-        return max(use for name in names if (use := getattr(self, name)) is not None)
+        uses = (
+            self.peak_use,
+            self.continuous_use,
+            self.thermal_use,
+            self.holding_use,
+            self.speed_use,
+        )
+        return max(use for use in uses if use is not None)
 
 
 @dataclass(frozen=True)

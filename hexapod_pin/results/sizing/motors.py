@@ -27,7 +27,7 @@ class Motors:
         stall: T0 at the rated voltage (n,) [N m].
         no_load: w0 at the rated voltage (n,) [rad/s].
         continuous: torque that is allowed for ever (n,) [N m].
-        armature: rotor inertia at the joint (n,) [kg m^2].
+        armature: rotor inertia at the joint, estimated where none is published (n,) [kg m^2].
         ratio: gear ratio (n,) [-].
         stall_current: I0 at the rated voltage (n,) [A].
         standby_current: of the electronics (n,) [A].
@@ -81,7 +81,7 @@ class Motors:
             stall=column(lambda r: r.stall_torque),
             no_load=column(lambda r: r.no_load_speed),
             continuous=column(derating.continuous_torque),
-            armature=column(lambda r: r.armature),
+            armature=column(lambda r: r.joint_armature),
             ratio=column(lambda r: r.gear_ratio),
             stall_current=column(lambda r: r.stall_current),
             standby_current=column(lambda r: r.standby_current),
