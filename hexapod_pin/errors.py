@@ -5,7 +5,7 @@ A message says what is wrong, where, with which value, what is allowed, and the 
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 
 class HexapodError(Exception):
@@ -25,6 +25,60 @@ class ParameterError(HexapodError, ValueError):
         """Compose the message from its parts; `hint` is the way out."""
         self.name, self.value, self.allowed, self.hint = name, value, allowed, hint
         super().__init__(f"{name} = {value!r}: must be {allowed}." + (f" {hint}" if hint else ""))
+
+
+class CatalogFault(NamedTuple):
+    """What is wrong in a file of motors.
+
+    Attributes:
+        line: in the file, from 1; 0: the file as a whole.
+        column: its header; empty: the row as a whole.
+        value: what is written there.
+        allowed: what must be there, in words, with its unit.
+        hint: the way out.
+    """
+
+    line: int
+    column: str
+    value: Any
+    allowed: str
+    hint: str = ""
+
+    def __str__(self) -> str:
+        """Return the fault as one message."""
+        where = f"line {self.line}, " if self.line else ""
+        what = f"{self.column} = " if self.column else ""
+        value = f"{self.value:g}" if isinstance(self.value, float) else repr(self.value)
+        return f"{where}{what}{value}: must be {self.allowed}." + f" {self.hint}".rstrip()
+
+
+class CatalogError(HexapodError, ValueError):
+    """A file of motors cannot be used; `faults` lists every bad row, one message each.
+
+    Attributes:
+        source: the file.
+        faults: what is wrong, in the order of the lines.
+    """
+
+    def __init__(self, source: str, faults: list[CatalogFault]) -> None:
+        """List all faults at once, so that one edit of the file can mend them all."""
+        self.source, self.faults = source, tuple(faults)
+        super().__init__("\n".join(f"{source}: {fault}" for fault in faults))
+
+    @property
+    def line(self) -> int:
+        """Line of the first fault."""
+        return self.faults[0].line
+
+    @property
+    def column(self) -> str:
+        """Column of the first fault."""
+        return self.faults[0].column
+
+    @property
+    def value(self) -> Any:
+        """What is written where the first fault is."""
+        return self.faults[0].value
 
 
 class UrdfError(HexapodError):

@@ -1,0 +1,189 @@
+"""A row of a catalogue of motors: one motor at one voltage, as its data sheet states it."""
+
+from __future__ import annotations
+
+from pydantic import NonNegativeFloat, PositiveFloat, model_validator
+
+from hexapod_pin.drive.catalog.armature import estimated_armature
+from hexapod_pin.drive.motor import Motor
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.spec import Spec
+
+
+class MotorRecord(Spec):
+    """A motor with its gear at one voltage; torques and speeds are those of the joint.
+
+    What a data sheet does not tell is None: nothing is computed from other columns. The one number
+    that may be estimated is the rotor's inertia, and `assumed` says so.
+
+    Attributes:
+        model: name of the maker's model, such as "XM430-W350".
+        maker: who makes it.
+        motor_type: in words: "cored", "coreless", ...
+        voltage: supply at which the row's numbers hold [V].
+        voltage_min: smallest supply the motor is made for [V].
+        voltage_max: largest supply the motor is made for [V].
+        stall_torque: largest torque at rest [N m].
+        no_load_speed: speed without load [rad/s].
+        stall_current: current at the stall torque [A].
+        standby_current: current of the electronics alone [A].
+        rated_torque: torque allowed for ever, where the maker publishes one [N m].
+        mass: of motor, gear and electronics [kg].
+        gear_ratio: turns of the rotor per turn of the joint [-].
+        armature: inertia of the rotor, seen from the joint [kg m^2].
+        armature_source: where that is from.
+        price: in `currency`; the package's own file has none, for prices age.
+        currency: of the price.
+        winding_resistance: at 25 deg C [ohm].
+        torque_constant: of the motor before the gear [N m/A].
+        thermal_resistance_winding: from winding to housing [K/W].
+        thermal_resistance_housing: from housing to surroundings [K/W].
+        thermal_time_winding: time constant of the winding [s].
+        thermal_time_housing: time constant of the housing [s].
+        winding_temperature_max: what the winding bears [deg C].
+        source: where the row's numbers are from.
+        note: anything to know of the row.
+        uncertain: why the published numbers are not to be trusted; empty where nothing says so.
+    """
+
+    model: str
+    maker: str = ""
+    motor_type: str = ""
+    voltage: PositiveFloat
+    voltage_min: PositiveFloat | None = None
+    voltage_max: PositiveFloat | None = None
+    stall_torque: PositiveFloat
+    no_load_speed: PositiveFloat | None = None
+    stall_current: PositiveFloat | None = None
+    standby_current: NonNegativeFloat | None = None
+    rated_torque: PositiveFloat | None = None
+    mass: PositiveFloat | None = None
+    gear_ratio: PositiveFloat | None = None
+    armature: NonNegativeFloat | None = None
+    armature_source: str = ""
+    price: NonNegativeFloat | None = None
+    currency: str = ""
+    winding_resistance: PositiveFloat | None = None
+    torque_constant: PositiveFloat | None = None
+    thermal_resistance_winding: PositiveFloat | None = None
+    thermal_resistance_housing: PositiveFloat | None = None
+    thermal_time_winding: PositiveFloat | None = None
+    thermal_time_housing: PositiveFloat | None = None
+    winding_temperature_max: float | None = None
+    source: str = ""
+    note: str = ""
+    uncertain: str = ""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> MotorRecord:
+        """Refuse what cannot be of one motor.
+
+        Raises:
+            ParameterError: an empty name, a voltage outside its range, a rated torque above the
+                stall torque, an armature without source, or a price without currency.
+        """
+        low, high = self.voltage_min or 0.0, self.voltage_max or float("inf")
+        if not self.model.strip():
+            raise ParameterError("model", self.model, "the name of a motor")
+        if not low <= self.voltage <= high:
+            allowed = f"from voltage_min {low:g} to voltage_max {high:g} V"
+            raise ParameterError("voltage", self.voltage, allowed)
+        if self.rated_torque is not None and self.rated_torque > self.stall_torque:
+            allowed = f"at most the stall torque, {self.stall_torque:g} N m"
+            raise ParameterError("rated_torque", self.rated_torque, allowed)
+        if self.armature is not None and not self.armature_source.strip():
+            hint = 'Write "measured", a page, or leave the armature empty.'
+            raise ParameterError("armature_source", "", "where the armature is from", hint)
+        if self.price is not None and not self.currency.strip():
+            raise ParameterError("currency", "", "the price's currency", 'Such as "EUR".')
+        return self
+
+    @property
+    def name(self) -> str:
+        """Name of the row, unique in a catalogue, such as "AX-12A at 12 V"."""
+        return f"{self.model} at {self.voltage:g} V"
+
+    @property
+    def implied_efficiency(self) -> float | None:
+        """Stall torque over stall current times no-load speed over voltage [-].
+
+        Of a linear DC motor it is the gear's efficiency (torque constant over speed constant); it
+        serves to find rows whose numbers are not of one such motor and nothing else. None where a
+        number is missing.
+        """
+        if self.no_load_speed is None or self.stall_current is None:
+            return None
+        return self.stall_torque / self.stall_current * self.no_load_speed / self.voltage
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """What is wrong with the row or missing from it, in words; empty where nothing is."""
+        found = []
+        efficiency = self.implied_efficiency
+        if efficiency is not None and efficiency > 1.0:
+            found.append(
+                f"inconsistent: stall torque {self.stall_torque:g} N m, stall current "
+                f"{self.stall_current:g} A and no-load speed {self.no_load_speed:.4g} rad/s imply "
+                f"an efficiency of {efficiency:.2f}: they are not of one linear motor"
+            )
+        if self.uncertain:
+            found.append(f"uncertain: {self.uncertain}")
+        found += [f"no {name} is published" for name in self._missing()]
+        return tuple(found)
+
+    def _missing(self) -> list[str]:
+        wanted = {
+            "no-load speed": self.no_load_speed,
+            "mass": self.mass,
+            "stall current": self.stall_current,
+            "source": self.source or None,
+        }
+        return [name for name, value in wanted.items() if value is None]
+
+    @property
+    def unusable(self) -> str | None:
+        """Why the motor cannot be chosen for a robot; None where it can."""
+        lacks = []
+        if self.no_load_speed is None:
+            lacks.append("no no-load speed is known, so there is no torque-speed line")
+        if self.mass is None:
+            lacks.append("no mass is known, so its effect on the robot's mass is not either")
+        return "; ".join(lacks) or None
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """What of `motor()` is no published number of this motor, in words."""
+        if self.armature is not None:
+            return ()
+        return (estimated_armature(self).rule,)
+
+    @property
+    def joint_armature(self) -> float:
+        """Inertia of the rotor at the joint, estimated where none is published [kg m^2]."""
+        return estimated_armature(self).value if self.armature is None else self.armature
+
+    def motor(self, voltage_ratio: float = 1.0) -> Motor:
+        """Return the motor for a servo: the torque-speed line of the row, and its rotor.
+
+        The line goes through stall torque and no-load speed alone, never through a torque constant
+        and a winding resistance computed from currents.
+
+        Args:
+            voltage_ratio: supply over `voltage` [-].
+
+        Raises:
+            ParameterError: no no-load speed is known, or the ratio is not positive.
+        """
+        if self.no_load_speed is None:
+            raise ParameterError(
+                f"{self.name}: no_load_speed", None, "known [rad/s]",
+                "Write it into a catalogue of your own, or choose another motor.",
+            )  # fmt: skip
+        ratio = self.gear_ratio or 1.0
+        return Motor(
+            stall_torque=self.stall_torque,
+            no_load_speed=self.no_load_speed,
+            voltage_ratio=voltage_ratio,
+            rotor_inertia=self.joint_armature / ratio**2,
+            gear_ratio=ratio,
+        )

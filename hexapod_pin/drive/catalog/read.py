@@ -1,0 +1,180 @@
+"""Read a file of motors; every row that cannot be used is told, each in one message."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from hexapod_pin.drive.catalog.catalog import Catalog
+from hexapod_pin.drive.catalog.columns import BY_HEADER, HEADERS, TEXTS
+from hexapod_pin.drive.catalog.header import check_header
+from hexapod_pin.drive.catalog.motor_record import MotorRecord
+from hexapod_pin.errors import CatalogError, CatalogFault, ParameterError
+
+PACKAGE_FILE = "motors.csv"
+
+SAME_NUMBER = 0.005
+"""Relative difference up to which a quantity stated in two units is stated once [-]."""
+
+
+def load_catalog(path: str | Path | None = None) -> Catalog:
+    """Read a catalogue of motors.
+
+    Args:
+        path: a comma-separated file (UTF-8) with one motor at one voltage per row and headers
+            with units, as docs/motors.md describes; None: the package's own.
+
+    Raises:
+        CatalogError: the file is missing or no such file, a header is not understood, or rows
+            cannot be used; every such row is listed with line, column, value and what is allowed.
+    """
+    if path is None:
+        text = resources.files(__package__).joinpath(PACKAGE_FILE).read_text(encoding="utf-8")
+        return read_catalog(text, f"{PACKAGE_FILE} of hexapod_pin")
+    return read_catalog(_text(Path(path)), str(path))
+
+
+def _text(path: Path) -> str:
+    """Return the file's text.
+
+    Raises:
+        CatalogError: it cannot be read, or is no text.
+    """
+    hint = "Save the table as CSV, UTF-8, from your spreadsheet."
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise CatalogError(
+            str(path), [CatalogFault(0, "", str(path), f"a readable file ({error.strerror})")]
+        ) from error
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise CatalogError(
+            str(path),
+            [CatalogFault(0, "", f"byte {error.start}", "text in UTF-8", hint)],
+        ) from error
+    if "\0" in text:
+        raise CatalogError(str(path), [CatalogFault(0, "", "NUL bytes", "text", hint)])
+    return text
+
+
+def read_catalog(text: str, source: str) -> Catalog:
+    """Read a catalogue from the text of a file; `source` names it in messages.
+
+    Raises:
+        CatalogError: as of `load_catalog`.
+    """
+    rows = csv.reader(io.StringIO(text, newline=""), strict=True)
+    records: dict[str, tuple[int, MotorRecord]] = {}
+    faults: list[CatalogFault] = []
+    try:
+        header = [name.strip() for name in next(rows, [])]
+        check_header(header, source)
+        start = rows.line_num + 1
+        for cells in rows:
+            if any(cell.strip() for cell in cells):
+                _add(records, faults, start, header, cells)
+            start = rows.line_num + 1
+    except csv.Error as error:
+        fault = CatalogFault(rows.line_num, "", str(error), "comma-separated values")
+        raise CatalogError(source, [*faults, fault]) from error
+    if faults:
+        raise CatalogError(source, faults)
+    if not records:
+        raise CatalogError(source, [CatalogFault(1, "", "no rows", "at least one row of a motor")])
+    return Catalog(tuple(record for _, record in records.values()), source)
+
+
+def _add(
+    records: dict[str, tuple[int, MotorRecord]],
+    faults: list[CatalogFault],
+    line: int,
+    header: list[str],
+    cells: list[str],
+) -> None:
+    """Add a row's record, or what is wrong with it."""
+    try:
+        record = _record(line, header, cells)
+    except _RowError as error:
+        faults.append(error.fault)
+        return
+    key = record.name.casefold()
+    if key in records:
+        hint = f"Line {records[key][0]} has it already: remove one, or give it another name."
+        faults.append(
+            CatalogFault(line, "model", record.name, "a name and voltage of its own", hint)
+        )
+        return
+    records[key] = (line, record)
+
+
+class _RowError(Exception):
+    """A row that cannot be used."""
+
+    def __init__(self, fault: CatalogFault) -> None:
+        super().__init__(str(fault))
+        self.fault = fault
+
+
+def _record(line: int, header: list[str], cells: list[str]) -> MotorRecord:
+    if len(cells) != len(header):
+        hint = "Put a cell that holds a comma in double quotes; leave unknown cells empty."
+        allowed = f"{len(header)} cells, as in the header"
+        raise _RowError(CatalogFault(line, "", f"{len(cells)} cells", allowed, hint))
+    fields: dict[str, Any] = {}
+    columns: dict[str, str] = {}
+    for name, cell in zip(header, (cell.strip() for cell in cells), strict=True):
+        if name in TEXTS:
+            fields[name], columns[name] = cell, name
+        elif name in BY_HEADER and cell:
+            _put(line, name, _number(line, name, cell), fields, columns)
+    try:
+        return MotorRecord(**fields)
+    except ParameterError as error:
+        raise _RowError(_fault(line, error, fields, columns)) from error
+
+
+def _put(
+    line: int, name: str, number: float, fields: dict[str, Any], columns: dict[str, str]
+) -> None:
+    field, factor = BY_HEADER[name]
+    value = number * factor
+    known = fields.get(field)
+    if known is not None and abs(value - known) > SAME_NUMBER * abs(known):
+        allowed = f"what {columns[field]} says, {known / factor:.4g}"
+        raise _RowError(CatalogFault(line, name, number, allowed, "Leave one of them empty."))
+    fields.setdefault(field, value)
+    columns.setdefault(field, name)
+
+
+def _number(line: int, name: str, cell: str) -> float:
+    try:
+        number = float(cell)
+    except ValueError:
+        comma = cell.count(",") == 1 and cell.replace(",", "").isdigit()
+        hint = "Write a decimal point." if comma else "Leave the cell empty where it is unknown."
+        raise _RowError(CatalogFault(line, name, cell, "a number", hint)) from None
+    if not math.isfinite(number):
+        hint = "Leave the cell empty where it is unknown."
+        raise _RowError(CatalogFault(line, name, cell, "a finite number", hint))
+    return number
+
+
+def _fault(
+    line: int, error: ParameterError, fields: dict[str, Any], columns: dict[str, str]
+) -> CatalogFault:
+    """Put a record's error into the words of the file: its column and the value as written."""
+    field = error.name.rpartition(".")[2]
+    column = columns.get(field, HEADERS[field][0])
+    value = error.value
+    if column in BY_HEADER and isinstance(value, float):
+        value = value / BY_HEADER[column].factor
+    hint = error.hint
+    if error.value is None:
+        value, hint = "", "Every row needs it."
+    return CatalogFault(line, column, value, error.allowed, hint)
