@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,7 @@ def fed(time: np.ndarray, rate: np.ndarray, torque: np.ndarray, limit: np.ndarra
 
 
 def test_sinusoids_have_their_closed_forms() -> None:
-    """v = a sin, tau = b cos + c sin: RMS v' = a w / sqrt(2), mean of tau v' = a b w / 2.
+    """V = a sin, tau = b cos + c sin: RMS v' = a w / sqrt(2), mean of tau v' = a b w / 2.
 
     Steps are uneven, 0.6 to 1.4 ms; cycles begin and end between two states. Differences of a sine
     over a step h lose (w h)^2 / 24 of it, 6e-6; the piece of a step cut at a cycle's edge loses
@@ -108,8 +109,6 @@ def test_files_of_older_releases_are_read(trace: hp.Trace, tmp_path: Path) -> No
 
 def test_an_older_trace_is_read_and_sized(trace: hp.Trace, tmp_path: Path) -> None:
     """Accelerations then are those of samples: here the same states, so to rounding the same."""
-    from dataclasses import replace
-
     meta = dict(trace.meta)
     meta["summary"] = {k: v for k, v in meta["summary"].items() if k not in NEW}
     old = hp.load_trace(replace(trace, meta=meta).save(tmp_path / "old.nc"))

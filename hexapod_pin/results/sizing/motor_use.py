@@ -137,6 +137,14 @@ class BatteryLoad:
     sum_of_peaks: float | None = None
     unknown: str = ""
 
+    def run_time(self, energy: float) -> float | None:
+        """Return how long a battery lasts, nothing given back [s]; None where that is unknown.
+
+        Args:
+            energy: that the battery can give [J], such as 0.8 of its capacity; of 1 Wh 3600 J.
+        """
+        return energy / self.mean_power if self.mean_power else None
+
 
 UNITS = {
     "margin": "N m", "current_peak": "A", "current_rms": "A", "reflected_inertia": "kg m^2",
