@@ -177,6 +177,22 @@ class JointDemand:
         """Length of a cycle, or of the window where nothing repeats [s]."""
         return float(self.time[-1] - self.time[0]) / (self.cycles or 1)
 
+    @property
+    def cost_of_transport(self) -> float | None:
+        """Mechanical work by its size / (m g d) [-], all joints; None where it makes no way."""
+        return self.per_way(float(np.sum(self.positive_energy - self.negative_energy)))
+
+    @property
+    def cost_of_transport_positive(self) -> float | None:
+        """The same where braking returns nothing and costs nothing [-]."""
+        return self.per_way(float(np.sum(self.positive_energy)))
+
+    def per_way(self, energy: float) -> float | None:
+        """Return an energy per cycle [J] over weight and way per cycle [-]; None without way."""
+        if self.distance is None or not (self.distance > 0.0 and self.weight > 0.0):
+            return None
+        return energy / (self.weight * self.distance)
+
     @cached_property
     def _lagged(self) -> dict[float, Array]:
         return {}
@@ -217,6 +233,14 @@ class JointDemand:
             + (more * self.acceleration_rms) ** 2
         )
         return np.asarray(np.sqrt(np.maximum(square, 0.0)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all numbers but the samples as plain data; units are those of the attributes."""
+        whole = ("joint_names", "kinds", "cycles", "peaks", "unheld", "unheld_lost_leg", "weight",
+                 "distance", "robot", "notes", "duration", "cost_of_transport",
+                 "cost_of_transport_positive")  # fmt: skip
+        plain = {name: getattr(self, name) for name in whole}
+        return plain | {name: getattr(self, name).tolist() for name in PER_JOINT}
 
     def of_kinds(self, kinds: Sequence[str]) -> JointDemand:
         """Return the demand of the joints of some kinds alone.

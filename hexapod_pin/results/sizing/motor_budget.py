@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from hexapod_pin.drive.catalog import MotorRecord
+from hexapod_pin.drive.derating import Derating
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.sizing.battery_load import battery_load
 from hexapod_pin.results.sizing.joint_demand import JointDemand
@@ -17,10 +19,6 @@ from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.results.sizing.use_text import budget_text
 from hexapod_pin.results.sizing.worst_use import worst_use
 from hexapod_pin.results.trace import Trace
-
-if TYPE_CHECKING:
-    from hexapod_pin.drive.catalog import MotorRecord
-    from hexapod_pin.drive.derating import Derating
 
 NO_MOTOR = ("slide",)
 """Kinds of joints that no motor of a catalogue drives: they need a force."""
@@ -88,6 +86,7 @@ class MotorBudget:
                 **plain,
                 "robot": plain["robot"][0],
                 "battery": asdict(self.battery),
+                "demand": self.demand.to_dict(),
                 "derating": self.derating.model_dump(),
                 "notes": list(self.notes),
                 "units": dict(UNITS),
@@ -124,11 +123,9 @@ def motor_budget(
         ambient: temperature of the surroundings [deg C], *assumed*.
 
     Raises:
-        ParameterError: a row has no stall torque or no-load speed; a kind has no motor.
+        ParameterError: a row has no no-load speed; a kind has no motor.
         UnknownNameError: the run has no joints of such a kind.
     """
-    from hexapod_pin.drive.derating import Derating
-
     allowed = Derating() if derating is None else derating
     whole = joint_demand(demand) if isinstance(demand, Trace) else demand
     need = whole.of_kinds(_kinds(whole, record, kinds))

@@ -95,8 +95,8 @@ def _of_robot(trace: Trace, window: Window, notes: list[str]) -> dict[str, Any]:
     first, stop = window.samples.start, window.samples.stop
     picked = np.unique(np.linspace(first, stop - 1, MOST_POSTURES).round().astype(int))
     known = {"armature": robot.armature, "load_inertia": load_inertia(robot, trace.q[picked])}
-    if "contacts" not in trace.recorded:
-        notes.append("holding torque is unknown: the trace holds no contacts")
+    if "contacts" not in trace.recorded or not robot.gravity.any():
+        notes.append("holding torque is unknown: the trace holds no contacts, or no weight")
         return nothing | known
     held = holding_demand(robot, trace, picked)
     notes.extend(held.notes)
