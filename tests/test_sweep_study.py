@@ -16,6 +16,7 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.control.feasible_gait import fit_gait
+from hexapod_pin.drive.catalog import load_catalog
 from hexapod_pin.simulation.case_data import case_to_dict
 from hexapod_pin.simulation.mass_changes import MassFactor
 from hexapod_pin.sweep import random_bumps
@@ -127,6 +128,24 @@ def test_a_gait_of_another_name_is_fitted() -> None:
         assert plain.case(k).controller.gait == fit_gait(robot, name).gait  # type: ignore[union-attr]
     kept = study(vary, base='[base]\nrobot = "athena"\nduration = 1\n[base.gait]\nstroke = 0.05\n')
     assert {kept.case(k).controller.gait.stroke for k in (0, 1)} == {0.05}  # type: ignore[union-attr]
+
+
+def test_motors_at_a_voltage() -> None:
+    """A motor is that of the catalogue; a supply scales the record of the nearest voltage."""
+    catalog = load_catalog()
+    of = study(
+        '[[vary]]\ninput = "motor"\nvalues = ["AX-12A", "XL330-M288"]\n'
+        '[[vary]]\ninput = "voltage"\nvalues = [5.5, 11.1, 50.0]\n'
+    )
+    assert of.case(1).scene.servos.motor == catalog.get("AX-12A").motor(11.1 / 12.0)
+    near = min((5.0, 6.0), key=lambda v: abs(v - 5.5))
+    assert of.case(3).scene.servos.motor == catalog.get("XL330-M288", near).motor(5.5 / near)
+    plain = one("motor", '"AX-12A at 12 V"')
+    assert plain.scene.servos.motor == catalog.get("AX-12A").motor()
+    base = BASE + 'motor = "AX-12A"\n'
+    held = one("voltage", 10.0, base=base)
+    assert held.scene.servos.motor == catalog.get("AX-12A").motor(10.0 / 12.0)
+    assert one("friction", 0.5, base=base).scene.servos.motor == plain.scene.servos.motor
 
 
 def test_a_slope_rises_ahead() -> None:

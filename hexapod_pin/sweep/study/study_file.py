@@ -46,10 +46,10 @@ class StudyInput:
         return self.kind.unit
 
     @property
-    def first(self) -> str | None:
-        """The first of its names; None of numbers."""
+    def names(self) -> tuple[str, ...]:
+        """Its values where they are names; empty of numbers."""
         follows = self.distribution.values if isinstance(self.distribution, Choice) else self.values
-        return follows[0] if follows and isinstance(follows[0], str) else None
+        return tuple(value for value in follows if isinstance(value, str))
 
     @property
     def text(self) -> str:
