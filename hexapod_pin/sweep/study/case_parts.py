@@ -15,7 +15,7 @@ from hexapod_pin.sweep.study.case_paths import READERS, Steps, part_of, steps_to
 from hexapod_pin.sweep.study.gait_inputs import GaitChanges, refused_input
 from hexapod_pin.sweep.study.input_kinds import CONTACT, GAIT, GRAVITY, LOADS, SERVO, TERRAIN
 from hexapod_pin.sweep.study.motor_inputs import StudyMotors
-from hexapod_pin.sweep.study.study_file import PATH, StudyInput
+from hexapod_pin.sweep.study.study_input import PATH, StudyInput
 
 KEPT_PARTS = 64
 """How many variants of a part are remembered: cases next to each other share theirs."""

@@ -12,7 +12,7 @@ from hexapod_pin.drive.catalog import Catalog, MotorRecord, load_catalog
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.sweep.study.fields import suggestion
-from hexapod_pin.sweep.study.study_file import StudyInput
+from hexapod_pin.sweep.study.study_input import StudyInput
 
 KEYS = ("motor", "voltage", "catalog")
 """What the base may say of its motors."""
