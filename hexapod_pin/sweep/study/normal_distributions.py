@@ -75,8 +75,8 @@ class Truncated(Distribution):
     @property
     def truncation(self) -> str:
         """Where it is truncated, in words."""
-        low, high = self.support
-        ends = [f"below {low:g}"] * (low > -math.inf) + [f"above {high:g}"] * (high < math.inf)
+        given = {"below": self.low, "above": self.high}
+        ends = [f"{side} {end:g}" for side, end in given.items() if end is not None]
         return f", truncated {' and '.join(ends)}" if ends else ""
 
 
