@@ -1,7 +1,7 @@
 """How sure is a walk: peak torque over uncertain friction, payload and servo stiffness.
 
-Runs the study `friction_and_payload.toml` beside this file. Prints percentiles of the largest torque
-of any joint, how likely it stays below a limit, and which input decides.
+Runs the study `friction_and_payload.toml` beside this file. Prints percentiles of the largest
+torque of any joint, how likely it stays below a limit, and which input decides.
 """
 
 from pathlib import Path

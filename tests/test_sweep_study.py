@@ -21,6 +21,10 @@ from hexapod_pin.simulation.case_data import case_to_dict
 from hexapod_pin.simulation.mass_changes import MassFactor
 from hexapod_pin.sweep import random_bumps
 from hexapod_pin.sweep.study import SweepStudy, load_sweep
+from hexapod_pin.sweep.study.base_case import BaseWalk
+from hexapod_pin.sweep.study.design import KINDS
+from hexapod_pin.sweep.study.distributions import DISTRIBUTIONS
+from hexapod_pin.sweep.study.input_kinds import INPUTS
 
 BASE = '[base]\nrobot = "kharagpur"\ngait = "tripod"\nduration = 1.0\n'
 SAMPLED = (
@@ -229,6 +233,18 @@ def test_a_case_that_cannot_be_is_refused_by_itself() -> None:
     for index in (2, -1, True):
         with pytest.raises(hp.errors.ParameterError, match="index"):
             of.case(index)
+
+
+def test_the_studies_of_the_page_and_of_the_examples_load() -> None:
+    """What docs/study_files.md shows is a study, and all inputs and distributions are in it."""
+    root = Path(__file__).parents[1]
+    page = (root / "docs/study_files.md").read_text(encoding="utf-8")
+    block = page.split("```toml\n")[1].split("```")[0]
+    assert len(SweepStudy.from_toml(block)) == 3 * 256
+    for name in (*INPUTS, *DISTRIBUTIONS, *KINDS, *BaseWalk.model_fields):
+        assert f"`{name}`" in page, name
+    for path in (root / "examples").glob("*.toml"):
+        assert len(load_sweep(path)) > 0
 
 
 def canonical(value: Any) -> Any:
