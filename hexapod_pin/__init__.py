@@ -121,6 +121,7 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.run import simulate as simulate
     from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session
+    from hexapod_pin.sweep.assumed_inputs import assumed_inputs as assumed_inputs
     from hexapod_pin.sweep.compare import compare as compare
     from hexapod_pin.sweep.gait_energy import gait_energy as gait_energy
     from hexapod_pin.sweep.judge_peaks import judge_peaks as judge_peaks
@@ -128,9 +129,13 @@ if TYPE_CHECKING:
     from hexapod_pin.sweep.runs.run_sweep import run_sweep as run_sweep
     from hexapod_pin.sweep.runs.sweep_result import SweepResult as SweepResult
     from hexapod_pin.sweep.runs.sweep_result import open_sweep as open_sweep
+    from hexapod_pin.sweep.study import SweepStudy as SweepStudy
+    from hexapod_pin.sweep.study import load_sweep as load_sweep
     from hexapod_pin.sweep.torque_map import torque_map as torque_map
     from hexapod_pin.sweep.tuning import tune as tune
     from hexapod_pin.sweep.tuning_result import TuningResult as TuningResult
+    from hexapod_pin.sweep.uncertainty import Uncertainty as Uncertainty
+    from hexapod_pin.sweep.uncertainty import uncertainty as uncertainty
 
     __version__: str
 
@@ -207,6 +212,7 @@ _MODULES = {
     "Sum": "control.time_function",
     "Summary": "results.summary",
     "SweepResult": "sweep.runs.sweep_result",
+    "SweepStudy": "sweep.study",
     "TanhCoulomb": "ground.contact",
     "TorqueBudget": "results.robot_budget",
     "TorqueMap": "results.torque_map",
@@ -214,11 +220,13 @@ _MODULES = {
     "Trace": "results.trace",
     "Trunk": "robot.description.segments",
     "TuningResult": "sweep.tuning_result",
+    "Uncertainty": "sweep.uncertainty",
     "VelocityCommand": "control.velocity_command",
     "VirtualSuspension": "control.foot_control",
     "WalkMetrics": "results.walk_metrics",
     "WalkVerdict": "results.walk_verdict",
     "Waypoints": "control.curves",
+    "assumed_inputs": "sweep.assumed_inputs",
     "compare": "sweep.compare",
     "gait_energy": "sweep.gait_energy",
     "iterate_batch": "simulation.batch",
@@ -230,6 +238,7 @@ _MODULES = {
     "load_robot": "robot.robot",
     "load_study": "results.study_file",
     "load_summary": "results.summary",
+    "load_sweep": "sweep.study",
     "load_torque_map": "results.torque_map",
     "load_trace": "results.trace_file",
     "motor_budget": "results.sizing",
@@ -245,6 +254,7 @@ _MODULES = {
     "torque_budget": "results.torque_budget",
     "torque_map": "sweep.torque_map",
     "tune": "sweep.tuning",
+    "uncertainty": "sweep.uncertainty",
     "urdf_path": "robot.robot",
     "walk_verdict": "results.walk_verdict",
     "write_study": "results.study_file",

@@ -49,6 +49,32 @@ BAD = {
     "key beside a case": (
         f'{HEAD}[base]\ncase = "a.toml"\nduration = 1.0\n{GRID}', "base.duration", "known: case",
     ),
+    "robot not found": (
+        f'{HEAD}[base]\nrobot = "karagpur"\n{GRID}', "base.robot", "mean 'kharagpur'",
+    ),
+    "unknown motor of the base": (
+        f'{HEAD}[base]\nrobot = "athena"\nmotor = "AX-12"\n{GRID}', "base.motor", "mean 'AX-12A'",
+    ),
+    "voltage of no motor": (
+        f'{HEAD}[base]\nrobot = "athena"\nvoltage = 11.1\n{GRID}', "base.voltage", "base.motor",
+    ),
+    "text for a voltage": (
+        f'{HEAD}[base]\nrobot = "athena"\nmotor = "AX-12A"\nvoltage = "12"\n{GRID}',
+        "base.voltage", "above 0 [V]",
+    ),
+    "unknown motor": (
+        grid('input = "motor"\nvalues = ["AX-12A", "MX64"]'), "vary[0].values[1]", "mean 'MX-64",
+    ),
+    "a motor of several voltages": (
+        grid('input = "motor"\nvalues = ["XL330-M288"]'), "vary[0].values[0]", "beside a voltage",
+    ),
+    "a voltage of no motor": (
+        grid('input = "voltage"\nvalues = [11.1]'), "vary[0].input", "beside an input motor",
+    ),
+    "motors of prescribed motion": (
+        grid('input = "motor"\nvalues = ["AX-12A"]', BASE + "prescribed = true\n"),
+        "vary[0].input", "no motor acts",
+    ),
     "case not found": (f'{HEAD}[base]\ncase = "no.toml"\n{GRID}', "case file", "No such file"),
     "unknown gait": (
         f'{HEAD}[base]\nrobot = "athena"\ngait = "tripd"\n{GRID}', "base.gait", "mean 'tripod'",
@@ -259,12 +285,6 @@ def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
         with pytest.raises(hp.errors.ParameterError, match=reason) as caught:
             load_sweep(tmp_path / name)
         assert caught.value.name == "study file"
-
-
-def test_a_robot_that_is_not_there() -> None:
-    """The robots that are there are named."""
-    with pytest.raises(hp.errors.UnknownNameError, match="kharagpur"):
-        SweepStudy.from_toml(f'{HEAD}[base]\nrobot = "karagpur"\n{GRID}')
 
 
 def test_a_stroke_of_a_robot_that_stands(tmp_path: Path) -> None:

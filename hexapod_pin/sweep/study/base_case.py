@@ -13,7 +13,7 @@ from hexapod_pin.control.gait import GAITS, Gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.named_gait import default_gait
 from hexapod_pin.drive.servo import Servo
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.robot.loading.load_options import LoadOptions
@@ -22,7 +22,14 @@ from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.case_data import case_from_dict
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.spec import Spec
-from hexapod_pin.sweep.study.fields import Number, known_name, read_spec, refuse_unknown, table_at
+from hexapod_pin.sweep.study.fields import (
+    Number,
+    known_name,
+    read_spec,
+    refuse_unknown,
+    suggestion,
+    table_at,
+)
 from hexapod_pin.sweep.study.gait_inputs import gait_of
 
 SETTINGS = ("duration", "accuracy", "method", "step", "sample", "record")
@@ -49,6 +56,9 @@ class BaseWalk(Spec):
         kp: servo stiffness [N m/rad]; None: *assumed*.
         kd: servo damping [N m s/rad]; None: *assumed*.
         prescribed: whether joints follow the plan exactly.
+        motor: name in the catalogue; None: torques without a limit in speed.
+        voltage: of the supply [V]; None: that of the catalogue's record.
+        catalog: path of a catalogue of your own; None: the package's.
         duration: simulated time [s]; None: 5, or four cycles where that is more.
         accuracy: as of `simulate` [m and rad].
         method: as of `simulate`.
@@ -66,6 +76,9 @@ class BaseWalk(Spec):
     kp: Number | None = None
     kd: Number | None = None
     prescribed: bool = False
+    motor: str | None = None
+    voltage: Number | None = None
+    catalog: str | None = None
     duration: Number | None = None
     accuracy: Number | None = None
     method: str | None = None
@@ -84,7 +97,7 @@ def base_case(data: Mapping[str, Any], folder: Path, gait: str | None = None) ->
 
     Raises:
         ParameterError: an unknown or missing key, a value out of range, a case that is not there.
-        UrdfError, UnknownNameError: the robot is not usable, or not there.
+        UrdfError, UnknownNameError: the robot's file is not usable, or lacks what is named.
         GaitError: the robot cannot walk the gait.
     """
     both = [key for key in ("case", "robot") if key in data]
@@ -92,7 +105,7 @@ def base_case(data: Mapping[str, Any], folder: Path, gait: str | None = None) ->
         found = None if not both else f"{data['case']!r} beside robot = {data['robot']!r}"
         raise ParameterError("base.case", found, "given, or base.robot in its place, and not both")
     if both == ["case"]:
-        refuse_unknown(data, "base", ("case",))
+        refuse_unknown(data, "base", ("case", "motor", "voltage", "catalog"))
         return _given_case(data["case"], folder)
     return _walk(read_spec(BaseWalk, data, "base"), folder, gait)
 
@@ -132,6 +145,9 @@ def _walk(base: BaseWalk, folder: Path, name: str | None) -> Case:
         key = "kd" if base.kp is None else "kp"
         allowed = "left out with prescribed = true: no servo acts"
         raise ParameterError(f"base.{key}", getattr(base, key), allowed)
+    if base.prescribed and base.motor is not None:
+        allowed = "left out with prescribed = true: no motor acts"
+        raise ParameterError("base.motor", base.motor, allowed)
     scene = Scene(
         robot,
         contact=Contact.preset(base.contact).with_mu(base.friction),
@@ -151,7 +167,14 @@ def _robot(base: BaseWalk, folder: Path) -> Robot:
     source = base.robot
     if source not in PACKAGED and (folder / source).is_file():
         source = str(folder / source)
-    return load_robot(source, options=options)
+    try:
+        return load_robot(source, options=options)
+    except UnknownNameError as error:
+        if error.name != source:
+            raise
+        allowed = f"{', '.join(error.known)}, or the path of a file that is there"
+        hint = suggestion(source, error.known)
+        raise ParameterError("base.robot", base.robot, allowed, hint) from error
 
 
 def _gait(robot: Robot, given: str | Mapping[str, Any] | None) -> Gait:

@@ -14,7 +14,8 @@ from hexapod_pin.sweep.study import scene_inputs as scenes
 from hexapod_pin.sweep.study.case_paths import READERS, Steps, part_of, steps_to, with_number
 from hexapod_pin.sweep.study.gait_inputs import GaitChanges, refused_input
 from hexapod_pin.sweep.study.input_kinds import CONTACT, GAIT, GRAVITY, LOADS, SERVO, TERRAIN
-from hexapod_pin.sweep.study.study_file import PATH, StudyInput
+from hexapod_pin.sweep.study.motor_inputs import StudyMotors
+from hexapod_pin.sweep.study.study_input import PATH, StudyInput
 
 KEPT_PARTS = 64
 """How many variants of a part are remembered: cases next to each other share theirs."""
@@ -29,14 +30,22 @@ class CaseParts:
         base: what does not vary.
         inputs: what does.
         kept: fields that a gait of another name takes over from the base.
+        motors: of the study.
 
     Raises:
         ParameterError: an input does not fit the base.
     """
 
-    def __init__(self, base: Case, inputs: Sequence[StudyInput], kept: Mapping[str, float]) -> None:
+    def __init__(
+        self,
+        base: Case,
+        inputs: Sequence[StudyInput],
+        kept: Mapping[str, float],
+        motors: StudyMotors,
+    ) -> None:
         """Sort the inputs by the part that they change."""
         self.base, self.gaits = base, GaitChanges(base.controller, base.scene.robot, kept)
+        self.motors = motors
         self.options = {item.name: item.options for item in inputs}
         self.trunk = trunk_link(base.scene.robot)
         data: dict[str, Any] = {}
@@ -51,6 +60,7 @@ class CaseParts:
                 self.paths[place], part = steps, part_of(steps)
             places.setdefault(part, []).append(place)
         _refuse_unfit(base, inputs)
+        motors.check(inputs)
         self.makers = {
             part: (found, lru_cache(maxsize=KEPT_PARTS)(self._maker(part, found, inputs, data)))
             for part, found in places.items()
@@ -104,7 +114,7 @@ class CaseParts:
         if part == CONTACT:
             return scenes.contact_with(found, named)
         if part == SERVO:
-            return scenes.servo_with(found, named)
+            return scenes.servo_with(self.motors.servo_with(found, named), named)
         if part == GRAVITY:
             return scenes.gravity_with(found, named)
         if part == LOADS:
