@@ -77,6 +77,7 @@ if TYPE_CHECKING:
     from hexapod_pin.results.gait_energy import load_gait_energy as load_gait_energy
     from hexapod_pin.results.joint_moments import JointMoments as JointMoments
     from hexapod_pin.results.joint_moments import joint_moments as joint_moments
+    from hexapod_pin.results.motor_selection import MotorSelection as MotorSelection
     from hexapod_pin.results.peak_verdict import PeakVerdict as PeakVerdict
     from hexapod_pin.results.peak_verdict import PeakVerdicts as PeakVerdicts
     from hexapod_pin.results.phase_torque import PhaseTorques as PhaseTorques
@@ -85,9 +86,11 @@ if TYPE_CHECKING:
     from hexapod_pin.results.sizing import BatteryLoad as BatteryLoad
     from hexapod_pin.results.sizing import JointDemand as JointDemand
     from hexapod_pin.results.sizing import MotorBudget as MotorBudget
+    from hexapod_pin.results.sizing import MotorRanking as MotorRanking
     from hexapod_pin.results.sizing import MotorUse as MotorUse
     from hexapod_pin.results.sizing import joint_demand as joint_demand
     from hexapod_pin.results.sizing import motor_budget as motor_budget
+    from hexapod_pin.results.sizing import motor_ranking as motor_ranking
     from hexapod_pin.results.stability import Stability as Stability
     from hexapod_pin.results.stability import stability as stability
     from hexapod_pin.results.study_file import load_study as load_study
@@ -129,6 +132,7 @@ if TYPE_CHECKING:
     from hexapod_pin.sweep.runs.run_sweep import run_sweep as run_sweep
     from hexapod_pin.sweep.runs.sweep_result import SweepResult as SweepResult
     from hexapod_pin.sweep.runs.sweep_result import open_sweep as open_sweep
+    from hexapod_pin.sweep.selection import select_motors as select_motors
     from hexapod_pin.sweep.study import SweepStudy as SweepStudy
     from hexapod_pin.sweep.study import load_sweep as load_sweep
     from hexapod_pin.sweep.torque_map import torque_map as torque_map
@@ -175,7 +179,11 @@ _MODULES = {
     "LostLeg": "simulation.loads",
     "Measurement": "control.feedback",
     "Motor": "drive.motor",
+    "MotorSelection": "results.motor_selection",
+    "select_motors": "sweep.selection",
     "MotorBudget": "results.sizing",
+    "MotorRanking": "results.sizing",
+    "motor_ranking": "results.sizing",
     "MotorUse": "results.sizing",
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",

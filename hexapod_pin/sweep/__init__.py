@@ -2,6 +2,7 @@
 
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.gait_energy import GaitEnergy
+from hexapod_pin.results.motor_selection import MotorSelection
 from hexapod_pin.results.torque_map import TorqueMap
 from hexapod_pin.results.walk_metrics import WalkMetrics
 from hexapod_pin.sweep.assumed_inputs import assumed_inputs
@@ -11,6 +12,7 @@ from hexapod_pin.sweep.judge_peaks import judge_peaks
 from hexapod_pin.sweep.objective import RelativeObjective
 from hexapod_pin.sweep.random_bumps import random_bumps
 from hexapod_pin.sweep.runs import SweepResult, open_sweep, run_sweep
+from hexapod_pin.sweep.selection import select_motors
 from hexapod_pin.sweep.sensitivity import SobolIndices, sobol_indices
 from hexapod_pin.sweep.study import SweepStudy, load_sweep
 from hexapod_pin.sweep.torque_map import torque_map
@@ -21,9 +23,10 @@ from hexapod_pin.sweep.uncertainty import Uncertainty, uncertainty
 __all__ = [
     "Comparison",
     "GaitEnergy",
+    "MotorSelection",
     "RelativeObjective",
-    "SweepResult",
     "SobolIndices",
+    "SweepResult",
     "SweepStudy",
     "TorqueMap",
     "TuningResult",
@@ -33,11 +36,11 @@ __all__ = [
     "compare",
     "gait_energy",
     "judge_peaks",
+    "load_sweep",
     "open_sweep",
     "random_bumps",
     "run_sweep",
-    "load_sweep",
-    "random_bumps",
+    "select_motors",
     "sobol_indices",
     "study_gaits",
     "torque_map",
