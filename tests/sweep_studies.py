@@ -51,9 +51,13 @@ def small_study(samples: int = 4, seed: int = 7) -> SweepStudy:
 
 
 def partly_impossible() -> SweepStudy:
-    """Four walks, one of which has a stroke that the robot cannot walk."""
-    strokes = '\n[[vary]]\ninput = "stroke"\nvalues = [0.02, 0.03, 4.0, 0.04]\n'
-    return SweepStudy.from_toml(BASE + strokes)
+    """Four walks, the third of which cannot be."""
+    return SweepStudy.from_toml(BASE + durations(0.9, 0.92, -1.0, 0.94))
+
+
+def durations(*values: float) -> str:
+    """The table of walks of different duration."""
+    return f'\n[[vary]]\npath = "run.duration"\nvalues = {list(values)}\n'
 
 
 def write_study_file(folder: Path, samples: int = 4) -> Path:
