@@ -137,6 +137,18 @@ def test_cost_of_transport_is_that_of_the_torque_budget() -> None:
     assert found.cost_of_transport == pytest.approx(whole.cost_of_transport)
 
 
+def test_a_run_that_cut_torques_off_says_so() -> None:
+    """A motor of 0.6 N m: what the walk would ask of a stronger one is not known."""
+    robot = hp.load_robot("kharagpur")
+    weak = hp.Motor(stall_torque=0.6, no_load_speed=20.0)
+    servo = hp.Servo(**hp.Servo.for_robot(robot).model_dump() | {"motor": weak})
+    gait = hp.KinematicControl(hp.Gait.tripod(stroke=0.05, cycle_time=0.6))
+    trace = hp.simulate(hp.Scene(robot, servo=servo), gait, duration=1.9, accuracy=1e-3)
+    notes = [note for note in hp.joint_demand(trace).notes if "at the torque limit" in note]
+    assert len(notes) == 1 and "stronger" in notes[0]
+    assert not any("at the torque limit" in note for note in demand().notes)
+
+
 def trunk_way(trace: hp.Trace, time: np.ndarray) -> float:
     """Return how far the trunk comes forward in one of two cycles [m]."""
     x = np.interp(time[[0, -1]], trace.time, trace.q[:, 0])

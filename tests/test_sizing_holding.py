@@ -105,7 +105,7 @@ def least_norm(rows: np.ndarray, load: np.ndarray) -> np.ndarray | None:
 
 
 def test_the_stances_of_a_walk_again() -> None:
-    """Forces by trying all sets of feet, torques by RNEA under these forces, at the same samples."""
+    """Forces by trying all sets of feet, torques by RNEA under them, at the same samples."""
     trace, found = walk(), demand()
     robot = RecordedRobot.of(trace)
     model, data, feet = robot.model, robot.model.createData(), foot_places(robot)

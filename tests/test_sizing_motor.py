@@ -46,6 +46,7 @@ def test_beyond_the_no_load_speed_it_can_only_brake() -> None:
     drives, brakes = held(0.01, 9.0), held(-0.01, 9.0)
     assert drives.peak_use == np.inf and drives.outside_share == 1.0 and drives.margin < 0.0
     assert brakes.peak_use == pytest.approx(0.01 / (2.0 * (1.0 + 9.0 / 8.0)))
+    assert "only brake" in drives.failures["peak_use"]
     assert drives.speed_use == pytest.approx(9.0 / 8.0) and not brakes.passes
 
 
@@ -159,5 +160,6 @@ def test_the_text_and_the_data_say_why_it_fails_and_what_is_unknown() -> None:
     assert plain["joints"][0]["winding_temperature"] == "unknown"
     assert plain["joints"][0]["current_peak"] is None
     assert plain["battery"]["peak_current"] is None and plain["battery"]["unknown"]
+    assert any("*assumed*" in note for note in budget.notes)  # what the derating rests on
     strong = hp.motor_budget(demand(), record(stall_torque=80.0, no_load_speed=30.0))
     assert strong.passes and not strong.reasons and "PASSES" in strong.table()

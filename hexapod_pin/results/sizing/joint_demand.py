@@ -14,7 +14,8 @@ from hexapod_pin.arrays import Array, protect, read_only
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.robot_budget import SAMPLES
-from hexapod_pin.results.sizing.time_mean import largest_lagged, rms, time_weights
+from hexapod_pin.results.sizing.sampled_numbers import sampled_numbers
+from hexapod_pin.results.sizing.time_mean import largest_lagged, time_weights
 
 PER_JOINT = (
     "peak_torque", "peak_torque_time", "peak_torque_speed", "peak_speed", "p99_torque",
@@ -264,26 +265,3 @@ class JointDemand:
 
 def _per_joint(value: ArrayLike, count: int) -> Any:
     return np.broadcast_to(np.asarray(value, dtype=float), count).copy()
-
-
-def sampled_numbers(time: Array, torque: Array, speed: Array, parts: int) -> dict[str, Any]:
-    """Return the numbers per joint that samples alone tell; energies are over `parts`."""
-    size, power = np.abs(torque), torque * speed
-    top, joints = size.argmax(axis=0), np.arange(size.shape[1])
-    step, change = np.diff(time)[:, None], np.diff(speed, axis=0)
-    length, weights = float(time[-1] - time[0]), time_weights(time)
-    middle = 0.5 * (torque[1:] + torque[:-1])
-    return {
-        "peak_torque": size[top, joints],
-        "peak_torque_time": time[top],
-        "peak_torque_speed": speed[top, joints] * np.sign(torque[top, joints]),
-        "peak_speed": np.abs(speed).max(axis=0),
-        "p99_torque": np.percentile(size, 99.0, axis=0),
-        "rms_torque": rms(time, torque),
-        "rms_speed": rms(time, speed),
-        "acceleration_rms": np.sqrt(np.sum(change**2 / step, axis=0) / length),
-        "torque_acceleration": np.sum(middle * change, axis=0) / length,
-        "peak_power": np.abs(power).max(axis=0),
-        "positive_energy": length / parts * (weights @ np.maximum(power, 0.0)),
-        "negative_energy": length / parts * (weights @ np.minimum(power, 0.0)),
-    }

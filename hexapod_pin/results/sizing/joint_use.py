@@ -93,6 +93,8 @@ def _row(
         for name in judged
         if numbers[name] is not None and numbers[name] > 1.0
     }
+    if numbers["peak_use"] == np.inf:
+        failures["peak_use"] = BEYOND.format(**words)
     heat, hottest = numbers["winding_temperature"], motors.records[j].winding_temperature_max
     numbers["winding_temperature"] = UNKNOWN if heat is None else heat
     if heat is not None and hottest is not None and heat > hottest:
@@ -114,6 +116,10 @@ REASONS = {
     "speed_use": "{joint}: speed up to {need:.3g} rad/s is {use:.2f} of the no-load speed of "
     "{motor} at the derated voltage",
 }
+BEYOND = (
+    "{joint}: is to drive beyond the no-load speed of {motor} at the derated voltage, where it can "
+    "only brake"
+)
 HOT = "{joint}: the winding of {motor} reaches {heat:.0f} deg C, {hottest:g} are allowed"
 NEEDS = {
     "peak_use": lambda d: d.peak_torque,

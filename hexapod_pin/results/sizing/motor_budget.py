@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -13,7 +13,7 @@ from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.sizing.battery_load import battery_load
 from hexapod_pin.results.sizing.joint_demand import JointDemand
 from hexapod_pin.results.sizing.joint_use import joint_uses
-from hexapod_pin.results.sizing.motor_use import UNITS, BatteryLoad, MotorUse, finite
+from hexapod_pin.results.sizing.motor_use import UNITS, UNKNOWN, BatteryLoad, MotorUse, finite
 from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.results.sizing.use_text import budget_text
@@ -141,7 +141,7 @@ def motor_budget(
         battery=battery_load(need, motors),
         demand=need,
         derating=allowed,
-        notes=(*need.notes, *motors.notes),
+        notes=(*need.notes, *motors.notes, *_assumed(rows, allowed, ambient)),
     )
 
 
@@ -162,6 +162,13 @@ def _kinds(
     if not found:
         raise ParameterError("kinds", found, "one kind of joint or more")
     return found
+
+
+def _assumed(rows: Sequence[MotorUse], derating: Derating, ambient: float) -> Iterator[str]:
+    """Yield what the derating rests on, and the surroundings where they count."""
+    yield from (f"derating: {ground}" for ground in derating.evidence)
+    if any(row.winding_temperature != UNKNOWN for row in rows):
+        yield f"assumed: surroundings at {ambient:g} deg C; gears without losses"
 
 
 def _row(kind: str, name: str, rows: Mapping[str, MotorUse]) -> MotorUse:

@@ -83,7 +83,7 @@ class Motors:
             stall_current=column(lambda r: r.stall_current),
             standby_current=column(lambda r: r.standby_current),
             rated_voltage=column(lambda r: r.voltage),
-            notes=tuple(note for row in distinct.values() for note in _notes(row)),
+            notes=tuple(note for row in distinct.values() for note in _notes(row, derating)),
         )  # fmt: skip
 
     def allowed(self, torque: Array, speed: Array) -> Array:
@@ -105,10 +105,11 @@ def _names(kinds: Sequence[str], records: Sequence[MotorRecord]) -> str:
     return ", ".join(f"{kind}: {name}" for kind, name in rows.items())
 
 
-def _notes(row: MotorRecord) -> list[str]:
-    """Return what to know of a row of the catalogue."""
-    notes = [f"{row.name}: {flag}" for flag in row.flags]
-    notes += [f"{row.name}: assumed: {statement}" for statement in row.assumed]
+def _notes(row: MotorRecord, derating: Derating) -> list[str]:
+    """Return what to know of a row of the catalogue, and what lasting torque it is given."""
+    lasting = f"continuous torque {derating.continuous_torque(row):.3g} N m"
+    source = "as published" if row.rated_torque else f"{derating.continuous:g} of the stall torque"
+    notes = [f"{lasting}, {source}", *row.flags, *(f"assumed: {text}" for text in row.assumed)]
     if row.stall_current is not None and row.standby_current is None:
-        notes.append(f"{row.name}: no standby current is published: taken as 0")
-    return notes
+        notes.append("no standby current is published: taken as 0")
+    return [f"{row.name}: {note}" for note in notes]
