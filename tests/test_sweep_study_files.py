@@ -65,6 +65,13 @@ BAD = {
     "unknown motor": (
         grid('input = "motor"\nvalues = ["AX-12A", "MX64"]'), "vary[0].values[1]", "mean 'MX-64",
     ),
+    "unknown gait among others": (
+        grid('input = "gait"\nvalues = ["wave", "tripd"]'), "vary[0].values[1]", "mean 'tripod'",
+    ),
+    "unknown link": (
+        grid('input = "payload"\nvalues = [1]\nlink = "base_lnk"'),
+        "vary[0].link", "mean 'base_link'",
+    ),
     "a motor of several voltages": (
         grid('input = "motor"\nvalues = ["XL330-M288"]'), "vary[0].values[0]", "beside a voltage",
     ),
@@ -131,9 +138,6 @@ BAD = {
     "seeds of no bumps": (grid('input = "bumps_seed"\nvalues = [1]'), "vary[0].input", "bumps"),
     "misspelt key": (
         grid('input = "stroke"\nvalus = [0.1]'), "vary[0].valus", "mean 'values'",
-    ),
-    "option of another input": (
-        grid('input = "stroke"\nvalues = [0.1]\nlink = "a"'), "vary[0].link", "no such key",
     ),
     "a link that is none": (
         grid('input = "payload"\nvalues = [0.1]\nlink = 3'), "vary[0].link", "name of a link",
@@ -214,10 +218,6 @@ BAD = {
     ),
     "no samples": (
         f'{HEAD}{BASE}{FRICTION}[design]\nkind = "random"\nsamples = 0', "design.samples", "1",
-    ),
-    "half a sample": (
-        f'{HEAD}{BASE}{FRICTION}[design]\nkind = "random"\nsamples = 2.5',
-        "design.samples", "integer",
     ),
     "negative seed": (
         f'{HEAD}{BASE}{FRICTION}[design]\nkind = "random"\nsamples = 2\nseed = -1',

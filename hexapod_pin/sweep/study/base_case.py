@@ -17,9 +17,10 @@ from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.robot.loading.load_options import LoadOptions
-from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot
+from hexapod_pin.robot.robot import PACKAGED, Robot
 from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.case_data import case_from_dict
+from hexapod_pin.simulation.robot_data import read_robot
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.spec import Spec
 from hexapod_pin.sweep.study.fields import (
@@ -106,7 +107,9 @@ def base_case(data: Mapping[str, Any], folder: Path, gait: str | None = None) ->
         raise ParameterError("base.case", found, "given, or base.robot in its place, and not both")
     if both == ["case"]:
         refuse_unknown(data, "base", ("case", "motor", "voltage", "catalog"))
-        return _given_case(data["case"], folder)
+        case = _given_case(data["case"], folder)
+        refuse_motor(data.get("motor"), case.scene.prescribed)
+        return case
     return _walk(read_spec(BaseWalk, data, "base"), folder, gait)
 
 
@@ -137,6 +140,17 @@ def _given_case(given: Any, folder: Path) -> Case:
     return case
 
 
+def refuse_motor(motor: Any, prescribed: bool) -> None:
+    """Refuse a motor where no servo acts.
+
+    Raises:
+        ParameterError: there is one, and motion is prescribed.
+    """
+    if prescribed and motor is not None:
+        allowed = "left out with prescribed motion: no motor acts"
+        raise ParameterError("base.motor", motor, allowed)
+
+
 def _walk(base: BaseWalk, folder: Path, name: str | None) -> Case:
     robot = _robot(base, folder)
     gait = _gait(robot, base.gait if base.gait is not None else name)
@@ -145,9 +159,7 @@ def _walk(base: BaseWalk, folder: Path, name: str | None) -> Case:
         key = "kd" if base.kp is None else "kp"
         allowed = "left out with prescribed = true: no servo acts"
         raise ParameterError(f"base.{key}", getattr(base, key), allowed)
-    if base.prescribed and base.motor is not None:
-        allowed = "left out with prescribed = true: no motor acts"
-        raise ParameterError("base.motor", base.motor, allowed)
+    refuse_motor(base.motor, base.prescribed)
     scene = Scene(
         robot,
         contact=Contact.preset(base.contact).with_mu(base.friction),
@@ -168,7 +180,7 @@ def _robot(base: BaseWalk, folder: Path) -> Robot:
     if source not in PACKAGED and (folder / source).is_file():
         source = str(folder / source)
     try:
-        return load_robot(source, options=options)
+        return read_robot({"source": source, "options": options.given()})
     except UnknownNameError as error:
         if error.name != source:
             raise

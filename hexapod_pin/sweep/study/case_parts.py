@@ -6,12 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.control.gait import GAITS
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.robot import Robot
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.case_data import case_to_dict
 from hexapod_pin.sweep.study import scene_inputs as scenes
 from hexapod_pin.sweep.study.case_paths import READERS, Steps, part_of, steps_to, with_number
+from hexapod_pin.sweep.study.fields import known_name
 from hexapod_pin.sweep.study.gait_inputs import GaitChanges, refused_input
 from hexapod_pin.sweep.study.input_kinds import CONTACT, GAIT, GRAVITY, LOADS, SERVO, TERRAIN
 from hexapod_pin.sweep.study.motor_inputs import StudyMotors
@@ -147,6 +150,19 @@ def trunk_link(robot: Robot) -> str:
     return next(str(f.name) for f in robot.model.frames if f.type == pin.FrameType.BODY)
 
 
+def _require_link(robot: Robot, item: StudyInput) -> None:
+    """Refuse the name of a link that the robot does not have.
+
+    Raises:
+        ParameterError: naming the link's place in the file.
+    """
+    try:
+        placement(robot.model, item.options["link"])
+    except UnknownNameError as error:
+        where = f"{item.where}.link"
+        known_name(where, error.name, error.known)
+
+
 def _refuse_path(item: StudyInput, inputs: Sequence[StudyInput]) -> None:
     """Refuse a path to what an input sets.
 
@@ -178,6 +194,10 @@ def _refuse_unfit(base: Case, inputs: Sequence[StudyInput]) -> None:
             raise ParameterError(f"{item.where}.input", item.name, allowed)
         if item.name in SET_BY:
             _refuse_path(item, inputs)
+        for k, name in enumerate(item.names if item.name == "gait" else ()):
+            known_name(f"{item.where}.values[{k}]", name, GAITS)
+        if item.options.get("link") is not None:
+            _require_link(base.scene.robot, item)
     if {"speed", "stroke", "cycle_time"} <= names.keys():
         where = f"{names['speed'].where}.input"
         raise ParameterError(where, "speed", "left out beside stroke and cycle_time: it follows")

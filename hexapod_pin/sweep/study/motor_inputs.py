@@ -46,8 +46,6 @@ class StudyMotors:
                 raise ParameterError(f"base.{key}", value, "text")
         if voltage is not None and not _is_voltage(voltage):
             raise ParameterError("base.voltage", voltage, "a number above 0 [V]")
-        if voltage is not None and name is None:
-            raise ParameterError("base.voltage", voltage, "left out without base.motor")
         found = cls(_packaged() if path is None else load_catalog(folder / path), name, voltage)
         if name is not None:
             found.record(name, voltage, "base.motor")
@@ -98,6 +96,9 @@ class StudyMotors:
         if voltage is not None and "motor" not in named and self.motor is None:
             allowed = "beside an input motor, or base.motor: their catalogue has the rated voltage"
             raise ParameterError(f"{voltage.where}.input", "voltage", allowed)
+        if self.voltage is not None and "motor" not in named and self.motor is None:
+            allowed = "left out without base.motor or an input motor"
+            raise ParameterError("base.voltage", self.voltage, allowed)
         if "motor" in named:
             item = named["motor"]
             supply = self.voltage if voltage is None else 1.0
