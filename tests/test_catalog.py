@@ -153,6 +153,17 @@ def test_derating_is_a_share(field: str, value: float) -> None:
         hp.Derating(**{field: value})
 
 
+def test_the_page_shows_the_catalogue() -> None:
+    """The table at the end of docs/motors.md is that of the package's file."""
+    page = (Path(__file__).parents[1] / "docs" / "motors.md").read_text(encoding="utf-8")
+    assert page.endswith(f"\n\n{CATALOG.table()}\n")
+    table = CATALOG.table().splitlines()
+    assert len(table) == 32
+    assert (
+        "| MX-64 | 11.1 / 12 / 14.8 | 5.5 / 6 / 7.3 | 6.07 / 6.6 / 8.17 |  | 135 | 12 |  |" in table
+    )
+
+
 def test_a_written_catalogue_reads_back(tmp_path: Path) -> None:
     """Every record to the bit."""
     path = CATALOG.save(tmp_path / "mine.csv")

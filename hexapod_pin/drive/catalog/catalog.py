@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hexapod_pin.drive.catalog.motor_record import MotorRecord
+from hexapod_pin.drive.catalog.table import catalog_table
 from hexapod_pin.drive.catalog.write import catalog_text
 from hexapod_pin.errors import CatalogError, CatalogFault, ParameterError, UnknownNameError
 
@@ -85,6 +86,10 @@ class Catalog:
         if not found:
             raise UnknownNameError("motor", model, list(self.models))
         return found
+
+    def table(self) -> str:
+        """Return the motors as a table in Markdown, one line per model."""
+        return catalog_table(self.records)
 
     def save(self, path: str | Path) -> Path:
         """Write the catalogue as a file that `load_catalog` reads to the same records.
