@@ -112,8 +112,10 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.case import Case as Case
     from hexapod_pin.simulation.case import load_case as load_case
     from hexapod_pin.simulation.loads import LostLeg as LostLeg
-    from hexapod_pin.simulation.loads import Payload as Payload
     from hexapod_pin.simulation.loads import Push as Push
+    from hexapod_pin.simulation.mass_changes import MassFactor as MassFactor
+    from hexapod_pin.simulation.mass_changes import RemovedMass as RemovedMass
+    from hexapod_pin.simulation.payload import Payload as Payload
     from hexapod_pin.simulation.run import simulate as simulate
     from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session
@@ -166,7 +168,9 @@ _MODULES = {
     "MotorRecord": "drive.catalog",
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
-    "Payload": "simulation.loads",
+    "MassFactor": "simulation.mass_changes",
+    "Payload": "simulation.payload",
+    "RemovedMass": "simulation.mass_changes",
     "PeakVerdict": "results.peak_verdict",
     "PeakVerdicts": "results.peak_verdict",
     "Periodic": "control.time_function",
