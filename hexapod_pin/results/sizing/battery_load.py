@@ -18,7 +18,7 @@ def battery_load(demand: JointDemand, motors: Motors) -> BatteryLoad:
     power, weights = electrical_power(demand, motors), demand.weights
     standby = supply * float(np.nansum(motors.standby_current))
     taken = np.maximum(power, 0.0)
-    drawn, net = taken.sum(axis=1) + standby, power.sum(axis=1) + standby
+    drawn, net = supply * battery_current(demand, motors), power.sum(axis=1) + standby
     mean, mean_net = float(weights @ drawn), float(weights @ net)
     return BatteryLoad(
         voltage=supply,
@@ -34,6 +34,18 @@ def battery_load(demand: JointDemand, motors: Motors) -> BatteryLoad:
         cost_of_transport_regeneration=demand.per_way(mean_net * demand.duration),
         sum_of_peaks=float(taken.max(axis=0).sum() + standby) / supply,
     )
+
+
+def battery_current(demand: JointDemand, motors: Motors) -> Array:
+    """Return what all joints together draw without regeneration, of samples (T,) [A].
+
+    NaN where a data sheet has no current, or motors of several voltages have no common battery.
+    """
+    if _unknown(motors):
+        return np.full(len(demand.time), np.nan)
+    supply = float(motors.derating.voltage * motors.rated_voltage[0])
+    taken = np.maximum(electrical_power(demand, motors), 0.0)
+    return np.asarray(taken.sum(axis=1) / supply + np.nansum(motors.standby_current))
 
 
 def electrical_power(demand: JointDemand, motors: Motors) -> Array:

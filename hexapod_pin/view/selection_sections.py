@@ -1,0 +1,186 @@
+"""The sections of a motor selection's report, in the order in which a reader needs them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from importlib.metadata import version
+from typing import TYPE_CHECKING
+
+from hexapod_pin.view.report_blocks import (
+    UNKNOWN,
+    Block,
+    Cell,
+    Column,
+    Facts,
+    Heading,
+    Items,
+    Paragraph,
+    SignatureFields,
+    Table,
+    Title,
+    Verdict,
+    number,
+    use_text,
+    with_unit,
+)
+from hexapod_pin.view.selection_pictures import pictures
+from hexapod_pin.view.selection_tables import (
+    USE_NOTE,
+    choice_table,
+    data_sheet_table,
+    iteration_table,
+    ranking_tables,
+    result_cell,
+)
+from hexapod_pin.view.selection_words import (
+    deciding,
+    mass_change,
+    price_text,
+    verdict_texts,
+    verdict_word,
+)
+
+if TYPE_CHECKING:
+    from hexapod_pin.drive.catalog import MotorRecord
+    from hexapod_pin.results.motor_selection import MotorCandidate, MotorSelection
+
+FAILING = 10
+"""Motors that do not pass and are shown with all numbers; of the others, the largest use."""
+
+REASONS = 3
+"""Reasons that are given for each motor; how many more there are is said."""
+
+
+def selection_blocks(s: MotorSelection, date: str | None) -> Iterator[Block]:
+    """Return the whole report."""
+    yield Title(f"Motor selection: {s.robot}")
+    yield Facts(_facts(s, date))
+    yield Verdict(verdict_word(s), verdict_texts(s), s.best.passes and not s.interrupted)
+    yield from _choice(s)
+    yield from _ranking(s)
+    yield from pictures(s)
+    yield from _simulated(s)
+    yield from _grounds(s)
+    yield from _sources(s)
+    yield SignatureFields(("Prepared by", "Checked by", "Approved by"))
+
+
+def _facts(s: MotorSelection, date: str | None) -> tuple[tuple[str, str], ...]:
+    share = f"of it motors of {1e3 * s.contained:.3g} g each, which are replaced"
+    return (
+        ("Robot", f"{s.robot}, {number(s.mass)} kg as its file says ({share})"),
+        ("Walks to be carried", "; ".join(s.walks) or UNKNOWN),
+        (
+            "Motors",
+            f"{len(s.candidates)} judged, {sum(c.passes for c in s.candidates)} of them pass on all "
+            f"joints; {len(s.unusable)} could not be judged. Catalogue: {s.catalog}",
+        ),
+        (
+            "Allowed",
+            f"{s.derating.peak:g} of the torque-speed line at {s.derating.voltage:g} of the rated "
+            f"voltage; for ever the published rated torque, else {s.derating.continuous:g} of the "
+            "stall torque",
+        ),
+        ("Made by", f"hexapod-pin {version('hexapod-pin')}" + (f", {date}" if date else "")),
+    )
+
+
+def _choice(s: MotorSelection) -> Iterator[Block]:
+    best = s.best
+    what = "Choice" if s.choice is not None else "No choice; the first in rank"
+    yield Heading(f"1. {what}: {best.name}")
+    yield choice_table(best)
+    yield Facts(
+        (
+            ("Robot with these motors", mass_change(s, best)),
+            ("Motors in all", with_unit(best.motor_mass, "kg")),
+            ("Price of all", price_text(best)),
+            ("Battery current (estimate)", _battery(best)),
+            *((("Of the masses", "; ".join(best.notes)),) if best.notes else ()),
+        )
+    )
+    if s.iterations:
+        yield Paragraph(
+            "Lightest motor for each kind of joint, the motors' masses, rotors and lines fed back "
+            "into the simulation until masses and choice agree:"
+        )
+        yield iteration_table(s.iterations)
+
+
+def _battery(best: MotorCandidate) -> str:
+    peak, mean = with_unit(best.battery_peak, "A"), with_unit(best.battery_mean, "A")
+    return peak if peak == mean == UNKNOWN else f"{peak} peak, {mean} mean; hardest walks"
+
+
+def _ranking(s: MotorSelection) -> Iterator[Block]:
+    passing = [c for c in s.candidates if c.passes]
+    others = [c for c in s.candidates if not c.passes]
+    yield Heading("2. Ranking: one motor on all joints")
+    yield Paragraph(f"{USE_NOTE} Battery peaks are estimates.", small=True)
+    if passing:
+        yield Paragraph(f"Motors that pass ({len(passing)}), the lightest first:")
+        yield from ranking_tables(s, passing)
+    else:
+        yield Paragraph("No motor passes on all joints.")
+    if others:
+        near = others[:FAILING]
+        yield Paragraph(f"Motors that fail: the nearest {len(near)} of {len(others)}:")
+        yield from ranking_tables(s, near)
+        yield _reasons(near)
+    if others[FAILING:]:
+        rest = (f"{c.name} ({use_text(deciding(c.uses).use)})" for c in others[FAILING:])
+        yield Paragraph(f"Fail as well, with their largest use [-]: {', '.join(rest)}.", small=True)
+    if s.unusable:
+        yield Paragraph("Could not be judged:", small=True)
+        yield Items(tuple(f"{name}: {why}" for name, why in s.unusable))
+
+
+def _reasons(candidates: Sequence[MotorCandidate]) -> Table:
+    rows = []
+    for c in candidates:
+        found = list(c.reasons[:REASONS]) or [UNKNOWN]
+        if len(c.reasons) > REASONS:
+            found.append(f"and {len(c.reasons) - REASONS} more reasons")
+        rows.append((Cell(c.name), Cell("; ".join(found))))
+    return Table((Column("Motor", wide=True), Column("Why it is rejected", wide=True)), tuple(rows))
+
+
+def _simulated(s: MotorSelection) -> Iterator[Block]:
+    yield Heading("4. What was simulated")
+    yield Paragraph(f"With {s.best.name}, their masses, rotors and torque-speed lines acting:")
+    rows = [(Cell(run.walk), result_cell(run.walks), Cell(run.text)) for run in s.best.runs]
+    columns = (Column("Walk", wide=True), Column("Walks"), Column("Verdict", wide=True))
+    yield Table(columns, tuple(rows) or ((Cell(UNKNOWN), Cell(UNKNOWN), Cell(UNKNOWN)),))
+    if s.confidence is not None:
+        yield Paragraph(f"Inputs sampled for the confidence, in the walk {s.confidence.walk}:")
+        yield Items(s.confidence.inputs or (UNKNOWN,))
+
+
+def _grounds(s: MotorSelection) -> Iterator[Block]:
+    yield Heading("5. Derating, assumptions and notes")
+    yield Paragraph("Derating and its evidence:")
+    yield Items(s.derating.evidence or (UNKNOWN,))
+    yield Paragraph("Assumed, because no source gives it:")
+    yield Items(s.assumed or ("nothing",))
+    notes = dict.fromkeys(note for d in s.demands.values() for note in d.notes)
+    yield Paragraph("Notes:")
+    yield Items(tuple(dict.fromkeys([*s.notes, *notes])) or ("none",))
+
+
+def _sources(s: MotorSelection) -> Iterator[Block]:
+    yield Heading("6. Motors: data and sources")
+    used = list({record.name: record for record in s.best.motors.values()}.values())
+    yield Paragraph("Published data of the motors of section 1:")
+    yield data_sheet_table(used)
+    failing = [c for c in s.candidates if not c.passes][:FAILING]
+    listed = [s.best, *s.iterations, *(c for c in s.candidates if c.passes), *failing]
+    records = {r.name: r for c in listed for r in c.motors.values()}.values()
+    yield Paragraph("Sources, flags and notes of all motors in the tables above:")
+    columns = (Column("Motor", wide=True), Column("Source", wide=True),
+               Column("Flags and notes", wide=True))  # fmt: skip
+    yield Table(columns, tuple(_source_row(record) for record in records))
+
+
+def _source_row(record: MotorRecord) -> tuple[Cell, ...]:
+    remarks = [*record.flags, *([record.note] if record.note else [])]
+    return Cell(record.name), Cell(record.source or UNKNOWN), Cell("; ".join(remarks) or "none")
