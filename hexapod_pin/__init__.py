@@ -47,6 +47,10 @@ if TYPE_CHECKING:
     from hexapod_pin.control.time_function import Periodic as Periodic
     from hexapod_pin.control.time_function import Sum as Sum
     from hexapod_pin.control.velocity_command import VelocityCommand as VelocityCommand
+    from hexapod_pin.drive.catalog import Catalog as Catalog
+    from hexapod_pin.drive.catalog import MotorRecord as MotorRecord
+    from hexapod_pin.drive.catalog import load_catalog as load_catalog
+    from hexapod_pin.drive.derating import Derating as Derating
     from hexapod_pin.drive.joint_stops import JointStops as JointStops
     from hexapod_pin.drive.motor import Motor as Motor
     from hexapod_pin.drive.servo import Servo as Servo
@@ -138,10 +142,12 @@ _MODULES = {
     "BodyMotion": "control.body_motion",
     "BrownMcPhee": "ground.contact",
     "Case": "simulation.case",
+    "Catalog": "drive.catalog",
     "Checkpoint": "results.checkpoint",
     "Command": "control.feedback",
     "Comparison": "results.comparison",
     "Contact": "ground.contact",
+    "Derating": "drive.derating",
     "FeedbackController": "control.feedback",
     "Flat": "ground.terrain",
     "FootControl": "control.foot_control",
@@ -164,6 +170,7 @@ _MODULES = {
     "LostLeg": "simulation.loads",
     "Measurement": "control.feedback",
     "Motor": "drive.motor",
+    "MotorRecord": "drive.catalog",
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
     "MassFactor": "simulation.mass_changes",
@@ -219,6 +226,7 @@ _MODULES = {
     "joint_moments": "results.joint_moments",
     "judge_peaks": "sweep.judge_peaks",
     "load_case": "simulation.case",
+    "load_catalog": "drive.catalog",
     "load_gait_energy": "results.gait_energy",
     "load_robot": "robot.robot",
     "load_study": "results.study_file",
