@@ -90,6 +90,16 @@ BAD = {
         f'{HEAD}[base]\nrobot = "athena"\n[base.gait]\nstrok = 0.1\n{GRID}',
         "base.gait.strok", "mean 'stroke'",
     ),
+    "a stroke out of range": (
+        f'{HEAD}[base]\nrobot = "athena"\n[base.gait]\nstroke = -1\n{GRID}',
+        "base.gait.stroke", "equal to 0",
+    ),
+    "a friction out of range": (
+        f'{HEAD}[base]\nrobot = "athena"\nfriction = -1\n{GRID}', "base.friction", "equal to 0",
+    ),
+    "an accuracy out of range": (
+        f'{HEAD}[base]\nrobot = "athena"\naccuracy = 9\n{GRID}', "base.accuracy", "1e-08 to 0.1",
+    ),
     "text in a gait": (
         f'{HEAD}[base]\nrobot = "athena"\n[base.gait]\nstroke = "0.1"\n{GRID}',
         "base.gait.stroke", "a number",
@@ -112,12 +122,8 @@ BAD = {
     ),
     "empty values": (grid('input = "stroke"\nvalues = []'), "vary[0].values", "at least one"),
     "no values": (grid('input = "stroke"'), "vary[0].values", "a distribution"),
-    "values that are one": (grid('input = "stroke"\nvalues = 0.1'), "vary[0].values", "a list"),
     "text for a number": (
         grid('input = "stroke"\nvalues = [0.1, "0.2"]'), "vary[0].values[1]", "a number",
-    ),
-    "truth for a number": (
-        grid('input = "stroke"\nvalues = [true]'), "vary[0].values[0]", "a number",
     ),
     "a number for a name": (grid('input = "gait"\nvalues = [3]'), "vary[0].values[0]", "a name"),
     "not a number": (grid('input = "stroke"\nvalues = [nan]'), "vary[0].values[0]", "a number"),
@@ -132,9 +138,6 @@ BAD = {
         grid('input = "slope_deg"\nvalues = [90]'), "vary[0].values[0]", "below 90 [deg]",
     ),
     "a value twice": (grid('input = "lift"\nvalues = [0.1, 0.1]'), "vary[0].values[1]", "once"),
-    "half a seed": (
-        grid('input = "bumps_seed"\nvalues = [1.5]'), "vary[0].values[0]", "whole number",
-    ),
     "seeds of no bumps": (grid('input = "bumps_seed"\nvalues = [1]'), "vary[0].input", "bumps"),
     "misspelt key": (
         grid('input = "stroke"\nvalus = [0.1]'), "vary[0].valus", "mean 'values'",

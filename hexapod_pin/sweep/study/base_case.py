@@ -26,6 +26,7 @@ from hexapod_pin.spec import Spec
 from hexapod_pin.sweep.study.fields import (
     Number,
     known_name,
+    placed,
     read_spec,
     refuse_unknown,
     suggestion,
@@ -110,7 +111,9 @@ def base_case(data: Mapping[str, Any], folder: Path, gait: str | None = None) ->
         case = _given_case(data["case"], folder)
         refuse_motor(data.get("motor"), case.scene.prescribed)
         return case
-    return _walk(read_spec(BaseWalk, data, "base"), folder, gait)
+    walk = read_spec(BaseWalk, data, "base")
+    with placed("base", {"mu": "friction"}):
+        return _walk(walk, folder, gait)
 
 
 def kept_fields(data: Mapping[str, Any], base: Case) -> dict[str, float]:
@@ -201,7 +204,8 @@ def _gait(robot: Robot, given: str | Mapping[str, Any] | None) -> Gait:
     for key, value in fields.items():
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ParameterError(f"base.gait.{key}", value, "a number")
-    return fit_gait(robot, name, **fields).gait
+    with placed("base.gait"):
+        return fit_gait(robot, name, **fields).gait
 
 
 def _named(name: Any, where: str = "base.gait") -> str:
