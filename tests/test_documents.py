@@ -81,6 +81,7 @@ def test_commands_exist(page: Path) -> None:
     study_files.md uncertainty.md
     tuning.md compare.md sweeps.md peaks.md stability.md reading.md
     motors.md tuning.md compare.md sweeps.md peaks.md stability.md reading.md
+    tuning.md compare.md sweeps.md running_sweeps.md peaks.md stability.md reading.md
     foot_control.md foot_control_stability.md""".split(),
 )
 def test_the_code_of_a_page_runs(
