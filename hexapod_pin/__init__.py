@@ -47,6 +47,10 @@ if TYPE_CHECKING:
     from hexapod_pin.control.time_function import Periodic as Periodic
     from hexapod_pin.control.time_function import Sum as Sum
     from hexapod_pin.control.velocity_command import VelocityCommand as VelocityCommand
+    from hexapod_pin.drive.catalog import Catalog as Catalog
+    from hexapod_pin.drive.catalog import MotorRecord as MotorRecord
+    from hexapod_pin.drive.catalog import load_catalog as load_catalog
+    from hexapod_pin.drive.derating import Derating as Derating
     from hexapod_pin.drive.joint_stops import JointStops as JointStops
     from hexapod_pin.drive.motor import Motor as Motor
     from hexapod_pin.drive.servo import Servo as Servo
@@ -114,8 +118,10 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.case import Case as Case
     from hexapod_pin.simulation.case import load_case as load_case
     from hexapod_pin.simulation.loads import LostLeg as LostLeg
-    from hexapod_pin.simulation.loads import Payload as Payload
     from hexapod_pin.simulation.loads import Push as Push
+    from hexapod_pin.simulation.mass_changes import MassFactor as MassFactor
+    from hexapod_pin.simulation.mass_changes import RemovedMass as RemovedMass
+    from hexapod_pin.simulation.payload import Payload as Payload
     from hexapod_pin.simulation.run import simulate as simulate
     from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session
@@ -138,10 +144,12 @@ _MODULES = {
     "BodyMotion": "control.body_motion",
     "BrownMcPhee": "ground.contact",
     "Case": "simulation.case",
+    "Catalog": "drive.catalog",
     "Checkpoint": "results.checkpoint",
     "Command": "control.feedback",
     "Comparison": "results.comparison",
     "Contact": "ground.contact",
+    "Derating": "drive.derating",
     "FeedbackController": "control.feedback",
     "Flat": "ground.terrain",
     "FootControl": "control.foot_control",
@@ -167,9 +175,12 @@ _MODULES = {
     "Motor": "drive.motor",
     "MotorBudget": "results.sizing",
     "MotorUse": "results.sizing",
+    "MotorRecord": "drive.catalog",
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
-    "Payload": "simulation.loads",
+    "MassFactor": "simulation.mass_changes",
+    "Payload": "simulation.payload",
+    "RemovedMass": "simulation.mass_changes",
     "PeakVerdict": "results.peak_verdict",
     "PeakVerdicts": "results.peak_verdict",
     "Periodic": "control.time_function",
@@ -218,6 +229,7 @@ _MODULES = {
     "joint_moments": "results.joint_moments",
     "judge_peaks": "sweep.judge_peaks",
     "load_case": "simulation.case",
+    "load_catalog": "drive.catalog",
     "load_gait_energy": "results.gait_energy",
     "load_robot": "robot.robot",
     "load_study": "results.study_file",

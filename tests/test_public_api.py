@@ -18,18 +18,18 @@ HEAVY = (
 
 PROMISED = """
 __version__ AdamsCoulomb AdamsImpact ArcWalk BatteryLoad Blueprint BodyMotion BrownMcPhee Case
-Checkpoint Command compare Comparison Contact errors FeedbackController Flat FootControl
-FootForceSensing Gait gait_energy GaitEnergy Groove Havsin HeightField Hermite HoldPosture
-HuntCrossley iterate_batch joint_demand joint_moments JointDemand JointMoments JointMotion
-JointStops judge_peaks KelvinVoigt KinematicControl Ledge Levelling load_case load_gait_energy
-load_robot load_study load_summary load_torque_map load_trace LostLeg Measurement Motor motor_budget
-MotorBudget MotorUse paper_motion Patch PatchedGround Payload PeakVerdict PeakVerdicts Periodic
-phase_torques PhaseTorques Push Ramp register_controller RelativeObjective Restitution Robot
-SampledTrajectory Scene Segment Sensor Sensors Servo Session ShakingGround simulate simulate_batch
-Sine SlipPid Slope SmoothStep Stability stability Stairs State Step Step5 StickSlip study_grounds
-Sum Summary TanhCoulomb torque_budget torque_map TorqueBudget TorqueMap TouchDown Trace Trunk tune
-TuningResult urdf_path VelocityCommand view VirtualSuspension walk_verdict WalkMetrics WalkVerdict
-Waypoints write_study
+Catalog Checkpoint Command compare Comparison Contact Derating errors FeedbackController Flat
+FootControl FootForceSensing Gait gait_energy GaitEnergy Groove Havsin HeightField Hermite
+HoldPosture HuntCrossley iterate_batch joint_demand joint_moments JointDemand JointMoments
+JointMotion JointStops judge_peaks KelvinVoigt KinematicControl Ledge Levelling load_case
+load_catalog load_gait_energy load_robot load_study load_summary load_torque_map load_trace LostLeg
+MassFactor Measurement Motor motor_budget MotorBudget MotorRecord MotorUse paper_motion Patch
+PatchedGround Payload PeakVerdict PeakVerdicts Periodic phase_torques PhaseTorques Push Ramp
+register_controller RelativeObjective RemovedMass Restitution Robot SampledTrajectory Scene Segment
+Sensor Sensors Servo Session ShakingGround simulate simulate_batch Sine SlipPid Slope SmoothStep
+Stability stability Stairs State Step Step5 StickSlip study_grounds Sum Summary TanhCoulomb
+torque_budget torque_map TorqueBudget TorqueMap TouchDown Trace Trunk tune TuningResult urdf_path
+VelocityCommand view VirtualSuspension walk_verdict WalkMetrics WalkVerdict Waypoints write_study
 """.split()
 
 

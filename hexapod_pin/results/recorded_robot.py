@@ -13,13 +13,16 @@ from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.description.urdf_file import parse_urdf
-from hexapod_pin.robot.loading.added_bodies import AddedBody, symmetric_matrix, with_bodies
+from hexapod_pin.robot.loading.mass_changes import mass_change, with_mass_changes
 from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.robot import Robot, robot_of
 from hexapod_pin.spec import read_toml
 
 if TYPE_CHECKING:
     import pinocchio as pin
+
+KNOWN_LOADS = ("payload", "mass-factor", "removed-mass", "push")
+"""Kinds of loads that a model can be built with again."""
 
 TRUNK_JOINT = 1
 """Index of the free-flyer in the model: what moves the trunk's contact points."""
@@ -122,26 +125,22 @@ class RecordedRobot:
 def _build(trace: Trace, text: str) -> RecordedRobot:
     scene = read_toml(str(trace.meta.get("scene", "")))
     loads = [load for load in scene.get("loads", ()) if load.get("kind") != "lost-leg"]
-    unknown = {load.get("kind") for load in loads} - {"payload", "push"}
+    unknown = {load.get("kind") for load in loads} - set(KNOWN_LOADS)
     if unknown:
-        raise ParameterError("scene.loads.kind", sorted(map(str, unknown)), "payload or push")
+        allowed = ", ".join(KNOWN_LOADS)
+        raise ParameterError("scene.loads.kind", sorted(map(str, unknown)), f"of {allowed}")
     feet = scene.get("robot", {}).get("feet", trace.foot_names)
     robot = robot_of(parse_urdf(text.encode(), "Trace.meta['urdf']"), "trace", feet=feet)
     if robot.joint_names != trace.joint_names:
         raise ParameterError("Trace.joint_names", trace.joint_names, "those of the trace's URDF")
-    model = with_bodies(robot.model, [_payload(x) for x in loads if x["kind"] == "payload"])
+    changes = [change for load in loads if (change := mass_change(load)) is not None]
+    model = with_mass_changes(robot.model, changes)
     model.gravity.linear = np.array(trace.meta.get("gravity", (0.0, 0.0, -9.81)), dtype=float)
     damping, armature = _drives(robot, scene)
     return RecordedRobot(
         robot, model, _contact_joints(trace, robot, feet),
         tuple(_push(model, load) for load in loads if load["kind"] == "push"), damping, armature,
     )  # fmt: skip
-
-
-def _payload(load: Mapping[str, Any]) -> AddedBody:
-    position = np.array(load.get("position", (0.0, 0.0, 0.0)), dtype=float)
-    inertia = symmetric_matrix(load.get("inertia"))
-    return AddedBody(load["link"], float(load["mass"]), position, inertia)
 
 
 def _push(model: pin.Model, load: Mapping[str, Any]) -> RecordedPush:

@@ -1,4 +1,4 @@
-"""The robot with its payloads on, and the loads of a scene as the native core takes them."""
+"""The robot with the masses of a scene, and its loads as the native core takes them."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.robot.loading.added_bodies import AddedBody, with_bodies
+from hexapod_pin.robot.loading.mass_changes import mass_change, with_mass_changes
 from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.once_per_robot import once_per_robot
 from hexapod_pin.robot.trunk import trunk_points
-from hexapod_pin.simulation.loads import LostLeg, Payload, Push
+from hexapod_pin.simulation.loads import LostLeg, Push
+from hexapod_pin.simulation.mass_changes import MassLoad
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -22,12 +23,12 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene
 
 KEPT_MODELS = 32
-"""How many sets of payloads are remembered of a robot."""
+"""How many sets of changed masses are remembered of a robot."""
 
 TRUNK_JOINT = 1
 """Index of the free-flyer, in Pinocchio's model and in the core's."""
 
-Payloads = tuple[Payload, ...]
+MassLoads = tuple[MassLoad, ...]
 NativePush = tuple[int, Array, Array, Array, float, float]
 NativePoint = tuple[int, Array, float, str]
 
@@ -51,40 +52,30 @@ class NativeLoads(NamedTuple):
 
 
 def loaded_model(scene: Scene) -> pin.Model:
-    """Return the robot's model with the payloads' inertias added to the bodies that carry them.
+    """Return the robot's model with the masses of the scene: payloads on, factors, masses removed.
 
-    The robot's own model where the scene has no payload. Must not be changed.
+    The robot's own model where the scene changes no mass. Must not be changed.
     """
-    return models_by_payload(scene.robot)(payloads(scene))
-
-
-def payloads(scene: Scene) -> Payloads:
-    """Return the payloads of a scene, in their order."""
-    return tuple(load for load in scene.loads if isinstance(load, Payload))
+    return models_by_mass(scene.robot)(scene.mass_loads)
 
 
 @once_per_robot
-def models_by_payload(robot: Robot) -> Callable[[Payloads], pin.Model]:
-    """Return the function that gives a robot's model for payloads, each built once."""
+def models_by_mass(robot: Robot) -> Callable[[MassLoads], pin.Model]:
+    """Return the function that gives a robot's model for loads of mass, each built once."""
     bare = robot.model
 
     @lru_cache(maxsize=KEPT_MODELS)
-    def model_with(carried: Payloads) -> pin.Model:
-        return _with_payloads(bare, carried) if carried else bare
+    def model_with(loads: MassLoads) -> pin.Model:
+        changes = [mass_change(load.model_dump()) for load in loads]
+        return with_mass_changes(bare, [x for x in changes if x is not None]) if loads else bare
 
     return model_with
-
-
-def _with_payloads(bare: pin.Model, carried: Payloads) -> pin.Model:
-    """Return a copy of a model with payloads on."""
-    bodies = [AddedBody(x.link, x.mass, np.array(x.position), x.inertia_matrix) for x in carried]
-    return with_bodies(bare, bodies)
 
 
 def native_loads(scene: Scene) -> NativeLoads:
     """Return what acts on the robot of a scene besides servos, gravity and its feet's contacts.
 
-    Payloads are not among them: they are part of `loaded_model`.
+    Loads of mass are not among them: they are part of `loaded_model`.
     """
     robot = scene.robot
     trunk = trunk_points(robot)

@@ -17,11 +17,10 @@ from hexapod_pin.robot.once_per_robot import once_per_robot
 from hexapod_pin.robot.scratch_data import scratch_data
 from hexapod_pin.simulation.loaded_model import (
     KEPT_MODELS,
-    Payloads,
+    MassLoads,
     loaded_model,
-    models_by_payload,
+    models_by_mass,
     native_loads,
-    payloads,
 )
 
 if TYPE_CHECKING:
@@ -96,13 +95,13 @@ def native_model(model: pin.Model) -> TreeModel:
 
 
 @once_per_robot
-def _trees_by_payload(robot: Robot) -> Callable[[Payloads], TreeModel]:
-    """Return the function that gives the core's model of a robot for payloads, each built once."""
-    model_with = models_by_payload(robot)
+def _trees_by_mass(robot: Robot) -> Callable[[MassLoads], TreeModel]:
+    """Return the function that gives the core's model of a robot for loads of mass, each once."""
+    model_with = models_by_mass(robot)
 
     @lru_cache(maxsize=KEPT_MODELS)
-    def tree_with(carried: Payloads) -> TreeModel:
-        return native_model(model_with(carried))
+    def tree_with(loads: MassLoads) -> TreeModel:
+        return native_model(model_with(loads))
 
     return tree_with
 
@@ -111,7 +110,7 @@ def _driven_model(scene: Scene) -> TreeModel:
     """Return the robot's bodies, its joints heavier by the rotors of their motors."""
     rotors = armature(scene.robot, scene.servos)
     if not rotors.any():
-        return _trees_by_payload(scene.robot)(payloads(scene))
+        return _trees_by_mass(scene.robot)(scene.mass_loads)
     model = loaded_model(scene).copy()
     model.armature = model.armature + np.concatenate([np.zeros(6), rotors])
     return native_model(model)

@@ -17,11 +17,12 @@ from hexapod_pin.robot.trunk import trunk_points
 from hexapod_pin.simulation.loads import (
     Load,
     LostLeg,
-    Payload,
     checked_loads,
     load_to_dict,
     read_loads,
 )
+from hexapod_pin.simulation.mass_changes import MassFactor, MassLoad, RemovedMass
+from hexapod_pin.simulation.payload import Payload
 from hexapod_pin.simulation.robot_data import read_robot, robot_to_dict
 from hexapod_pin.spec import read_toml
 
@@ -65,7 +66,8 @@ class Scene:
         """Fill in the default servo and stops; check gravity, loads and body contact.
 
         Raises:
-            ParameterError: gravity is not three finite numbers, `loads` holds something else, body
+            ParameterError: gravity is not three finite numbers, `loads` holds something else, more
+                mass is removed from a link than it has, body
                 contact is wanted of a trunk whose shape is not known, or a leg is to be lost whose
                 joints follow a motion.
             UnknownNameError: a load on a link or leg that the robot does not have.
@@ -79,6 +81,8 @@ class Scene:
             raise ParameterError("Scene.gravity", self.gravity, "three finite numbers [m/s^2]")
         object.__setattr__(self, "gravity", gravity)
         object.__setattr__(self, "loads", checked_loads(self.robot, self.loads))
+        if any(isinstance(load, RemovedMass) for load in self.loads):
+            self._require_possible_masses()
         for name in ("body_contact", "prescribed"):
             if not isinstance(getattr(self, name), bool):
                 raise ParameterError(f"Scene.{name}", getattr(self, name), "true or false")
@@ -103,11 +107,31 @@ class Scene:
         """What holds the joints in their range (never None)."""
         return self.stops or JointStops.for_robot(self.robot)
 
+    def _require_possible_masses(self) -> None:
+        """Refuse masses removed that the links do not have."""
+        from hexapod_pin.simulation.loaded_model import loaded_model
+
+        loaded_model(self)
+
+    @cached_property
+    def mass_loads(self) -> tuple[MassLoad, ...]:
+        """The loads that change masses, in their order."""
+        kinds = (Payload, MassFactor, RemovedMass)
+        return tuple(load for load in self.loads if isinstance(load, kinds))
+
     @property
     def total_mass(self) -> float:
-        """Mass of the robot with its payloads [kg]."""
-        carried = [load.mass for load in self.loads if isinstance(load, Payload)]
-        return math.fsum([self.robot.total_mass, *carried])
+        """Mass of the robot with its loads [kg]."""
+        if not all(isinstance(load, Payload) for load in self.mass_loads):
+            from hexapod_pin.simulation.loaded_model import loaded_model
+
+            return math.fsum(body.mass for body in loaded_model(self).inertias)
+        return math.fsum([self.robot.total_mass, *(load.mass for load in self.payloads)])
+
+    @property
+    def payloads(self) -> tuple[Payload, ...]:
+        """The bodies that the robot carries, in their order."""
+        return tuple(load for load in self.loads if isinstance(load, Payload))
 
     def require_unloaded(self, where: str) -> None:
         """Refuse loads, body contact and prescribed motion where they cannot be done.
@@ -137,8 +161,8 @@ class Scene:
             found.append(f"joint stops: {self.joint_stops.describe()}")
         found += [
             f"payload of {load.mass:g} kg on {load.link}: a point mass"
-            for load in self.loads
-            if isinstance(load, Payload) and load.inertia is None
+            for load in self.payloads
+            if load.inertia is None
         ]
         if self.body_contact and (assumed := trunk_points(self.robot).assumed):
             found.append(f"body contact: {assumed}")

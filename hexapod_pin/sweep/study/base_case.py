@@ -1,0 +1,168 @@
+"""The base of a study: a case from its file, or a walk in short."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field
+
+from hexapod_pin.control.feasible_gait import fit_gait
+from hexapod_pin.control.gait import GAITS, Gait
+from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.named_gait import default_gait
+from hexapod_pin.drive.servo import Servo
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.ground.contact import Contact
+from hexapod_pin.ground.contact.contact import PRESETS
+from hexapod_pin.robot.loading.load_options import LoadOptions
+from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot
+from hexapod_pin.simulation.case import Case, load_case
+from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.spec import Spec
+from hexapod_pin.sweep.study.fields import Number, known_name, read_spec, refuse_unknown, table_at
+from hexapod_pin.sweep.study.gait_inputs import gait_of
+
+SETTINGS = ("duration", "accuracy", "method", "step", "sample", "record")
+
+CARRIED = ("stroke", "cycle_time", "lift", "heading", "turn_rate")
+
+LEAST_DURATION = 5.0
+"""Simulated time where none is given, at least [s]."""
+
+WALKED_CYCLES = 4
+"""Cycles that it holds at least: two to start and two steady ones."""
+
+
+class BaseWalk(Spec):
+    """A walk in short; what is left out is as in `hexapod-pin walk`.
+
+    Attributes:
+        robot: name of a robot in the package, or the path of a file.
+        mend: whether the file's faults are mended first.
+        options: further options of loading, as in a hints file.
+        gait: a name, or a table of a gait's fields; fields left out of a named one are fitted.
+        contact: name of a contact.
+        friction: coefficient [-]; None: the contact's own.
+        kp: servo stiffness [N m/rad]; None: *assumed*.
+        kd: servo damping [N m s/rad]; None: *assumed*.
+        prescribed: whether joints follow the plan exactly.
+        duration: simulated time [s]; None: 5, or four cycles where that is more.
+        accuracy: as of `simulate` [m and rad].
+        method: as of `simulate`.
+        step: as of `simulate` [s].
+        sample: as of `simulate` [s].
+        record: as of `simulate`.
+    """
+
+    robot: str = Field(min_length=1)
+    mend: bool = False
+    options: dict[str, Any] = Field(default_factory=dict)
+    gait: str | dict[str, Any] | None = None
+    contact: str = "accurate"
+    friction: Number | None = None
+    kp: Number | None = None
+    kd: Number | None = None
+    prescribed: bool = False
+    duration: Number | None = None
+    accuracy: Number | None = None
+    method: str | None = None
+    step: Number | None = None
+    sample: Number | None = None
+    record: list[str] | None = None
+
+
+def base_case(data: Mapping[str, Any], folder: Path, gait: str | None = None) -> Case:
+    """Return the case that a study varies.
+
+    Args:
+        data: the table `base` of its file.
+        folder: where relative paths start.
+        gait: name of the gait where the base has none of its own; None: the robot's default.
+
+    Raises:
+        ParameterError: an unknown or missing key, a value out of range, a case that is not there.
+        UrdfError, UnknownNameError: the robot is not usable, or not there.
+        GaitError: the robot cannot walk the gait.
+    """
+    both = [key for key in ("case", "robot") if key in data]
+    if len(both) != 1:
+        found = None if not both else f"{data['case']!r} beside robot = {data['robot']!r}"
+        raise ParameterError("base.case", found, "given, or base.robot in its place, and not both")
+    if both == ["case"]:
+        refuse_unknown(data, "base", ("case",))
+        return _from_file(data["case"], folder)
+    return _walk(read_spec(BaseWalk, data, "base"), folder, gait)
+
+
+def kept_fields(data: Mapping[str, Any], base: Case) -> dict[str, float]:
+    """Return what a gait of another name takes over from the base; all else is fitted.
+
+    Of a walk in short: the numbers that are given of its gait. Of a case's file: stroke, cycle
+    time, lift, heading and turn rate.
+    """
+    found = gait_of(base.controller)
+    if "case" in data:
+        return {} if found is None else {key: getattr(found, key) for key in CARRIED}
+    given = data.get("gait")
+    fields = given if isinstance(given, Mapping) else {}
+    return {key: fields[key] for key in (*CARRIED, "duty") if key in fields}
+
+
+def _from_file(name: Any, folder: Path) -> Case:
+    if not isinstance(name, str) or not name:
+        raise ParameterError("base.case", name, "the path of a case's file")
+    case = load_case(folder / Path(name).expanduser())
+    if case.duration is None:
+        raise ParameterError("run.duration", None, f"given [s] in {name}")
+    return case
+
+
+def _walk(base: BaseWalk, folder: Path, name: str | None) -> Case:
+    robot = _robot(base, folder)
+    gait = _gait(robot, base.gait if base.gait is not None else name)
+    known_name("base.contact", base.contact, PRESETS)
+    if base.prescribed and not (base.kp is None and base.kd is None):
+        key = "kd" if base.kp is None else "kp"
+        allowed = "left out with prescribed = true: no servo acts"
+        raise ParameterError(f"base.{key}", getattr(base, key), allowed)
+    scene = Scene(
+        robot,
+        contact=Contact.preset(base.contact).with_mu(base.friction),
+        servo=Servo.for_robot(robot, kp=base.kp, kd=base.kd),
+        prescribed=base.prescribed,
+    )
+    settings = {key: getattr(base, key) for key in SETTINGS}
+    if settings["duration"] is None:
+        settings["duration"] = max(LEAST_DURATION, WALKED_CYCLES * gait.cycle_time)
+    return Case(scene, KinematicControl(gait), **settings)
+
+
+def _robot(base: BaseWalk, folder: Path) -> Robot:
+    options = read_spec(LoadOptions, base.options, "base.options")
+    if base.mend:
+        options = LoadOptions(mend=True).over(options)
+    source = base.robot
+    if source not in PACKAGED and (folder / source).is_file():
+        source = str(folder / source)
+    return load_robot(source, options=options)
+
+
+def _gait(robot: Robot, given: str | Mapping[str, Any] | None) -> Gait:
+    """Return a gait that the robot can walk: what is given is kept, the rest is fitted."""
+    if given is None or isinstance(given, str):
+        return fit_gait(robot, default_gait(robot) if given is None else _named(given)).gait
+    fields = dict(table_at(given, "base.gait"))
+    if "phases" in fields:
+        return read_spec(Gait, fields, "base.gait")
+    refuse_unknown(fields, "base.gait", Gait.model_fields)
+    name = _named(fields.pop("name", default_gait(robot)), "base.gait.name")
+    for key, value in fields.items():
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ParameterError(f"base.gait.{key}", value, "a number")
+    return fit_gait(robot, name, **fields).gait
+
+
+def _named(name: Any, where: str = "base.gait") -> str:
+    return known_name(where, name, GAITS)

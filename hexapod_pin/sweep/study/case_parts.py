@@ -1,0 +1,148 @@
+"""The parts of a study's cases, each made anew only where its own inputs differ."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.robot.robot import Robot
+from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.case_data import case_to_dict
+from hexapod_pin.sweep.study import scene_inputs as scenes
+from hexapod_pin.sweep.study.case_paths import READERS, Steps, part_of, steps_to, with_number
+from hexapod_pin.sweep.study.gait_inputs import GaitChanges, refused_input
+from hexapod_pin.sweep.study.input_kinds import CONTACT, GAIT, GRAVITY, LOADS, SERVO, TERRAIN
+from hexapod_pin.sweep.study.study_file import PATH, StudyInput
+
+KEPT_PARTS = 64
+"""How many variants of a part are remembered: cases next to each other share theirs."""
+
+Values = tuple[float | str, ...]
+
+
+class CaseParts:
+    """Makes the parts of a case from the values of a study's inputs.
+
+    Args:
+        base: what does not vary.
+        inputs: what does.
+        kept: fields that a gait of another name takes over from the base.
+
+    Raises:
+        ParameterError: an input does not fit the base.
+    """
+
+    def __init__(self, base: Case, inputs: Sequence[StudyInput], kept: Mapping[str, float]) -> None:
+        """Sort the inputs by the part that they change."""
+        self.base, self.gaits = base, GaitChanges(base.controller, base.scene.robot, kept)
+        self.options = {item.name: item.options for item in inputs}
+        self.trunk = trunk_link(base.scene.robot)
+        data: dict[str, Any] = {}
+        if any(item.kind.part == PATH for item in inputs):
+            data = case_to_dict(base)
+        self.paths: dict[int, Steps] = {}
+        places: dict[str, list[int]] = {}
+        for place, item in enumerate(inputs):
+            part = item.kind.part
+            if part == PATH:
+                steps = steps_to(data, item.name, f"{item.where}.path")
+                self.paths[place], part = steps, part_of(steps)
+            places.setdefault(part, []).append(place)
+        _refuse_unfit(base, inputs)
+        self.makers = {
+            part: (found, lru_cache(maxsize=KEPT_PARTS)(self._maker(part, found, inputs, data)))
+            for part, found in places.items()
+        }
+
+    def of(self, values: Values) -> dict[str, Any]:
+        """Return the parts that inputs change, by name; parts of equal inputs are one object.
+
+        Raises:
+            HexapodError: a part cannot be made of these values.
+        """
+        return {
+            part: make(tuple(values[place] for place in places))
+            for part, (places, make) in self.makers.items()
+        }
+
+    def _maker(
+        self, part: str, places: list[int], inputs: Sequence[StudyInput], data: Mapping[str, Any]
+    ) -> Callable[[Values], Any]:
+        """Return what makes a part from the values of its inputs: numbers by path, then names."""
+        steps = [self.paths.get(place) for place in places]
+        names = [inputs[place].name for place in places]
+        section = data.get("scene", {}).get(part) if part in _SCENE else data.get(part)
+        depth = 2 if part in _SCENE else 1
+
+        def make(values: Values) -> Any:
+            found, named = self._of_base(part), {}
+            changed = section
+            for path, name, value in zip(steps, names, values, strict=True):
+                if path is None:
+                    named[name] = value
+                else:
+                    changed = with_number(changed, path[depth:], float(value))
+            if changed is not section:
+                found = READERS[part](changed)
+            return self._named(part, found, named) if named else found
+
+        return make
+
+    def _of_base(self, part: str) -> Any:
+        scene = self.base.scene
+        of_scene = {"servo": scene.servos, "stops": scene.joint_stops}
+        if part in of_scene:
+            return of_scene[part]
+        return getattr(scene if part in _SCENE else self.base, part, None)
+
+    def _named(self, part: str, found: Any, named: Mapping[str, Any]) -> Any:
+        """Return a part with named inputs on."""
+        if part == GAIT:
+            return self.gaits.controller_with(found, named)
+        if part == CONTACT:
+            return scenes.contact_with(found, named)
+        if part == SERVO:
+            return scenes.servo_with(found, named)
+        if part == GRAVITY:
+            return scenes.gravity_with(found, named)
+        if part == LOADS:
+            return scenes.loads_with(found, named, self.options, self.trunk)
+        return scenes.terrain_with(self.base, named, self.options)
+
+
+_SCENE = (CONTACT, SERVO, "stops", TERRAIN, GRAVITY, LOADS)
+
+
+def trunk_link(robot: Robot) -> str:
+    """Return the name of a robot's root link."""
+    import pinocchio as pin
+
+    return next(str(f.name) for f in robot.model.frames if f.type == pin.FrameType.BODY)
+
+
+def _refuse_unfit(base: Case, inputs: Sequence[StudyInput]) -> None:
+    """Refuse inputs that the base has no use for, and three numbers of which two follow.
+
+    Raises:
+        ParameterError: naming the input's place in the file.
+    """
+    names = {item.name: item for item in inputs}
+    for item in inputs:
+        if item.kind.part == PATH:
+            continue
+        if item.kind.part == GAIT:
+            reason = refused_input(base.controller, item.name)
+        else:
+            reason = scenes.refused_scene_input(base, item.name)
+        if reason:
+            allowed = f"an input that the base has: {reason}"
+            raise ParameterError(f"{item.where}.input", item.name, allowed)
+    if {"speed", "stroke", "cycle_time"} <= names.keys():
+        where = f"{names['speed'].where}.input"
+        raise ParameterError(where, "speed", "left out beside stroke and cycle_time: it follows")
+    if "bumps_seed" in names and "bumps" not in names:
+        item = names["bumps_seed"]
+        allowed = "beside an input bumps, which says how high they are"
+        raise ParameterError(f"{item.where}.input", item.name, allowed)

@@ -1,0 +1,110 @@
+"""Loads that change a robot's own masses: factors, and point masses taken away."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.simulation.loaded_model import loaded_model
+
+LINK = "lf_tibia"
+
+
+def body(scene, joint="lf_tibia_joint"):
+    model = loaded_model(scene)
+    return model.inertias[model.getJointId(joint)]
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return hp.load_robot("kharagpur")
+
+
+def test_a_factor_scales_every_body_and_moves_none(robot):
+    scene = hp.Scene(robot, loads=[hp.MassFactor(1.25)])
+    model = loaded_model(scene)
+    for ours, theirs in zip(list(model.inertias)[1:], list(robot.model.inertias)[1:], strict=True):
+        np.testing.assert_allclose(ours.mass, 1.25 * theirs.mass, rtol=1e-15)
+        np.testing.assert_allclose(ours.inertia, 1.25 * theirs.inertia, rtol=1e-14)
+        np.testing.assert_array_equal(ours.lever, theirs.lever)
+    np.testing.assert_allclose(scene.total_mass, 1.25 * robot.total_mass, rtol=1e-14)
+
+
+def test_a_factor_on_one_link_leaves_the_others(robot):
+    scene = hp.Scene(robot, loads=[hp.MassFactor(2.0, [LINK])])
+    alone = robot.model.inertias[robot.model.getJointId("lf_tibia_joint")].mass
+    np.testing.assert_allclose(scene.total_mass, robot.total_mass + alone, rtol=1e-14)
+    np.testing.assert_allclose(body(scene).mass, 2.0 * alone, rtol=1e-15)
+
+
+def test_gravity_torque_scales_with_the_factor(robot):
+    """An independent path: static joint torques are linear in all masses together."""
+    heavy = loaded_model(hp.Scene(robot, loads=[hp.MassFactor(1.5)]))
+    q = robot.stand().q
+    ours = pin.computeGeneralizedGravity(heavy, heavy.createData(), q)
+    bare = pin.computeGeneralizedGravity(robot.model, robot.model.createData(), q)
+    np.testing.assert_allclose(ours, 1.5 * bare, rtol=1e-13, atol=1e-14)
+
+
+def test_what_was_put_on_can_be_taken_away(robot):
+    """A point put on a link and removed again leaves the link as it was."""
+    place = (0.02, -0.01, -0.03)
+    loads = [hp.Payload(LINK, 0.05, place), hp.RemovedMass(LINK, 0.05, place)]
+    ours, theirs = body(hp.Scene(robot, loads=loads)), body(hp.Scene(robot))
+    np.testing.assert_allclose(ours.mass, theirs.mass, rtol=1e-14)
+    np.testing.assert_allclose(ours.lever, theirs.lever, atol=1e-16)
+    np.testing.assert_allclose(ours.inertia, theirs.inertia, rtol=1e-10, atol=1e-15)
+
+
+def test_two_points_less_one_is_the_other():
+    """Closed form: two points of 1 kg at x = -1, 1 without the second are one at x = -1."""
+    from hexapod_pin.robot.loading.mass_changes import RemovedPoint, _without
+
+    pair = pin.Inertia(2.0, np.zeros(3), np.diag([1e-3, 2.0 + 1e-3, 2.0 + 1e-3]))
+    left = _without(pair, RemovedPoint("pair", 1.0, np.zeros(3)), np.array([1.0, 0.0, 0.0]))
+    assert left.mass == 1.0
+    np.testing.assert_allclose(left.lever, [-1.0, 0.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(left.inertia, 1e-3 * np.eye(3), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("mass", "place", "left"),
+    [(5.0, (0.0, 0.0, 0.0), "kg are left"), (0.1, (0.2, 0.0, 0.0), "principal moments")],
+)
+def test_more_than_the_link_has_is_refused(robot, mass, place, left):
+    with pytest.raises(hp.errors.ParameterError, match=left) as found:
+        hp.Scene(robot, loads=[hp.RemovedMass(LINK, mass, place)])
+    assert LINK in str(found.value) and "other side of the joint" in str(found.value)
+
+
+@pytest.mark.parametrize("factor", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_factor_must_be_positive(factor):
+    with pytest.raises(hp.errors.ParameterError, match="factor"):
+        hp.MassFactor(factor)
+
+
+@pytest.mark.parametrize("load", [hp.MassFactor(1.1, ["nowhere"]), hp.RemovedMass("nowhere", 0.1)])
+def test_an_unknown_link_is_named_with_its_load(robot, load):
+    with pytest.raises(hp.errors.UnknownNameError, match=r"Scene.loads\[0\]"):
+        hp.Scene(robot, loads=[load])
+
+
+def test_a_case_keeps_them_and_its_trace_knows_the_masses(robot):
+    """Text and back; the recorded robot, built from text alone, has the same masses."""
+    from hexapod_pin.results.recorded_robot import RecordedRobot
+
+    loads = [hp.MassFactor(1.1, ["base_link"]), hp.RemovedMass(LINK, 0.01), hp.MassFactor(0.9)]
+    case = hp.Case(hp.Scene(robot, loads=loads), hp.HoldPosture(), duration=0.2, accuracy=1e-4)
+    assert hp.Case.from_toml(case.to_toml()) == case
+    trace = case.run()
+    model = loaded_model(case.scene)
+    ours = [y.mass for y in RecordedRobot.of(trace).model.inertias]
+    np.testing.assert_allclose(ours, [y.mass for y in model.inertias], rtol=1e-15)
+    np.testing.assert_allclose(trace.meta["total_mass"], sum(ours), rtol=1e-12)
+
+
+def test_a_standing_robot_weighs_on_its_feet_what_its_factor_says(robot):
+    scene = hp.Scene(robot, loads=[hp.MassFactor(1.2)])
+    trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, accuracy=1e-6)
+    force = trace.normal_force[-1].sum()
+    np.testing.assert_allclose(force, 1.2 * robot.total_mass * 9.81, rtol=1e-3)
