@@ -28,9 +28,9 @@ MotorBudget MotorRanking MotorRecord MotorSelection MotorUse open_sweep paper_mo
 PatchedGround Payload PeakVerdict PeakVerdicts Periodic phase_torques PhaseTorques Push Ramp
 register_controller RelativeObjective RemovedMass Restitution Robot run_sweep SampledTrajectory
 Scene Segment select_motors Sensor Sensors Servo Session ShakingGround simulate simulate_batch Sine
-SlipPid Slope SmoothStep stability Stability Stairs State Step Step5 StickSlip study_grounds Sum
+SlipPid Slope SmoothStep Stability stability Stairs State Step Step5 StickSlip study_grounds Sum
 Summary SweepResult SweepStudy TanhCoulomb torque_budget torque_map TorqueBudget TorqueMap
-TouchDown Trace Trunk tune TuningResult uncertainty Uncertainty urdf_path VelocityCommand view
+TouchDown Trace Trunk tune TuningResult Uncertainty uncertainty urdf_path VelocityCommand view
 VirtualSuspension walk_verdict WalkMetrics WalkVerdict Waypoints write_study
 """.split()
 

@@ -67,6 +67,7 @@ def test_standby_currents_and_a_sagging_battery() -> None:
     load = hp.motor_budget(still, record(standby_current=0.05), full(voltage=0.9)).battery
     assert load.mean_current == pytest.approx(0.15) and load.voltage == pytest.approx(10.8)
     assert load.mean_power == pytest.approx(10.8 * 0.15)
+    assert load.mean_power_regeneration == pytest.approx(10.8 * 0.15)
     assert load.run_time(16.2 * 3600.0) == pytest.approx(36000.0)  # 16.2 Wh at 1.62 W
 
 

@@ -13,7 +13,7 @@ from hexapod_pin.results.sizing import joint_demand, motor_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_verdict import walk_verdict
 from hexapod_pin.simulation.batch import iterate_batch
-from hexapod_pin.sweep.selection.kind_use import kind_use
+from hexapod_pin.sweep.selection.kind_use import Uses, kind_use, uses_of
 from hexapod_pin.sweep.selection.motor_cases import (
     Motors,
     motor_loads,
@@ -24,7 +24,7 @@ from hexapod_pin.sweep.selection.motor_places import motor_counts
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.derating import Derating
-    from hexapod_pin.results.sizing import JointDemand, MotorBudget
+    from hexapod_pin.results.sizing import BatteryLoad, JointDemand
     from hexapod_pin.robot.robot import Robot
     from hexapod_pin.simulation.case import Case
 
@@ -70,11 +70,12 @@ class Evaluation:
             candidates: a motor for each kind of joint, each.
             progress: called with the finished fraction (0..1).
         """
-        budgets: dict[Place, MotorBudget] = {}
+        budgets: dict[Place, tuple[Uses, BatteryLoad]] = {}
 
         def take(place: Place, trace: Trace) -> None:
             motors = candidates[place[0]]
-            budgets[place] = motor_budget(joint_demand(trace), motors, self.derating)
+            budget = motor_budget(joint_demand(trace), motors, self.derating)
+            budgets[place] = uses_of(budget), budget.battery
 
         loads = [motor_loads(self.robot, motors, self.contained) for motors in candidates]
         runs = self._simulate(candidates, loads, take, progress)
@@ -159,18 +160,19 @@ class Evaluation:
         motors: Motors,
         notes: tuple[str, ...],
         runs: Mapping[str, WalkRun],
-        budgets: Mapping[str, MotorBudget],
+        budgets: Mapping[str, tuple[Uses, BatteryLoad]],
     ) -> MotorCandidate:
         count = motor_counts(self.robot)
         mass = sum(count[kind] * float(record.mass or 0.0) for kind, record in motors.items())
         prices = [None if m.price is None else count[k] * m.price for k, m in motors.items()]
         known = [price for price in prices if price is not None]
-        battery = [budget.battery for budget in budgets.values()]
+        battery = [load for _, load in budgets.values()]
+        uses = {walk: found for walk, (found, _) in budgets.items()}
         return MotorCandidate(
             motors=dict(motors),
             robot_mass=self.robot.total_mass + mass - sum(count.values()) * self.contained,
             motor_mass=mass,
-            uses=tuple(kind_use(kind, budgets, tuple(self.walks)) for kind in motors),
+            uses=tuple(kind_use(kind, uses, tuple(self.walks)) for kind in motors),
             runs=tuple(runs.values()),
             notes=notes,
             battery_peak=_largest([b.peak_current for b in battery]),

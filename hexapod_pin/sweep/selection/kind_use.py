@@ -9,18 +9,27 @@ from typing import TYPE_CHECKING
 from hexapod_pin.results.motor_selection import USES, KindUse
 
 if TYPE_CHECKING:
-    from hexapod_pin.results.sizing import MotorBudget
+    from hexapod_pin.results.sizing import MotorBudget, MotorUse
 
 
-def kind_use(kind: str, budgets: Mapping[str, MotorBudget], walks: tuple[str, ...]) -> KindUse:
+Uses = Mapping[str, "MotorUse"]
+"""What the worst joints take of their motor, by kind of joint."""
+
+
+def uses_of(budget: MotorBudget) -> Uses:
+    """Return what of a budget is kept: it holds all samples of a walk."""
+    return {row.kind: row for row in budget.kinds}
+
+
+def kind_use(kind: str, budgets: Mapping[str, Uses], walks: tuple[str, ...]) -> KindUse:
     """Return the worst use of a kind of joint over all walks.
 
     Args:
         kind: of joint.
-        budgets: of the walks that could be simulated.
+        budgets: uses on the walks that could be simulated.
         walks: names of all walks.
     """
-    rows = {walk: budget.kind(kind) for walk, budget in budgets.items()}
+    rows = {walk: uses[kind] for walk, uses in budgets.items()}
 
     def worst(name: str) -> tuple[float, str]:
         known = {walk: value for walk, row in rows.items()

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from hexapod_pin.results.sizing import motor_budget
-from hexapod_pin.sweep.selection.kind_use import kind_use
+from hexapod_pin.sweep.selection.kind_use import kind_use, uses_of
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.catalog import MotorRecord
@@ -78,7 +78,7 @@ class LightestChoice:
             return False
         walks = tuple(self.evaluation.walks)
         budgets = {
-            walk: motor_budget(demand, record, self.evaluation.derating)
+            walk: uses_of(motor_budget(demand, record, self.evaluation.derating))
             for walk, demand in asked.items()
         }
         return kind_use(kind, budgets, walks).passes
