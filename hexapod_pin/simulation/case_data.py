@@ -180,10 +180,14 @@ def case_digest(case: Case) -> str:
 
 def _canonical(value: Any) -> Any:
     """Return data in which equal numbers are spelt alike, to the bit."""
-    if isinstance(value, Mapping):
-        return {str(key): _canonical(item) for key, item in value.items()}
+    if isinstance(value, str):
+        return value
+    if isinstance(value, float):  # most there are, so asked for first
+        return float(value).hex()
     if isinstance(value, list | tuple):
         return [_canonical(item) for item in value]
+    if isinstance(value, dict | Mapping):
+        return {str(key): _canonical(item) for key, item in value.items()}
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
     if isinstance(value, int) and abs(value) > EXACT_INTEGERS:
