@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -186,6 +187,7 @@ def joint_kinds(
     return ("joint",) * len(names)
 
 
+@lru_cache(maxsize=1024)
 def _kind_of(name: str) -> str | None:
     """Return the kind that a name tells, if it tells exactly one."""
     kinds = [kind for kind, pattern in zip(KINDS, _PATTERNS, strict=True) if pattern.search(name)]

@@ -151,3 +151,41 @@ def _read_initial(data: Any) -> State | Checkpoint:
         raise ParameterError("initial.kind", kind, "state or checkpoint")
     given = table(data, "initial", required=("kind", "q", "v"))
     return State(read_only(given["q"]), read_only(given["v"]))
+
+
+def case_digest(case: Case) -> str:
+    """Return the SHA-256 over what a case means.
+
+    Raises:
+        ParameterError: the controller cannot be written.
+    """
+    data = case_to_dict(case)
+    for where in ("source", "options"):  # the robot's digest covers what they lead to
+        data["scene"]["robot"].pop(where, None)
+    how = case._settings(0.0 if case.duration is None else case.duration)
+    data["run"] = {
+        "duration": case.duration,
+        "method": how.choice.method.name,
+        "accuracy": how.choice.accuracy,
+        "step": how.grid.step,
+        "sample": how.grid.sample,
+        **({} if case.record is None else {"record": list(case.record)}),
+    }
+    return hashlib.sha256(json.dumps(_canonical(data), sort_keys=True).encode()).hexdigest()
+
+
+def _canonical(value: Any) -> Any:
+    """Return data in which equal numbers are spelt alike, to the bit."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, float):  # most there are, so asked for first
+        return float(value).hex()
+    if isinstance(value, list | tuple):
+        return [_canonical(item) for item in value]
+    if isinstance(value, dict | Mapping):
+        return {str(key): _canonical(item) for key, item in value.items()}
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return value
+    if isinstance(value, int) and abs(value) > EXACT_INTEGERS:
+        return str(value)
+    return float(value).hex()
