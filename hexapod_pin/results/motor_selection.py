@@ -26,7 +26,8 @@ class KindUse:
         kind: of the joints.
         peak: largest torque over the motor's line at that speed, derated [-].
         continuous: RMS torque over the continuous torque [-].
-        holding: static torque in the worst stance over the continuous torque [-].
+        holding: the larger of static torque on all feet over the continuous torque, and in the
+            worst stance of the walk over the derated stall torque [-].
         lost_leg: the same with one leg lost, over the derated stall torque [-]; NaN where the robot
             cannot stand without a leg in some stance.
         speed: largest speed over the no-load speed at the voltage under load [-].

@@ -19,12 +19,14 @@ class HoldingDemand:
     """Static, quasi-static at every posture: no acceleration, feet push along gravity.
 
     Attributes:
+        standing: |torque| in the first posture on all feet (n,) [N m].
         holding: largest |torque| in the stances that hold, (n,) [N m].
         holding_lost_leg: the same, any one leg lost; the lost leg's own joints left out (n,) [N m].
         unheld: share of the walk's stances that tip over at rest [-].
         unheld_lost_leg: the same with that leg (or foot) lost, by its name.
     """
 
+    standing: Array
     holding: Array
     holding_lost_leg: Array
     unheld: float
@@ -71,6 +73,7 @@ def holding_demand(robot: RecordedRobot, trace: Trace, samples: NDArray[np.intp]
     falls = 1.0 - found.holds[1:].mean(axis=0)
     names = _leg_names(robot)
     return HoldingDemand(
+        size[0, 0],
         _largest(size[:, :1]),
         _largest(size[:, 1:]),
         float(falls[0]),

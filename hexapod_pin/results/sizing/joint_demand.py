@@ -20,7 +20,7 @@ from hexapod_pin.results.sizing.time_mean import largest_lagged, time_weights
 PER_JOINT = (
     "peak_torque", "peak_torque_time", "peak_torque_speed", "peak_speed", "p99_torque",
     "rms_torque", "rms_speed", "acceleration_rms", "torque_acceleration", "peak_power",
-    "positive_energy", "negative_energy", "armature", "load_inertia", "holding",
+    "positive_energy", "negative_energy", "armature", "load_inertia", "standing", "holding",
     "holding_lost_leg",
 )  # fmt: skip
 
@@ -58,6 +58,7 @@ class JointDemand:
         load_inertia: of what the joint carries outwards, trunk held, rotor left out: mean diagonal
             of the mass matrix over the window (n,) [kg m^2]. A leg in the air; on the ground
             there is no such number.
+        standing: |torque| at rest in the first posture on all feet (n,) [N m].
         holding: largest |torque| at rest in the postures and on the feet of the window (n,) [N m].
         holding_lost_leg: the same with one leg lost, of the stances that hold (n,) [N m].
         unheld: share of the window's stances that cannot hold at rest [-].
@@ -90,6 +91,7 @@ class JointDemand:
     negative_energy: Array = field(repr=False)
     armature: Array = field(repr=False)
     load_inertia: Array = field(repr=False)
+    standing: Array = field(repr=False)
     holding: Array = field(repr=False)
     holding_lost_leg: Array = field(repr=False)
     unheld: float = float("nan")
@@ -129,6 +131,7 @@ class JointDemand:
         cycles: int | None = None,
         armature: ArrayLike = 0.0,
         load_inertia: ArrayLike = np.nan,
+        standing: ArrayLike = np.nan,
         holding: ArrayLike = np.nan,
         holding_lost_leg: ArrayLike = np.nan,
         **whole: Any,
@@ -144,6 +147,7 @@ class JointDemand:
             cycles: how often the motion repeats within the samples; None: not at all.
             armature: rotor inertia that the torques contain [kg m^2]; one number or (n,).
             load_inertia: [kg m^2]; one number or (n,).
+            standing: [N m]; one number or (n,).
             holding: [N m]; one number or (n,).
             holding_lost_leg: [N m]; one number or (n,).
             **whole: `weight`, `distance`, `robot`, `notes`.
@@ -157,8 +161,8 @@ class JointDemand:
         n = tau.shape[1]
         names = tuple(joint_names or (f"joint {j + 1}" for j in range(n)))
         given: dict[str, Any] = {
-            "armature": armature, "load_inertia": load_inertia, "holding": holding,
-            "holding_lost_leg": holding_lost_leg,
+            "armature": armature, "load_inertia": load_inertia, "standing": standing,
+            "holding": holding, "holding_lost_leg": holding_lost_leg,
         }  # fmt: skip
         return cls(
             joint_names=names, kinds=tuple(kinds or joint_kinds(names, n // 3)),

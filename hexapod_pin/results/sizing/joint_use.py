@@ -9,7 +9,7 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.results.sizing.gear_ratio import gear_numbers
 from hexapod_pin.results.sizing.joint_demand import JointDemand
-from hexapod_pin.results.sizing.motor_use import UNKNOWN, MotorUse
+from hexapod_pin.results.sizing.motor_use import UNKNOWN, USES, MotorUse
 from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.results.sizing.winding import thermal_constant, winding_temperatures
 
@@ -27,7 +27,7 @@ def joint_uses(
         **current_numbers(demand, motors),
         "winding_temperature": winding_temperatures(demand, motors, ambient),
     }
-    judged = ["peak_use", "continuous_use", "thermal_use", "holding_use", "speed_use"]
+    judged = [name for name in USES if name != "lost_leg_use"]
     judged += ["lost_leg_use"] if lost_leg else []
     return tuple(_row(demand, motors, columns, judged, j) for j in range(len(motors.records)))
 
@@ -67,7 +67,8 @@ def lasting_numbers(demand: JointDemand, motors: Motors) -> Columns:
     return {
         "continuous_use": demand.rms_torque / motors.continuous,
         "thermal_use": moving / motors.continuous,
-        "holding_use": demand.holding / motors.continuous,
+        "standing_use": demand.standing / motors.continuous,
+        "holding_use": demand.holding / at_stall,
         "lost_leg_use": demand.holding_lost_leg / at_stall,
     }
 
@@ -109,8 +110,10 @@ REASONS = {
     "of {motor}",
     "thermal_use": "{joint}: the RMS torque over the winding's time constant is {use:.2f} of the "
     "continuous torque of {motor}",
-    "holding_use": "{joint}: holding {need:.3g} N m at rest is {use:.2f} of the continuous torque "
-    "of {motor}",
+    "standing_use": "{joint}: standing on all feet takes {need:.3g} N m, {use:.2f} of the "
+    "continuous torque of {motor}",
+    "holding_use": "{joint}: holding {need:.3g} N m in the worst stance of the walk is {use:.2f} "
+    "of the derated stall torque of {motor}",
     "lost_leg_use": "{joint}: holding {need:.3g} N m with one leg lost is {use:.2f} of the derated "
     "stall torque of {motor}",
     "speed_use": "{joint}: speed up to {need:.3g} rad/s is {use:.2f} of the no-load speed of "
@@ -125,6 +128,7 @@ NEEDS = {
     "peak_use": lambda d: d.peak_torque,
     "continuous_use": lambda d: d.rms_torque,
     "thermal_use": lambda d: d.rms_torque,
+    "standing_use": lambda d: d.standing,
     "holding_use": lambda d: d.holding,
     "lost_leg_use": lambda d: d.holding_lost_leg,
     "speed_use": lambda d: d.peak_speed,

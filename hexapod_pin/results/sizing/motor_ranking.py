@@ -55,7 +55,7 @@ class MotorRanking:
         shown = self.budgets[: good + SHOWN]
         head = ["motor", "mass|[g]", "verdict"]
         for row in self.budgets[0].kinds if self.budgets else ():
-            head += [f"{row.kind}|peak", "|RMS", "|hold", "|speed"]
+            head += [f"{row.kind}|peak", "|RMS", "|rest", "|speed"]
         rows = [_cells(b, mass) for b, mass in zip(shown, self.masses, strict=False)]
         lines = [
             f"Motors of {self.source}, need over what is allowed; passes at 1 or below",
@@ -119,6 +119,7 @@ def _cells(budget: MotorBudget, mass: float | None) -> list[str]:
         "passes" if budget.passes else "FAILS",
     ]
     for row in budget.kinds:
-        uses = (row.peak_use, row.continuous_use, row.holding_use, row.speed_use)
+        rest = [use for use in (row.standing_use, row.holding_use) if use is not None]
+        uses = (row.peak_use, row.continuous_use, max(rest, default=None), row.speed_use)
         cells += [number(use, 2) for use in uses]
     return cells

@@ -11,7 +11,10 @@ from hexapod_pin.results.plain_json import without_non_finite
 UNKNOWN = "unknown"
 """Stands where a data sheet does not tell what a number needs."""
 
-USES = ("peak_use", "continuous_use", "thermal_use", "holding_use", "lost_leg_use", "speed_use")
+USES = (
+    "peak_use", "continuous_use", "thermal_use", "standing_use", "holding_use", "lost_leg_use",
+    "speed_use",
+)  # fmt: skip
 """Need over what the derated motor allows."""
 
 
@@ -32,9 +35,10 @@ class MotorUse:
         outside_share: share of the time outside the derated line [-].
         continuous_use: RMS torque over whole cycles over continuous torque [-].
         thermal_use: largest moving RMS over the winding's time constant, over the same [-].
-        holding_use: torque at rest in the worst stance over the same [-].
-        lost_leg_use: torque at rest with one leg lost over the derated stall torque [-]: a fault,
-            held for a short time.
+        standing_use: torque at rest on all feet over the same: a robot may rest for ever [-].
+        holding_use: torque at rest in the worst stance of the walk over the derated stall torque
+            [-]: a stance lasts for part of a cycle, or until the legs in the air are put down.
+        lost_leg_use: torque at rest with one leg lost over the same [-]: a fault.
         speed_use: largest speed over the no-load speed at the derated voltage [-].
         current_peak: of the motor, from data-sheet currents, an estimate [A].
         current_rms: the same [A].
@@ -57,6 +61,7 @@ class MotorUse:
     outside_share: float
     continuous_use: float
     thermal_use: float | None
+    standing_use: float | None
     holding_use: float | None
     lost_leg_use: float | None
     speed_use: float
@@ -92,6 +97,7 @@ class MotorUse:
             self.peak_use,
             self.continuous_use,
             self.thermal_use,
+            self.standing_use,
             self.holding_use,
             self.speed_use,
         )
@@ -152,8 +158,9 @@ UNITS = {
     "mean_current": "A", "rms_current": "A", "peak_power": "W", "mean_power": "W",
     "mean_power_regeneration": "W", "energy": "J", "energy_regeneration": "J",
     "sum_of_peaks": "A", "duration": "s", "peak_torque": "N m", "p99_torque": "N m",
-    "rms_torque": "N m", "holding": "N m", "holding_lost_leg": "N m", "peak_speed": "rad/s",
-    "rms_speed": "rad/s", "positive_energy": "J", "negative_energy": "J", "load_inertia": "kg m^2",
+    "rms_torque": "N m", "standing": "N m", "holding": "N m", "holding_lost_leg": "N m",
+    "peak_speed": "rad/s", "rms_speed": "rad/s", "positive_energy": "J", "negative_energy": "J",
+    "load_inertia": "kg m^2",
     "acceleration_rms": "rad/s^2", "torque_acceleration": "N m rad/s^2",
 }  # fmt: skip
 """Unit of every number of `MotorBudget.to_dict` that has one; the others are ratios [-]."""

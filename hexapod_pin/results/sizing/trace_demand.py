@@ -19,7 +19,7 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
 
-MOST_POSTURES = 96
+MOST_POSTURES = 32
 """Postures of the window, evenly spread, in which holding torque and inertia are looked at."""
 
 
@@ -85,7 +85,7 @@ def _of_robot(trace: Trace, window: Window, notes: list[str]) -> dict[str, Any]:
     """Return what needs the robot's model; NaN with a note where the trace does not tell it."""
     unknown = np.full(len(trace.joint_names), np.nan)
     nothing = {"armature": np.zeros(len(unknown))} | dict.fromkeys(
-        ("load_inertia", "holding", "holding_lost_leg"), unknown
+        ("load_inertia", "standing", "holding", "holding_lost_leg"), unknown
     )
     try:
         robot = RecordedRobot.of(trace)

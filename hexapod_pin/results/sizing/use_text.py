@@ -14,14 +14,15 @@ if TYPE_CHECKING:
 
 USE_HEADER = (
     "", "verdict", "peak|[-]", "margin|[N m]", "outside|[%]", "RMS|[-]", "moving RMS|[-]",
-    "holding|[-]", "leg lost|[-]", "speed|[-]", "current|peak [A]", "RMS|[A]", "winding|[deg C]",
+    "standing|[-]", "holding|[-]", "leg lost|[-]", "speed|[-]", "current|peak [A]", "RMS|[A]",
+    "winding|[deg C]",
 )  # fmt: skip
 INERTIA_HEADER = (
     "", "load inertia|[kg m^2]", "rotor's at joint|[kg m^2]", "load / rotor|[-]",
     "RMS with rotor|[N m]", "best gear ratio|[-]", "ratio by speed|[-]",
 )  # fmt: skip
 NEED_HEADER = (
-    "", "peak|[N m]", "p99|[N m]", "RMS|[N m]", "holding|[N m]", "leg lost|[N m]",
+    "", "peak|[N m]", "p99|[N m]", "RMS|[N m]", "standing|[N m]", "holding|[N m]", "leg lost|[N m]",
     "peak speed|[rad/s]", "RMS|[rad/s]", "power|[W]", "energy +|[J]", "energy -|[J]",
 )  # fmt: skip
 
@@ -54,8 +55,8 @@ def budget_text(budget: MotorBudget) -> str:
 def demand_lines(demand: JointDemand) -> list[str]:
     """Return what the joints demand, one line each."""
     names = (
-        "peak_torque", "p99_torque", "rms_torque", "holding", "holding_lost_leg", "peak_speed",
-        "rms_speed", "peak_power", "positive_energy", "negative_energy",
+        "peak_torque", "p99_torque", "rms_torque", "standing", "holding", "holding_lost_leg",
+        "peak_speed", "rms_speed", "peak_power", "positive_energy", "negative_energy",
     )  # fmt: skip
     rows = [
         [joint, *(number(getattr(demand, name)[j]) for name in names)]
@@ -117,8 +118,9 @@ def _use_cells(row: MotorUse, name: str) -> Sequence[str]:
     return (
         name, "passes" if row.passes else "FAILS", number(row.peak_use), number(row.margin),
         number(100.0 * row.outside_share), number(row.continuous_use), number(row.thermal_use),
-        number(row.holding_use), number(row.lost_leg_use), number(row.speed_use),
-        number(row.current_peak), number(row.current_rms), number(row.winding_temperature),
+        number(row.standing_use), number(row.holding_use), number(row.lost_leg_use),
+        number(row.speed_use), number(row.current_peak), number(row.current_rms),
+        number(row.winding_temperature),
     )  # fmt: skip
 
 

@@ -40,6 +40,7 @@ def kind_use(kind: str, budgets: Mapping[str, Uses], walks: tuple[str, ...]) -> 
         return float(known[walk]), walk
 
     found = {name: worst(f"{name}_use") for name in (*USES, "lost_leg")}
+    found["holding"] = max(found["holding"], worst("standing_use"), key=_known)
     reasons = [f"{reason} ({walk})" for walk, row in rows.items() for reason in row.reasons]
     reasons += [f"{walk}: cannot be simulated" for walk in walks if walk not in budgets]
     return KindUse(
@@ -47,3 +48,7 @@ def kind_use(kind: str, budgets: Mapping[str, Uses], walks: tuple[str, ...]) -> 
         outside=worst("outside_share")[0], inertia_ratio=worst("inertia_ratio")[0],
         walk={name: found[name][1] for name in USES}, reasons=tuple(dict.fromkeys(reasons)),
     )  # fmt: skip
+
+
+def _known(use: tuple[float, str]) -> float:
+    return -math.inf if math.isnan(use[0]) else use[0]

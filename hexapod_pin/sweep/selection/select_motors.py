@@ -137,7 +137,8 @@ def _assumed(
             f"the robot's file contains motors of {1e3 * contained:.3g} g each: "
             f"{100 * MOTOR_SHARE:g} % of its mass in all (motors.motor_mass gives it)"
         )
-    found += [line for c in ranked for record in c.motors.values() for line in record.assumed]
+    records = {record.name: record for c in ranked for record in c.motors.values()}
+    found += [f"{name}: {line}" for name, r in records.items() for line in r.assumed]
     return tuple(dict.fromkeys(found))
 
 
