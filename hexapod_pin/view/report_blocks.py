@@ -156,9 +156,11 @@ def with_unit(value: float | None, unit: str, digits: int = 3) -> str:
 
 
 def use_text(use: float) -> str:
-    """Return need over allowed: two decimals, fewer above 10."""
+    """Return need over allowed: two decimals, none above 10, enough of them near 1."""
     if math.isnan(use) or math.isinf(use):
         return number(use)
+    if use != 1.0 and abs(use - 1.0) < 0.01:
+        return f"{use:.{2 - math.floor(math.log10(abs(use - 1.0)))}f}"[:8]
     return f"{use:.2f}" if use < 10.0 else f"{use:.0f}"
 
 
@@ -168,4 +170,5 @@ def margin_text(use: float) -> str:
         return UNKNOWN
     if math.isinf(use):
         return "-∞"
-    return f"{math.floor(100.0 * (1.0 - use) + 1e-9):d} %"
+    left = 100.0 * (1.0 - use)
+    return f"{left:.1f} %" if abs(left) < 10.0 else f"{left:.0f} %"

@@ -11,6 +11,8 @@ from hexapod_pin.view.report_blocks import (
     WIDTH,
     Block,
     Blocks,
+    Cell,
+    Column,
     Facts,
     Heading,
     Items,
@@ -21,6 +23,9 @@ from hexapod_pin.view.report_blocks import (
     Title,
     Verdict,
 )
+
+SHORT = 24
+"""Texts of so many characters are not broken into lines in a table."""
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
@@ -52,7 +57,8 @@ tr.groups th { text-align: center; border-bottom: 0.2mm solid #888; }
 tr.groups th:empty { border-bottom: 0; }
 td { text-align: right; vertical-align: top; padding: 0.6mm 1.2mm; white-space: nowrap;
   border-bottom: 0.15mm solid #ccc; font-variant-numeric: tabular-nums; }
-th.wide, td.wide { text-align: left; white-space: normal; overflow-wrap: anywhere; }
+th.wide, td.wide { text-align: left; white-space: normal; overflow-wrap: break-word; }
+td.short { white-space: nowrap; }
 td.bad { color: #9c1f17; font-weight: 700; }
 td.good { color: #2e6b34; }
 figure { margin: 4mm 0; break-inside: avoid; }
@@ -147,14 +153,17 @@ def _table(block: Table) -> str:
     ) + "</tr>"  # fmt: skip
     rows = []
     for row in block.rows:
-        cells = (
-            f'<td class="{cell.mark}{" wide" * column.wide}">{html.escape(cell.text)}</td>'
-            for column, cell in zip(block.columns, row, strict=True)
-        )
-        rows.append(f"<tr>{''.join(cells)}</tr>")
+        cells = "".join(map(_cell, block.columns, row))
+        rows.append(f"<tr>{cells}</tr>")
     note = f'<p class="small">{html.escape(block.note)}</p>' if block.note else ""
     table = f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>"
     return f'<div class="scroll">{table}</div>{note}'
+
+
+def _cell(column: Column, cell: Cell) -> str:
+    short = column.wide and len(cell.text) <= SHORT
+    kinds = (cell.mark, "wide" * column.wide, "short" * short)
+    return f'<td class="{" ".join(filter(None, kinds))}">{html.escape(cell.text)}</td>'
 
 
 @_element.register

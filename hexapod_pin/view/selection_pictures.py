@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 NEIGHBOURS = 3
 """Motors on either side of the choice in the figure of uses: that pass, and that fail."""
 
-ROW_HEIGHT = 0.62
+ROW_HEIGHT = 0.52
 """Of a motor in the figure of uses [inch]."""
 
 PANELS_ACROSS = 3

@@ -20,6 +20,7 @@ STYLE = {
     "font.size": 8.0,
     "axes.labelsize": 8.0,
     "axes.linewidth": 0.6,
+    "axes.axisbelow": True,
     "xtick.labelsize": 7.0,
     "ytick.labelsize": 7.0,
     "legend.fontsize": 7.0,

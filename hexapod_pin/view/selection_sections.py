@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from importlib.metadata import version
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from hexapod_pin.view.report_blocks import (
@@ -55,7 +56,7 @@ def selection_blocks(s: MotorSelection, date: str | None) -> Iterator[Block]:
     """Return the whole report."""
     yield Title(f"Motor selection: {s.robot}")
     yield Facts(_facts(s, date))
-    yield Verdict(verdict_word(s), verdict_texts(s), s.best.passes and not s.interrupted)
+    yield Verdict(verdict_word(s), verdict_texts(s), verdict_word(s) == "PASSES")
     yield from _choice(s)
     yield from _ranking(s)
     yield from pictures(s)
@@ -88,7 +89,7 @@ def _facts(s: MotorSelection, date: str | None) -> tuple[tuple[str, str], ...]:
 def _choice(s: MotorSelection) -> Iterator[Block]:
     best = s.best
     what = "Choice" if s.choice is not None else "No choice; the first in rank"
-    yield Heading(f"1. {what}: {best.name}")
+    yield Heading(f"1. {what}")
     yield choice_table(best)
     yield Facts(
         (
@@ -138,11 +139,20 @@ def _ranking(s: MotorSelection) -> Iterator[Block]:
 def _reasons(candidates: Sequence[MotorCandidate]) -> Table:
     rows = []
     for c in candidates:
-        found = list(c.reasons[:REASONS]) or [UNKNOWN]
-        if len(c.reasons) > REASONS:
-            found.append(f"and {len(c.reasons) - REASONS} more reasons")
+        found = _varied_reasons(c)
+        more = len(found) - REASONS
+        found = found[:REASONS] or [UNKNOWN]
+        found += [f"and {more} more reason{'s' * (more > 1)}"] if more > 0 else []
         rows.append((Cell(c.name), Cell("; ".join(found))))
     return Table((Column("Motor", wide=True), Column("Why it is rejected", wide=True)), tuple(rows))
+
+
+def _varied_reasons(candidate: MotorCandidate) -> list[str]:
+    """Return all reasons: the first of each kind of joint and of the walks, then the second."""
+    groups = [[f"{u.kind}: {reason}" for reason in u.reasons] for u in candidate.uses]
+    groups.append([f"{run.walk}: {run.text}" for run in candidate.runs if not run.walks])
+    rows = zip_longest(*groups)
+    return [reason for row in rows for reason in row if reason is not None]
 
 
 def _simulated(s: MotorSelection) -> Iterator[Block]:

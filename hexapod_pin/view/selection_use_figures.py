@@ -61,7 +61,8 @@ def draw_torque_speed(
         axes.set_xlabel("speed: brakes < 0 < drives [rad/s]")
     grid[0].set_ylabel("|torque| [N m]")
     handles = {label: h for axes in grid for h, label in zip(*_legend(axes), strict=True)}
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3,
+                  markerscale=1.5)  # fmt: skip
 
 
 def _legend(axes: Axes) -> tuple[list[object], list[str]]:
@@ -100,8 +101,8 @@ def _draw_lines(
     lines = (
         (Derating(peak=1.0, voltage=1.0), "-", GREY, 1.1, "line as published"),
         (Derating(peak=1.0, voltage=derating.voltage), "--", ORANGE, 1.3,
-         f"at the voltage under load ({derating.voltage:g} of it)"),
-        (derating, "-.", RED, 1.6, f"derated limit ({derating.peak:g} of that)"),
+         f"under load, {derating.voltage:g} of the voltage"),
+        (derating, "-.", RED, 1.6, f"derated limit, {derating.peak:g} of that"),
     )  # fmt: skip
     for allowed, style, color, width, label in lines:
         torque = Motors.of((kind,), record, allowed).allowed(np.ones(1), speed[:, None])[:, 0]
@@ -137,6 +138,7 @@ def draw_uses(candidates: Sequence[MotorCandidate], figure: FigureBase) -> None:
         axes.set_title(kind, fontsize=9, parse_math=False)
         axes.set_xlabel("need over allowed [-]")
         axes.set_yticks(places, labels, fontsize=6.5, parse_math=False)
+        axes.tick_params(axis="y", length=0)
         axes.grid(axis="x", lw=0.3)
     grid[0].set_ylim(len(candidates) - 0.5, -0.5)
     handles, names = _legend(grid[0])

@@ -67,7 +67,10 @@ def unknown_uses(candidate: MotorCandidate) -> list[str]:
 
 def verdict_word(s: MotorSelection) -> str:
     """Return the result in a word or two."""
-    word = "NO MOTOR PASSES" if not s.best.passes else "PASSES"
+    if not s.best.passes:
+        word = "NO MOTOR PASSES"
+    else:
+        word = "PASSES WHAT COULD BE JUDGED" if unknown_uses(s.best) else "PASSES"
     return f"INTERRUPTED, {word} SO FAR" if s.interrupted else word
 
 
@@ -90,7 +93,7 @@ def verdict_texts(s: MotorSelection) -> tuple[str, ...]:
         texts += [f"Why it does not pass: {best.reasons[0]}."] if best.reasons else []
     texts.append(_certainty(s))
     if missing := unknown_uses(best):
-        texts.append(f"NOT judged, because unknown: {'; '.join(missing)}.")
+        texts.append(f"Not judged, because unknown: {'; '.join(missing)}.")
     if s.interrupted:
         texts.append("The run was interrupted: only what was done until then is reported.")
     return tuple(texts)
