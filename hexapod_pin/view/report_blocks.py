@@ -68,12 +68,12 @@ class Verdict:
     Attributes:
         word: one word, such as "PASSES".
         texts: sentences, one paragraph each.
-        good: whether it is the result that was hoped for.
+        level: "good", "open" (not all is known) or "bad".
     """
 
     word: str
     texts: tuple[str, ...]
-    good: bool
+    level: str
 
 
 @dataclass(frozen=True)
@@ -129,6 +129,13 @@ class Picture:
     caption: str
 
 
+LEVELS = {
+    "good": ("#2e6b34", "#f2f8f2"),
+    "open": ("#8a6100", "#fdf8ec"),
+    "bad": ("#9c1f17", "#fbf2f1"),
+}
+"""Colours of a verdict's frame: edge and ground."""
+
 WIDTH = 7.3
 """Width of figures: that between the margins of a page of A4 [inch]."""
 
@@ -159,8 +166,8 @@ def use_text(use: float) -> str:
     """Return need over allowed: two decimals, none above 10, enough of them near 1."""
     if math.isnan(use) or math.isinf(use):
         return number(use)
-    if use != 1.0 and abs(use - 1.0) < 0.01:
-        return f"{use:.{2 - math.floor(math.log10(abs(use - 1.0)))}f}"[:8]
+    if use != 1.0 and abs(use - 1.0) < 0.01:  # never "1.00" of what is not 1
+        return f"{use:.{min(-math.floor(math.log10(abs(use - 1.0))), 9)}f}"
     return f"{use:.2f}" if use < 10.0 else f"{use:.0f}"
 
 

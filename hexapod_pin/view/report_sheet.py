@@ -93,7 +93,7 @@ class Sheets:
         """Draw a figure of a height [pt] over the whole width."""
         self.room(height)
         page = self.pages[-1]
-        page.set_layout_engine("constrained", h_pad=0.0, w_pad=0.0, hspace=0.0, wspace=0.0)
+        page.set_layout_engine("constrained")
         grid = page.add_gridspec(
             3, 3, width_ratios=(LEFT, ACROSS, LEFT),
             height_ratios=(self.y, height, max(PAGE[1] - self.y - height, 1e-3)),

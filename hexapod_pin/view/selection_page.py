@@ -8,6 +8,7 @@ import io
 from functools import singledispatch
 
 from hexapod_pin.view.report_blocks import (
+    LEVELS,
     WIDTH,
     Block,
     Blocks,
@@ -45,8 +46,6 @@ dt { color: #555; } dd { margin: 0; overflow-wrap: anywhere; }
   break-inside: avoid; }
 .verdict b { font-size: 12.5pt; letter-spacing: 0.3pt; }
 .verdict p, .verdict b { color: #1a1a1a; }
-.passes { border-color: #2e6b34; background: #f2f8f2; }
-.fails { border-color: #9c1f17; background: #fbf2f1; }
 .scroll { overflow-x: auto; margin: 2mm 0; }
 table { border-collapse: collapse; font-size: 8pt; line-height: 1.25; width: 100%; }
 thead { display: table-header-group; }
@@ -120,9 +119,10 @@ def _paragraph(block: Paragraph) -> str:
 
 @_element.register
 def _verdict(block: Verdict) -> str:
-    kind = "passes" if block.good else "fails"
+    edge, ground = LEVELS[block.level]
     texts = "".join(f"<p>{html.escape(text)}</p>" for text in block.texts)
-    return f'<div class="verdict {kind}"><b>{html.escape(block.word)}</b>{texts}</div>'
+    style = f"border-color: {edge}; background: {ground}"
+    return f'<div class="verdict" style="{style}"><b>{html.escape(block.word)}</b>{texts}</div>'
 
 
 @_element.register

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import singledispatch
 
 from hexapod_pin.view.report_blocks import (
+    LEVELS,
     Block,
     Blocks,
     Facts,
@@ -37,7 +38,9 @@ def pdf_pages(blocks: Blocks) -> bytes:
         ModuleNotFoundError: matplotlib is not installed.
     """
     sheets = Sheets()
-    for block in blocks:
+    for block, after in zip(blocks, (*blocks[1:], None), strict=True):
+        if isinstance(block, Heading):
+            sheets.room(30.0 + (after.height * INCH if isinstance(after, Picture) else 60.0))
         _draw(block, sheets)
     return sheets.pdf(next((b.text for b in blocks if isinstance(b, Title)), "Report"))
 
@@ -55,7 +58,6 @@ def _title(block: Title, sheets: Sheets) -> None:
 
 @_draw.register
 def _heading(block: Heading, sheets: Sheets) -> None:
-    sheets.room(90.0)
     sheets.y += 9.0
     sheets.paragraph(block.text, 11.0, bold=True)
     sheets.line(sheets.y + 1.5, LEFT, LEFT + ACROSS, 0.8)
@@ -77,8 +79,7 @@ def _verdict(block: Verdict, sheets: Sheets) -> None:
     height = 26.0 + lines * LEADING * BODY + 4.0 * len(block.texts) + 4.0
     sheets.room(height)
     top = sheets.y
-    edge, fill = ("#2e6b34", "#f2f8f2") if block.good else ("#9c1f17", "#fbf2f1")
-    sheets.frame(top, top + height, edge, fill)
+    sheets.frame(top, top + height, *LEVELS[block.level])
     sheets.y += 6.0
     sheets.paragraph(block.word, 11.0, left=LEFT + 10.0, width=inner, bold=True)
     for text in block.texts:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -32,8 +33,17 @@ PANELS_ACROSS = 3
 
 
 def pictures(s: MotorSelection) -> Iterator[Block]:
-    """Return the section of figures."""
+    """Return the section of figures, numbered."""
     yield Heading("3. Figures")
+    count = 0
+    for block in _drawn(s):
+        if isinstance(block, Picture):
+            count += 1
+            block = replace(block, caption=f"Figure {count}. {block.caption}")
+        yield block
+
+
+def _drawn(s: MotorSelection) -> Iterator[Block]:
     if s.demands:
         yield from _of_demands(s)
     else:

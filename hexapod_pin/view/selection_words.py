@@ -74,6 +74,13 @@ def verdict_word(s: MotorSelection) -> str:
     return f"INTERRUPTED, {word} SO FAR" if s.interrupted else word
 
 
+def verdict_level(s: MotorSelection) -> str:
+    """Return how good the result is: "good", "open" where something is not known, or "bad"."""
+    if not s.best.passes:
+        return "bad"
+    return "open" if s.interrupted or unknown_uses(s.best) else "good"
+
+
 def verdict_texts(s: MotorSelection) -> tuple[str, ...]:
     """Return the verdict: the choice with its margin, how sure it is, and what is missing."""
     best, most = s.best, deciding(s.best.uses)
