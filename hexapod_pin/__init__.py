@@ -47,6 +47,10 @@ if TYPE_CHECKING:
     from hexapod_pin.control.time_function import Periodic as Periodic
     from hexapod_pin.control.time_function import Sum as Sum
     from hexapod_pin.control.velocity_command import VelocityCommand as VelocityCommand
+    from hexapod_pin.drive.catalog import Catalog as Catalog
+    from hexapod_pin.drive.catalog import MotorRecord as MotorRecord
+    from hexapod_pin.drive.catalog import load_catalog as load_catalog
+    from hexapod_pin.drive.derating import Derating as Derating
     from hexapod_pin.drive.joint_stops import JointStops as JointStops
     from hexapod_pin.drive.motor import Motor as Motor
     from hexapod_pin.drive.servo import Servo as Servo
@@ -77,6 +81,7 @@ if TYPE_CHECKING:
     from hexapod_pin.results.gait_energy import load_gait_energy as load_gait_energy
     from hexapod_pin.results.joint_moments import JointMoments as JointMoments
     from hexapod_pin.results.joint_moments import joint_moments as joint_moments
+    from hexapod_pin.results.motor_selection import MotorSelection as MotorSelection
     from hexapod_pin.results.peak_verdict import PeakVerdict as PeakVerdict
     from hexapod_pin.results.peak_verdict import PeakVerdicts as PeakVerdicts
     from hexapod_pin.results.phase_torque import PhaseTorques as PhaseTorques
@@ -85,9 +90,11 @@ if TYPE_CHECKING:
     from hexapod_pin.results.sizing import BatteryLoad as BatteryLoad
     from hexapod_pin.results.sizing import JointDemand as JointDemand
     from hexapod_pin.results.sizing import MotorBudget as MotorBudget
+    from hexapod_pin.results.sizing import MotorRanking as MotorRanking
     from hexapod_pin.results.sizing import MotorUse as MotorUse
     from hexapod_pin.results.sizing import joint_demand as joint_demand
     from hexapod_pin.results.sizing import motor_budget as motor_budget
+    from hexapod_pin.results.sizing import motor_ranking as motor_ranking
     from hexapod_pin.results.stability import Stability as Stability
     from hexapod_pin.results.stability import stability as stability
     from hexapod_pin.results.study_file import load_study as load_study
@@ -121,6 +128,7 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.run import simulate as simulate
     from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session
+    from hexapod_pin.sweep.assumed_inputs import assumed_inputs as assumed_inputs
     from hexapod_pin.sweep.compare import compare as compare
     from hexapod_pin.sweep.gait_energy import gait_energy as gait_energy
     from hexapod_pin.sweep.judge_peaks import judge_peaks as judge_peaks
@@ -128,9 +136,14 @@ if TYPE_CHECKING:
     from hexapod_pin.sweep.runs.run_sweep import run_sweep as run_sweep
     from hexapod_pin.sweep.runs.sweep_result import SweepResult as SweepResult
     from hexapod_pin.sweep.runs.sweep_result import open_sweep as open_sweep
+    from hexapod_pin.sweep.selection import select_motors as select_motors
+    from hexapod_pin.sweep.study import SweepStudy as SweepStudy
+    from hexapod_pin.sweep.study import load_sweep as load_sweep
     from hexapod_pin.sweep.torque_map import torque_map as torque_map
     from hexapod_pin.sweep.tuning import tune as tune
     from hexapod_pin.sweep.tuning_result import TuningResult as TuningResult
+    from hexapod_pin.sweep.uncertainty import Uncertainty as Uncertainty
+    from hexapod_pin.sweep.uncertainty import uncertainty as uncertainty
 
     __version__: str
 
@@ -143,10 +156,12 @@ _MODULES = {
     "BodyMotion": "control.body_motion",
     "BrownMcPhee": "ground.contact",
     "Case": "simulation.case",
+    "Catalog": "drive.catalog",
     "Checkpoint": "results.checkpoint",
     "Command": "control.feedback",
     "Comparison": "results.comparison",
     "Contact": "ground.contact",
+    "Derating": "drive.derating",
     "FeedbackController": "control.feedback",
     "Flat": "ground.terrain",
     "FootControl": "control.foot_control",
@@ -170,8 +185,13 @@ _MODULES = {
     "LostLeg": "simulation.loads",
     "Measurement": "control.feedback",
     "Motor": "drive.motor",
+    "MotorSelection": "results.motor_selection",
+    "select_motors": "sweep.selection",
     "MotorBudget": "results.sizing",
+    "MotorRanking": "results.sizing",
+    "motor_ranking": "results.sizing",
     "MotorUse": "results.sizing",
+    "MotorRecord": "drive.catalog",
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
     "MassFactor": "simulation.mass_changes",
@@ -207,6 +227,7 @@ _MODULES = {
     "Sum": "control.time_function",
     "Summary": "results.summary",
     "SweepResult": "sweep.runs.sweep_result",
+    "SweepStudy": "sweep.study",
     "TanhCoulomb": "ground.contact",
     "TorqueBudget": "results.robot_budget",
     "TorqueMap": "results.torque_map",
@@ -214,11 +235,13 @@ _MODULES = {
     "Trace": "results.trace",
     "Trunk": "robot.description.segments",
     "TuningResult": "sweep.tuning_result",
+    "Uncertainty": "sweep.uncertainty",
     "VelocityCommand": "control.velocity_command",
     "VirtualSuspension": "control.foot_control",
     "WalkMetrics": "results.walk_metrics",
     "WalkVerdict": "results.walk_verdict",
     "Waypoints": "control.curves",
+    "assumed_inputs": "sweep.assumed_inputs",
     "compare": "sweep.compare",
     "gait_energy": "sweep.gait_energy",
     "iterate_batch": "simulation.batch",
@@ -226,10 +249,12 @@ _MODULES = {
     "joint_moments": "results.joint_moments",
     "judge_peaks": "sweep.judge_peaks",
     "load_case": "simulation.case",
+    "load_catalog": "drive.catalog",
     "load_gait_energy": "results.gait_energy",
     "load_robot": "robot.robot",
     "load_study": "results.study_file",
     "load_summary": "results.summary",
+    "load_sweep": "sweep.study",
     "load_torque_map": "results.torque_map",
     "load_trace": "results.trace_file",
     "motor_budget": "results.sizing",
@@ -245,6 +270,7 @@ _MODULES = {
     "torque_budget": "results.torque_budget",
     "torque_map": "sweep.torque_map",
     "tune": "sweep.tuning",
+    "uncertainty": "sweep.uncertainty",
     "urdf_path": "robot.robot",
     "walk_verdict": "results.walk_verdict",
     "write_study": "results.study_file",

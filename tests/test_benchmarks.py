@@ -104,6 +104,7 @@ SHORT = {
     ],
     "robust_cost": ["--quick"],
     "step_cost": ["--quick"],
+    "sweep_kills": ["--kills", "2", "--cases", "8", "--duration", "0.9"],
     "walk_tracking": ["--quick"],
     "tolerance_calibration": ["--drops", "1", "--methods", "extrapolated-euler"],
 }

@@ -78,7 +78,10 @@ def test_commands_exist(page: Path) -> None:
 @pytest.mark.parametrize(
     "page",
     """terrain.md loads.md closed_loop.md walking.md drive.md cases.md contact_laws.md
+    study_files.md uncertainty.md
     tuning.md compare.md sweeps.md peaks.md stability.md reading.md
+    motors.md tuning.md compare.md sweeps.md peaks.md stability.md reading.md
+    tuning.md compare.md sweeps.md running_sweeps.md peaks.md stability.md reading.md
     foot_control.md foot_control_stability.md""".split(),
 )
 def test_the_code_of_a_page_runs(

@@ -119,6 +119,14 @@ def test_sweep_a_parameter(run) -> None:
         assert 0.5 < peak < 6.0  # N m, S2's effort limit
 
 
+def test_uncertain_walk(run, capsys: pytest.CaptureFixture[str]) -> None:
+    found = run("uncertain_walk")
+    assert (found.walks, found.failed) == (32, 0)
+    assert 1.2 < found.percentiles[5] < found.percentiles[50] < found.percentiles[95] < 2.0  # N m
+    assert found.indices.total[0] < 0.15  # a tripod that does not slip: friction hardly matters
+    assert found.sentence in capsys.readouterr().out
+
+
 def test_plot_torque(run) -> None:
     path = run("plot_torque", ("torque.png",))
     assert path.read_bytes().startswith(b"\x89PNG") and path.stat().st_size > 10_000

@@ -17,19 +17,21 @@ HEAVY = (
 )
 
 PROMISED = """
-__version__ AdamsCoulomb AdamsImpact ArcWalk BatteryLoad Blueprint BodyMotion BrownMcPhee Case
-Checkpoint Command compare Comparison Contact errors FeedbackController Flat FootControl
-FootForceSensing Gait gait_energy GaitEnergy Groove Havsin HeightField Hermite HoldPosture
-HuntCrossley iterate_batch joint_demand joint_moments JointDemand JointMoments JointMotion
-JointStops judge_peaks KelvinVoigt KinematicControl Ledge Levelling load_case load_gait_energy
-load_robot load_study load_summary load_torque_map load_trace LostLeg MassFactor Measurement Motor
-motor_budget MotorBudget MotorUse open_sweep paper_motion Patch PatchedGround Payload PeakVerdict
-PeakVerdicts Periodic phase_torques PhaseTorques Push Ramp register_controller RelativeObjective
-RemovedMass Restitution Robot run_sweep SampledTrajectory Scene Segment Sensor Sensors Servo
-Session ShakingGround simulate simulate_batch Sine SlipPid Slope SmoothStep stability Stability
-Stairs State Step Step5 StickSlip study_grounds Sum Summary SweepResult TanhCoulomb torque_budget
-torque_map TorqueBudget TorqueMap TouchDown Trace Trunk tune TuningResult urdf_path VelocityCommand
-view VirtualSuspension walk_verdict WalkMetrics WalkVerdict Waypoints write_study
+__version__ AdamsCoulomb AdamsImpact ArcWalk assumed_inputs BatteryLoad Blueprint BodyMotion
+BrownMcPhee Case Catalog Checkpoint Command compare Comparison Contact Derating errors
+FeedbackController Flat FootControl FootForceSensing Gait gait_energy GaitEnergy Groove Havsin
+HeightField Hermite HoldPosture HuntCrossley iterate_batch joint_demand joint_moments JointDemand
+JointMoments JointMotion JointStops judge_peaks KelvinVoigt KinematicControl Ledge Levelling
+load_case load_catalog load_gait_energy load_robot load_study load_summary load_sweep
+load_torque_map load_trace LostLeg MassFactor Measurement Motor motor_budget motor_ranking
+MotorBudget MotorRanking MotorRecord MotorSelection MotorUse open_sweep paper_motion Patch
+PatchedGround Payload PeakVerdict PeakVerdicts Periodic phase_torques PhaseTorques Push Ramp
+register_controller RelativeObjective RemovedMass Restitution Robot run_sweep SampledTrajectory
+Scene Segment select_motors Sensor Sensors Servo Session ShakingGround simulate simulate_batch Sine
+SlipPid Slope SmoothStep stability Stability Stairs State Step Step5 StickSlip study_grounds Sum
+Summary SweepResult SweepStudy TanhCoulomb torque_budget torque_map TorqueBudget TorqueMap
+TouchDown Trace Trunk tune TuningResult uncertainty Uncertainty urdf_path VelocityCommand view
+VirtualSuspension walk_verdict WalkMetrics WalkVerdict Waypoints write_study
 """.split()
 
 

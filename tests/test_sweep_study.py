@@ -16,10 +16,15 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.control.feasible_gait import fit_gait
+from hexapod_pin.drive.catalog import load_catalog
 from hexapod_pin.simulation.case_data import case_to_dict
 from hexapod_pin.simulation.mass_changes import MassFactor
 from hexapod_pin.sweep import random_bumps
 from hexapod_pin.sweep.study import SweepStudy, load_sweep
+from hexapod_pin.sweep.study.base_case import BaseWalk
+from hexapod_pin.sweep.study.design import KINDS
+from hexapod_pin.sweep.study.distributions import DISTRIBUTIONS
+from hexapod_pin.sweep.study.input_kinds import INPUTS
 
 BASE = '[base]\nrobot = "kharagpur"\ngait = "tripod"\nduration = 1.0\n'
 SAMPLED = (
@@ -129,6 +134,24 @@ def test_a_gait_of_another_name_is_fitted() -> None:
     assert {kept.case(k).controller.gait.stroke for k in (0, 1)} == {0.05}  # type: ignore[union-attr]
 
 
+def test_motors_at_a_voltage() -> None:
+    """A motor is that of the catalogue; a supply scales the record of the nearest voltage."""
+    catalog = load_catalog()
+    of = study(
+        '[[vary]]\ninput = "motor"\nvalues = ["AX-12A", "XL330-M288"]\n'
+        '[[vary]]\ninput = "voltage"\nvalues = [5.5, 11.1, 50.0]\n'
+    )
+    assert of.case(1).scene.servos.motor == catalog.get("AX-12A").motor(11.1 / 12.0)
+    near = min((5.0, 6.0), key=lambda v: abs(v - 5.5))
+    assert of.case(3).scene.servos.motor == catalog.get("XL330-M288", near).motor(5.5 / near)
+    plain = one("motor", '"AX-12A at 12 V"')
+    assert plain.scene.servos.motor == catalog.get("AX-12A").motor()
+    base = BASE + 'motor = "AX-12A"\n'
+    held = one("voltage", 10.0, base=base)
+    assert held.scene.servos.motor == catalog.get("AX-12A").motor(10.0 / 12.0)
+    assert one("friction", 0.5, base=base).scene.servos.motor == plain.scene.servos.motor
+
+
 def test_a_slope_rises_ahead() -> None:
     """On a slope that rises along +x gravity pulls back, with its full size."""
     gravity = one("slope_deg", 30).scene.gravity
@@ -210,6 +233,18 @@ def test_a_case_that_cannot_be_is_refused_by_itself() -> None:
     for index in (2, -1, True):
         with pytest.raises(hp.errors.ParameterError, match="index"):
             of.case(index)
+
+
+def test_the_studies_of_the_page_and_of_the_examples_load() -> None:
+    """What docs/study_files.md shows is a study, and all inputs and distributions are in it."""
+    root = Path(__file__).parents[1]
+    page = (root / "docs/study_files.md").read_text(encoding="utf-8")
+    block = page.split("```toml\n")[1].split("```")[0]
+    assert len(SweepStudy.from_toml(block)) == 3 * 256
+    for name in (*INPUTS, *DISTRIBUTIONS, *KINDS, *BaseWalk.model_fields):
+        assert f"`{name}`" in page, name
+    for path in (root / "examples").glob("*.toml"):
+        assert len(load_sweep(path)) > 0
 
 
 def canonical(value: Any) -> Any:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.special import ndtri
 
 import hexapod_pin as hp
@@ -128,6 +129,16 @@ def test_percentiles_of_a_normal() -> None:
     np.testing.assert_allclose(list(found.percentiles.values()), wanted, atol=0.01)
     assert found.indices is None
     assert found.sentence.startswith("torque_peak 3 N m, 90 % of walks 2.17")
+
+
+def test_values_of_a_dataset() -> None:
+    """Columns of an xarray dataset do as well, with their own unit."""
+    of = study("halton", 50, ends=1.0)
+    x = inputs_of(of)[:, 0]
+    data = xr.Dataset({"use": ("case", x, {"units": "kN"})})
+    found = uncertainty(of, data, "use", 0.5)
+    assert found.unit == "kN"
+    assert found.percentiles == uncertainty(of, {"use": x}, "use").percentiles
 
 
 def test_the_share_that_passes() -> None:

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hexapod_pin.commands.options import OptionalFloat, PackagePath, XacroArgs, given
+from hexapod_pin.commands.motor_options import speed_limit, torque_limit
+from hexapod_pin.commands.options import (
+    OptionalFloat,
+    OptionalText,
+    PackagePath,
+    XacroArgs,
+    given,
+)
 from hexapod_pin.commands.status import FAILED, fail
 from hexapod_pin.errors import ParameterError
 
@@ -20,8 +27,14 @@ Density = Annotated[
     OptionalFloat,
     typer.Option(help="Mass over hull volume of links without a mass [kg/m^3]; default: 430."),
 ]
-Effort = Annotated[OptionalFloat, typer.Option(help="Torque limit of every joint [N m].")]
-Velocity = Annotated[OptionalFloat, typer.Option(help="Speed limit of every joint [rad/s].")]
+Effort = Annotated[
+    OptionalText,
+    typer.Option(help="Torque limit of every joint [N m], or a motor: AX-12A, 'MX-64 at 12 V'."),
+]
+Velocity = Annotated[
+    OptionalText,
+    typer.Option(help="Speed limit of every joint [rad/s], or a motor: AX-12A, 'MX-64 at 12 V'."),
+]
 
 
 def mend(
@@ -47,7 +60,9 @@ def mend(
     urdf, finder = read.file, read.finder
     if path.exists() and path.samefile(file.expanduser()):
         raise ParameterError("--out", str(out), "another file than the one to mend")
-    options = given(mass=mass, density=density, effort=effort, velocity=velocity)
+    options = given(
+        mass=mass, density=density, effort=torque_limit(effort), velocity=speed_limit(velocity)
+    )
     mended = mend_urdf(urdf, finder, MendOptions(**options))
     left = find_all(mended.file, finder)
     refused = [finding for finding in left if finding.severity == "refused"]

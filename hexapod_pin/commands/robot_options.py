@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from hexapod_pin.commands.motor_options import speed_limit, torque_limit
 from hexapod_pin.commands.options import OptionalFloat, OptionalText, foot_names
 from hexapod_pin.errors import ParameterError
 
@@ -39,8 +40,12 @@ MendFirst = Annotated[
 ]
 Mass = Annotated[OptionalFloat, typer.Option(help="With --mend: mass of the robot [kg].")]
 Density = Annotated[OptionalFloat, typer.Option(help="With --mend: of its parts [kg/m^3].")]
-Effort = Annotated[OptionalFloat, typer.Option(help="With --mend: of all joints [N m].")]
-Velocity = Annotated[OptionalFloat, typer.Option(help="With --mend: of all joints [rad/s].")]
+Effort = Annotated[
+    OptionalText, typer.Option(help="With --mend: of all joints [N m], or a motor's name.")
+]
+Velocity = Annotated[
+    OptionalText, typer.Option(help="With --mend: of all joints [rad/s], or a motor's name.")
+]
 
 
 def load_options(
@@ -51,15 +56,19 @@ def load_options(
     hold: str | None = None,
     package_path: Sequence[Path] | None = None,
     xacro_arg: Sequence[str] | None = None,
+    effort: str | None = None,
+    velocity: str | None = None,
     **numbers: Any,
 ) -> LoadOptions:
     """Return what was given as options of `load_robot`.
 
     Raises:
-        ParameterError: a text that does not have the form its option wants.
+        ParameterError: a text that does not have the form its option wants, or a number or motor
+            that only --mend takes.
     """
     from hexapod_pin.robot.loading.load_options import LoadOptions
 
+    numbers |= {"effort": torque_limit(effort), "velocity": speed_limit(velocity)}
     mends = ("mass", "density", "effort", "velocity")
     wanted = [name for name in mends if numbers.get(name) is not None]
     if wanted and not numbers.get("mend"):

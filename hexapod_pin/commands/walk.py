@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hexapod_pin.commands.motor_options import CatalogFile, MotorName, Voltage, chosen_motor
 from hexapod_pin.commands.options import (
     Feet,
     FootRadius,
@@ -102,6 +103,9 @@ def walk(
         OptionalFloat,
         typer.Option(help="Servo damping [N m s/rad]; default assumed, from effort or weight."),
     ] = None,
+    motor: MotorName = None,
+    voltage: Voltage = None,
+    catalog: CatalogFile = None,
     prescribed: Annotated[
         bool,
         typer.Option(
@@ -169,6 +173,7 @@ def walk(
     html_path = None if no_html else writable("--html", html)
     distinct(trace_path, html_path)
     case_path = None if save_case is None else writable("--save-case", save_case)
+    motor_of_all, motor_lines = chosen_motor(motor, voltage, catalog)
     options = load_options(
         feet=feet, legs=legs, posture=posture, hold=hold, package_path=package_path,
         xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward, mend=mend or None,
@@ -184,9 +189,13 @@ def walk(
     if prescribed and not (kp is None and kd is None):
         raise ParameterError("--kp, --kd", kp or kd, "left out with --prescribed: no servo acts")
     servo = Servo.for_robot(loaded, kp=kp, kd=kd)
+    if motor_of_all is not None:
+        servo = servo.model_copy(update={"motor": motor_of_all})
     laws = Contact.preset(contact).with_mu(mu)
     scene = Scene(loaded, contact=laws, servo=servo, prescribed=prescribed)
     _print_plan(loaded, fitted)
+    for line in motor_lines:
+        typer.echo(line)
     case = Case(
         scene, KinematicControl(chosen), duration=time,
         accuracy=accuracy, method=method, step=step, sample=sample,

@@ -17,10 +17,9 @@ STALL_FIFTH = (
     "for loads of 1/5 or less of it (e-Manual, emanual.robotis.com/docs/en/dxl/ax/ax-12a)"
 )
 FEETECH_TEST = (
-    "continuous 0.2 is cautious for metal-geared servos: a Feetech STS3215 (30 kgf cm) held 0.33 "
-    "of stall for over an hour at 48 deg C and 0.5 with a rise of 15 K in 10 min, cut out at 0.67, "
-    "and came to 71 deg C swinging for 110 min "
-    "(github.com/TheRobotStudio/SO-ARM100/issues/134)"
+    "continuous 0.2 is cautious for servos with metal gears: a Feetech STS3215 (30 kgf cm) held "
+    "half of its stall torque for over an hour at 48 deg C, cut out at 0.67 of it, and came to "
+    "71 deg C in 110 min of swinging (github.com/TheRobotStudio/SO-ARM100/issues/134)"
 )
 PEAK_CURVE = (
     "peak 0.8 *assumed*: ROBOTIS measures its performance graphs with a slowly rising load and "

@@ -12,9 +12,11 @@ from hexapod_pin.results.sizing import (
     BatteryLoad,
     JointDemand,
     MotorBudget,
+    MotorRanking,
     MotorUse,
     joint_demand,
     motor_budget,
+    motor_ranking,
 )
 from hexapod_pin.results.stability import Stability, stability
 from hexapod_pin.results.study_file import load_study, write_study
@@ -43,6 +45,7 @@ __all__ = [
     "JointDemand",
     "JointMoments",
     "MotorBudget",
+    "MotorRanking",
     "MotorUse",
     "PeakVerdict",
     "PeakVerdicts",
@@ -63,6 +66,7 @@ __all__ = [
     "load_trace",
     "longitudinal_margins",
     "motor_budget",
+    "motor_ranking",
     "nesm",
     "phase_torques",
     "stability",

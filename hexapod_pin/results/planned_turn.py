@@ -11,6 +11,8 @@ from hexapod_pin.spec import read_toml
 
 def gait_turn_rate(meta: Mapping[str, Any]) -> float:
     """Return the planned yaw rate of the gait that a run's controller names [rad/s], or 0."""
+    if "gait_turn_rate" in meta:
+        return float(meta["gait_turn_rate"])
     text = str(meta.get("controller", ""))
     try:
         gait = read_toml(text).get("gait", {}) if text else {}

@@ -45,7 +45,8 @@ class Summary:
         torque_rms: (n,) [N m].
         at_limit: share of the time at the torque limit: effort, or what the motor gives at the
             joint's speed (n,) [-].
-        limit_use: largest torque over that limit in the same state (n,) [-]; 0 without a limit.
+        limit_use: largest torque over that limit, the stall torque where it brakes, in the same
+            state (n,) [-]; 0 without a limit.
         speed_peak: rate of largest size, with its sign (n,) [rad/s].
         speed_peak_time: its time (n,) [s].
         speed_rms: (n,) [rad/s].

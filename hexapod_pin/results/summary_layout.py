@@ -66,7 +66,7 @@ SUMMARY_META = (
     "cycle_time",
     "steady_from", "steady_until", "travel_direction", "nominal_speed", "robot_name", "total_mass",
     "gravity", "effort_limit", "joint_kinds", "assumed", "provenance", "model_digest", "wall_time",
-    "level_start",
+    "level_start", "gait_turn_rate",
 )  # fmt: skip
 """What a summary keeps of a trace's `meta`."""
 

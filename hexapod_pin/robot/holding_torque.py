@@ -39,8 +39,7 @@ class Holding(NamedTuple):
     @property
     def holds(self) -> NDArray[np.bool_]:
         """Whether the feet of the support carry the robot without being pulled. Shape (K, S)."""
-        found: NDArray[np.bool_] = np.isfinite(self.force).all(axis=-1)
-        return found
+        return np.asarray(np.isfinite(self.force).all(axis=-1), dtype=np.bool_)
 
 
 def holding_torque(
@@ -88,7 +87,8 @@ def static_terms(
     for row, (joint, offset) in zip(rows, feet, strict=True):
         jacobian = pin.getJointJacobian(model, data, joint, world)
         arm = data.oMi[joint].rotation @ offset
-        row[:] = up @ jacobian[:3] + np.cross(arm, up) @ jacobian[3:]
+        x, y, z = np.cross(arm, up)  # up . (v + w x arm) = up . v + w . (arm x up)
+        row[:] = up @ jacobian[:3] + jacobian[3] * x + jacobian[4] * y + jacobian[5] * z
     return weight, rows
 
 
@@ -106,12 +106,11 @@ def foot_forces(rows: Array, weight: Array) -> Array | None:
     total = float(np.linalg.norm(weight[:3]))
     if not rows.shape[0]:
         return None
-    share = np.linalg.lstsq(balance, load, rcond=None)[0]
+    share = np.asarray(np.linalg.lstsq(balance, load, rcond=None)[0])
     if np.abs(balance @ share - load).max() > UNBALANCED:
         return None
-    if share.min() < PULLED:
-        share = _without_pull(balance, share)
-    return None if share is None else np.asarray(total * share)
+    found = share if share.min() >= PULLED else _without_pull(balance, share)
+    return None if found is None else np.asarray(total * found)
 
 
 def _without_pull(balance: Array, share: Array) -> Array | None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array, read_only
+from hexapod_pin.robot.holding_torque import PULLED, static_terms
 from hexapod_pin.robot.once_per_robot import once_per_robot
 from hexapod_pin.robot.scratch_data import scratch_data
 
@@ -21,9 +22,6 @@ STANDARD_GRAVITY = 9.81
 SUPPORT = 3
 """Fewest feet that carry a robot at rest."""
 
-PULLED = -1e-9
-"""Least foot force, over the weight, that counts as pushing: rounding."""
-
 
 @once_per_robot
 def standing_torque(robot: Robot) -> Array:
@@ -34,28 +32,13 @@ def standing_torque(robot: Robot) -> Array:
     not hold the centre of mass, on each three feet that do, or else on all. Joints that carry
     nothing but themselves are counted too. Zero of a robot without three feet.
     """
-    import pinocchio as pin
-
     model, data, q = robot.model, scratch_data(robot), robot.stand().q
     scale = STANDARD_GRAVITY / float(np.linalg.norm(model.gravity.linear))
-    weight = scale * pin.computeGeneralizedGravity(model, data, q)
-    rows = np.array([_vertical_row(robot, data, k) for k in range(len(robot.feet))])
+    feet = [(model.getJointId(foot.joint), foot.offset) for foot in robot.feet]
+    gravity, rows = static_terms(model, data, feet, q)
+    weight = scale * gravity
     found = [_torque(rows[list(feet)], weight) for feet in _stances(robot, data, rows, weight)]
     return read_only(np.max(np.abs(found), axis=0) if found else np.zeros(model.nv - 6))
-
-
-def _vertical_row(robot: Robot, data: object, index: int) -> Array:
-    """Return the derivative of a foot's height by the velocity v (nv,)."""
-    import pinocchio as pin
-
-    foot = robot.feet[index]
-    joint = robot.model.getJointId(foot.joint)
-    world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    pin.computeJointJacobians(robot.model, data, robot.stand().q)
-    jacobian = pin.getJointJacobian(robot.model, data, joint, world)
-    arm = data.oMi[joint].rotation @ foot.offset  # type: ignore[attr-defined]
-    row: Array = jacobian[2] + jacobian[3] * arm[1] - jacobian[4] * arm[0]  # v + w x arm, z
-    return row
 
 
 def _forces(rows: Array, weight: Array) -> Array:

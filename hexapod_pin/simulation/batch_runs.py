@@ -43,9 +43,23 @@ class BatchRuns:
     beside them.
     """
 
-    def __init__(self, cases: Iterable[Case | Exception], threads: int, record: bool) -> None:
-        """Take the cases, or what forbids them; nothing is planned yet."""
-        self.record, self.threads = record, threads
+    def __init__(
+        self,
+        cases: Iterable[Case | Exception],
+        threads: int,
+        record: bool,
+        *,
+        texts: bool = True,
+    ) -> None:
+        """Take the cases, or what forbids them; nothing is planned yet.
+
+        Args:
+            cases: what to run.
+            threads: of the native core.
+            record: whether samples are kept.
+            texts: whether summaries hold what was run as TOML text, which takes longest of them.
+        """
+        self.record, self.threads, self.texts = record, threads, texts
         self.cases = enumerate(cases)
         self.waiting: dict[object, dict[int, Case]] = {}  # with feedback, by what they share
 
@@ -131,7 +145,7 @@ class BatchRuns:
             if self.record:
                 return run.require_good()
             run.require_good_so_far()
-            return run.summary()
+            return run.summary(texts=self.texts)
         except Exception as error:
             return _without_frames(error)
 

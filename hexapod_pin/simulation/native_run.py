@@ -24,7 +24,7 @@ from hexapod_pin.simulation.loaded_model import native_loads
 from hexapod_pin.simulation.methods import MethodSettings, check_supported
 from hexapod_pin.simulation.plant import native_plant, standing_on
 from hexapod_pin.simulation.prescribed import native_acceleration, prescribed_start
-from hexapod_pin.simulation.run_meta import plain_counters, run_meta, run_summary
+from hexapod_pin.simulation.run_meta import common_meta, plain_counters, run_meta, run_summary
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -180,9 +180,9 @@ class NativeRun:
             meta=run_meta(self),
         )
 
-    def summary(self) -> Summary:
-        """Return what the run has come to so far."""
-        return run_summary(self)
+    def summary(self, *, texts: bool = True) -> Summary:
+        """Return what the run has come to so far; with what was run as TOML text, or without."""
+        return run_summary(self, common_meta(self, texts=texts))
 
     def require_good_so_far(self) -> None:
         """Do nothing where the run is good.

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene
 
 
-def run_summary(run: NativeRun, meta: Mapping[str, Any] | None = None) -> Summary:
-    """Return what a run has come to so far; `meta` is its `SUMMARY_META`, if known."""
+def run_summary(run: NativeRun, meta: Mapping[str, Any]) -> Summary:
+    """Return what a run has come to so far; `meta` is its `SUMMARY_META`."""
     from hexapod_pin.simulation.native_run import contact_names
 
     return Summary.from_data(
@@ -31,7 +31,7 @@ def run_summary(run: NativeRun, meta: Mapping[str, Any] | None = None) -> Summar
         run.scene.robot.joint_names,
         contact_names(run.scene),
         plain_counters(run),
-        _common_meta(run) if meta is None else meta,
+        meta,
     )
 
 
@@ -45,7 +45,7 @@ def plain_counters(run: NativeRun) -> dict[str, int | float]:
 
 def run_meta(run: NativeRun) -> dict[str, Any]:
     """Return the `Trace.meta` of a run where it stands."""
-    robot, common = run.scene.robot, _common_meta(run)
+    robot, common = run.scene.robot, common_meta(run)
     return {
         **common,
         "checkpoint": run.checkpoint().to_dict(),
@@ -64,16 +64,11 @@ def contact_radii(scene: Scene) -> list[float]:
     return [float(radius) for radius in radii]
 
 
-def _common_meta(run: NativeRun) -> dict[str, Any]:
-    """Return what trace and summary tell: `SUMMARY_META`."""
-    import tomli_w
-
+def common_meta(run: NativeRun, *, texts: bool = True) -> dict[str, Any]:
+    """Return what trace and summary tell: `SUMMARY_META`; with what was run as text, or without."""
     scene, robot, points = run.scene, run.scene.robot, run.set_points
-    case = {} if run.case is None else {"run": run_to_toml(run.case)}
     return {
-        **case,
-        "scene": scene.to_toml(),
-        "controller": tomli_w.dumps(run.controller),
+        **(case_texts(run) if texts else {}),
         "method": run.how.choice.method.name,
         "accuracy": run.how.choice.accuracy,
         "step": run.how.grid.step,
@@ -95,7 +90,23 @@ def _common_meta(run: NativeRun) -> dict[str, Any]:
         "model_digest": robot.digest,
         "wall_time": run.wall_time,
         **level_start(run),
+        **gait_turn(run),
     }
+
+
+def case_texts(run: NativeRun) -> dict[str, str]:
+    """Return what was run, as TOML text."""
+    import tomli_w
+
+    case = {} if run.case is None else {"run": run_to_toml(run.case)}
+    return {**case, "scene": run.scene.to_toml(), "controller": tomli_w.dumps(run.controller)}
+
+
+def gait_turn(run: NativeRun) -> dict[str, float]:
+    """Return the yaw rate that the controller's gait plans [rad/s], where it has one."""
+    gait = run.controller.get("gait")
+    rate = gait.get("turn_rate") if isinstance(gait, Mapping) else None
+    return {} if rate is None else {"gait_turn_rate": float(rate)}
 
 
 def level_start(run: NativeRun) -> dict[str, dict[str, float]]:

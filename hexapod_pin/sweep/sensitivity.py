@@ -1,7 +1,7 @@
 """Sobol indices from evaluations at Saltelli's points, with bootstrap intervals.
 
 First-order index: share of the variance that goes if the input is known; total index: share that
-stays while only it is unknown, interactions included (Saltelli et al. 2010; [Sobol2001]).
+stays while only it is unknown, interactions included (Saltelli et al. 2010).
 """
 
 from __future__ import annotations

@@ -154,7 +154,7 @@ def uncertainty(
     """Return what the cases of a study say of one quantity.
 
     Args:
-        study: with a design.
+        study: with a design; all of its cases must have been run.
         values: one number per case by the name of the quantity, in the order of the cases, NaN of
             a case that failed or fell; a mapping or an xarray dataset. Shape (cases,).
         quantity: which of them.

@@ -132,4 +132,3 @@ def _draw_indices(axes: Axes, found: Confidence) -> None:
     axes.axvline(0.0, color=GREY, lw=0.7)
     axes.set_xlabel("total Sobol index [-]")
     axes.grid(axis="x", lw=0.3)
-

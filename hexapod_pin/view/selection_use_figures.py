@@ -11,7 +11,6 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.derating import Derating
-from hexapod_pin.results.motor_selection import USES
 from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.view.selection_words import WORDS
 
@@ -145,9 +144,7 @@ def draw_uses(candidates: Sequence[MotorCandidate], figure: FigureBase) -> None:
     figure.legend(handles, names, loc="outside lower center", ncols=len(handles))
 
 
-def _draw_bars(
-    axes: Axes, at: Array, values: Array, label: str, color: str, hatch: str
-) -> None:
+def _draw_bars(axes: Axes, at: Array, values: Array, label: str, color: str, hatch: str) -> None:
     """Draw one use; what is unknown or cut is written."""
     known = np.isfinite(values)
     drawn = np.where(known, np.minimum(np.nan_to_num(values), LARGEST_SHOWN), 0.0)

@@ -113,11 +113,11 @@ def _lines(dataset: Dataset, item: dict[str, Any]) -> Figure:
             axes.plot(points, middle, line, color=f"C{k}", marker=".", label=words)
             if max(map(len, cells)) > 1:
                 axes.fill_between(points, low, high, color=f"C{k}", alpha=0.2, lw=0)
-        axes.set_ylim(bottom=0.0)
         axes.set_title(kind, fontsize="medium")
         axes.set_xlabel(_label(item))
         axes.grid(lw=0.3)
         axes.legend(fontsize="small")
+    panels[0].set_ylim(bottom=0.0)
     panels[0].set_ylabel("torque of the worst joint [N m]")
     many = len(across) > len(points)
     band = "; median, band 5 to 95 % of the samples" if many else ""

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:
     from hexapod_pin.drive.catalog.motor_record import MotorRecord
 
-CORELESS_TIME = 0.0146
-"""Median of tau of the identified coreless servos of the package's catalogue, *assumed* [s]."""
+CORELESS_TIME = 0.014
+"""Middle of tau of MX-64 and MX-106 (13.6 and 14.5 ms), *assumed* of coreless servos [s]."""
 
-CORED_TIME = 0.036
-"""Median of tau of the identified cored servos of the package's catalogue, *assumed* [s]."""
+CORED_TIME = 0.037
+"""Median of tau of XL-320, XL330-M288 and ST3215 (36, 37, 81 ms), *assumed* of the rest [s]."""
 
 
 class ArmatureEstimate(NamedTuple):
@@ -46,9 +46,9 @@ def estimated_armature(record: MotorRecord) -> ArmatureEstimate:
     coreless = "coreless" in record.motor_type.casefold()
     time = CORELESS_TIME if coreless else CORED_TIME
     value = time * record.stall_torque / record.no_load_speed
-    build = "coreless" if coreless else "cored (or unknown)"
+    build = "coreless" if coreless else "cored"
     rule = (
-        f"rotor inertia at the joint {value:.2g} kg m^2, from a mechanical time constant of "
-        f"{1e3 * time:.3g} ms of identified {build} servos"
+        f"rotor inertia at the joint {value:.2g} kg m^2, from the mechanical time constant of "
+        f"identified {build} servos, {1e3 * time:.3g} ms"
     )
     return ArmatureEstimate(value, rule)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from hexapod_pin.drive.catalog.motor_record import MotorRecord
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.drive.catalog.table import catalog_table
+from hexapod_pin.drive.catalog.write import catalog_text
+from hexapod_pin.errors import CatalogError, CatalogFault, ParameterError, UnknownNameError
 
 SAME_VOLTAGE = 1e-6
 """Relative difference up to which two voltages are the same [-]."""
@@ -48,17 +51,64 @@ class Catalog:
             UnknownNameError: there is no such model.
             ParameterError: no record has this voltage, or none is given and several have one.
         """
+        found = self._of(model)
+        fits = [r for r in found if voltage is None or _same(r.voltage, voltage)]
+        if len(fits) == 1:
+            return fits[0]
+        raise ParameterError(
+            f"voltage of {found[0].model}", voltage, f"one of {_voltages(found)} V",
+            f"Write {found[0].name!r}, or the like, for one of them.",
+        )  # fmt: skip
+
+    def supplied(self, model: str, supply: float) -> tuple[MotorRecord, float]:
+        """Return the record nearest to a supply voltage, and the supply over its voltage [-].
+
+        Args:
+            model: as of `get`.
+            supply: [V].
+
+        Raises:
+            UnknownNameError: there is no such model.
+            ParameterError: the motor is not made for this supply.
+        """
+        found = self._of(model)
+        nearest = min(found, key=lambda r: abs(r.voltage - supply))
+        low = min(r.voltage_min or r.voltage for r in found)
+        high = max(r.voltage_max or r.voltage for r in found)
+        if not low <= supply <= high:
+            allowed = f"from {low:g} to {high:g} V (data at {_voltages(found)} V)"
+            raise ParameterError(f"voltage of {nearest.model}", supply, allowed)
+        return nearest, supply / nearest.voltage
+
+    def _of(self, model: str) -> list[MotorRecord]:
         wanted = model.strip().casefold()
         found = [r for r in self.records if wanted in (r.model.casefold(), r.name.casefold())]
         if not found:
             raise UnknownNameError("motor", model, list(self.models))
-        fits = [r for r in found if voltage is None or _same(r.voltage, voltage)]
-        if len(fits) == 1:
-            return fits[0]
-        allowed = "one of " + ", ".join(f"{r.voltage:g}" for r in found) + " V"
-        hint = "Between them: the nearest record's motor(voltage_ratio=...)." if voltage else ""
-        raise ParameterError(f"voltage of {found[0].model}", voltage, allowed, hint)
+        return found
+
+    def table(self) -> str:
+        """Return the motors as a table in Markdown, one line per model."""
+        return catalog_table(self.records)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the catalogue as a file that `load_catalog` reads to the same records.
+
+        Raises:
+            CatalogError: the file cannot be written.
+        """
+        path = Path(path)
+        try:
+            path.write_text(catalog_text(self.records), encoding="utf-8")
+        except OSError as error:
+            fault = CatalogFault(0, "", str(path), f"a file that can be written ({error.strerror})")
+            raise CatalogError(str(path), [fault]) from error
+        return path
 
 
 def _same(one: float, other: float) -> bool:
     return abs(one - other) <= SAME_VOLTAGE * one
+
+
+def _voltages(records: list[MotorRecord]) -> str:
+    return ", ".join(f"{record.voltage:g}" for record in records)

@@ -35,22 +35,26 @@ def _delimiter(header: list[str]) -> list[CatalogFault]:
 
 
 def _unknown(header: list[str]) -> list[CatalogFault]:
-    known = [*BY_HEADER, *TEXTS]
-    faults = []
-    for name in header:
-        if name in BY_HEADER or name in TEXTS or name in COMPUTED:
-            continue
-        if name in HEADERS:
-            allowed = f"with its unit: {' or '.join(HEADERS[name])}"
-            faults.append(CatalogFault(1, name, name, allowed))
-            continue
-        near = get_close_matches(name, known, n=1)
-        hint = f"Perhaps {near[0]}. " if near else ""
-        written = ", ".join(names[0] for names in HEADERS.values())
-        faults.append(
-            CatalogFault(1, name, name, f"one of {written}", f"{hint}Remarks go into `note`.")
-        )
-    return faults
+    known = [*BY_HEADER, *TEXTS, *COMPUTED]
+    return [_not_understood(name) for name in header if name not in known]
+
+
+def _not_understood(name: str) -> CatalogFault:
+    """Return what is wrong with a header that is not understood."""
+    field = _quantity(name)
+    if field is not None:
+        allowed = f"with its unit: {' or '.join(HEADERS[field])}"
+        return CatalogFault(1, name, name, allowed)
+    near = get_close_matches(name, [*BY_HEADER, *TEXTS], n=1)
+    hint = f"Perhaps {near[0]}. " if near else ""
+    written = ", ".join(names[0] for names in HEADERS.values())
+    return CatalogFault(1, name, name, f"one of {written}", f"{hint}Remarks go into `note`.")
+
+
+def _quantity(name: str) -> str | None:
+    """Return the quantity of a header that lacks its unit or has one that is not known."""
+    fields = [field for field in HEADERS if name == field or name.startswith(f"{field}_")]
+    return max(fields, key=len, default=None)
 
 
 def _twice(header: list[str]) -> list[CatalogFault]:
@@ -59,11 +63,9 @@ def _twice(header: list[str]) -> list[CatalogFault]:
 
 
 def _missing(header: list[str]) -> list[CatalogFault]:
-    there = set(header)
+    there, told = set(header), {_quantity(name) for name in header}
     return [
-        CatalogFault(
-            1, HEADERS[field][0], "no such column", "there (" + " or ".join(HEADERS[field]) + ")"
-        )
+        CatalogFault(1, HEADERS[field][0], "", f"there, as {' or '.join(HEADERS[field])}")
         for field in REQUIRED
-        if there.isdisjoint(HEADERS[field]) and field not in there  # without its unit: said already
+        if there.isdisjoint(HEADERS[field]) and field not in told
     ]

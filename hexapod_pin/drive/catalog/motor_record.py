@@ -128,7 +128,7 @@ class MotorRecord(Spec):
             )
         if self.uncertain:
             found.append(f"uncertain: {self.uncertain}")
-        found += [f"no {name} is published" for name in self._missing()]
+        found += [f"no {name} is known" for name in self._missing()]
         return tuple(found)
 
     def _missing(self) -> list[str]:

@@ -30,8 +30,8 @@ def battery_load(demand: JointDemand, motors: Motors) -> BatteryLoad:
         mean_power_regeneration=mean_net,
         energy=mean * demand.duration,
         energy_regeneration=mean_net * demand.duration,
-        cost_of_transport=_per_way(demand, mean),
-        cost_of_transport_regeneration=_per_way(demand, mean_net),
+        cost_of_transport=demand.per_way(mean * demand.duration),
+        cost_of_transport_regeneration=demand.per_way(mean_net * demand.duration),
         sum_of_peaks=float(taken.max(axis=0).sum() + standby) / supply,
     )
 
@@ -68,9 +68,3 @@ def _unknown(motors: Motors) -> str:
     if len(voltages) > 1:
         return f"motors of {' and '.join(f'{v:g} V' for v in voltages)}: no common battery"
     return ""
-
-
-def _per_way(demand: JointDemand, power: float) -> float | None:
-    if demand.distance is None or not (demand.distance > 0.0 and demand.weight > 0.0):
-        return None
-    return power * demand.duration / (demand.weight * demand.distance)

@@ -14,7 +14,8 @@ from hexapod_pin.arrays import Array, protect, read_only
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.robot_budget import SAMPLES
-from hexapod_pin.results.sizing.time_mean import largest_lagged, rms, time_weights
+from hexapod_pin.results.sizing.sampled_numbers import sampled_numbers
+from hexapod_pin.results.sizing.time_mean import largest_lagged, time_weights
 
 PER_JOINT = (
     "peak_torque", "peak_torque_time", "peak_torque_speed", "peak_speed", "p99_torque",
@@ -177,6 +178,22 @@ class JointDemand:
         """Length of a cycle, or of the window where nothing repeats [s]."""
         return float(self.time[-1] - self.time[0]) / (self.cycles or 1)
 
+    @property
+    def cost_of_transport(self) -> float | None:
+        """Mechanical work by its size / (m g d) [-], all joints; None where it makes no way."""
+        return self.per_way(float(np.sum(self.positive_energy - self.negative_energy)))
+
+    @property
+    def cost_of_transport_positive(self) -> float | None:
+        """The same where braking returns nothing and costs nothing [-]."""
+        return self.per_way(float(np.sum(self.positive_energy)))
+
+    def per_way(self, energy: float) -> float | None:
+        """Return an energy per cycle [J] over weight and way per cycle [-]; None without way."""
+        if self.distance is None or not (self.distance > 0.0 and self.weight > 0.0):
+            return None
+        return energy / (self.weight * self.distance)
+
     @cached_property
     def _lagged(self) -> dict[float, Array]:
         return {}
@@ -218,6 +235,14 @@ class JointDemand:
         )
         return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return all numbers but the samples as plain data; units are those of the attributes."""
+        whole = ("joint_names", "kinds", "cycles", "peaks", "unheld", "unheld_lost_leg", "weight",
+                 "distance", "robot", "notes", "duration", "cost_of_transport",
+                 "cost_of_transport_positive")  # fmt: skip
+        plain = {name: getattr(self, name) for name in whole}
+        return plain | {name: getattr(self, name).tolist() for name in PER_JOINT}
+
     def of_kinds(self, kinds: Sequence[str]) -> JointDemand:
         """Return the demand of the joints of some kinds alone.
 
@@ -240,26 +265,3 @@ class JointDemand:
 
 def _per_joint(value: ArrayLike, count: int) -> Any:
     return np.broadcast_to(np.asarray(value, dtype=float), count).copy()
-
-
-def sampled_numbers(time: Array, torque: Array, speed: Array, parts: int) -> dict[str, Any]:
-    """Return the numbers per joint that samples alone tell; energies are over `parts`."""
-    size, power = np.abs(torque), torque * speed
-    top, joints = size.argmax(axis=0), np.arange(size.shape[1])
-    step, change = np.diff(time)[:, None], np.diff(speed, axis=0)
-    length, weights = float(time[-1] - time[0]), time_weights(time)
-    middle = 0.5 * (torque[1:] + torque[:-1])
-    return {
-        "peak_torque": size[top, joints],
-        "peak_torque_time": time[top],
-        "peak_torque_speed": speed[top, joints] * np.sign(torque[top, joints]),
-        "peak_speed": np.abs(speed).max(axis=0),
-        "p99_torque": np.percentile(size, 99.0, axis=0),
-        "rms_torque": rms(time, torque),
-        "rms_speed": rms(time, speed),
-        "acceleration_rms": np.sqrt(np.sum(change**2 / step, axis=0) / length),
-        "torque_acceleration": np.sum(middle * change, axis=0) / length,
-        "peak_power": np.abs(power).max(axis=0),
-        "positive_energy": length / parts * (weights @ np.maximum(power, 0.0)),
-        "negative_energy": length / parts * (weights @ np.minimum(power, 0.0)),
-    }

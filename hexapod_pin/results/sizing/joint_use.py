@@ -29,8 +29,7 @@ def joint_uses(
     }
     judged = ["peak_use", "continuous_use", "thermal_use", "holding_use", "speed_use"]
     judged += ["lost_leg_use"] if lost_leg else []
-    limits = [_hottest(row) for row in motors.records]
-    return tuple(_row(demand, motors, columns, judged, j, limits[j]) for j in range(len(limits)))
+    return tuple(_row(demand, motors, columns, judged, j) for j in range(len(motors.records)))
 
 
 def line_numbers(demand: JointDemand, motors: Motors) -> Columns:
@@ -83,27 +82,24 @@ def current_numbers(demand: JointDemand, motors: Motors) -> Columns:
 
 
 def _row(
-    demand: JointDemand, motors: Motors, columns: Columns, judged: list[str], j: int,
-    hottest: float | None,
+    demand: JointDemand, motors: Motors, columns: Columns, judged: list[str], j: int
 ) -> MotorUse:  # fmt: skip
     numbers: dict[str, Any] = {
         name: None if np.isnan(values[j]) else float(values[j]) for name, values in columns.items()
     }
-    words = {"joint": demand.joint_names[j], "motor": motors.records[j].name}
+    words: dict[str, Any] = {"joint": demand.joint_names[j], "motor": motors.records[j].name}
     failures = {
         name: REASONS[name].format(**words, use=numbers[name], need=NEEDS[name](demand)[j])
         for name in judged
         if numbers[name] is not None and numbers[name] > 1.0
     }
-    heat = numbers["winding_temperature"]
+    if numbers["peak_use"] == np.inf:
+        failures["peak_use"] = BEYOND.format(**words)
+    heat, hottest = numbers["winding_temperature"], motors.records[j].winding_temperature_max
     numbers["winding_temperature"] = UNKNOWN if heat is None else heat
     if heat is not None and hottest is not None and heat > hottest:
         failures["winding_temperature"] = HOT.format(**words, heat=heat, hottest=hottest)
     return MotorUse(kind=demand.kinds[j], **words, failures=failures, **numbers)
-
-
-def _hottest(row: Any) -> float | None:
-    return row.winding_temperature_max  # type: ignore[no-any-return]
 
 
 REASONS = {
@@ -120,6 +116,10 @@ REASONS = {
     "speed_use": "{joint}: speed up to {need:.3g} rad/s is {use:.2f} of the no-load speed of "
     "{motor} at the derated voltage",
 }
+BEYOND = (
+    "{joint}: is to drive beyond the no-load speed of {motor} at the derated voltage, where it can "
+    "only brake"
+)
 HOT = "{joint}: the winding of {motor} reaches {heat:.0f} deg C, {hottest:g} are allowed"
 NEEDS = {
     "peak_use": lambda d: d.peak_torque,

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from hexapod_pin.drive.catalog import MotorRecord
+from hexapod_pin.drive.derating import Derating
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.sizing.battery_load import battery_load
 from hexapod_pin.results.sizing.joint_demand import JointDemand
 from hexapod_pin.results.sizing.joint_use import joint_uses
-from hexapod_pin.results.sizing.motor_use import UNITS, BatteryLoad, MotorUse, finite
+from hexapod_pin.results.sizing.motor_use import UNITS, UNKNOWN, BatteryLoad, MotorUse, finite
 from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.results.sizing.use_text import budget_text
 from hexapod_pin.results.sizing.worst_use import worst_use
 from hexapod_pin.results.trace import Trace
-
-if TYPE_CHECKING:
-    from hexapod_pin.drive.catalog import MotorRecord
-    from hexapod_pin.drive.derating import Derating
 
 NO_MOTOR = ("slide",)
 """Kinds of joints that no motor of a catalogue drives: they need a force."""
@@ -88,6 +86,7 @@ class MotorBudget:
                 **plain,
                 "robot": plain["robot"][0],
                 "battery": asdict(self.battery),
+                "demand": self.demand.to_dict(),
                 "derating": self.derating.model_dump(),
                 "notes": list(self.notes),
                 "units": dict(UNITS),
@@ -124,11 +123,9 @@ def motor_budget(
         ambient: temperature of the surroundings [deg C], *assumed*.
 
     Raises:
-        ParameterError: a row has no stall torque or no-load speed; a kind has no motor.
+        ParameterError: a row has no no-load speed; a kind has no motor.
         UnknownNameError: the run has no joints of such a kind.
     """
-    from hexapod_pin.drive.derating import Derating
-
     allowed = Derating() if derating is None else derating
     whole = joint_demand(demand) if isinstance(demand, Trace) else demand
     need = whole.of_kinds(_kinds(whole, record, kinds))
@@ -144,7 +141,7 @@ def motor_budget(
         battery=battery_load(need, motors),
         demand=need,
         derating=allowed,
-        notes=(*need.notes, *motors.notes),
+        notes=(*need.notes, *motors.notes, *_assumed(rows, allowed, ambient)),
     )
 
 
@@ -165,6 +162,13 @@ def _kinds(
     if not found:
         raise ParameterError("kinds", found, "one kind of joint or more")
     return found
+
+
+def _assumed(rows: Sequence[MotorUse], derating: Derating, ambient: float) -> Iterator[str]:
+    """Yield what the derating rests on, and the surroundings where they count."""
+    yield from (f"derating: {ground}" for ground in derating.evidence)
+    if any(row.winding_temperature != UNKNOWN for row in rows):
+        yield f"assumed: surroundings at {ambient:g} deg C; gears without losses"
 
 
 def _row(kind: str, name: str, rows: Mapping[str, MotorUse]) -> MotorUse:

@@ -88,8 +88,14 @@ class MotorUse:
     @property
     def deciding_use(self) -> float:
         """The largest of the uses that are known, a lost leg's left out [-]."""
-        names = (name for name in USES if name != "lost_leg_use")
-        return max(use for name in names if (use := getattr(self, name)) is not None)
+        uses = (
+            self.peak_use,
+            self.continuous_use,
+            self.thermal_use,
+            self.holding_use,
+            self.speed_use,
+        )
+        return max(use for use in uses if use is not None)
 
 
 @dataclass(frozen=True)
@@ -130,6 +136,14 @@ class BatteryLoad:
     cost_of_transport_regeneration: float | None = None
     sum_of_peaks: float | None = None
     unknown: str = ""
+
+    def run_time(self, energy: float) -> float | None:
+        """Return how long a battery lasts, nothing given back [s]; None where that is unknown.
+
+        Args:
+            energy: that the battery can give [J], such as 0.8 of its capacity; of 1 Wh 3600 J.
+        """
+        return energy / self.mean_power if self.mean_power else None
 
 
 UNITS = {

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.drive.catalog import MotorRecord
+from hexapod_pin.drive.derating import Derating
 from hexapod_pin.errors import ParameterError
-
-if TYPE_CHECKING:
-    from hexapod_pin.drive.catalog import MotorRecord
-    from hexapod_pin.drive.derating import Derating
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +24,7 @@ class Motors:
         stall: T0 at the rated voltage (n,) [N m].
         no_load: w0 at the rated voltage (n,) [rad/s].
         continuous: torque that is allowed for ever (n,) [N m].
-        armature: rotor inertia at the joint (n,) [kg m^2].
+        armature: rotor inertia at the joint, estimated where none is published (n,) [kg m^2].
         ratio: gear ratio (n,) [-].
         stall_current: I0 at the rated voltage (n,) [A].
         standby_current: of the electronics (n,) [A].
@@ -58,16 +55,16 @@ class Motors:
         """Return the motors of joints of these kinds.
 
         Raises:
-            ParameterError: a row has no stall torque or no no-load speed.
+            ParameterError: a row has no no-load speed.
         """
         by_kind = record if isinstance(record, Mapping) else dict.fromkeys(kinds, record)
         records = tuple(by_kind[kind] for kind in kinds)
         distinct = {row.name: row for row in records}
         for row in distinct.values():
-            if not (row.stall_torque and row.no_load_speed):
+            if row.no_load_speed is None:
                 raise ParameterError(
-                    f"{row.name}", row.unusable, "a motor with stall torque and no-load speed",
-                    "Without both there is no torque-speed line to hold a joint against.",
+                    f"{row.name}: no_load_speed", row.no_load_speed, "known [rad/s]",
+                    "Without it there is no torque-speed line to hold a joint against.",
                 )  # fmt: skip
 
         def column(value: Callable[[MotorRecord], float | None]) -> Array:
@@ -81,12 +78,12 @@ class Motors:
             stall=column(lambda r: r.stall_torque),
             no_load=column(lambda r: r.no_load_speed),
             continuous=column(derating.continuous_torque),
-            armature=column(lambda r: r.armature),
+            armature=column(lambda r: r.joint_armature),
             ratio=column(lambda r: r.gear_ratio),
             stall_current=column(lambda r: r.stall_current),
             standby_current=column(lambda r: r.standby_current),
             rated_voltage=column(lambda r: r.voltage),
-            notes=tuple(note for row in distinct.values() for note in _notes(row)),
+            notes=tuple(note for row in distinct.values() for note in _notes(row, derating)),
         )  # fmt: skip
 
     def allowed(self, torque: Array, speed: Array) -> Array:
@@ -108,8 +105,11 @@ def _names(kinds: Sequence[str], records: Sequence[MotorRecord]) -> str:
     return ", ".join(f"{kind}: {name}" for kind, name in rows.items())
 
 
-def _notes(row: MotorRecord) -> list[str]:
-    """Return what to know of a row of the catalogue."""
-    notes = [f"{row.name}: {flag}" for flag in row.flags]
-    notes += [f"{row.name}: assumed: {statement}" for statement in row.assumed]
-    return notes
+def _notes(row: MotorRecord, derating: Derating) -> list[str]:
+    """Return what to know of a row of the catalogue, and what lasting torque it is given."""
+    lasting = f"continuous torque {derating.continuous_torque(row):.3g} N m"
+    source = "as published" if row.rated_torque else f"{derating.continuous:g} of the stall torque"
+    notes = [f"{lasting}, {source}", *row.flags, *(f"assumed: {text}" for text in row.assumed)]
+    if row.stall_current is not None and row.standby_current is None:
+        notes.append("no standby current is published: taken as 0")
+    return [f"{row.name}: {note}" for note in notes]

@@ -10,9 +10,10 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.recorded_robot import RecordedRobot
-from hexapod_pin.results.robot_budget import ACCEPTED_STEPS, SAMPLES
+from hexapod_pin.results.robot_budget import ACCEPTED_STEPS, SAMPLES, TorqueBudget
 from hexapod_pin.results.sizing.holding_demand import holding_demand
-from hexapod_pin.results.sizing.joint_demand import JointDemand, sampled_numbers
+from hexapod_pin.results.sizing.joint_demand import JointDemand
+from hexapod_pin.results.sizing.sampled_numbers import sampled_numbers
 from hexapod_pin.results.steady_window import Window, steady_window, summary_window
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_budget import torque_budget
@@ -42,6 +43,7 @@ def joint_demand(trace: Trace) -> JointDemand:
     if summary is not None:
         numbers |= _accepted(summary, trace, numbers)
     numbers |= _of_robot(trace, window, notes)
+    notes += _limited(whole)
     makes_way = whole.makes_way and whole.distance is not None
     return JointDemand(
         joint_names=trace.joint_names,
@@ -95,8 +97,8 @@ def _of_robot(trace: Trace, window: Window, notes: list[str]) -> dict[str, Any]:
     first, stop = window.samples.start, window.samples.stop
     picked = np.unique(np.linspace(first, stop - 1, MOST_POSTURES).round().astype(int))
     known = {"armature": robot.armature, "load_inertia": load_inertia(robot, trace.q[picked])}
-    if "contacts" not in trace.recorded:
-        notes.append("holding torque is unknown: the trace holds no contacts")
+    if "contacts" not in trace.recorded or not robot.gravity.any():
+        notes.append("holding torque is unknown: the trace holds no contacts, or no weight")
         return nothing | known
     held = holding_demand(robot, trace, picked)
     notes.extend(held.notes)
@@ -119,6 +121,19 @@ def load_inertia(robot: RecordedRobot, q: Array) -> Array:
     for posture in q:
         found += np.diag(pin.crba(model, data, posture)) - model.armature
     return np.asarray(found[6:] / len(q))
+
+
+def _limited(budget: TorqueBudget) -> list[str]:
+    """Say where the run's own limits cut off what the joints would have been asked for."""
+    cut = {row.joint: row.at_limit for row in budget.joints if row.at_limit > 0.0}
+    if not cut:
+        return []
+    most = max(cut, key=lambda joint: cut[joint])
+    return [
+        f"{len(cut)} joints were at the torque limit of the run, {most} for "
+        f"{100.0 * cut[most]:.2g} % of the time: what a stronger motor would be asked for there is "
+        "not known from it"
+    ]
 
 
 def _source(summary: Summary | None) -> str:

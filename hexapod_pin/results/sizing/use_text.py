@@ -41,7 +41,11 @@ def budget_text(budget: MotorBudget) -> str:
         ["Need over what is allowed; a use passes at 1 or below", *aligned(USE_HEADER, uses)],
         demand_lines(budget.demand),
         ["Rotor and gear", *aligned(INERTIA_HEADER, inertias)],
-        [f"All joints at the same time, per {per}", *battery_lines(budget.battery)],
+        [
+            f"All joints at the same time, per {per}",
+            *work_lines(budget.demand),
+            *battery_lines(budget.battery),
+        ],
         notes,
     )
     return "\n\n".join("\n".join(block) for block in blocks)
@@ -59,6 +63,18 @@ def demand_lines(demand: JointDemand) -> list[str]:
     ]
     per = "window" if demand.cycles is None else "cycle"
     return [f"Need of every joint; energies per {per}", *aligned(NEED_HEADER, rows)]
+
+
+def work_lines(demand: JointDemand) -> list[str]:
+    """Return mechanical work and cost of transport."""
+    positive, negative = demand.positive_energy.sum(), demand.negative_energy.sum()
+    rows = [
+        ("mechanical work given by the joints", positive, "J"),
+        ("mechanical work taken up by the joints", negative, "J"),
+        ("mechanical cost of transport, work by its size", demand.cost_of_transport, ""),
+        ("the same, work given only", demand.cost_of_transport_positive, ""),
+    ]
+    return [f"  {name:<50}{number(value)} {unit}".rstrip() for name, value, unit in rows]
 
 
 def battery_lines(load: BatteryLoad) -> list[str]:

@@ -10,16 +10,13 @@ both. With a constant mean square of the current this is linear, and solved as s
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.drive.catalog import MotorRecord
 from hexapod_pin.results.sizing.joint_demand import JointDemand
 from hexapod_pin.results.sizing.motors import Motors
-
-if TYPE_CHECKING:
-    from hexapod_pin.drive.catalog import MotorRecord
 
 COPPER = 0.0039
 """Rise of copper's resistance, over that at 25 deg C [1/K]."""
@@ -129,7 +126,8 @@ def winding_of(row: MotorRecord) -> Winding | None:
         row.winding_resistance, row.thermal_resistance_winding, row.thermal_resistance_housing,
         row.thermal_time_winding, row.thermal_time_housing,
     )  # fmt: skip
-    return None if any(x is None for x in found) else Winding(*found)
+    known = [value for value in found if value is not None]
+    return Winding(*known) if len(known) == len(found) else None
 
 
 def thermal_constant(row: MotorRecord) -> float | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from hexapod_pin.simulation.batch import iterate_batch
+from hexapod_pin.simulation.batch_runs import BatchRuns
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.sweep.runs.outcome import Outcome, outcome_of
 
@@ -31,7 +31,8 @@ def case_outcomes(
             under_way[place] = (index, case)
             yield case
 
-    for place, result in iterate_batch(cases(), threads=threads, keep="summary"):
+    runs = BatchRuns(cases(), threads, record=False, texts=False)
+    for place, result in runs.results():
         index, case = under_way.pop(place)
         yield outcome_of(index, case, result)
 

@@ -55,6 +55,7 @@ class Distribution:
         self.company: Counter[int] = Counter()
         self.strikes: Counter[int] = Counter()
         self.deaths, self.answers = 0, 0
+        self.blamed: list[Outcome] = []  # until a worker has shown that it can run anything
         self.broken = self.single = False
 
     def run(self, indices: Iterable[int]) -> None:
@@ -69,6 +70,7 @@ class Distribution:
             self._hand_out(pieces)
             if not self.under_way:
                 if not self.broken:
+                    self._keep([])
                     return
                 self.workers.renew()
                 self.broken = False
@@ -125,8 +127,7 @@ class Distribution:
         if answer.startswith(REFUSAL):
             raise self._lost(f"a worker cannot run the study: {answer[1:].decode()}")
         self.answers += 1
-        self.store.add(from_bytes(answer))
-        self.progress()
+        self._keep(from_bytes(answer))
 
     def _died(self, piece: list[int], why: str) -> None:
         """Give the cases of a dead worker out again, or find that one of them is to blame."""
@@ -160,8 +161,16 @@ class Distribution:
             digest = self.study.case(index).digest
         except Exception:
             digest = ""
-        self.store.add([Outcome(index, digest, reason)])
-        self.progress()
+        self.blamed.append(Outcome(index, digest, reason))
+        if self.answers:
+            self._keep([])
+
+    def _keep(self, outcomes: list[Outcome]) -> None:
+        """Keep outcomes, and cases that are to blame for the death of their workers."""
+        if outcomes or self.blamed:
+            self.store.add([*outcomes, *self.blamed])
+            self.blamed = []
+            self.progress()
 
     def _lost(self, what: str) -> WorkersError:
         kept = len(self.store.finished)

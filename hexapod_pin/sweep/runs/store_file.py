@@ -87,7 +87,7 @@ def _check(connection: sqlite3.Connection, path: Path, write: bool) -> None:
         if write:
             _create(connection)
             return
-        raise SweepStoreError(str(path), "holds nothing yet: the sweep ended before it began.")
+        raise nothing_yet(path)
     if mark != APPLICATION_ID:
         raise SweepStoreError(str(path), "an SQLite file, but no store of a sweep.")
     if version != SCHEMA_VERSION:
@@ -148,6 +148,11 @@ def store_errors(path: Path, kept: int | None = None) -> Iterator[None]:
         if "malformed" in text or "not a database" in text or "encrypted" in text:
             raise _damaged(path, text) from error
         raise SweepStoreError(str(path), f"cannot be used ({text}).", kept) from error
+
+
+def nothing_yet(path: Path) -> SweepStoreError:
+    """Return the error of a store whose sweep has not begun."""
+    return SweepStoreError(str(path), "holds nothing yet: its sweep has not begun, or ended first.")
 
 
 def _damaged(path: Path, what: str) -> SweepStoreError:

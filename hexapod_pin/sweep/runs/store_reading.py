@@ -14,7 +14,7 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.sweep.runs.case_numbers import WAY_COLUMNS, Quantity, shape_of, sizes_of
 from hexapod_pin.sweep.runs.store import row_sum
-from hexapod_pin.sweep.runs.store_file import DONE, connect, store_errors
+from hexapod_pin.sweep.runs.store_file import DONE, connect, nothing_yet, store_errors
 from hexapod_pin.sweep.runs.store_inputs import InputColumn, read_inputs
 
 NOT_RUN = "not run"
@@ -89,7 +89,10 @@ def read_store(path: Path) -> StoredSweep:
     try:
         with store_errors(path):
             connection.execute("BEGIN")  # one state of it, even while cases are added
-            return _read(connection)
+            meta = read_meta(connection)
+            if not meta:
+                raise nothing_yet(path)
+            return _read(connection, meta)
     finally:
         connection.close()
 
@@ -99,8 +102,7 @@ def read_meta(connection: sqlite3.Connection) -> dict[str, str]:
     return dict(connection.execute("SELECT key, value FROM meta"))
 
 
-def _read(connection: sqlite3.Connection) -> StoredSweep:
-    meta = read_meta(connection)
+def _read(connection: sqlite3.Connection, meta: dict[str, str]) -> StoredSweep:
     count = int(meta["cases"])
     stored = {
         name: Quantity(tuple(axes), unit, meaning)
@@ -165,7 +167,7 @@ def _fill(found: StoredSweep, group: list[int], filled: Mapping[str, Array]) -> 
         "foot": _places(found.place("feet"), labels["feet"]),
         "axis": np.arange(3),
     }
-    length = sum(int(np.prod(shape_of(q.axes, sizes))) for q in found.quantities.values())
+    length = _length(found, sizes)
     table = np.stack([found.values[number][:length] for number in group])
     start = 0
     for name, one in found.quantities.items():
@@ -184,13 +186,17 @@ def _places(all_names: Sequence[str], names: Sequence[str]) -> np.ndarray[Any, A
 
 def ways(found: StoredSweep) -> Array:
     """Return the way of every case (N, W, 4), as of `Summary.way`; NaN beyond its end."""
-    own = {}
-    for number, values in found.values.items():
-        sizes = sizes_of(found.labels[number])
-        length = sum(int(np.prod(shape_of(q.axes, sizes))) for q in found.quantities.values())
-        own[number] = values[length:].reshape(-1, WAY_COLUMNS)
+    own: dict[int, Array] = {}
+    for group in _same_labels(found):
+        length = _length(found, sizes_of(found.labels[group[0]]))
+        own |= {k: found.values[k][length:].reshape(-1, WAY_COLUMNS) for k in group}
     longest = max((len(way) for way in own.values()), default=0)
     filled = np.full((found.count, longest, WAY_COLUMNS), np.nan)
     for number, way in own.items():
         filled[number, : len(way)] = way
     return filled
+
+
+def _length(found: StoredSweep, sizes: Mapping[str, int]) -> int:
+    """Return how many doubles the quantities of a case take."""
+    return sum(int(np.prod(shape_of(one.axes, sizes))) for one in found.quantities.values())

@@ -12,8 +12,11 @@ from hexapod_pin.results.netcdf import Column
 from hexapod_pin.sweep.runs.case_numbers import WAY
 from hexapod_pin.sweep.runs.dataset import CASE
 
+ROWS = 256
+"""Rows that are made at a time."""
 
-def sweep_csv(made: Mapping[str, Column]) -> str:
+
+def sweep_csv(made: Mapping[str, Column]) -> bytes:
     """Return all columns along the cases but the way; every digit is kept, NaN is empty.
 
     The head names quantity, label and unit: `torque_peak.lf_coxa_joint [N m]`.
@@ -22,13 +25,16 @@ def sweep_csv(made: Mapping[str, Column]) -> str:
     order = sorted(along, key=lambda name: (name != CASE, len(along[name].dims)))
     parts = {name: column for name in order for column in [along[name]]}
     heads = [head for name, column in parts.items() for head in _heads(name, column, made)]
-    tables = [column.values.reshape(len(column.values), -1).tolist() for column in parts.values()]
-    text = io.StringIO()
+    content = io.BytesIO()
+    text = io.TextIOWrapper(content, encoding="utf-8", newline="", write_through=True)
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(heads)
-    for rows in zip(*tables, strict=True):
-        writer.writerow([_cell(value) for row in rows for value in row])
-    return text.getvalue()
+    tables = [column.values.reshape(len(column.values), -1) for column in parts.values()]
+    for start in range(0, len(along[CASE].values), ROWS):
+        some = [table[start : start + ROWS].tolist() for table in tables]
+        for rows in zip(*some, strict=True):
+            writer.writerow([_cell(value) for row in rows for value in row])
+    return content.getvalue()
 
 
 def _heads(name: str, column: Column, made: Mapping[str, Column]) -> Iterator[str]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.file_ending import NETCDF, check_ending
-from hexapod_pin.results.netcdf import write_netcdf
+from hexapod_pin.results.netcdf import Column, write_netcdf
 from hexapod_pin.sweep.runs.dataset import (
     coordinate_names,
     sweep_attributes,
@@ -104,7 +104,11 @@ class SweepResult:
         Variables have `units` and `long_name`. Cases without numbers are NaN, and `reason` says
         why. Wall times are no part of it: the same study gives the same bits.
         """
-        return to_dataset(sweep_columns(self._stored), sweep_attributes(self._stored))
+        return to_dataset(self._columns, sweep_attributes(self._stored))
+
+    @cached_property
+    def _columns(self) -> dict[str, Column]:
+        return sweep_columns(self._stored)
 
     def save(self, path: str | Path) -> Path:
         """Write the dataset as netCDF-4 (.nc) or CSV (.csv), wholly or not at all.
@@ -113,9 +117,9 @@ class SweepResult:
             TraceFileError: another ending, or the file cannot be written; an old one is intact.
         """
         form = check_sweep_ending(path)
-        made, attributes = sweep_columns(self._stored), sweep_attributes(self._stored)
+        made, attributes = self._columns, sweep_attributes(self._stored)
         if form in CSV:
-            return write_atomically(path, sweep_csv(made).encode())
+            return write_atomically(path, sweep_csv(made))
         names = coordinate_names(json.loads(attributes["inputs"])).values()
         return write_netcdf(path, made, {**attributes, "coordinates": " ".join(names)})
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import queue
@@ -13,6 +14,9 @@ from hexapod_pin.sweep.runs.task import Task
 from hexapod_pin.sweep.runs.worker_main import read_frame, write_frame
 
 START = "from hexapod_pin.sweep.runs.worker_main import main; main()"
+
+PATIENCE = 5.0
+"""Longest wait for a process to end that has closed its pipes [s]."""
 
 
 class WorkerDied(Exception):
@@ -41,8 +45,7 @@ class WorkerProcess:
             answer = None
         if answer is None:
             self.process = None
-            process.stdout.close()
-            raise WorkerDied(f"its worker process ended with status {process.wait()}")
+            raise WorkerDied(f"its worker process ended with status {_ended(process)}")
         return answer
 
     def _start(self) -> subprocess.Popen[bytes]:
@@ -59,6 +62,25 @@ class WorkerProcess:
         if self.process is not None:
             self.process.kill()
             self.process.wait()
+
+    def let_go(self) -> None:
+        """Close what is left of a process that was killed."""
+        if self.process is not None:
+            _ended(self.process)
+            self.process = None
+
+
+def _ended(process: subprocess.Popen[bytes]) -> int:
+    """Close the pipes of a process and return its exit status; what does not end is killed."""
+    for stream in (process.stdin, process.stdout):
+        with contextlib.suppress(OSError):
+            if stream is not None:
+                stream.close()
+    try:
+        return process.wait(PATIENCE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return process.wait()
 
 
 class WorkerProcesses:
@@ -99,5 +121,6 @@ class WorkerProcesses:
         for worker in self.workers:
             worker.kill()
         self.threads.shutdown(wait=True, cancel_futures=True)
-        for worker in self.workers:  # started in the meantime
-            worker.kill()
+        for worker in self.workers:
+            worker.kill()  # started in the meantime
+            worker.let_go()

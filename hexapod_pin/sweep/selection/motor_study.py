@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import NonNegativeFloat, PositiveFloat
+from pydantic import NonNegativeFloat, PositiveFloat, Strict
 
 from hexapod_pin.drive.catalog import Catalog, MotorRecord, load_catalog
 from hexapod_pin.drive.derating import Derating
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.spec import Spec, read_toml
 from hexapod_pin.sweep.study.fields import read_spec, table_at
+
+Positive = Annotated[PositiveFloat, Strict()]
+NotNegative = Annotated[NonNegativeFloat, Strict()]
 
 PAYLOAD_SHARE = 0.1
 """Payload over the robot's mass where no walks are given (*assumed*)."""
@@ -39,10 +42,10 @@ class MotorChoice(Spec):
     catalog: str | None = None
     makers: tuple[str, ...] = ()
     models: tuple[str, ...] = ()
-    voltage: PositiveFloat | None = None
-    heaviest: PositiveFloat | None = None
-    dearest: PositiveFloat | None = None
-    motor_mass: NonNegativeFloat | None = None
+    voltage: Positive | None = None
+    heaviest: Positive | None = None
+    dearest: Positive | None = None
+    motor_mass: NotNegative | None = None
 
 
 @dataclass(frozen=True)

@@ -13,14 +13,14 @@ from hexapod_pin.sweep.study.base_case import base_case
 from hexapod_pin.sweep.study.gait_inputs import gait_of
 from hexapod_pin.sweep.study.sweep_study import SweepStudy
 
-STEADY_CYCLES = 2
-"""Whole cycles of steady walking that a budget is taken over, at least."""
+STEADY_CYCLES = 1
+"""Whole cycles of steady walking that a budget is taken over, at least: they repeat."""
 
 
 def required_walks(tables: Mapping[str, Any], folder: Path) -> dict[str, Case]:
     """Return the cases of a study's grid; without a grid, its base.
 
-    Each lasts as long as the study says, or as its start-up and two more cycles where that is
+    Each lasts as long as the study says, or as its start-up and one more cycle where that is
     longer.
 
     Args:
@@ -45,7 +45,7 @@ def required_walks(tables: Mapping[str, Any], folder: Path) -> dict[str, Case]:
 
 
 def long_enough(case: Case) -> Case:
-    """Return a case that holds two steady cycles."""
+    """Return a case that holds a steady cycle."""
     gait = gait_of(case.controller)
     if gait is None or case.duration is None:
         return case

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import ParameterError, SimulationInterrupted
 from hexapod_pin.results.motor_selection import MotorCandidate, MotorSelection
-from hexapod_pin.sweep.selection.confidence import confidence_of
+from hexapod_pin.sweep.selection.confidence import UncertainInputs, confidence_of
 from hexapod_pin.sweep.selection.evaluation import Evaluation
 from hexapod_pin.sweep.selection.lightest import LightestChoice
 from hexapod_pin.sweep.selection.motor_places import (
@@ -66,7 +66,9 @@ def select_motors(
     begin = stage or (lambda title: lambda fraction: None)
     motors = candidates(file.choice, place)
     walks = required_walks(file.sweep, place)
-    robot = next(iter(walks.values())).scene.robot
+    first = next(iter(walks.values()))
+    robot = first.scene.robot
+    inputs = None if samples == 0 else UncertainInputs.of(file.sweep, first, samples)
     contained = file.choice.motor_mass
     if contained is None:
         contained = assumed_motor_mass(robot)
@@ -91,9 +93,9 @@ def select_motors(
         return selection
     best = selection.best
     selection = replace(selection, demands=evaluation.demands(best.motors))
-    if samples == 0 or not best.passes:
+    if inputs is None or not best.passes:
         return selection
-    found = confidence_of(best, file.sweep, evaluation, samples, begin("uncertain inputs"))
+    found = confidence_of(best, inputs, evaluation, begin("uncertain inputs"))
     return replace(selection, confidence=found, interrupted=evaluation.interrupted)
 
 

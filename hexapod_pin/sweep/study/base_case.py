@@ -13,16 +13,25 @@ from hexapod_pin.control.gait import GAITS, Gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.named_gait import default_gait
 from hexapod_pin.drive.servo import Servo
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.robot.loading.load_options import LoadOptions
-from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot
+from hexapod_pin.robot.robot import PACKAGED, Robot
 from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.case_data import case_from_dict
+from hexapod_pin.simulation.robot_data import read_robot
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.spec import Spec
-from hexapod_pin.sweep.study.fields import Number, known_name, read_spec, refuse_unknown, table_at
+from hexapod_pin.sweep.study.fields import (
+    Number,
+    known_name,
+    placed,
+    read_spec,
+    refuse_unknown,
+    suggestion,
+    table_at,
+)
 from hexapod_pin.sweep.study.gait_inputs import gait_of
 
 SETTINGS = ("duration", "accuracy", "method", "step", "sample", "record")
@@ -49,6 +58,9 @@ class BaseWalk(Spec):
         kp: servo stiffness [N m/rad]; None: *assumed*.
         kd: servo damping [N m s/rad]; None: *assumed*.
         prescribed: whether joints follow the plan exactly.
+        motor: name in the catalogue; None: torques without a limit in speed.
+        voltage: of the supply [V]; None: that of the catalogue's record.
+        catalog: path of a catalogue of your own; None: the package's.
         duration: simulated time [s]; None: 5, or four cycles where that is more.
         accuracy: as of `simulate` [m and rad].
         method: as of `simulate`.
@@ -66,6 +78,9 @@ class BaseWalk(Spec):
     kp: Number | None = None
     kd: Number | None = None
     prescribed: bool = False
+    motor: str | None = None
+    voltage: Number | None = None
+    catalog: str | None = None
     duration: Number | None = None
     accuracy: Number | None = None
     method: str | None = None
@@ -84,7 +99,7 @@ def base_case(data: Mapping[str, Any], folder: Path, gait: str | None = None) ->
 
     Raises:
         ParameterError: an unknown or missing key, a value out of range, a case that is not there.
-        UrdfError, UnknownNameError: the robot is not usable, or not there.
+        UrdfError, UnknownNameError: the robot's file is not usable, or lacks what is named.
         GaitError: the robot cannot walk the gait.
     """
     both = [key for key in ("case", "robot") if key in data]
@@ -92,9 +107,13 @@ def base_case(data: Mapping[str, Any], folder: Path, gait: str | None = None) ->
         found = None if not both else f"{data['case']!r} beside robot = {data['robot']!r}"
         raise ParameterError("base.case", found, "given, or base.robot in its place, and not both")
     if both == ["case"]:
-        refuse_unknown(data, "base", ("case",))
-        return _given_case(data["case"], folder)
-    return _walk(read_spec(BaseWalk, data, "base"), folder, gait)
+        refuse_unknown(data, "base", ("case", "motor", "voltage", "catalog"))
+        case = _given_case(data["case"], folder)
+        refuse_motor(data.get("motor"), case.scene.prescribed)
+        return case
+    walk = read_spec(BaseWalk, data, "base")
+    with placed("base", {"mu": "friction"}):
+        return _walk(walk, folder, gait)
 
 
 def kept_fields(data: Mapping[str, Any], base: Case) -> dict[str, float]:
@@ -124,6 +143,17 @@ def _given_case(given: Any, folder: Path) -> Case:
     return case
 
 
+def refuse_motor(motor: Any, prescribed: bool) -> None:
+    """Refuse a motor where no servo acts.
+
+    Raises:
+        ParameterError: there is one, and motion is prescribed.
+    """
+    if prescribed and motor is not None:
+        allowed = "left out with prescribed motion: no motor acts"
+        raise ParameterError("base.motor", motor, allowed)
+
+
 def _walk(base: BaseWalk, folder: Path, name: str | None) -> Case:
     robot = _robot(base, folder)
     gait = _gait(robot, base.gait if base.gait is not None else name)
@@ -132,6 +162,7 @@ def _walk(base: BaseWalk, folder: Path, name: str | None) -> Case:
         key = "kd" if base.kp is None else "kp"
         allowed = "left out with prescribed = true: no servo acts"
         raise ParameterError(f"base.{key}", getattr(base, key), allowed)
+    refuse_motor(base.motor, base.prescribed)
     scene = Scene(
         robot,
         contact=Contact.preset(base.contact).with_mu(base.friction),
@@ -151,7 +182,14 @@ def _robot(base: BaseWalk, folder: Path) -> Robot:
     source = base.robot
     if source not in PACKAGED and (folder / source).is_file():
         source = str(folder / source)
-    return load_robot(source, options=options)
+    try:
+        return read_robot({"source": source, "options": options.given()})
+    except UnknownNameError as error:
+        if error.name != source:
+            raise
+        allowed = f"{', '.join(error.known)}, or the path of a file that is there"
+        hint = suggestion(source, error.known)
+        raise ParameterError("base.robot", base.robot, allowed, hint) from error
 
 
 def _gait(robot: Robot, given: str | Mapping[str, Any] | None) -> Gait:
@@ -166,7 +204,8 @@ def _gait(robot: Robot, given: str | Mapping[str, Any] | None) -> Gait:
     for key, value in fields.items():
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ParameterError(f"base.gait.{key}", value, "a number")
-    return fit_gait(robot, name, **fields).gait
+    with placed("base.gait"):
+        return fit_gait(robot, name, **fields).gait
 
 
 def _named(name: Any, where: str = "base.gait") -> str:

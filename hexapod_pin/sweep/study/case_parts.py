@@ -6,15 +6,19 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.control.gait import GAITS
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.robot import Robot
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.case_data import case_to_dict
 from hexapod_pin.sweep.study import scene_inputs as scenes
 from hexapod_pin.sweep.study.case_paths import READERS, Steps, part_of, steps_to, with_number
+from hexapod_pin.sweep.study.fields import known_name
 from hexapod_pin.sweep.study.gait_inputs import GaitChanges, refused_input
 from hexapod_pin.sweep.study.input_kinds import CONTACT, GAIT, GRAVITY, LOADS, SERVO, TERRAIN
-from hexapod_pin.sweep.study.study_file import PATH, StudyInput
+from hexapod_pin.sweep.study.motor_inputs import StudyMotors
+from hexapod_pin.sweep.study.study_input import PATH, StudyInput
 
 KEPT_PARTS = 64
 """How many variants of a part are remembered: cases next to each other share theirs."""
@@ -29,14 +33,22 @@ class CaseParts:
         base: what does not vary.
         inputs: what does.
         kept: fields that a gait of another name takes over from the base.
+        motors: of the study.
 
     Raises:
         ParameterError: an input does not fit the base.
     """
 
-    def __init__(self, base: Case, inputs: Sequence[StudyInput], kept: Mapping[str, float]) -> None:
+    def __init__(
+        self,
+        base: Case,
+        inputs: Sequence[StudyInput],
+        kept: Mapping[str, float],
+        motors: StudyMotors,
+    ) -> None:
         """Sort the inputs by the part that they change."""
         self.base, self.gaits = base, GaitChanges(base.controller, base.scene.robot, kept)
+        self.motors = motors
         self.options = {item.name: item.options for item in inputs}
         self.trunk = trunk_link(base.scene.robot)
         data: dict[str, Any] = {}
@@ -51,6 +63,7 @@ class CaseParts:
                 self.paths[place], part = steps, part_of(steps)
             places.setdefault(part, []).append(place)
         _refuse_unfit(base, inputs)
+        motors.check(inputs)
         self.makers = {
             part: (found, lru_cache(maxsize=KEPT_PARTS)(self._maker(part, found, inputs, data)))
             for part, found in places.items()
@@ -104,7 +117,7 @@ class CaseParts:
         if part == CONTACT:
             return scenes.contact_with(found, named)
         if part == SERVO:
-            return scenes.servo_with(found, named)
+            return scenes.servo_with(self.motors.servo_with(found, named), named)
         if part == GRAVITY:
             return scenes.gravity_with(found, named)
         if part == LOADS:
@@ -135,6 +148,19 @@ def trunk_link(robot: Robot) -> str:
     import pinocchio as pin
 
     return next(str(f.name) for f in robot.model.frames if f.type == pin.FrameType.BODY)
+
+
+def _require_link(robot: Robot, item: StudyInput) -> None:
+    """Refuse the name of a link that the robot does not have.
+
+    Raises:
+        ParameterError: naming the link's place in the file.
+    """
+    try:
+        placement(robot.model, item.options["link"])
+    except UnknownNameError as error:
+        where = f"{item.where}.link"
+        known_name(where, error.name, error.known)
 
 
 def _refuse_path(item: StudyInput, inputs: Sequence[StudyInput]) -> None:
@@ -168,6 +194,10 @@ def _refuse_unfit(base: Case, inputs: Sequence[StudyInput]) -> None:
             raise ParameterError(f"{item.where}.input", item.name, allowed)
         if item.name in SET_BY:
             _refuse_path(item, inputs)
+        for k, name in enumerate(item.names if item.name == "gait" else ()):
+            known_name(f"{item.where}.values[{k}]", name, GAITS)
+        if item.options.get("link") is not None:
+            _require_link(base.scene.robot, item)
     if {"speed", "stroke", "cycle_time"} <= names.keys():
         where = f"{names['speed'].where}.input"
         raise ParameterError(where, "speed", "left out beside stroke and cycle_time: it follows")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from difflib import get_close_matches
 from typing import Annotated, Any, TypeVar
 
@@ -74,6 +75,27 @@ def read_spec(model: type[Model], data: Mapping[str, Any], where: str) -> Model:
         if name == error.name and "." in name:
             raise
         raise ParameterError(joined(where, name), error.value, error.allowed, error.hint) from error
+
+
+@contextmanager
+def placed(where: str, names: Mapping[str, str] | None = None) -> Iterator[None]:
+    """Name errors of a part by its place in the file.
+
+    Args:
+        where: table of the file.
+        names: keys of the table by what the part itself calls them, where they differ.
+
+    Raises:
+        ParameterError: as inside, `where` in front of the last part of its name.
+    """
+    try:
+        yield
+    except ParameterError as error:
+        if error.name.startswith("base"):
+            raise
+        last = error.name.rpartition(".")[2]
+        name = joined(where, (names or {}).get(last, last))
+        raise ParameterError(name, error.value, error.allowed, error.hint) from error
 
 
 def joined(where: str, key: str) -> str:

@@ -94,6 +94,8 @@ _KINDS = (
     _factor("trunk_mass", LOADS, "mass and inertia of the trunk"),
     _factor("contact_stiffness", CONTACT, "the stiffness of the contact"),
     _factor("servo_stiffness", SERVO, "stiffness and damping of the servos"),
+    InputKind("motor", "", SERVO, "motor of the catalogue", words=True),
+    InputKind("voltage", "V", SERVO, "voltage of the supply", 0.0, open_low=True),
     InputKind("slope", "rad", GRAVITY, "slope of the ground, rising along +x",
               -_MAX_SLOPE, _MAX_SLOPE, open_low=True, open_high=True),
     InputKind("slope_deg", "deg", GRAVITY, "slope of the ground, rising along +x",

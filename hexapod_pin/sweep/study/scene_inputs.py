@@ -97,6 +97,8 @@ def refused_scene_input(base: Case, name: str) -> str:
             return "the base's motion is prescribed: no servo acts"
         if not scene.servos.gains(scene.robot)[0].any():
             return "the base's servos have no stiffness: kp = 0"
+    if name in ("motor", "voltage") and scene.prescribed:
+        return "the base's motion is prescribed: no motor acts"
     if name in ("slope", "slope_deg") and (scene.gravity[:2] != (0.0, 0.0) or scene.gravity[2] > 0):
         return "the base's gravity is tilted already"
     if name == "bumps" and not isinstance(scene.terrain, Flat):

@@ -16,7 +16,9 @@ from hexapod_pin.simulation.case_data import case_to_dict
 from hexapod_pin.sweep.study.base_case import base_case, kept_fields
 from hexapod_pin.sweep.study.case_parts import CaseParts
 from hexapod_pin.sweep.study.design import INDICES
-from hexapod_pin.sweep.study.study_file import SCHEMA, StudyInput, read_study_file
+from hexapod_pin.sweep.study.motor_inputs import StudyMotors
+from hexapod_pin.sweep.study.study_file import SCHEMA, read_study_file
+from hexapod_pin.sweep.study.study_input import StudyInput
 
 MOST_CASES = 10_000_000
 """Most cases of a study."""
@@ -54,10 +56,14 @@ class SweepStudy:
         self._axes = [k for k, item in enumerate(self.inputs) if item.distribution is None]
         self._uncertain = [k for k, item in enumerate(self.inputs) if item.distribution]
         self._refuse_too_many()
+        place = Path(self.folder)
+        self._motors = StudyMotors.of(file.base, place)
         gait = next((item for item in self.inputs if item.name == "gait"), None)
-        first = None if gait is None else gait.first
-        self.base = base_case(file.base, Path(self.folder), first)
-        self._parts = CaseParts(self.base, self.inputs, kept_fields(file.base, self.base))
+        found = base_case(file.base, place, None if gait is None else gait.names[0])
+        servo = self._motors.servo_with(found.scene.servos, {})
+        self.base = replace(found, scene=replace(found.scene, servo=servo))
+        kept = kept_fields(file.base, self.base)
+        self._parts = CaseParts(self.base, self.inputs, kept, self._motors)
 
     @classmethod
     def from_toml(cls, text: str, folder: str | Path | None = None) -> SweepStudy:
@@ -165,6 +171,7 @@ class SweepStudy:
             "schema": SCHEMA,
             "base": self.base.digest,
             "inputs": [item.meaning for item in self.inputs],
+            "motors": self._motors.meaning(self.inputs),
             "design": None if self.design is None else self.design.model_dump(),
         }
         return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,42 @@
+"""How sure is a walk: peak torque over uncertain friction, payload and servo stiffness.
+
+Runs the study `friction_and_payload.toml` beside this file. Prints percentiles of the largest
+torque of any joint, how likely it stays below a limit, and which input decides.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+import hexapod_pin as hp
+
+STUDY = Path(__file__).with_name("friction_and_payload.toml")
+LIMIT = 1.6  # N m
+THREADS = 2
+
+
+def main() -> hp.Uncertainty:
+    """Return what the walks say of the peak torque."""
+    study = hp.load_sweep(STUDY)
+    cases = [study.case(k) for k in range(len(study))]
+    results = hp.simulate_batch(cases, threads=THREADS, keep="summary")
+    peaks = [largest_torque(result) for result in results]
+
+    found = hp.uncertainty(study, {"torque_peak": np.array(peaks)}, "torque_peak", LIMIT)
+    for item in study.inputs:
+        print(f"{item.name} [{item.unit}]: {item.text}")
+    print(found.table())
+    return found
+
+
+def largest_torque(result: hp.Summary | hp.Trace | Exception) -> float:
+    """Return the largest torque of any joint [N m]; NaN of a run that failed or fell."""
+    if not isinstance(result, hp.Summary):
+        return float("nan")
+    if any(event.kind == "trunk-contact" for event in result.events):
+        return float("nan")
+    return float(np.abs(result.torque_peak).max())
+
+
+if __name__ == "__main__":
+    main()

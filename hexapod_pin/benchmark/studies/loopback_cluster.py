@@ -1,0 +1,46 @@
+"""A Dask scheduler and its workers, each a process of this machine."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+PATIENCE = 60.0
+"""Longest wait for the workers [s]."""
+
+
+@contextmanager
+def loopback_cluster(workers: int = 2) -> Iterator[str]:
+    """Give the address of a scheduler with some workers of one thread each; ends them after."""
+    import distributed
+
+    address = f"tcp://127.0.0.1:{free_port()}"
+    port = address.rpartition(":")[2]
+    with ExitStack() as ends:
+        _start(ends, "scheduler", "--host", "127.0.0.1", "--port", port, "--no-show")
+        for _ in range(workers):
+            _start(ends, "worker", address, "--nthreads", "1", "--no-nanny")
+        connect: Any = distributed.Client
+        with connect(address, timeout=PATIENCE, set_as_default=False) as client:
+            client.wait_for_workers(workers, timeout=PATIENCE)
+        yield address
+
+
+def _start(ends: ExitStack, what: str, *words: str) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", f"distributed.cli.dask_{what}", *words, "--no-dashboard"],
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    ends.callback(process.wait)
+    ends.callback(process.kill)
+
+
+def free_port() -> int:
+    """Return a port of the loopback that nothing uses."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

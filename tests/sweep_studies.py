@@ -1,0 +1,76 @@
+"""Studies of short walks for the tests of sweeps, and how their datasets are compared."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from xarray import Dataset
+
+from hexapod_pin.sweep.study import SweepStudy
+
+BASE = """
+schema = 1
+name = "short walks"
+
+[base]
+robot = "kharagpur"
+gait = { name = "tripod", stroke = 0.04, cycle_time = 0.3 }
+duration = 0.9
+accuracy = 1e-3
+"""
+
+PAYLOADS = """
+[[vary]]
+input = "payload"
+values = [0.0, 0.5, 1.0]
+"""
+
+FRICTIONS = """
+[[vary]]
+input = "friction"
+distribution = "uniform"
+low = 0.5
+high = 0.9
+
+[design]
+kind = "random"
+samples = {samples}
+seed = {seed}
+"""
+
+
+def study_text(samples: int = 4, seed: int = 7, more: str = "") -> str:
+    """The file of 3 * samples walks with other payloads and frictions."""
+    return BASE + PAYLOADS + more + FRICTIONS.format(samples=samples, seed=seed)
+
+
+def small_study(samples: int = 4, seed: int = 7) -> SweepStudy:
+    """3 * samples short walks."""
+    return SweepStudy.from_toml(study_text(samples, seed))
+
+
+def partly_impossible() -> SweepStudy:
+    """Four walks, the third of which cannot be."""
+    return SweepStudy.from_toml(BASE + durations(0.9, 0.92, -1.0, 0.94))
+
+
+def durations(*values: float) -> str:
+    """The table of walks of different duration."""
+    return f'\n[[vary]]\npath = "run.duration"\nvalues = {list(values)}\n'
+
+
+def write_study_file(folder: Path, samples: int = 4) -> Path:
+    """Write the file of a small study."""
+    path = folder / "study.toml"
+    path.write_text(study_text(samples))
+    return path
+
+
+def require_same_bits(found: Dataset, wanted: Dataset) -> None:
+    """Fail unless two datasets are the same: every bit, name, label and attribute."""
+    assert found.identical(wanted)
+    for name in wanted.variables:
+        if wanted[name].dtype.kind == "f":
+            assert found[name].values.tobytes() == wanted[name].values.tobytes(), name
+    assert np.isfinite(wanted["torque_peak"].values).any()

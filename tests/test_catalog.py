@@ -1,0 +1,174 @@
+"""The package's catalogue of motors: values, flags, what is estimated, and derating."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from statistics import median
+
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.drive.catalog import armature
+from hexapod_pin.errors import CatalogError, ParameterError, UnknownNameError
+
+CATALOG = hp.load_catalog()
+
+
+def test_values_of_the_data_sheet() -> None:
+    """AX-12A: 1.5 N m, 59 turns a minute, 54.6 g, 254 : 1, at 12 V (ROBOTIS e-Manual)."""
+    record = CATALOG.get("ax-12a")
+    assert record.name == "AX-12A at 12 V"
+    assert record.stall_torque == 1.5
+    assert record.no_load_speed == pytest.approx(59 * 2 * 3.14159265 / 60, rel=1e-5)
+    assert (record.mass, record.gear_ratio, record.stall_current) == (0.0546, 254.0, 1.5)
+    assert (record.price, record.rated_torque, record.winding_resistance) == (None, None, None)
+
+
+def test_rows_and_sources() -> None:
+    """Seventy rows of thirty models, each with its source; every number of speed is in rad/s."""
+    assert (len(CATALOG), len(CATALOG.models)) == (70, 30)
+    assert len({record.name for record in CATALOG}) == 70
+    assert all(record.source for record in CATALOG)
+    assert all(r.armature_source for r in CATALOG if r.armature is not None)
+    speeds = [record.no_load_speed for record in CATALOG if record.no_load_speed]
+    assert (min(speeds), max(speeds)) == (2.8274, 12.8805)
+
+
+def test_four_rows_are_inconsistent() -> None:
+    """Stall torque, current and speed of four rows imply an efficiency above one."""
+    flagged = {r.name: r for r in CATALOG if any("inconsistent" in flag for flag in r.flags)}
+    assert set(flagged) == {
+        "XC330-T181 at 9 V", "XC430-W150 at 9 V", "XC430-W150 at 11.1 V", "XC430-W150 at 12 V",
+    }  # fmt: skip
+    worst = flagged["XC430-W150 at 12 V"]
+    assert worst.implied_efficiency == pytest.approx(1.6 / 1.4 * 11.1003 / 12, rel=1e-12)
+    assert "1.06" in worst.flags[0]
+    assert worst.unusable is None  # its line is as published
+
+
+def test_what_is_doubtful_or_missing_is_said() -> None:
+    """MG996R is uncertain; DRS-0201 has neither speed nor mass, STS3250 no mass."""
+    assert "bench test" in CATALOG.get("MG996R").flags[0]
+    lame = CATALOG.get("HerkuleX DRS-0201")
+    assert {"no no-load speed is known", "no mass is known"} <= set(lame.flags)
+    assert "no torque-speed line" in str(lame.unusable)
+    with pytest.raises(ParameterError, match="no_load_speed = None: must be known"):
+        lame.motor()
+    assert "no mass" in str(CATALOG.get("STS3250").unusable)
+    assert CATALOG.get("STS3250").motor().stall_torque == 4.903
+    assert {r.model for r in CATALOG if r.unusable} == {"HerkuleX DRS-0201", "STS3250", "ST3215"}
+
+
+def test_motor_is_the_line_of_the_row() -> None:
+    """At half the no-load speed and 0.9 of the voltage: (0.9 - 0.5) of the stall torque."""
+    record = CATALOG.get("AX-12A")
+    motor = record.motor(0.9)
+    assert (motor.stall_torque, motor.no_load_speed) == (1.5, 6.1785)
+    half = motor.no_load_speed / 2
+    line = motor.voltage_ratio * motor.stall_torque - motor.stall_torque * half / 6.1785
+    assert line == pytest.approx(0.6, rel=1e-12)
+    assert motor.gear_ratio == 254.0
+    assert motor.armature == pytest.approx(record.joint_armature, rel=1e-12)
+
+
+def test_currents_do_not_touch_the_line() -> None:
+    """No torque constant or resistance is built from the stall current: it may be anything."""
+    record = CATALOG.get("XC430-W150", 12.0)
+    other = record.model_copy(update={"stall_current": 100.0, "torque_constant": 1.0})
+    assert other.motor(0.8) == record.motor(0.8)
+
+
+def test_published_armature_goes_before_the_estimate() -> None:
+    """MX-64: 0.0123 kg m^2 identified; through 200 : 1 the rotor has 3.1e-7 kg m^2."""
+    record = CATALOG.get("MX-64", 12.0)
+    assert record.assumed == ()
+    assert "bam" in record.armature_source
+    assert record.motor().rotor_inertia == pytest.approx(0.0123 / 200**2, rel=1e-12)
+    assert record.motor().armature == pytest.approx(0.0123, rel=1e-12)
+
+
+def test_estimated_armature_follows_the_identified_servos() -> None:
+    """The assumed time constants are those of the rows with a published armature."""
+    times: dict[str, list[float]] = {}
+    for record in CATALOG:
+        if (time := armature.mechanical_time(record)) is not None:
+            times.setdefault(record.model, []).append(time)
+    middle = {model: median(values) for model, values in times.items()}
+    assert set(middle) == {"MX-64", "MX-106", "XL-320", "XL330-M288", "ST3215"}
+    coreless = (middle["MX-64"] + middle["MX-106"]) / 2
+    cored = median(middle[m] for m in ("XL-320", "XL330-M288", "ST3215"))
+    assert pytest.approx(coreless, rel=0.03) == armature.CORELESS_TIME  # two digits are stated
+    assert pytest.approx(cored, rel=0.03) == armature.CORED_TIME
+    record = CATALOG.get("XM430-W350", 12.0)
+    assert record.joint_armature == pytest.approx(0.014 * 4.1 / 4.8171, rel=1e-12)
+    assert "14 ms" in record.assumed[0]
+
+
+def test_motor_can_be_simulated_with() -> None:
+    """A servo takes the record's motor for all joints."""
+    robot = hp.load_robot("kharagpur")
+    servo = hp.Servo.for_robot(robot).model_copy(update={"motor": CATALOG.get("MG996R").motor()})
+    assert {motor.stall_torque for motor in servo.motors(robot) if motor} == {1.079}
+
+
+def test_names_and_voltages() -> None:
+    """A model with several voltages wants one; what is there is named."""
+    assert CATALOG.get("XM430-W350", 14.8).stall_torque == 4.8
+    assert CATALOG.get("xm430-w350 at 11.1 v").stall_torque == 3.8
+    for voltage in (None, 13.0):
+        with pytest.raises(ParameterError, match=r"one of 11\.1, 12, 14\.8 V.*at 11\.1 V"):
+            CATALOG.get("XM430-W350", voltage)
+    with pytest.raises(UnknownNameError, match="AX-12A"):
+        CATALOG.get("AX-12B")
+
+
+def test_supply_between_the_rows() -> None:
+    """The nearest row, with the supply over its voltage; outside the range it is refused."""
+    record, ratio = CATALOG.supplied("XM430-W350", 13.0)
+    assert (record.voltage, ratio) == (12.0, pytest.approx(13 / 12, rel=1e-15))
+    assert CATALOG.supplied("AX-12A", 12.0)[1] == 1.0
+    with pytest.raises(ParameterError, match="from 10 to 14.8 V"):
+        CATALOG.supplied("XM430-W350", 7.4)
+
+
+def test_derating() -> None:
+    """A fifth of stall, or the rated torque where the maker publishes one; evidence for each."""
+    derating = hp.Derating()
+    assert (derating.peak, derating.continuous, derating.voltage) == (0.8, 0.2, 0.9)
+    assert derating.continuous_torque(CATALOG.get("AX-12A")) == pytest.approx(0.3, rel=1e-12)
+    rated = CATALOG.get("STS3215-C018")
+    assert derating.continuous_torque(rated) == rated.rated_torque == 0.981
+    assert any("1/5" in line and "e-Manual" in line for line in derating.evidence)
+    assert sum("*assumed*" in line for line in derating.evidence) == 2
+    mine = hp.Derating(continuous=0.5)
+    assert "continuous 0.5: stated by the user" in mine.evidence
+    assert not any("1/5" in line for line in mine.evidence)
+    assert mine.continuous_torque(CATALOG.get("AX-12A")) == 0.75
+
+
+@pytest.mark.parametrize("field", ["peak", "continuous", "voltage"])
+@pytest.mark.parametrize("value", [0.0, -0.1, 1.1, float("nan")])
+def test_derating_is_a_share(field: str, value: float) -> None:
+    with pytest.raises(ParameterError, match=f"Derating.{field}"):
+        hp.Derating(**{field: value})
+
+
+def test_the_page_shows_the_catalogue() -> None:
+    """The table at the end of docs/motors.md is that of the package's file."""
+    page = (Path(__file__).parents[1] / "docs" / "motors.md").read_text(encoding="utf-8")
+    assert page.endswith(f"\n\n{CATALOG.table()}\n")
+    table = CATALOG.table().splitlines()
+    assert len(table) == 32
+    assert (
+        "| MX-64 | 11.1 / 12 / 14.8 | 5.5 / 6 / 7.3 | 6.07 / 6.6 / 8.17 |  | 135 | 12 |  |" in table
+    )
+
+
+def test_a_written_catalogue_reads_back(tmp_path: Path) -> None:
+    """Every record to the bit."""
+    path = CATALOG.save(tmp_path / "mine.csv")
+    again = hp.load_catalog(path)
+    assert again.records == CATALOG.records
+    assert again.source == str(path)
+    with pytest.raises(CatalogError, match="can be written"):
+        CATALOG.save(tmp_path / "none" / "mine.csv")

@@ -1,0 +1,104 @@
+"""Names of motors on the command line: `walk --motor`, `mend --effort`, `--velocity`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from broken_urdfs import SOUND, broken, every
+from conftest import Run
+
+import hexapod_pin as hp
+from hexapod_pin.commands.motor_options import chosen_motor, speed_limit, torque_limit
+from hexapod_pin.errors import ParameterError, UnknownNameError
+
+WALK = ("walk", "kharagpur", "--duration", "0.1", "--accuracy", "1e-2", "--no-html")
+WALK_CASE = (*WALK, "--save-case", "case.toml", "--motor")
+
+
+def _motor(folder: Path) -> hp.Motor:
+    motor = hp.load_case(folder / "case.toml").scene.servo.motor
+    assert isinstance(motor, hp.Motor)
+    return motor
+
+
+def test_walk_with_a_motor(run: Run, tmp_path: Path) -> None:
+    """The case holds the record's line and rotor on all joints; what is assumed is told."""
+    done = run(*WALK_CASE, "AX-12A")
+    assert "motor of all joints: AX-12A at 12 V: stall torque 1.5 N m" in done.out
+    assert "assumed: rotor inertia" in done.out
+    assert _motor(tmp_path) == hp.load_catalog().get("AX-12A").motor()
+
+
+def test_walk_with_another_supply(run: Run, tmp_path: Path) -> None:
+    """13 V on the row of 12 V: 13/12 of stall torque and no-load speed."""
+    done = run(*WALK_CASE, "XM430-W350", "--voltage", "13")
+    assert "stall torque 4.442 N m, no-load speed 5.219 rad/s" in done.out
+    motor = _motor(tmp_path)
+    assert motor.voltage_ratio == pytest.approx(13 / 12, rel=1e-12)
+    assert (motor.stall_torque, motor.gear_ratio) == (4.1, 353.5)
+
+
+def test_walk_with_a_file_of_motors(run: Run, tmp_path: Path) -> None:
+    """A user's own motor; a doubtful row says so."""
+    text = "model,voltage_V,stall_torque_Nm,no_load_speed_rpm,mass_g,uncertain\nM,6,3,60,50,a guess"
+    (tmp_path / "mine.csv").write_text(text)
+    done = run(*WALK_CASE, "m", "--catalog", "mine.csv")
+    assert "note: M at 6 V: uncertain: a guess" in done.out
+    assert _motor(tmp_path).no_load_speed == pytest.approx(6.2831853, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("--motor", "nix"), "no motor named 'nix'"),
+        (("--motor", "MX-64"), "11.1, 12, 14.8 V"),
+        (("--motor", "AX-12A", "--voltage", "5"), "from 9 to 12 V"),
+        (("--motor", "HerkuleX DRS-0201"), "no_load_speed"),
+        (("--motor", "AX-12A", "--catalog", "none.csv"), "none.csv"),
+        (("--voltage", "12"), "without --motor"),
+        (("--catalog", "none.csv"), "without --motor"),
+    ],
+)
+def test_refused(run: Run, words: tuple[str, ...], text: str) -> None:
+    done = run(*WALK, *words)
+    assert (done.status, done.left) == (2, [])
+    assert text in done.err
+
+
+def test_limits_of_a_mended_file(run: Run, tmp_path: Path) -> None:
+    """A motor's stall torque as effort and its no-load speed as velocity."""
+    (tmp_path / "bad.urdf").write_text(
+        broken(every("joint", "limit", velocity="0", effort="0")).text
+    )
+    motor = ("--effort", "AX-12A", "--velocity", "mx-64 at 12 V")
+    assert run("mend", "bad.urdf", "-o", "good.urdf", *motor).status == 0
+    robot = hp.load_robot(tmp_path / "good.urdf")
+    assert robot.effort == pytest.approx(1.5, rel=1e-12)
+    assert robot.velocity == pytest.approx(6.5973, rel=1e-12)
+    walked = run("walk", "bad.urdf", "--duration", "0.1", "--no-html", "--mend", *motor)
+    assert "effort" in walked.out
+
+
+def test_numbers_and_names() -> None:
+    """A number stays one; a name is looked up; the rest is refused with what there is."""
+    assert torque_limit("2.5") == 2.5
+    assert speed_limit(" 1e1 ") == 10.0
+    assert torque_limit("MG996R") == 1.079
+    assert speed_limit("MG996R") == 6.1575
+    assert torque_limit(None) is speed_limit(None) is None
+    with pytest.raises(ParameterError, match="--effort = 'strong': must be a number, or a motor"):
+        torque_limit("strong")
+    with pytest.raises(ParameterError, match="--velocity.*whose no_load_speed is known"):
+        speed_limit("HerkuleX DRS-0201")
+    assert chosen_motor(None, None, None) == (None, [])
+    with pytest.raises(UnknownNameError):
+        chosen_motor("strong", 12.0, None)
+
+
+def test_sound_file_is_left_alone(run: Run, tmp_path: Path) -> None:
+    """A motor's name is looked up even where nothing needs it: a typing error is told."""
+    (tmp_path / "sound.urdf").write_text(SOUND)
+    done = run("mend", "sound.urdf", "-o", "copy.urdf", "--effort", "AX-12B")
+    assert (done.status, done.left) == (2, ["sound.urdf"])
+    assert "AX-12A" in done.err

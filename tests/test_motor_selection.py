@@ -1,0 +1,176 @@
+"""Motors ranked for a robot: masses, rotors and lines in the simulation, and what is refused."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.drive.catalog import load_catalog
+from hexapod_pin.results.motor_selection_table import write_selection_csv
+from hexapod_pin.sweep.selection.evaluation import Evaluation
+from hexapod_pin.sweep.selection.motor_study import read_motor_study
+from hexapod_pin.sweep.selection.required_walks import required_walks
+
+KINDS = ("coxa", "femur", "tibia")
+
+STUDY = """
+schema = 1
+[base]
+robot = "kharagpur"
+gait = {name = "tripod", cycle_time = 1.2, stroke = 0.1}
+accuracy = 1e-3
+duration = 3.6
+[motors]
+voltage = 12.0
+models = ["AX-12A", "XM430-W350", "MX-64", "MX-106", "XM540-W270"]
+"""
+
+
+@pytest.fixture(scope="module")
+def selection():
+    return hp.select_motors(STUDY, samples=0)
+
+
+def test_a_motor_of_s2s_size_is_rejected_and_says_why(selection):
+    """S2's robot on AX-12A: RMS torque of the femur is above a fifth of stall."""
+    rejected = selection.candidate("AX-12A")
+    assert not rejected.passes
+    femur = rejected.use("femur")
+    assert femur.continuous > 1.0
+    assert any("RMS torque" in r and "AX-12A at 12 V" in r for r in femur.reasons)
+    assert selection.candidates.index(rejected) >= len(selection.passing("femur"))
+
+
+def test_passing_motors_come_first_and_the_lightest_of_them(selection):
+    passes = [c.passes for c in selection.candidates]
+    assert passes == sorted(passes, reverse=True)
+    masses = [c.motor_mass for c in selection.candidates if c.passes]
+    assert masses == sorted(masses) and len(masses) >= 1
+
+
+def test_the_robot_weighs_its_motors(selection):
+    for candidate in selection.candidates:
+        record = candidate.motors["femur"]
+        wanted = selection.mass + 18 * (record.mass - selection.contained)
+        np.testing.assert_allclose(candidate.robot_mass, wanted, rtol=1e-12)
+
+
+def test_uses_again_from_a_run_of_our_own(selection):
+    """An independent path: the robot with the motors' masses as payloads, by the public parts."""
+    record = load_catalog().get("XM540-W270", 12.0)
+    robot = hp.load_robot("kharagpur")
+    more = record.mass - selection.contained
+    links = [f"{leg.name}_{part}" for leg in robot.legs for part in KINDS]
+    motor = record.motor(0.9)
+    servo = hp.Servo.for_robot(robot).model_copy(update={"motor": motor, "limited": False})
+    loads = [hp.Payload(link, more) for link in links]
+    gait = hp.Gait.tripod(cycle_time=1.2, stroke=0.1)
+    trace = hp.simulate(
+        hp.Scene(robot, servo=servo, loads=loads), hp.KinematicControl(gait), duration=3.6,
+        accuracy=1e-3,
+    )  # fmt: skip
+    femurs = [k for k, name in enumerate(trace.joint_names) if "femur" in name]
+    rms = trace.summary.torque_rms[femurs].max()
+    use = selection.candidate("XM540-W270").use("femur")
+    np.testing.assert_allclose(use.continuous, rms / (0.2 * record.stall_torque), rtol=1e-9)
+    torque, speed = trace.summary.torque_peak, trace.summary.speed_peak
+    np.testing.assert_allclose(
+        use.speed, np.abs(speed[femurs]).max() / (0.9 * record.no_load_speed), rtol=1e-9
+    )
+    least = np.abs(torque[femurs]).max() / (0.8 * 0.9 * record.stall_torque)
+    assert least <= use.peak <= 1.5 * least  # the line is below stall where the joint turns
+
+
+def test_the_choice_has_its_own_masses_and_passes(selection):
+    choice = selection.choice
+    assert choice is not None and choice.passes
+    assert selection.iterations[-1].passes
+    count = {kind: 6 for kind in KINDS}
+    mass = sum(count[kind] * choice.motors[kind].mass for kind in KINDS)
+    np.testing.assert_allclose(choice.motor_mass, mass)
+    assert mass <= min(c.motor_mass for c in selection.candidates if c.passes)
+    assert all(run.walks for run in choice.runs)
+
+
+def test_the_line_acts_in_the_simulation():
+    """A fast walk on slow motors: the line is reached, joints lag, what it asks for is known."""
+    file = read_motor_study(STUDY.replace("cycle_time = 1.2", "cycle_time = 0.5"))
+    walks = required_walks(file.sweep, Path())
+    slow = load_catalog().get("XH430-W350", 11.1)  # 2.8 rad/s
+    (found,) = Evaluation(walks, 0.06, file.derating).of([dict.fromkeys(KINDS, slow)])
+    coxa = found.use("coxa")
+    assert coxa.speed > 1.5 and coxa.peak > 1.0 and not coxa.passes
+    assert any("speed" in reason for reason in coxa.reasons)
+
+
+def test_tables_tell_all(selection, tmp_path):
+    text = selection.table()
+    for word in ("AX-12A at 12 V", "FAIL", "kg", "assumed", "evidence", "derating"):
+        assert word in text
+    plain = json.loads(json.dumps(selection.to_dict(), allow_nan=False))
+    assert len(plain["candidates"]) == 5
+    path = write_selection_csv(selection, tmp_path / "m.csv")
+    rows = list(csv.DictReader(io.StringIO(path.read_text())))
+    assert len(rows) == 15
+    first = next(r for r in rows if r["motor"] == "AX-12A" and r["kind of joint"] == "femur")
+    assert float(first["continuous [-]"]) == selection.candidate("AX-12A").use("femur").continuous
+    assert first["passes joint"] == "False" and first["source"].startswith("http")
+
+
+def test_confidence_counts_walks_and_names_what_decides():
+    study = (
+        STUDY.replace('"AX-12A", "XM430-W350", "MX-64", ', "")
+        + """
+[[vary]]
+input = "payload"
+distribution = "uniform"
+low = 0.0
+high = 6.0
+[[vary]]
+input = "friction"
+distribution = "uniform"
+low = 0.6
+high = 0.61
+[design]
+kind = "sobol-indices"
+samples = 4
+seed = 3
+"""
+    )
+    found = hp.select_motors(study).confidence
+    assert found is not None and found.walks == 8 and len(found.values) == 8
+    known = np.array([x for x in found.values if np.isfinite(x)])
+    np.testing.assert_allclose(found.share, np.sum(known <= 1.0) / 8)
+    assert found.low <= found.share <= found.high
+    assert max(found.indices, key=found.indices.get) == "payload"
+    assert "payload" in found.sentence and "confidence" in found.sentence
+
+
+BAD = {
+    'motors.voltage = "12"': "motors.voltage",
+    "motors.voltage = -1.0": "motors.voltage",
+    "motors.volts = 12.0": "motors.volts",
+    'motors.models = ["AX-12"]': "AX-12",
+    'motors.makers = ["Nobody"]': "Nobody",
+    "motors.voltage = 13.37": "13.37",
+    "motors.motor_mass = -0.1": "motors.motor_mass",
+    'motors.catalog = "nowhere.csv"': "nowhere.csv",
+    "derating.peak = 1.5": "derating.peak",
+    "derating.peek = 0.5": "derating.peek",
+    "derating.voltage = 0.0": "derating.voltage",
+    "derating.continuous = nan": "derating.continuous",
+    "motors = 3": "motors",
+    "design = 3": "design",
+}
+
+
+@pytest.mark.parametrize("line", BAD)
+def test_what_is_wrong_is_named(line):
+    text = f'schema = 1\n{line}\n[base]\nrobot = "kharagpur"\n'
+    with pytest.raises(hp.errors.HexapodError) as found:
+        hp.select_motors(text, samples=2)
+    assert BAD[line] in str(found.value)

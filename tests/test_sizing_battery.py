@@ -1,0 +1,98 @@
+"""What the battery gives to all joints together: antiphase, regeneration, and a walk again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from tests.sizing_cases import OMEGA, cycle, demand, full, of_motion, record
+
+
+def loaded(torque: np.ndarray, speed: np.ndarray, **more: object) -> hp.BatteryLoad:
+    """Return the load of the motor of 2 N m, 8 rad/s, 3 A at 12 V, not derated."""
+    found = of_motion(torque, speed, cycle(), **more)
+    return hp.motor_budget(found, record(), full()).battery
+
+
+def test_two_joints_in_antiphase_share_the_battery() -> None:
+    """At rest the power is V I0 (tau / T0)^2: sin^2 and cos^2 add up to a constant."""
+    phase = OMEGA * cycle()
+    torque = 1.0 * np.column_stack([np.sin(phase), np.cos(phase)])
+    load = loaded(torque, np.zeros_like(torque))
+    one = 3.0 * (1.0 / 2.0) ** 2  # A
+    assert load.peak_current == pytest.approx(one, rel=1e-9)
+    assert load.sum_of_peaks == pytest.approx(2.0 * one, rel=1e-9)
+    assert load.mean_current == pytest.approx(one) and load.rms_current == pytest.approx(one)
+    assert load.mean_power == pytest.approx(12.0 * one) and load.energy == pytest.approx(12.0 * one)
+
+
+def test_one_joint_on_its_line_takes_the_full_voltage() -> None:
+    """At half the no-load speed and half the stall torque: 1.5 A at the duty 1."""
+    ones = np.ones((2001, 1))
+    load = loaded(1.0 * ones, 4.0 * ones)
+    assert load.peak_current == pytest.approx(1.5) and load.mean_power == pytest.approx(18.0)
+
+
+def test_braking_gives_back_or_is_lost() -> None:
+    """Tau -0.5, w 4: d = 0.25, i = -0.75 A, 12 V d i = -2.25 W for half of the time."""
+    brakes = (cycle() % 1.0 < 0.5)[:, None]
+    torque, speed = np.where(brakes, -0.5, 0.5), np.full((2001, 1), 4.0)
+    load = loaded(torque, speed)
+    drives = 12.0 * (0.25 + 0.5) * 0.75
+    assert load.mean_power == pytest.approx(drives / 2.0, rel=2e-3)
+    assert load.mean_power_regeneration == pytest.approx((drives - 2.25) / 2.0, rel=2e-3)
+    assert load.peak_power == pytest.approx(drives)
+    way = loaded(torque, speed, weight=10.0, distance=0.1)
+    assert way.cost_of_transport == pytest.approx(load.energy / 1.0)
+    assert way.cost_of_transport_regeneration == pytest.approx(load.energy_regeneration / 1.0)
+    assert load.cost_of_transport is None
+
+
+def test_mechanical_power_and_winding_loss_make_up_the_electrical_power() -> None:
+    """Of a row that is one linear motor, V d i = R i^2 + tau w with R = V / I0 = 4 ohm."""
+    phase = OMEGA * cycle()
+    torque, speed = np.sin(phase)[:, None], (2.0 + np.cos(phase))[:, None]
+    found = of_motion(torque, speed, cycle())
+    motor = record(stall_torque=12.0 * 3.0 / 8.0)  # T0 w0 = V I0
+    load = hp.motor_budget(found, motor, full()).battery
+    current = 3.0 * torque[:-1, 0] / motor.stall_torque
+    power = 4.0 * current**2 + torque[:-1, 0] * speed[:-1, 0]
+    assert load.mean_power_regeneration == pytest.approx(power.mean(), rel=1e-9)
+    assert load.mean_power == pytest.approx(np.maximum(power, 0.0).mean(), rel=1e-3)
+
+
+def test_standby_currents_and_a_sagging_battery() -> None:
+    still = of_motion(np.zeros((2001, 3)), np.zeros((2001, 3)), cycle())
+    load = hp.motor_budget(still, record(standby_current=0.05), full(voltage=0.9)).battery
+    assert load.mean_current == pytest.approx(0.15) and load.voltage == pytest.approx(10.8)
+    assert load.mean_power == pytest.approx(10.8 * 0.15)
+    assert load.run_time(16.2 * 3600.0) == pytest.approx(36000.0)  # 16.2 Wh at 1.62 W
+
+
+def test_what_is_not_published_is_unknown() -> None:
+    found = of_motion(np.ones((2001, 2)), np.zeros((2001, 2)), cycle(), kinds=["coxa", "femur"])
+    none = hp.motor_budget(found, record(stall_current=None)).battery
+    assert none.peak_current is None and none.run_time(1e5) is None and "M at 12 V" in none.unknown
+    mixed = hp.motor_budget(found, {"coxa": record(), "femur": record(voltage=7.4)}).battery
+    assert mixed.mean_power is None and "7.4 V and 12 V" in mixed.unknown
+
+
+def test_a_walk_again_from_its_arrays() -> None:
+    """Sample by sample, joint by joint, in another order; the derated supply carries it."""
+    found = demand()
+    load = hp.motor_budget(found, record(stall_torque=4.0, standby_current=0.02)).battery
+    total, peaks = np.zeros(len(found.time)), 0.0
+    for j in range(18):
+        current = 3.0 * found.torque[:, j] / 4.0
+        voltage = 12.0 * (found.torque[:, j] / 4.0 + found.speed[:, j] / 8.0)
+        own = np.clip(voltage * current, 0.0, None)
+        total, peaks = total + own, peaks + own.max()
+    total += 18 * 0.02 * 10.8
+    assert load.peak_current == pytest.approx(total.max() / 10.8, rel=1e-12)
+    assert load.sum_of_peaks == pytest.approx(peaks / 10.8 + 0.36, rel=1e-12)
+    mean = np.trapezoid(total, found.time) / (found.time[-1] - found.time[0])
+    assert load.mean_power == pytest.approx(mean, rel=1e-12)
+    assert load.energy == pytest.approx(0.6 * mean, rel=1e-6)  # a cycle of 0.6 s
+    assert load.peak_current < load.sum_of_peaks
+    assert load.cost_of_transport == pytest.approx(load.energy / (found.weight * found.distance))

@@ -1,0 +1,173 @@
+"""What joints demand: closed forms of sinusoids, and a walk computed again from its arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.results.recorded_robot import RecordedRobot
+from tests.sizing_cases import OMEGA, cycle, demand, of_motion, pure_inertia, walk
+
+ROOT2 = np.sqrt(2.0)
+
+
+def test_a_swinging_inertia_has_its_closed_form() -> None:
+    """Peaks at samples; the trapezoidal rule over whole periods is exact; energy from J w^2 / 2."""
+    inertia, amplitude = 0.02, 0.5
+    found = pure_inertia(inertia, amplitude)
+    peak, speed = inertia * amplitude * OMEGA**2, amplitude * OMEGA
+    assert found.peak_torque == pytest.approx([peak], rel=1e-12)
+    assert found.peak_torque_time == pytest.approx([0.25], abs=1e-3)
+    assert found.rms_torque == pytest.approx([peak / ROOT2], rel=1e-9)
+    assert found.peak_speed == pytest.approx([speed], rel=1e-12)
+    assert found.rms_speed == pytest.approx([speed / ROOT2], rel=1e-9)
+    assert found.peak_power == pytest.approx([peak * speed / 2.0], rel=1e-5)
+    energy = 2 * inertia * speed**2 / 2.0  # gained and lost twice a cycle
+    assert found.positive_energy == pytest.approx([energy], rel=1e-5)
+    assert found.negative_energy == pytest.approx([-energy], rel=1e-5)
+    p99 = peak * np.sin(0.99 * np.pi / 2.0)
+    assert found.p99_torque == pytest.approx([p99], rel=1e-4)
+    assert found.acceleration_rms == pytest.approx([amplitude * OMEGA**2 / ROOT2], rel=1e-5)
+    mean = inertia * (amplitude * OMEGA**2) ** 2 / 2.0
+    assert found.torque_acceleration == pytest.approx([mean], rel=1e-5)
+
+
+def test_energies_are_per_cycle() -> None:
+    """Three cycles give each what one gives."""
+    time = cycle(500, 3)
+    tau, speed = np.sin(OMEGA * time), np.sin(OMEGA * time)
+    found = of_motion(tau, speed, time)
+    assert found.cycles == 3 and found.duration == pytest.approx(1.0)
+    assert found.positive_energy == pytest.approx([0.5], rel=1e-9)
+    assert found.negative_energy == pytest.approx([0.0], abs=1e-12)
+
+
+def test_moving_rms_of_a_pulse() -> None:
+    """A torque 1 for a fifth of the time: the lag rises to (1 - e^-a) / (1 - e^-b).
+
+    a = 0.2 s / constant, b = 1 s / constant; the pulse's ramps last one sample of 1/20000 s.
+    """
+    time = cycle(20000)
+    torque = (time < 0.2).astype(float)
+    found = of_motion(torque, np.zeros_like(time), time)
+    for constant in (0.05, 0.3, 2.0):
+        square = np.expm1(-0.2 / constant) / np.expm1(-1.0 / constant)
+        assert found.thermal_rms(constant) == pytest.approx([np.sqrt(square)], rel=3e-4)
+    assert found.thermal_rms(1e6) == pytest.approx(found.rms_torque, rel=1e-6)
+    assert found.thermal_rms(1e-5) == pytest.approx([1.0], rel=1e-6)
+    with pytest.raises(ParameterError, match="time_constant"):
+        found.thermal_rms(0.0)
+
+
+def test_moving_rms_of_a_sinusoid_with_several_joints() -> None:
+    """sin^2 = (1 - cos 2wt) / 2 behind a lag: 1/2 + 1 / (2 sqrt(1 + (2 w T)^2)), per joint."""
+    time, constant = cycle(), 0.1
+    torque = np.outer(np.sin(OMEGA * time), [1.0, -3.0])
+    found = of_motion(torque, np.zeros_like(torque), time)
+    square = 0.5 + 0.5 / np.sqrt(1.0 + (2.0 * OMEGA * constant) ** 2)
+    assert found.thermal_rms(constant) == pytest.approx(
+        np.sqrt(square) * np.array([1.0, 3.0]), rel=1e-5
+    )
+
+
+def test_another_rotor_at_the_same_motion() -> None:
+    """The torque of an inertia J with a rotor J_m is that of J + J_m; what it has counts."""
+    found = pure_inertia(0.02)
+    assert found.rms_with_armature(0.03) == pytest.approx(2.5 * found.rms_torque, rel=1e-4)
+    own = pure_inertia(0.02, armature=0.005)  # 0.015 of load, 0.005 of rotor
+    assert own.rms_with_armature(0.005) == pytest.approx(own.rms_torque, rel=1e-12)
+    assert own.rms_with_armature(0.0) == pytest.approx(0.75 * own.rms_torque, rel=1e-4)
+
+
+def test_a_walk_agrees_with_its_samples() -> None:
+    """Peaks of accepted steps are no smaller; means agree to what lies between 2 ms samples."""
+    trace, found = walk(), demand()
+    summary = trace.summary
+    first, last = (int(round(t / 2e-3)) for t in (summary.begin, summary.end))
+    tau, w = trace.torque[first : last + 1], trace.v[first : last + 1, 6:]
+    time = trace.time[first : last + 1]
+    assert found.cycles == summary.cycles == 2
+    assert np.array_equal(found.torque, tau) and np.array_equal(found.speed, w)
+    assert (found.peak_torque >= np.abs(tau).max(axis=0)).all()
+    assert found.peak_torque == pytest.approx(np.abs(summary.torque_peak), rel=1e-12)
+    length = time[-1] - time[0]
+    mean_square = np.trapezoid(tau**2, time, axis=0) / length
+    assert found.rms_torque == pytest.approx(np.sqrt(mean_square), rel=0.02)
+    assert found.rms_speed == pytest.approx(
+        np.sqrt(np.trapezoid(w**2, time, axis=0) / length), rel=0.02
+    )
+    net = found.positive_energy + found.negative_energy
+    assert net == pytest.approx(np.trapezoid(tau * w, time, axis=0) / 2, rel=0.1, abs=2e-3)
+    row = int(np.argmax(found.peak_torque))
+    at = int(round(found.peak_torque_time[row] / 2e-3))
+    sign = np.sign(summary.torque_peak[row])
+    assert found.peak_torque_speed[row] == pytest.approx(sign * trace.v[at, 6 + row], abs=0.15)
+
+
+def test_the_load_inertia_of_a_walk_is_what_inverse_dynamics_asks_for() -> None:
+    """RNEA with one joint accelerated alone, less the same at rest; the rotor is not in it."""
+    trace, found = walk(), demand()
+    robot = RecordedRobot.of(trace)
+    model, data = robot.model, robot.model.createData()
+    assert found.armature == pytest.approx(np.full(18, 1e-3), rel=1e-12)
+    for joint in (0, 7, 17):
+        unit = np.zeros(model.nv)
+        unit[6 + joint] = 1.0
+        inertia = [
+            (
+                pin.rnea(model, data, q, 0 * unit, unit)
+                - pin.rnea(model, data, q, 0 * unit, 0 * unit)
+            )
+            for q in trace.q[np.searchsorted(trace.time, found.time)][::40]
+        ]
+        mean = np.mean([row[6 + joint] for row in inertia])
+        assert found.load_inertia[joint] == pytest.approx(mean, rel=0.01)
+
+
+def test_cost_of_transport_is_that_of_the_torque_budget() -> None:
+    found, whole = demand(), hp.torque_budget(walk())
+    assert found.weight == pytest.approx(9.81 * (hp.load_robot("kharagpur").total_mass + 0.5))
+    way = trunk_way(walk(), found.time)
+    cost = found.positive_energy.sum() / (found.weight * way)
+    assert found.cost_of_transport_positive == pytest.approx(cost, rel=2e-3)
+    assert found.cost_of_transport_positive == pytest.approx(whole.cost_of_transport_positive)
+    assert found.cost_of_transport == pytest.approx(whole.cost_of_transport)
+
+
+def test_a_run_that_cut_torques_off_says_so() -> None:
+    """A motor of 0.6 N m: what the walk would ask of a stronger one is not known."""
+    robot = hp.load_robot("kharagpur")
+    weak = hp.Motor(stall_torque=0.6, no_load_speed=20.0)
+    servo = hp.Servo(**hp.Servo.for_robot(robot).model_dump() | {"motor": weak})
+    gait = hp.KinematicControl(hp.Gait.tripod(stroke=0.05, cycle_time=0.6))
+    trace = hp.simulate(hp.Scene(robot, servo=servo), gait, duration=1.9, accuracy=1e-3)
+    notes = [note for note in hp.joint_demand(trace).notes if "at the torque limit" in note]
+    assert len(notes) == 1 and "stronger" in notes[0]
+    assert not any("at the torque limit" in note for note in demand().notes)
+
+
+def trunk_way(trace: hp.Trace, time: np.ndarray) -> float:
+    """Return how far the trunk comes forward in one of two cycles [m]."""
+    x = np.interp(time[[0, -1]], trace.time, trace.q[:, 0])
+    return float(x[1] - x[0]) / 2
+
+
+def test_of_some_kinds_alone() -> None:
+    part = demand().of_kinds(["tibia"])
+    whole = [name for name in demand().joint_names if "tibia" in name]
+    assert list(part.joint_names) == whole and part.torque.shape[1] == 6
+    assert np.array_equal(part.peak_torque, demand().peak_torque[2::3])
+    with pytest.raises(UnknownNameError, match="wheel"):
+        demand().of_kinds(["wheel"])
+
+
+@pytest.mark.parametrize(
+    ("time", "shape", "message"),
+    [([0.0], (1, 1), "torque"), ([0.0, 0.0], (2, 1), "time"), ([0.0, 1.0], (3, 1), "torque")],
+)
+def test_samples_that_do_not_fit_are_refused(time: list, shape: tuple, message: str) -> None:
+    with pytest.raises(ParameterError, match=message), np.errstate(all="ignore"):
+        hp.JointDemand.of_samples(time, np.zeros(shape), np.zeros(shape))

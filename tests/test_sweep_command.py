@@ -1,0 +1,144 @@
+"""`hexapod-pin sweep`: what it prints and leaves, how it goes on, and how it refuses."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray
+
+import hexapod_pin as hp
+from hexapod_pin.commands.app import main
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.sweep.runs import run_sweep
+from hexapod_pin.sweep.study import SweepStudy
+from hexapod_pin.view.sweep_figure import draw_sweep, write_sweep_figure
+from tests.sweep_studies import BASE, FRICTIONS, PAYLOADS, durations, small_study, write_study_file
+
+
+def _run(*words: object) -> int:
+    with pytest.raises(SystemExit) as end:
+        main(["sweep", *map(str, words)])
+    return int(end.value.code or 0)
+
+
+@pytest.fixture
+def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A file with 12 cases, in the folder where the command runs."""
+    monkeypatch.chdir(tmp_path)
+    return write_study_file(tmp_path)
+
+
+def test_it_leaves_store_dataset_and_figure(study: Path, capsys: Any) -> None:
+    assert _run(study, "--out", "a.nc", "--plot", "a.svg", "--threads", 2) == 0
+    out, err = capsys.readouterr()
+    assert "12 of 12 cases done, 0 failed" in out and not err
+    assert "payload [kg]: 0, 0.5, 1" in out and "friction [-]: uniform 0.5 to 0.9" in out
+    assert "12 cases run in " in out and "s a case\nstore: " in out
+    found = hp.open_sweep("study.db")
+    with xarray.open_dataset("a.nc", engine="h5netcdf") as opened:
+        np.testing.assert_array_equal(opened["torque_peak"], found.dataset["torque_peak"])
+    assert Path("a.svg").read_text().lstrip().startswith("<?xml")
+    assert _run(study) == 2  # it exists
+    assert "12 cases of it finished: go on with it by --resume" in capsys.readouterr().err
+    assert _run(study, "--resume", "--out", "a.csv") == 0
+    out = capsys.readouterr().out
+    assert "cases run in" not in out and "dataset: a.csv" in out.replace(f"{Path.cwd()}/", "")
+
+
+def test_failed_cases_are_counted_by_reason(study: Path, capsys: Any) -> None:
+    study.write_text(BASE + durations(0.9, -1.0))
+    assert _run(study, "--store", "b.db") == 0
+    out = capsys.readouterr().out
+    assert (
+        "1 of 2 cases done, 1 failed\n  1 x ParameterError\n  case 1: ParameterError: duration"
+        in out
+    )
+    assert _run(study, "--store", "b.db", "--retry-failed") == 0
+    assert "1 cases run in" in capsys.readouterr().out
+
+
+def test_ctrl_c_ends_with_130_and_says_what_is_kept(
+    study: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from hexapod_pin.sweep.runs import store
+
+    add = store.SweepStore.add
+
+    def interrupted(self: Any, outcomes: Any) -> Any:
+        new = add(self, outcomes)
+        if len(self.finished) == 5:
+            signal.raise_signal(signal.SIGINT)
+        return new
+
+    monkeypatch.setattr(store.SweepStore, "add", interrupted)
+    assert _run(study) == 130
+    assert "interrupted: 5 of 12 cases are kept in" in capsys.readouterr().err
+    monkeypatch.undo()
+    monkeypatch.chdir(study.parent)
+    assert _run(study, "--resume") == 0
+    assert "7 cases run in" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["none.toml"], "none.toml"),
+        (["study.toml", "--out", "a.txt"], "--out a.txt"),
+        (["study.toml", "--plot", "a.txt"], "a.txt"),
+        (["study.toml", "--out", "none/a.nc"], "there is no folder"),
+        (["study.toml", "--store", "none/a.db"], "there is no folder"),
+        (["study.toml", "--threads", "0"], "--threads = 0: must be a whole number"),
+        (["study.toml", "--chunk", "0"], "--chunk = 0: must be a whole number"),
+        (["study.toml", "--processes", "1", "--scheduler", "tcp://x"], "one of them"),
+        (["study.toml", "--import", "none.py"], "none.py"),
+    ],
+)
+def test_refusals_are_one_message(study: Path, capsys: Any, words: list[str], said: str) -> None:
+    assert _run(*words) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("hexapod-pin: ") and said in err and err.count("\n") == 1
+    assert sorted(path.name for path in study.parent.iterdir()) == ["study.toml"]
+
+
+STIFF = '\n[[vary]]\ninput = "servo_stiffness"\nvalues = [1.0, 2.0]\n'
+TWO = PAYLOADS + STIFF
+
+
+@pytest.mark.parametrize(
+    ("inputs", "panels", "words"),
+    [
+        (PAYLOADS, 3, ["coxa", "payload [kg]", "torque of the worst joint [N m]"]),
+        (TWO, 3, ["tibia", "servo_stiffness"]),
+        (FRICTIONS.format(samples=4, seed=1), 4, ["peak torque [N m]", "friction"]),
+    ],
+)
+def test_the_figure_follows_what_varies(
+    tmp_path: Path, inputs: str, panels: int, words: list[str]
+) -> None:
+    found = run_sweep(SweepStudy.from_toml(BASE + inputs), tmp_path / "a.db")
+    figure = draw_sweep(found.dataset)
+    drawn = [axes for axes in figure.axes if axes.axison and axes.get_label() != "<colorbar>"]
+    assert len(drawn) == panels
+    text = " ".join(
+        part for axes in drawn for part in (axes.get_title(), axes.get_xlabel(), axes.get_ylabel())
+    )
+    assert all(word in text for word in words)
+    if inputs is PAYLOADS:
+        peak = found.dataset["kind_torque_peak"].sel(kind="femur").values
+        line = drawn[1].get_lines()[0]
+        np.testing.assert_array_equal(line.get_xdata(), [0.0, 0.5, 1.0])
+        np.testing.assert_allclose(line.get_ydata(), peak, rtol=1e-15)
+        assert max(axes.get_ylim()[1] for axes in drawn) >= peak.max()
+
+
+def test_a_sweep_without_numbers_is_not_drawn(tmp_path: Path) -> None:
+    from hexapod_pin.sweep.runs.store import SweepStore
+
+    with SweepStore(tmp_path / "a.db", small_study(1)):
+        pass
+    with pytest.raises(ParameterError, match="not run"):
+        write_sweep_figure(hp.open_sweep(tmp_path / "a.db").dataset, tmp_path / "a.png")

@@ -1,0 +1,72 @@
+"""A sweep on a real Dask scheduler with two worker processes on the loopback."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.benchmark.studies.loopback_cluster import free_port, loopback_cluster
+from hexapod_pin.errors import WorkersError
+from hexapod_pin.sweep.runs import executors, run_sweep
+from hexapod_pin.sweep.runs.distribution import Distribution
+from hexapod_pin.sweep.runs.executors import DaskWorkers
+from hexapod_pin.sweep.runs.store import SweepStore
+from tests.sweep_studies import require_same_bits, small_study
+
+distributed = pytest.importorskip("distributed")
+STUDY = small_study()
+PATIENCE = 60.0
+"""Longest wait for a process [s]."""
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[str]:
+    """The address of a scheduler in a process of its own, with two workers in theirs."""
+    with loopback_cluster(2) as address:
+        yield address
+
+
+def test_two_workers_give_the_same_bits(cluster: str, tmp_path: Path) -> None:
+    here = run_sweep(STUDY, tmp_path / "a.db", threads=2)
+    seen: list[float] = []
+    found = run_sweep(STUDY, tmp_path / "b.db", scheduler=cluster, chunk=2, progress=seen.append)
+    require_same_bits(found.dataset, here.dataset)
+    assert seen[-1] == 1.0 and len(seen) == 7
+    with distributed.Client(cluster, set_as_default=False) as client:
+        again = run_sweep(STUDY, tmp_path / "c.db", executor=client.get_executor())
+    require_same_bits(again.dataset, here.dataset)
+
+
+def test_a_worker_that_is_killed_loses_nothing(cluster: str, tmp_path: Path) -> None:
+    """The scheduler gives its tasks to the other."""
+    here = run_sweep(STUDY, tmp_path / "a.db", threads=2)
+    workers = DaskWorkers(cluster)
+    assert workers.slots == 2
+    processes = list(workers.client.run(os.getpid).values())
+
+    def kill() -> None:
+        if processes:
+            os.kill(processes.pop(), signal.SIGKILL)
+            processes.clear()
+
+    with SweepStore(tmp_path / "b.db", STUDY) as store:
+        try:
+            Distribution(STUDY, store, workers, chunk=1, threads=1, progress=kill).run(range(12))
+        finally:
+            workers.close()
+    require_same_bits(hp.open_sweep(tmp_path / "b.db").dataset, here.dataset)
+
+
+def test_no_scheduler_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(executors, "PATIENCE", 0.5)
+    address = f"tcp://127.0.0.1:{free_port()}"
+    begin = time.monotonic()
+    with pytest.raises(WorkersError, match="no Dask scheduler with a worker at tcp://127"):
+        run_sweep(STUDY, tmp_path / "a.db", scheduler=address)
+    assert time.monotonic() - begin < PATIENCE

@@ -1,0 +1,233 @@
+"""The store of a sweep: what a row holds, and every way in which the file can be unusable."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.errors import (
+    OtherStudyError,
+    StoreExistsError,
+    StoreFullError,
+    StoreLockedError,
+    SweepStoreError,
+)
+from hexapod_pin.sweep.runs import run_sweep
+from hexapod_pin.sweep.runs.case_runs import case_outcomes
+from hexapod_pin.sweep.runs.outcome import from_bytes, to_bytes
+from hexapod_pin.sweep.runs.store import SweepStore
+from hexapod_pin.sweep.runs.store_lock import StoreLock
+from hexapod_pin.sweep.runs.store_reading import DAMAGED
+from tests.sweep_studies import require_same_bits, small_study
+
+STUDY = small_study(1)
+
+
+@pytest.fixture
+def done(tmp_path: Path) -> Path:
+    """A store with all three cases."""
+    return run_sweep(STUDY, tmp_path / "a.db", threads=1).path
+
+
+def _edit(path: Path, *statements: str) -> None:
+    connection = sqlite3.connect(path)
+    with connection:
+        for statement in statements:
+            connection.execute(statement)
+    connection.close()
+
+
+def test_numbers_of_a_case_are_those_of_its_summary(done: Path) -> None:
+    """Every array of the summary, to the bit, and what is found from it."""
+    dataset = hp.open_sweep(done).dataset
+    for index in range(3):
+        case = STUDY.case(index)
+        summary = hp.simulate_batch([case], keep="summary")[0]
+        own = dataset.isel(case=index)
+        for name, value in summary.data.items():
+            if name == "way":
+                np.testing.assert_array_equal(own["way"], summary.way)
+            elif value is not None:
+                np.testing.assert_array_equal(own[name], np.array(value, dtype=float))
+        budget = hp.torque_budget(summary)
+        assert float(own["measured_speed"]) == budget.speed
+        assert float(own["cost_of_transport"]) == pytest.approx(budget.cost_of_transport, rel=1e-12)
+        assert float(own["total_mass"]) == case.scene.total_mass
+        for kind in ("coxa", "femur", "tibia"):
+            row, of_kind = budget.kind(kind), own.sel(kind=kind)
+            assert float(of_kind["kind_torque_peak"]) == row.peak.peak_torque
+            assert float(of_kind["kind_torque_rms"]) == row.rms.rms_torque
+            assert float(of_kind["kind_positive_energy"]) == pytest.approx(
+                row.positive_energy, rel=1e-12
+            )
+
+
+def test_rows_hold_the_digests_of_their_cases_and_one_file_is_left(done: Path) -> None:
+    connection = sqlite3.connect(done)
+    rows = connection.execute("SELECT number, digest, state, wall_time FROM cases").fetchall()
+    assert [row[:3] for row in rows] == [(k, STUDY.case(k).digest, 1) for k in range(3)]
+    assert all(row[3] > 0.0 for row in rows)
+    assert connection.execute("PRAGMA journal_mode").fetchone() == ("delete",)
+    connection.close()
+    assert [path.name for path in done.parent.iterdir()] == ["a.db"]
+
+
+def test_while_it_is_written_the_log_is_synchronous_and_readers_see_commits(tmp_path: Path) -> None:
+    path = tmp_path / "a.db"
+    with SweepStore(path, STUDY) as store:
+        assert store.connection.execute("PRAGMA journal_mode").fetchone() == ("wal",)
+        assert store.connection.execute("PRAGMA synchronous").fetchone() == (2,)  # FULL
+        first = next(case_outcomes(STUDY, [1], 1))
+        assert store.add([first]) == [1]
+        assert store.add([first]) == []  # the first stays
+        seen = hp.open_sweep(path)
+        assert (seen.done, seen.pending) == (1, [0, 2])
+        assert seen.dataset["reason"].values.tolist() == ["not run", "", "not run"]
+
+
+def test_messages_of_workers_keep_every_bit() -> None:
+    outcomes = list(case_outcomes(STUDY, range(3), 1))
+    assert from_bytes(to_bytes(outcomes)) == outcomes
+    assert len(to_bytes(outcomes)) < 3 * 6000 + 3000  # numbers, and texts once
+
+
+def test_an_existing_store_is_refused_and_says_how_to_go_on(done: Path) -> None:
+    with pytest.raises(StoreExistsError, match=r"3 cases.*--resume \(resume=True\)") as error:
+        run_sweep(STUDY, done)
+    assert error.value.kept == 3
+    assert run_sweep(STUDY, done, resume=True).done == 3
+
+
+def test_the_store_of_another_study_is_refused_with_both_digests(done: Path) -> None:
+    other = small_study(1, seed=8)
+    with pytest.raises(OtherStudyError) as error:
+        run_sweep(other, done, resume=True)
+    assert (error.value.stored, error.value.given) == (STUDY.digest, other.digest)
+    assert STUDY.digest in str(error.value) and other.digest in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ("UPDATE meta SET value = '{\"pin\": \"1\"}' WHERE key = 'versions'", "another release"),
+        ("UPDATE meta SET value = '[]' WHERE key = 'quantities'", "another release"),
+        ("UPDATE cases SET digest = 'x' WHERE number = 0", "case 0 had the digest x"),
+    ],
+)
+def test_cases_of_other_bits_are_not_mixed(done: Path, statement: str, said: str) -> None:
+    _edit(done, statement)
+    with pytest.raises(OtherStudyError, match=said):
+        run_sweep(STUDY, done, resume=True)
+
+
+def test_a_newer_schema_and_other_databases_are_refused(done: Path) -> None:
+    _edit(done, "PRAGMA user_version = 9")
+    for open_it in (hp.open_sweep, lambda path: run_sweep(STUDY, path, resume=True)):
+        with pytest.raises(SweepStoreError, match="schema version 9; this release reads 1"):
+            open_it(done)
+    other = done.with_name("other.db")
+    _edit(other, "CREATE TABLE mine (a)")
+    with pytest.raises(SweepStoreError, match="no store of a sweep"):
+        run_sweep(STUDY, other, resume=True)
+
+
+def test_a_damaged_file_is_refused(done: Path) -> None:
+    whole = done.read_bytes()
+    for content in (whole[: len(whole) // 2], b"no database at all" * 99, whole[:50]):
+        done.write_bytes(content)
+        for open_it in (hp.open_sweep, lambda path: run_sweep(STUDY, path, resume=True)):
+            with pytest.raises(SweepStoreError, match=r"damaged|no store"):
+                open_it(done)
+        assert done.read_bytes() == content  # left as it was
+    with pytest.raises(SweepStoreError, match="no such file"):
+        hp.open_sweep(done.with_name("none.db"))
+
+
+def test_an_empty_file_is_a_sweep_that_did_not_begin(tmp_path: Path) -> None:
+    path = tmp_path / "a.db"
+    path.touch()
+    with pytest.raises(SweepStoreError, match="holds nothing yet"):
+        hp.open_sweep(path)
+    assert run_sweep(STUDY, path, threads=1).done == 3
+
+
+def test_a_damaged_row_is_told_and_run_again(done: Path) -> None:
+    whole = hp.open_sweep(done).dataset
+    connection = sqlite3.connect(done)
+    (numbers,) = connection.execute("SELECT numbers FROM cases WHERE number = 1").fetchone()
+    changed = bytes([numbers[0] ^ 1]) + numbers[1:]
+    connection.execute("UPDATE cases SET numbers = ? WHERE number = 1", (changed,))
+    connection.commit()
+    connection.close()
+    found = hp.open_sweep(done)
+    assert found.failed == [(1, DAMAGED)] and found.done == 2
+    assert np.isnan(found.dataset["torque_peak"].values[1]).all()
+    require_same_bits(run_sweep(STUDY, done, resume=True).dataset, whole)
+
+
+def test_a_full_disk_keeps_what_was_committed(tmp_path: Path) -> None:
+    """SQLite's own limit of pages; later, with room, the sweep goes on to the same bits."""
+    study, path = small_study(4), tmp_path / "a.db"
+    with SweepStore(path, study) as store:
+        outcomes = list(case_outcomes(study, range(12), 1))
+        pages = store.connection.execute("PRAGMA page_count").fetchone()[0]
+        store.connection.execute(f"PRAGMA max_page_count = {pages + 12}")
+        with pytest.raises(StoreFullError, match="finished cases are kept.*--resume") as error:
+            for outcome in outcomes:
+                store.add([outcome])
+        kept = len(store.finished)
+        assert 0 < kept < 12 and error.value.kept == kept
+    assert hp.open_sweep(path).done == kept
+    whole = run_sweep(study, tmp_path / "b.db")
+    require_same_bits(run_sweep(study, path, resume=True).dataset, whole.dataset)
+
+
+def _hold(path: Path, ready: object, end: object) -> None:
+    lock = StoreLock(path)
+    ready.set()
+    end.wait(30.0)
+    lock.release()
+
+
+def test_one_writer_at_a_time(tmp_path: Path) -> None:
+    path = tmp_path / "a.db"
+    with SweepStore(path, STUDY), pytest.raises(StoreLockedError, match="this process"):
+        run_sweep(STUDY, path, resume=True)
+    context = multiprocessing.get_context("spawn")
+    ready, end = context.Event(), context.Event()
+    holder = context.Process(target=_hold, args=(path, ready, end))
+    holder.start()
+    assert ready.wait(60.0)
+    with pytest.raises(StoreLockedError, match="another process writes to it"):
+        run_sweep(STUDY, path, resume=True)
+    holder.kill()
+    holder.join()
+    assert run_sweep(STUDY, path, resume=True).done == 3  # the lock went with its owner
+
+
+@pytest.mark.parametrize("place", ["none/a.db", "file/a.db", "/proc/a.db"])
+def test_a_folder_that_cannot_be_written_to(tmp_path: Path, place: str) -> None:
+    (tmp_path / "file").write_text("no folder")
+    with pytest.raises(SweepStoreError, match="cannot be written in"):
+        run_sweep(STUDY, tmp_path / place)
+
+
+def test_inputs_of_all_cases_are_kept_from_the_start(tmp_path: Path) -> None:
+    path = tmp_path / "a.db"
+    with SweepStore(path, STUDY):
+        pass
+    dataset = hp.open_sweep(path).dataset
+    points = [STUDY.point(k) for k in range(3)]
+    assert dataset["payload"].values.tolist() == [point["payload"] for point in points]
+    assert dataset["friction"].values.tolist() == [point["friction"] for point in points]
+    assert dataset["payload"].attrs["units"] == "kg"
+    about = json.loads(dataset.attrs["inputs"])
+    assert [(item["name"], item["grid"]) for item in about] == [
+        ("payload", True), ("friction", False)
+    ]  # fmt: skip
