@@ -3,25 +3,46 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.ft2font import FT2Font
 
 LEADING = 1.28
 """Distance of lines over the size of the type [-]."""
 
 
-@cache
+SCALE = 100.0
+"""Size at which letters are measured [pt]."""
+
+
 def text_width(text: str, size: float, bold: bool = False) -> float:
-    """Return the width of a text in the report's type [pt].
+    """Return the width of a text in the report's type, kerning left out [pt].
 
     Args:
         text: one line.
         size: of the type [pt].
         bold: whether it is bold.
     """
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import text_to_path
+    return size * sum(_advance(letter, bold) for letter in text)
 
-    font = FontProperties(family="DejaVu Sans", size=size, weight="bold" if bold else "normal")
-    return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0])
+
+@cache
+def _advance(letter: str, bold: bool) -> float:
+    """Return the width of a letter over the size of its type [-]."""
+    glyph = _font(bold).load_char(ord(letter))
+    return float(glyph.linearHoriAdvance) / 65536.0 / SCALE
+
+
+@cache
+def _font(bold: bool) -> FT2Font:
+    from matplotlib.font_manager import FontProperties, findfont
+    from matplotlib.ft2font import FT2Font
+
+    name = findfont(FontProperties(family="DejaVu Sans", weight="bold" if bold else "normal"))
+    font = FT2Font(name)
+    font.set_size(SCALE, 72)
+    return font
 
 
 def wrapped(text: str, width: float, size: float, bold: bool = False) -> list[str]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.results.sizing import motor_budget
-from hexapod_pin.view.report_blocks import Block, Heading, Paragraph, Picture, number
+from hexapod_pin.view.report_blocks import Block, Heading, Paragraph, Picture, use_text
 from hexapod_pin.view.selection_figures import (
     draw_confidence,
     draw_current,
@@ -121,7 +121,7 @@ def _confidence_caption(s: MotorSelection) -> str:
     values = np.asarray(found.values)
     lost = int(np.sum(~np.isfinite(values)))
     share = f"{100.0 * found.share:.1f} %" if math.isfinite(found.share) else "unknown"
-    parts = ", ".join(f"{name}: {number(value)}" for name, value in found.percentiles.items())
+    parts = ", ".join(f"{name}: {use_text(value)}" for name, value in found.percentiles.items())
     ends = ", ".join(
         f"{100.0 * x:.1f} %" if math.isfinite(x) else "unknown" for x in (found.low, found.high)
     )
