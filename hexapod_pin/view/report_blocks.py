@@ -1,4 +1,4 @@
-"""What a printed report is made of, apart from how it is drawn: headings, texts, tables, figures."""
+"""What a printed report is made of, apart from how it is drawn: headings, tables, figures."""
 
 from __future__ import annotations
 

@@ -73,9 +73,7 @@ def _whole(table: Table, k: int, size: float) -> float:
     return max([*texts, 0.0]) + 2.0 * PAD
 
 
-def _lines(
-    row: tuple[Cell, ...], widths: list[float], size: float, bold: bool
-) -> list[list[str]]:
+def _lines(row: tuple[Cell, ...], widths: list[float], size: float, bold: bool) -> list[list[str]]:
     return [
         wrapped(cell.text, width - 2.0 * PAD + 0.01, size, bold or cell.mark == "bad")
         for cell, width in zip(row, widths, strict=True)
@@ -120,14 +118,17 @@ def _draw_row(
     bold: bool = False,
 ) -> None:
     """Draw a row and the line below it; a row higher than a page goes over pages."""
-    left = LEFT
-    top = sheets.y
+    left, top = LEFT, sheets.y
     for column, cell, texts, width in zip(columns, row, lines, widths, strict=True):
         x = left + PAD if column.wide else left + width - PAD
         for k, text in enumerate(texts):
             y = top + LEADING * size * (k + 1)
-            sheets.write(x, y - 0.1 * size, text, size, bold=bold or cell.mark == "bad",
-                         color=COLORS[cell.mark], align="left" if column.wide else "right")  # fmt: skip
+            sheets.write(
+                x, y - 0.1 * size, text, size, bold=bold or cell.mark == "bad",
+                color=COLORS[cell.mark], align="left" if column.wide else "right",
+            )  # fmt: skip
         left += width
     sheets.y = top + _height(lines, size)
-    sheets.line(sheets.y, LEFT, LEFT + ACROSS, 0.8 if bold else 0.3, "#1a1a1a" if bold else "#bbbbbb")
+    sheets.line(
+        sheets.y, LEFT, LEFT + ACROSS, 0.8 if bold else 0.3, "#1a1a1a" if bold else "#bbbbbb"
+    )

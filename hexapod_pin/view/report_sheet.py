@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.view.report_text import LEADING, wrapped
 
@@ -108,10 +108,10 @@ class Sheets:
         stream = io.BytesIO()
         metadata = {"Title": footer, "CreationDate": None, "ModDate": None}
         count = len(self.pages)
-        with PdfPages(stream, metadata=metadata) as file:  # type: ignore[arg-type]
+        with PdfPages(stream, metadata=metadata) as file:
             for number, page in enumerate(self.pages, start=1):
                 base = 1.0 - (PAGE[1] - 22.0) / PAGE[1]
-                style = {"fontsize": 7.0, "color": "#555555", "parse_math": False}
+                style: Any = {"fontsize": 7.0, "color": "#555555", "parse_math": False}
                 page.text(LEFT / PAGE[0], base, wrapped(footer, 400.0, 7.0)[0], **style)
                 page.text(1.0 - LEFT / PAGE[0], base, f"page {number} of {count}", ha="right",
                           **style)  # fmt: skip

@@ -28,6 +28,9 @@ from hexapod_pin.view.report_blocks import (
 SHORT = 24
 """Texts of so many characters are not broken into lines in a table."""
 
+DENSE = 12
+"""Columns above which a table is in small print."""
+
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 _STYLE = """
@@ -57,6 +60,8 @@ tr.groups th:empty { border-bottom: 0; }
 td { text-align: right; vertical-align: top; padding: 0.6mm 1.2mm; white-space: nowrap;
   border-bottom: 0.15mm solid #ccc; font-variant-numeric: tabular-nums; }
 th.wide, td.wide { text-align: left; white-space: normal; overflow-wrap: break-word; }
+table.dense { font-size: 6.6pt; }
+table.dense th, table.dense td { padding-left: 0.6mm; padding-right: 0.6mm; }
 td.short { white-space: nowrap; }
 td.bad { color: #9c1f17; font-weight: 700; }
 td.good { color: #2e6b34; }
@@ -65,6 +70,14 @@ figure img { width: 100%; display: block; }
 figcaption { font-size: 8.5pt; color: #333; margin-top: 1mm; overflow-wrap: anywhere; }
 .sign { display: grid; grid-template-columns: repeat(3, 1fr); gap: 8mm; margin: 14mm 0 4mm;
   break-inside: avoid; }
+@media print {
+  body { margin: 0; padding: 0; max-width: none; font-size: 8.5pt; }
+  p.small, ul, figcaption { font-size: 7pt; }
+  table { font-size: 7pt; }
+  table.dense { font-size: 5.8pt; }
+  .scroll { overflow: visible; }
+  .verdict, td, th { print-color-adjust: exact; }
+}
 .sign div { border-top: 0.3mm solid #1a1a1a; padding-top: 1mm; font-size: 8.5pt; }
 """
 
@@ -156,7 +169,8 @@ def _table(block: Table) -> str:
         cells = "".join(map(_cell, block.columns, row))
         rows.append(f"<tr>{cells}</tr>")
     note = f'<p class="small">{html.escape(block.note)}</p>' if block.note else ""
-    table = f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>"
+    dense = ' class="dense"' if len(block.columns) > DENSE else ""
+    table = f"<table{dense}><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>"
     return f'<div class="scroll">{table}</div>{note}'
 
 

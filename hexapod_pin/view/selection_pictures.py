@@ -39,8 +39,9 @@ def pictures(s: MotorSelection) -> Iterator[Block]:
     for block in _drawn(s):
         if isinstance(block, Picture):
             count += 1
-            block = replace(block, caption=f"Figure {count}. {block.caption}")
-        yield block
+            yield replace(block, caption=f"Figure {count}. {block.caption}")
+        else:
+            yield block
 
 
 def _drawn(s: MotorSelection) -> Iterator[Block]:
@@ -55,8 +56,8 @@ def _drawn(s: MotorSelection) -> Iterator[Block]:
     yield Picture(
         partial(draw_uses, shown),
         1.2 + ROW_HEIGHT * len(shown) * -(-len(s.kinds) // PANELS_ACROSS),
-        f"Use of what the derated motors may give, {_names(s)} first, then the lightest motors that "
-        "pass on all joints and the nearest that fail. A bar beyond 1 fails; a missing bar is "
+        f"Use of what the derated motors may give, {_names(s)} first, then the lightest motors "
+        "that pass on all joints and the nearest that fail. A bar beyond 1 fails; a missing bar is "
         f"unknown.{_missing(shown)}",
     )
     if s.confidence is not None and s.confidence.values:

@@ -74,8 +74,8 @@ def _facts(s: MotorSelection, date: str | None) -> tuple[tuple[str, str], ...]:
         ("Walks to be carried", "; ".join(s.walks) or UNKNOWN),
         (
             "Motors",
-            f"{len(s.candidates)} judged, {sum(c.passes for c in s.candidates)} of them pass on all "
-            f"joints; {len(s.unusable)} could not be judged. Catalogue: {s.catalog}",
+            f"{len(s.candidates)} judged, {sum(c.passes for c in s.candidates)} of them pass on "
+            f"all joints; {len(s.unusable)} could not be judged. Catalogue: {s.catalog}",
         ),
         (
             "Allowed",

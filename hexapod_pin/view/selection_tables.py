@@ -146,7 +146,7 @@ def _ranking(
 
 
 PRICE = "Price of all"
-_GENERAL = [
+_GENERAL: list[tuple[str, Callable[[MotorCandidate], Cell]]] = [
     ("Margin", lambda c: Cell(margin_text(deciding(c.uses).use))),
     ("One [g]", lambda c: Cell(_grams(next(iter(c.motors.values())).mass))),
     ("Robot [kg]", lambda c: Cell(number(c.robot_mass))),

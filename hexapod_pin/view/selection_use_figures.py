@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.view.selection_words import WORDS
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import FigureBase
 
@@ -34,11 +35,11 @@ BARS = (("peak", "#0b5394", ""), ("continuous", "#e39a2d", "////"),
         ("holding", "#8fb8de", "...."), ("speed", "#555555", "\\\\\\\\"))  # fmt: skip
 
 
-def panels(figure: FigureBase, count: int, **kwargs: object) -> list[Axes]:
+def panels(figure: FigureBase, count: int, *, sharey: bool = False) -> list[Axes]:
     """Return so many panels, three in a row."""
     columns = min(count, ACROSS)
     rows = -(-count // columns)
-    grid = figure.subplots(rows, columns, squeeze=False, **kwargs).ravel()  # type: ignore[arg-type]
+    grid = figure.subplots(rows, columns, squeeze=False, sharey=sharey).ravel()
     for axes in grid[count:]:
         axes.set_visible(False)
     return list(grid[:count])
@@ -64,7 +65,7 @@ def draw_torque_speed(
                   markerscale=1.5)  # fmt: skip
 
 
-def _legend(axes: Axes) -> tuple[list[object], list[str]]:
+def _legend(axes: Axes) -> tuple[list[Artist], list[Any]]:
     return axes.get_legend_handles_labels()
 
 
