@@ -32,6 +32,7 @@ from hexapod_pin.view.report_text import text_width, wrapped
 from hexapod_pin.view.selection_report import write_selection_report
 from hexapod_pin.view.selection_sections import selection_blocks
 from hexapod_pin.view.selection_use_figures import thinned
+from hexapod_pin.view.selection_words import verdict_level, verdict_word
 
 KINDS = ("coxa", "femur")
 WALKS = ("tripod", "wave, payload 0.3 kg")
@@ -178,6 +179,17 @@ def test_the_verdict_has_choice_margin_confidence_and_what_decides():
     assert "is 0.80, a margin of 20 %; what decides is the peak torque of the femur" in found
     assert "(wave, payload 0.3 kg)" in found
     assert CONFIDENCE.sentence in found
+
+
+def test_a_low_confidence_and_two_voltages_do_not_look_like_a_pass():
+    """The word says how sure it is; a choice that needs two batteries says so."""
+    ranked = candidate(record("M1"), 0.8)
+    mixed = {"coxa": record("M1"), "femur": record("M2").model_copy(update={"voltage": 14.8})}
+    low = replace(CONFIDENCE, share=0.53)
+    s = selection(choice=replace(ranked, motors=mixed), confidence=low)
+    assert (verdict_word(s), verdict_level(s)) == ("PASSES, WITH 53 % CONFIDENCE", "open")
+    assert "These motors need 12 V and 14.8 V: one battery alone does not serve" in texts(s)
+    assert verdict_level(selection()) == "good"
 
 
 def test_everything_an_auditor_asks_for_is_there():

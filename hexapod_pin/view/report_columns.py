@@ -15,6 +15,9 @@ SIZES = (7.0, 6.5, 6.0, 5.5, 5.0, 4.5)
 SHORT = 100.0
 """Width that a column of texts has where its texts are as wide [pt]."""
 
+TOGETHER = 4
+"""Rows that stay with the titles of their table."""
+
 COLORS = {"bad": "#9c1f17", "good": "#2e6b34", "": "#1a1a1a"}
 
 
@@ -25,6 +28,7 @@ def draw_table(sheets: Sheets, table: Table) -> None:
     head = _lines(titles, widths, size, True)
     depth = max(map(len, head))
     head = [[""] * (depth - len(lines)) + lines for lines in head]
+    sheets.room(_start(table, head, widths, size))
     first = True
     for row in table.rows:
         lines = _lines(row, widths, size, False)
@@ -36,6 +40,13 @@ def draw_table(sheets: Sheets, table: Table) -> None:
             first = False
         _draw_row(sheets, table.columns, row, lines, widths, size)
     sheets.y += 3.0
+
+
+def _start(table: Table, head: list[list[str]], widths: list[float], size: float) -> float:
+    """Return the height of a table's titles and first rows, which are not parted [pt]."""
+    rows = [_height(_lines(row, widths, size, False), size) for row in table.rows[:TOGETHER]]
+    above = _height(head, size) + 2.0 * LEADING * size
+    return min(above + sum(rows), 0.25 * PAGE[1])
 
 
 def fitted(table: Table) -> tuple[float, list[float]]:
@@ -50,8 +61,10 @@ def fitted(table: Table) -> tuple[float, list[float]]:
     whole = {k: _whole(table, k, size) for k in wide}
     spare = ACROSS - sum(least)
     wanted = {k: max(whole[k] - least[k], 0.0) for k in wide}
-    share = min(1.0, spare / (sum(wanted.values()) or 1.0))
-    widths = [x + share * wanted.get(k, 0.0) for k, x in enumerate(least)]
+    mean = {k: _mean(table, k, size) for k in wide}
+    share = spare / (sum(mean.values()) or 1.0)
+    more = {k: min(wanted[k], share * mean[k]) for k in wide}
+    widths = [x + more.get(k, 0.0) for k, x in enumerate(least)]
     rest = max(ACROSS - sum(widths), 0.0) / len(widths)
     return size, [width + rest for width in widths]
 
@@ -71,6 +84,12 @@ def _whole(table: Table, k: int, size: float) -> float:
     """Return the width of a column whose texts are not broken."""
     texts = [text_width(row[k].text, size, row[k].mark == "bad") for row in table.rows]
     return max([*texts, 0.0]) + 2.0 * PAD
+
+
+def _mean(table: Table, k: int, size: float) -> float:
+    """Return the mean width of a column's texts: what the heights of rows depend on."""
+    texts = [text_width(row[k].text, size) for row in table.rows]
+    return sum(texts) / max(len(texts), 1)
 
 
 def _lines(row: tuple[Cell, ...], widths: list[float], size: float, bold: bool) -> list[list[str]]:

@@ -25,6 +25,9 @@ from hexapod_pin.view.report_text import LEADING, wrapped
 BODY, SMALL = 8.5, 7.0
 """Sizes of type [pt]."""
 
+WITH_TABLE = 110.0
+"""Room for what introduces a table, and for the table's first rows [pt]."""
+
 LABELS = 120.0
 """Width of the labels of facts [pt]."""
 
@@ -41,6 +44,8 @@ def pdf_pages(blocks: Blocks) -> bytes:
     for block, after in zip(blocks, (*blocks[1:], None), strict=True):
         if isinstance(block, Heading):
             sheets.room(30.0 + (after.height * INCH if isinstance(after, Picture) else 60.0))
+        elif isinstance(after, Table):
+            sheets.room(WITH_TABLE)
         _draw(block, sheets)
     return sheets.pdf(next((b.text for b in blocks if isinstance(b, Title)), "Report"))
 
