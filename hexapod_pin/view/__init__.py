@@ -6,6 +6,7 @@ from hexapod_pin.view.gait_energy_figure import write_gait_energy_figure
 from hexapod_pin.view.html import live_viewer, view, write_html
 from hexapod_pin.view.mass_center_figure import write_mass_center_figure
 from hexapod_pin.view.quasi_static_figure import write_quasi_static_figure
+from hexapod_pin.view.selection_report import write_selection_report
 from hexapod_pin.view.side_by_side import write_side_by_side
 from hexapod_pin.view.torque_map_figure import write_torque_curves, write_torque_heat_map
 from hexapod_pin.view.walk_figures import write_joint_motion_figure, write_joint_torque_figure
@@ -21,6 +22,7 @@ __all__ = [
     "write_joint_torque_figure",
     "write_mass_center_figure",
     "write_quasi_static_figure",
+    "write_selection_report",
     "write_side_by_side",
     "write_torque_curves",
     "write_torque_heat_map",

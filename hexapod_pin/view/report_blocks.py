@@ -1,4 +1,4 @@
-"""What a printed report is made of, apart from how it is drawn: headings, texts, tables, figures."""
+"""What a printed report is made of, apart from how it is drawn: headings, tables, figures."""
 
 from __future__ import annotations
 
@@ -68,12 +68,12 @@ class Verdict:
     Attributes:
         word: one word, such as "PASSES".
         texts: sentences, one paragraph each.
-        good: whether it is the result that was hoped for.
+        level: "good", "open" (not all is known) or "bad".
     """
 
     word: str
     texts: tuple[str, ...]
-    good: bool
+    level: str
 
 
 @dataclass(frozen=True)
@@ -129,6 +129,13 @@ class Picture:
     caption: str
 
 
+LEVELS = {
+    "good": ("#2e6b34", "#f2f8f2"),
+    "open": ("#8a6100", "#fdf8ec"),
+    "bad": ("#9c1f17", "#fbf2f1"),
+}
+"""Colours of a verdict's frame: edge and ground."""
+
 WIDTH = 7.3
 """Width of figures: that between the margins of a page of A4 [inch]."""
 
@@ -156,9 +163,11 @@ def with_unit(value: float | None, unit: str, digits: int = 3) -> str:
 
 
 def use_text(use: float) -> str:
-    """Return need over allowed: two decimals, fewer above 10."""
+    """Return need over allowed: two decimals, none above 10, enough of them near 1."""
     if math.isnan(use) or math.isinf(use):
         return number(use)
+    if use != 1.0 and abs(use - 1.0) < 0.01:  # never "1.00" of what is not 1
+        return f"{use:.{min(-math.floor(math.log10(abs(use - 1.0))), 9)}f}"
     return f"{use:.2f}" if use < 10.0 else f"{use:.0f}"
 
 
@@ -168,4 +177,5 @@ def margin_text(use: float) -> str:
         return UNKNOWN
     if math.isinf(use):
         return "-∞"
-    return f"{math.floor(100.0 * (1.0 - use) + 1e-9):d} %"
+    left = 100.0 * (1.0 - use)
+    return f"{left:.1f} %" if abs(left) < 10.0 else f"{left:.0f} %"

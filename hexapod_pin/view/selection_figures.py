@@ -9,6 +9,7 @@ import numpy as np
 
 from hexapod_pin.results.sizing.battery_load import battery_current
 from hexapod_pin.results.sizing.motors import Motors
+from hexapod_pin.view.report_blocks import use_text
 from hexapod_pin.view.selection_use_figures import BLUE, GREY, ORANGE, RED
 
 if TYPE_CHECKING:
@@ -98,7 +99,7 @@ def _draw_distribution(axes: Axes, found: Confidence) -> None:
         if np.isfinite(value):
             level = float(name.split("%")[0])
             axes.plot(value, level, marker, ms=5.5, mfc="white", mec="black", ls="none",
-                      label=f"{name}: {value:.2f}")  # fmt: skip
+                      label=f"{name}: {use_text(value)}")  # fmt: skip
     axes.axvline(1.0, color=RED, lw=1.6, ls="-", label="limit")
     low = min([0.95, *values.tolist()])
     high = max([1.05, *values.tolist()])

@@ -8,9 +8,12 @@ import io
 from functools import singledispatch
 
 from hexapod_pin.view.report_blocks import (
+    LEVELS,
     WIDTH,
     Block,
     Blocks,
+    Cell,
+    Column,
     Facts,
     Heading,
     Items,
@@ -21,6 +24,12 @@ from hexapod_pin.view.report_blocks import (
     Title,
     Verdict,
 )
+
+SHORT = 24
+"""Texts of so many characters are not broken into lines in a table."""
+
+DENSE = 12
+"""Columns above which a table is in small print."""
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
@@ -40,8 +49,6 @@ dt { color: #555; } dd { margin: 0; overflow-wrap: anywhere; }
   break-inside: avoid; }
 .verdict b { font-size: 12.5pt; letter-spacing: 0.3pt; }
 .verdict p, .verdict b { color: #1a1a1a; }
-.passes { border-color: #2e6b34; background: #f2f8f2; }
-.fails { border-color: #9c1f17; background: #fbf2f1; }
 .scroll { overflow-x: auto; margin: 2mm 0; }
 table { border-collapse: collapse; font-size: 8pt; line-height: 1.25; width: 100%; }
 thead { display: table-header-group; }
@@ -52,7 +59,10 @@ tr.groups th { text-align: center; border-bottom: 0.2mm solid #888; }
 tr.groups th:empty { border-bottom: 0; }
 td { text-align: right; vertical-align: top; padding: 0.6mm 1.2mm; white-space: nowrap;
   border-bottom: 0.15mm solid #ccc; font-variant-numeric: tabular-nums; }
-th.wide, td.wide { text-align: left; white-space: normal; overflow-wrap: anywhere; }
+th.wide, td.wide { text-align: left; white-space: normal; overflow-wrap: break-word; }
+table.dense { font-size: 6.6pt; }
+table.dense th, table.dense td { padding-left: 0.6mm; padding-right: 0.6mm; }
+td.short { white-space: nowrap; }
 td.bad { color: #9c1f17; font-weight: 700; }
 td.good { color: #2e6b34; }
 figure { margin: 4mm 0; break-inside: avoid; }
@@ -60,6 +70,14 @@ figure img { width: 100%; display: block; }
 figcaption { font-size: 8.5pt; color: #333; margin-top: 1mm; overflow-wrap: anywhere; }
 .sign { display: grid; grid-template-columns: repeat(3, 1fr); gap: 8mm; margin: 14mm 0 4mm;
   break-inside: avoid; }
+@media print {
+  body { margin: 0; padding: 0; max-width: none; font-size: 8.5pt; }
+  p.small, ul, figcaption { font-size: 7pt; }
+  table { font-size: 7pt; }
+  table.dense { font-size: 5.8pt; }
+  .scroll { overflow: visible; }
+  .verdict, td, th { print-color-adjust: exact; }
+}
 .sign div { border-top: 0.3mm solid #1a1a1a; padding-top: 1mm; font-size: 8.5pt; }
 """
 
@@ -114,9 +132,10 @@ def _paragraph(block: Paragraph) -> str:
 
 @_element.register
 def _verdict(block: Verdict) -> str:
-    kind = "passes" if block.good else "fails"
+    edge, ground = LEVELS[block.level]
     texts = "".join(f"<p>{html.escape(text)}</p>" for text in block.texts)
-    return f'<div class="verdict {kind}"><b>{html.escape(block.word)}</b>{texts}</div>'
+    style = f"border-color: {edge}; background: {ground}"
+    return f'<div class="verdict" style="{style}"><b>{html.escape(block.word)}</b>{texts}</div>'
 
 
 @_element.register
@@ -147,14 +166,18 @@ def _table(block: Table) -> str:
     ) + "</tr>"  # fmt: skip
     rows = []
     for row in block.rows:
-        cells = (
-            f'<td class="{cell.mark}{" wide" * column.wide}">{html.escape(cell.text)}</td>'
-            for column, cell in zip(block.columns, row, strict=True)
-        )
-        rows.append(f"<tr>{''.join(cells)}</tr>")
+        cells = "".join(map(_cell, block.columns, row))
+        rows.append(f"<tr>{cells}</tr>")
     note = f'<p class="small">{html.escape(block.note)}</p>' if block.note else ""
-    table = f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>"
+    dense = ' class="dense"' if len(block.columns) > DENSE else ""
+    table = f"<table{dense}><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>"
     return f'<div class="scroll">{table}</div>{note}'
+
+
+def _cell(column: Column, cell: Cell) -> str:
+    short = column.wide and len(cell.text) <= SHORT
+    kinds = (cell.mark, "wide" * column.wide, "short" * short)
+    return f'<td class="{" ".join(filter(None, kinds))}">{html.escape(cell.text)}</td>'
 
 
 @_element.register

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hexapod_pin.results.sizing import motor_budget
-from hexapod_pin.view.report_blocks import Block, Heading, Paragraph, Picture, number
+from hexapod_pin.view.report_blocks import Block, Heading, Paragraph, Picture, use_text
 from hexapod_pin.view.selection_figures import (
     draw_confidence,
     draw_current,
@@ -25,15 +26,25 @@ if TYPE_CHECKING:
 NEIGHBOURS = 3
 """Motors on either side of the choice in the figure of uses: that pass, and that fail."""
 
-ROW_HEIGHT = 0.62
+ROW_HEIGHT = 0.52
 """Of a motor in the figure of uses [inch]."""
 
 PANELS_ACROSS = 3
 
 
 def pictures(s: MotorSelection) -> Iterator[Block]:
-    """Return the section of figures."""
+    """Return the section of figures, numbered."""
     yield Heading("3. Figures")
+    count = 0
+    for block in _drawn(s):
+        if isinstance(block, Picture):
+            count += 1
+            yield replace(block, caption=f"Figure {count}. {block.caption}")
+        else:
+            yield block
+
+
+def _drawn(s: MotorSelection) -> Iterator[Block]:
     if s.demands:
         yield from _of_demands(s)
     else:
@@ -45,8 +56,8 @@ def pictures(s: MotorSelection) -> Iterator[Block]:
     yield Picture(
         partial(draw_uses, shown),
         1.2 + ROW_HEIGHT * len(shown) * -(-len(s.kinds) // PANELS_ACROSS),
-        f"Use of what the derated motors may give, {_names(s)} first, then the lightest motors that "
-        "pass on all joints and the nearest that fail. A bar beyond 1 fails; a missing bar is "
+        f"Use of what the derated motors may give, {_names(s)} first, then the lightest motors "
+        "that pass on all joints and the nearest that fail. A bar beyond 1 fails; a missing bar is "
         f"unknown.{_missing(shown)}",
     )
     if s.confidence is not None and s.confidence.values:
@@ -111,7 +122,7 @@ def _confidence_caption(s: MotorSelection) -> str:
     values = np.asarray(found.values)
     lost = int(np.sum(~np.isfinite(values)))
     share = f"{100.0 * found.share:.1f} %" if math.isfinite(found.share) else "unknown"
-    parts = ", ".join(f"{name}: {number(value)}" for name, value in found.percentiles.items())
+    parts = ", ".join(f"{name}: {use_text(value)}" for name, value in found.percentiles.items())
     ends = ", ".join(
         f"{100.0 * x:.1f} %" if math.isfinite(x) else "unknown" for x in (found.low, found.high)
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.atomic_file import write_atomically
@@ -20,6 +20,7 @@ STYLE = {
     "font.size": 8.0,
     "axes.labelsize": 8.0,
     "axes.linewidth": 0.6,
+    "axes.axisbelow": True,
     "xtick.labelsize": 7.0,
     "ytick.labelsize": 7.0,
     "legend.fontsize": 7.0,
@@ -32,7 +33,7 @@ STYLE = {
 def write_selection_report(
     selection: MotorSelection, path: str | Path, *, date: str | None = None
 ) -> Path:
-    """Write the report of a motor selection, wholly or not at all, and return its path.
+    r"""Write the report of a motor selection, wholly or not at all, and return its path.
 
     An HTML page needs no network, no script and no other file; a PDF has pages of A4. Both hold
     the same: verdict, choice, ranking, figures, what was simulated, derating with its evidence,
@@ -49,7 +50,7 @@ def write_selection_report(
         ModuleNotFoundError: matplotlib is not installed: `pip install 'hexapod-pin[plot]'`.
 
     Example:
-        >>> found = select_motors('schema = 1\\n[base]\\nrobot = "kharagpur"')
+        >>> found = select_motors('schema = 1\n[base]\nrobot = "kharagpur"')
         >>> write_selection_report(found, "motors.html")
     """
     ending = check_ending(path, ENDINGS)
@@ -66,10 +67,11 @@ def _content(selection: MotorSelection, ending: str, date: str | None) -> bytes:
     _require_matplotlib()
     import matplotlib
 
+    style: Any = STYLE
     blocks = tuple(selection_blocks(selection, date))
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)
+        matplotlib.rcParams.update(style)
         if ending == ".pdf":
             from hexapod_pin.view.selection_pdf import pdf_pages
 

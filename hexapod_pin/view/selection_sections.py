@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from importlib.metadata import version
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from hexapod_pin.view.report_blocks import (
@@ -36,6 +37,7 @@ from hexapod_pin.view.selection_words import (
     deciding,
     mass_change,
     price_text,
+    verdict_level,
     verdict_texts,
     verdict_word,
 )
@@ -55,7 +57,7 @@ def selection_blocks(s: MotorSelection, date: str | None) -> Iterator[Block]:
     """Return the whole report."""
     yield Title(f"Motor selection: {s.robot}")
     yield Facts(_facts(s, date))
-    yield Verdict(verdict_word(s), verdict_texts(s), s.best.passes and not s.interrupted)
+    yield Verdict(verdict_word(s), verdict_texts(s), verdict_level(s))
     yield from _choice(s)
     yield from _ranking(s)
     yield from pictures(s)
@@ -72,8 +74,8 @@ def _facts(s: MotorSelection, date: str | None) -> tuple[tuple[str, str], ...]:
         ("Walks to be carried", "; ".join(s.walks) or UNKNOWN),
         (
             "Motors",
-            f"{len(s.candidates)} judged, {sum(c.passes for c in s.candidates)} of them pass on all "
-            f"joints; {len(s.unusable)} could not be judged. Catalogue: {s.catalog}",
+            f"{len(s.candidates)} judged, {sum(c.passes for c in s.candidates)} of them pass on "
+            f"all joints; {len(s.unusable)} could not be judged. Catalogue: {s.catalog}",
         ),
         (
             "Allowed",
@@ -88,7 +90,7 @@ def _facts(s: MotorSelection, date: str | None) -> tuple[tuple[str, str], ...]:
 def _choice(s: MotorSelection) -> Iterator[Block]:
     best = s.best
     what = "Choice" if s.choice is not None else "No choice; the first in rank"
-    yield Heading(f"1. {what}: {best.name}")
+    yield Heading(f"1. {what}")
     yield choice_table(best)
     yield Facts(
         (
@@ -138,11 +140,20 @@ def _ranking(s: MotorSelection) -> Iterator[Block]:
 def _reasons(candidates: Sequence[MotorCandidate]) -> Table:
     rows = []
     for c in candidates:
-        found = list(c.reasons[:REASONS]) or [UNKNOWN]
-        if len(c.reasons) > REASONS:
-            found.append(f"and {len(c.reasons) - REASONS} more reasons")
+        found = _varied_reasons(c)
+        more = len(found) - REASONS
+        found = found[:REASONS] or [UNKNOWN]
+        found += [f"and {more} more reason{'s' * (more > 1)}"] if more > 0 else []
         rows.append((Cell(c.name), Cell("; ".join(found))))
     return Table((Column("Motor", wide=True), Column("Why it is rejected", wide=True)), tuple(rows))
+
+
+def _varied_reasons(candidate: MotorCandidate) -> list[str]:
+    """Return all reasons: the first of each kind of joint and of the walks, then the second."""
+    groups = [[f"{u.kind}: {reason}" for reason in u.reasons] for u in candidate.uses]
+    groups.append([f"{run.walk}: {run.text}" for run in candidate.runs if not run.walks])
+    rows = zip_longest(*groups)
+    return [reason for row in rows for reason in row if reason is not None]
 
 
 def _simulated(s: MotorSelection) -> Iterator[Block]:
@@ -161,10 +172,25 @@ def _grounds(s: MotorSelection) -> Iterator[Block]:
     yield Paragraph("Derating and its evidence:")
     yield Items(s.derating.evidence or (UNKNOWN,))
     yield Paragraph("Assumed, because no source gives it:")
-    yield Items(s.assumed or ("nothing",))
+    yield Items(_assumed(s) or ("nothing",))
     notes = dict.fromkeys(note for d in s.demands.values() for note in d.notes)
     yield Paragraph("Notes:")
     yield Items(tuple(dict.fromkeys([*s.notes, *notes])) or ("none",))
+
+
+def _assumed(s: MotorSelection) -> tuple[str, ...]:
+    """Return what is assumed; of the motors, where it is to be found."""
+    of_motors = {line for record in _records(s) for line in record.assumed}
+    found = [line for line in s.assumed if line not in of_motors]
+    if of_motors:
+        found.append("of motors (rotor inertias): see each motor's row in section 6")
+    return tuple(found)
+
+
+def _records(s: MotorSelection) -> list[MotorRecord]:
+    """Return all motors of the report, those of the choice first."""
+    listed = [s.best, *s.iterations, *s.candidates]
+    return list({r.name: r for c in listed for r in c.motors.values()}.values())
 
 
 def _sources(s: MotorSelection) -> Iterator[Block]:
@@ -172,15 +198,13 @@ def _sources(s: MotorSelection) -> Iterator[Block]:
     used = list({record.name: record for record in s.best.motors.values()}.values())
     yield Paragraph("Published data of the motors of section 1:")
     yield data_sheet_table(used)
-    failing = [c for c in s.candidates if not c.passes][:FAILING]
-    listed = [s.best, *s.iterations, *(c for c in s.candidates if c.passes), *failing]
-    records = {r.name: r for c in listed for r in c.motors.values()}.values()
-    yield Paragraph("Sources, flags and notes of all motors in the tables above:")
+    yield Paragraph("Sources, assumptions, flags and notes of all motors that were judged:")
     columns = (Column("Motor", wide=True), Column("Source", wide=True),
-               Column("Flags and notes", wide=True))  # fmt: skip
-    yield Table(columns, tuple(_source_row(record) for record in records))
+               Column("Assumed, flags, notes", wide=True))  # fmt: skip
+    yield Table(columns, tuple(_source_row(record) for record in _records(s)))
 
 
 def _source_row(record: MotorRecord) -> tuple[Cell, ...]:
-    remarks = [*record.flags, *([record.note] if record.note else [])]
+    remarks = [f"assumed: {line}" for line in record.assumed]
+    remarks += [*record.flags, *([record.note] if record.note else [])]
     return Cell(record.name), Cell(record.source or UNKNOWN), Cell("; ".join(remarks) or "none")

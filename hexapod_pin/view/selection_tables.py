@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from hexapod_pin.results.motor_selection import USES
@@ -46,31 +46,48 @@ def result_cell(passes: bool) -> Cell:
 
 
 def choice_table(candidate: MotorCandidate) -> Table:
-    """Return what each kind of joint takes of its motor."""
+    """Return what each kind of joint takes of its motor, a column each."""
     columns = (
-        Column("Joints", wide=True), Column("Motor", wide=True), Column("Mass of one [g]"),
-        *(Column(f"{SHORT[name]} [-]") for name in USES), Column("Margin"),
-        Column("Leg lost [-]"), Column("Outside line [% of time]"),
-        Column("Load over rotor inertia [-]"), Column("Decided by", wide=True), Column("Result"),
-    )  # fmt: skip
-    rows = tuple(_choice_row(candidate, use) for use in candidate.uses)
-    note = (
-        f"{USE_NOTE} Leg lost: static torque with one leg lost over the derated stall torque, "
-        "information only; unknown where a stance of the walk cannot stand without a leg."
+        Column("", wide=True),
+        *(Column(f"{use.kind} joints", wide=True) for use in candidate.uses),
     )
-    return Table(columns, rows, note=note)
+    rows = tuple(
+        (Cell(label), *(value(candidate, use) for use in candidate.uses))
+        for label, value in _CHOICE
+    )
+    return Table(columns, rows, note=CHOICE_NOTE)
 
 
-def _choice_row(candidate: MotorCandidate, use: KindUse) -> tuple[Cell, ...]:
-    record, most = candidate.motors[use.kind], deciding((use,))
-    return (
-        Cell(use.kind), Cell(record.name), Cell(_grams(record.mass)),
-        *(use_cell(getattr(use, name)) for name in USES), Cell(margin_text(most.use)),
-        Cell(use_text(use.lost_leg)), Cell(number(100.0 * use.outside, 2)),
-        Cell(number(use.inertia_ratio, 2)),
-        Cell(f"{SHORT[most.name]}: {most.walk or UNKNOWN}" if most.name else UNKNOWN),
-        result_cell(use.passes),
-    )  # fmt: skip
+def _worst_walk(name: str) -> Callable[[MotorCandidate, KindUse], Cell]:
+    def cell(_: MotorCandidate, use: KindUse) -> Cell:
+        value = use_cell(getattr(use, name))
+        walk = use.walk.get(name, "")
+        return value._replace(text=f"{value.text} ({walk})" if walk else value.text)
+
+    return cell
+
+
+_CHOICE: tuple[tuple[str, Callable[[MotorCandidate, KindUse], Cell]], ...] = (
+    ("Motor", lambda c, u: Cell(c.motors[u.kind].name)),
+    ("Mass of one [g]", lambda c, u: Cell(_grams(c.motors[u.kind].mass))),
+    ("Peak torque, use [-]", _worst_walk("peak")),
+    ("RMS torque, use [-]", _worst_walk("continuous")),
+    ("Holding torque, use [-]", _worst_walk("holding")),
+    ("Speed, use [-]", _worst_walk("speed")),
+    ("Margin", lambda c, u: Cell(margin_text(deciding((u,)).use))),
+    ("Holding with a leg lost, use [-]", lambda c, u: Cell(use_text(u.lost_leg))),
+    ("Time outside the derated line [%]", lambda c, u: Cell(number(100.0 * u.outside, 2))),
+    ("Load over rotor inertia [-]", lambda c, u: Cell(number(u.inertia_ratio, 2))),
+    ("Result", lambda c, u: result_cell(u.passes)),
+)
+"""Label and value of each row of the table of the choice."""
+
+CHOICE_NOTE = (
+    "Use: need over what the derated motor may give, of the worst joint, in the walk in brackets; "
+    "above 1 (marked *) it does not pass. Margin: 1 - largest use. With a leg lost: static torque "
+    "over the derated stall torque, for information; unknown where a stance of a walk cannot stand "
+    "without a leg."
+)
 
 
 def iteration_table(steps: Sequence[MotorCandidate]) -> Table:
@@ -129,7 +146,7 @@ def _ranking(
 
 
 PRICE = "Price of all"
-_GENERAL = [
+_GENERAL: list[tuple[str, Callable[[MotorCandidate], Cell]]] = [
     ("Margin", lambda c: Cell(margin_text(deciding(c.uses).use))),
     ("One [g]", lambda c: Cell(_grams(next(iter(c.motors.values())).mass))),
     ("Robot [kg]", lambda c: Cell(number(c.robot_mass))),

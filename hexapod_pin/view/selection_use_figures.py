@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.view.selection_words import WORDS
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import FigureBase
 
@@ -34,11 +35,11 @@ BARS = (("peak", "#0b5394", ""), ("continuous", "#e39a2d", "////"),
         ("holding", "#8fb8de", "...."), ("speed", "#555555", "\\\\\\\\"))  # fmt: skip
 
 
-def panels(figure: FigureBase, count: int, **kwargs: object) -> list[Axes]:
+def panels(figure: FigureBase, count: int, *, sharey: bool = False) -> list[Axes]:
     """Return so many panels, three in a row."""
     columns = min(count, ACROSS)
     rows = -(-count // columns)
-    grid = figure.subplots(rows, columns, squeeze=False, **kwargs).ravel()  # type: ignore[arg-type]
+    grid = figure.subplots(rows, columns, squeeze=False, sharey=sharey).ravel()
     for axes in grid[count:]:
         axes.set_visible(False)
     return list(grid[:count])
@@ -60,10 +61,11 @@ def draw_torque_speed(
         axes.set_xlabel("speed: brakes < 0 < drives [rad/s]")
     grid[0].set_ylabel("|torque| [N m]")
     handles = {label: h for axes in grid for h, label in zip(*_legend(axes), strict=True)}
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3,
+                  markerscale=1.5)  # fmt: skip
 
 
-def _legend(axes: Axes) -> tuple[list[object], list[str]]:
+def _legend(axes: Axes) -> tuple[list[Artist], list[Any]]:
     return axes.get_legend_handles_labels()
 
 
@@ -99,8 +101,8 @@ def _draw_lines(
     lines = (
         (Derating(peak=1.0, voltage=1.0), "-", GREY, 1.1, "line as published"),
         (Derating(peak=1.0, voltage=derating.voltage), "--", ORANGE, 1.3,
-         f"at the voltage under load ({derating.voltage:g} of it)"),
-        (derating, "-.", RED, 1.6, f"derated limit ({derating.peak:g} of that)"),
+         f"under load, {derating.voltage:g} of the voltage"),
+        (derating, "-.", RED, 1.6, f"derated limit, {derating.peak:g} of that"),
     )  # fmt: skip
     for allowed, style, color, width, label in lines:
         torque = Motors.of((kind,), record, allowed).allowed(np.ones(1), speed[:, None])[:, 0]
@@ -136,6 +138,7 @@ def draw_uses(candidates: Sequence[MotorCandidate], figure: FigureBase) -> None:
         axes.set_title(kind, fontsize=9, parse_math=False)
         axes.set_xlabel("need over allowed [-]")
         axes.set_yticks(places, labels, fontsize=6.5, parse_math=False)
+        axes.tick_params(axis="y", length=0)
         axes.grid(axis="x", lw=0.3)
     grid[0].set_ylim(len(candidates) - 0.5, -0.5)
     handles, names = _legend(grid[0])

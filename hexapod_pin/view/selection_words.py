@@ -20,6 +20,10 @@ WORDS = {
 """What each use is of."""
 
 
+HIGH_CONFIDENCE = 0.95
+"""Share of sampled walks from which on a result is taken to be certain [-]."""
+
+
 class Deciding(NamedTuple):
     """The largest use of a set of motors: what decides whether it passes.
 
@@ -67,8 +71,36 @@ def unknown_uses(candidate: MotorCandidate) -> list[str]:
 
 def verdict_word(s: MotorSelection) -> str:
     """Return the result in a word or two."""
-    word = "NO MOTOR PASSES" if not s.best.passes else "PASSES"
+    if not s.best.passes:
+        word = "NO MOTOR PASSES"
+    else:
+        word = "PASSES WHAT COULD BE JUDGED" if unknown_uses(s.best) else "PASSES"
+        if _doubtful(s):
+            word += f", WITH {_share(s)} CONFIDENCE"
     return f"INTERRUPTED, {word} SO FAR" if s.interrupted else word
+
+
+def verdict_level(s: MotorSelection) -> str:
+    """Return how good the result is: "good", "open" where something is not known, or "bad"."""
+    if not s.best.passes:
+        return "bad"
+    doubts = (s.interrupted, unknown_uses(s.best), voltages(s.best)[1:], _doubtful(s))
+    return "open" if any(doubts) else "good"
+
+
+def _share(s: MotorSelection) -> str:
+    share = math.nan if s.confidence is None else s.confidence.share
+    return UNKNOWN if math.isnan(share) else f"{100.0 * share:.0f} %"
+
+
+def _doubtful(s: MotorSelection) -> bool:
+    """Tell whether it was computed that the confidence is not high."""
+    return s.confidence is not None and not s.confidence.share >= HIGH_CONFIDENCE
+
+
+def voltages(candidate: MotorCandidate) -> list[float]:
+    """Return the voltages that a set of motors needs, each once, rising [V]."""
+    return sorted({record.voltage for record in candidate.motors.values()})
 
 
 def verdict_texts(s: MotorSelection) -> tuple[str, ...]:
@@ -89,8 +121,11 @@ def verdict_texts(s: MotorSelection) -> tuple[str, ...]:
         ]
         texts += [f"Why it does not pass: {best.reasons[0]}."] if best.reasons else []
     texts.append(_certainty(s))
+    if len(volts := voltages(best)) > 1:
+        listed = " and ".join(f"{volt:g} V" for volt in volts)
+        texts.append(f"These motors need {listed}: one battery alone does not serve them.")
     if missing := unknown_uses(best):
-        texts.append(f"NOT judged, because unknown: {'; '.join(missing)}.")
+        texts.append(f"Not judged, because unknown: {'; '.join(missing)}.")
     if s.interrupted:
         texts.append("The run was interrupted: only what was done until then is reported.")
     return tuple(texts)

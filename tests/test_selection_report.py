@@ -1,0 +1,289 @@
+"""The report of a motor selection: what it says, that it is safe, whole and repeatable."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+
+from hexapod_pin.drive.catalog import MotorRecord
+from hexapod_pin.drive.derating import Derating
+from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.results.motor_selection import (
+    Confidence,
+    KindUse,
+    MotorCandidate,
+    MotorSelection,
+    WalkRun,
+)
+from hexapod_pin.results.sizing import JointDemand, motor_budget
+from hexapod_pin.results.sizing.battery_load import battery_current
+from hexapod_pin.results.sizing.motors import Motors
+from hexapod_pin.view.report_blocks import Picture, Table, margin_text, number, use_text
+from hexapod_pin.view.report_columns import fitted
+from hexapod_pin.view.report_sheet import ACROSS
+from hexapod_pin.view.report_text import text_width, wrapped
+from hexapod_pin.view.selection_report import write_selection_report
+from hexapod_pin.view.selection_sections import selection_blocks
+from hexapod_pin.view.selection_use_figures import thinned
+from hexapod_pin.view.selection_words import verdict_level, verdict_word
+
+KINDS = ("coxa", "femur")
+WALKS = ("tripod", "wave, payload 0.3 kg")
+
+
+def record(model: str, stall: float = 4.0, **other: object) -> MotorRecord:
+    """Return a made-up motor."""
+    given = {"no_load_speed": 5.0, "stall_current": 2.0, "mass": 0.08, "source": "data sheet 7"}
+    return MotorRecord(model=model, voltage=12.0, stall_torque=stall, **{**given, **other})
+
+
+def candidate(motor: MotorRecord, peak: float, holding: float = 0.3) -> MotorCandidate:
+    """Return a motor on all joints, whose femur joints use so much of it."""
+    reasons = ("femur torque is too large (tripod)",) if peak > 1.0 else ()
+    uses = tuple(
+        KindUse(kind, value, 0.4, holding, math.nan, 0.2, 0.0, math.nan,
+                {"peak": WALKS[1]}, reasons if kind == "femur" else ())
+        for kind, value in (("coxa", 0.3), ("femur", peak))
+    )  # fmt: skip
+    runs = tuple(WalkRun(walk, True, f"walks {walk}") for walk in WALKS)
+    return MotorCandidate(dict.fromkeys(KINDS, motor), 3.2, 0.96, uses, runs, battery_peak=4.5)
+
+
+def demand(scale: float = 1.0) -> JointDemand:
+    """Return two cycles of two joints."""
+    time = np.linspace(0.0, 2.0, 201)
+    phase = 2.0 * np.pi * time[:, None] + np.array([0.0, 1.0])
+    return JointDemand.of_samples(
+        time, scale * np.sin(phase), 2.0 * np.cos(phase + 0.4),
+        joint_names=("lf_coxa", "lf_femur"), kinds=KINDS, cycles=2,
+    )  # fmt: skip
+
+
+CONFIDENCE = Confidence(
+    sentence="M1 at 12 V passes with 97 % confidence; friction decides (total index 0.71).",
+    walk="tripod", share=0.97, low=0.95, high=0.99, walks=4,
+    indices={"friction": 0.71, "mass": 0.2},
+    percentiles={"5 %": 0.5, "50 %": 0.7, "95 %": 0.97, "99 %": 1.02},
+    inputs=("friction: uniform 0.4 to 0.9",), values=(0.5, 0.7, 1.02, math.nan),
+)  # fmt: skip
+
+
+def selection(**changes: object) -> MotorSelection:
+    """Return a choice M1, which passes; M2 passes as well, M3 fails."""
+    ranked = tuple(
+        candidate(record(model), peak) for model, peak in (("M1", 0.8), ("M2", 0.6), ("M3", 1.7))
+    )
+    given = {
+        "robot": "six legs", "mass": 3.0, "contained": 0.06, "walks": WALKS, "candidates": ranked,
+        "unusable": (("M9 at 6 V", "no mass is known"),), "choice": ranked[0],
+        "iterations": ranked[:1], "confidence": CONFIDENCE, "derating": Derating(),
+        "catalog": "motors.csv", "assumed": ("rubber feet",), "notes": ("read this",),
+        "demands": {WALKS[0]: demand(), WALKS[1]: demand(1.5)},
+    }  # fmt: skip
+    return MotorSelection(**{**given, **changes})  # type: ignore[arg-type]
+
+
+def texts(s: MotorSelection) -> str:
+    """Return all texts of a report, one after another."""
+    found: list[str] = []
+    for block in selection_blocks(s, None):
+        if isinstance(block, Table):
+            found += [column.title for column in block.columns]
+            found += [" | ".join(cell.text for cell in row) for row in block.rows]
+        for value in (x for x in vars(block).values() if not callable(x)):
+            rows = value if isinstance(value, tuple) else (value,)
+            found += [str(x) for row in rows for x in (row if isinstance(row, tuple) else (row,))]
+    return "\n".join(found)
+
+
+class Page(HTMLParser):
+    """A page's elements, its references and its plain text."""
+
+    def __init__(self, text: str) -> None:
+        """Read a page."""
+        super().__init__()
+        self.tags: list[str] = []
+        self.references: list[str] = []
+        self.words: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.references += [v or "" for name, v in attrs if name in ("src", "href", "srcset")]
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """A report whose texts are hostile, as written."""
+    evil = replace(CONFIDENCE, sentence='<script>alert("1")</script> & $x_2$')
+    s = selection(confidence=evil, robot="<b>robot</b>", notes=("a <i>note</i> of 5 > 3",))
+    path = tmp_path_factory.mktemp("report") / "motors.html"
+    assert write_selection_report(s, path, date="2020-02-02") == path
+    return s, path.read_bytes()
+
+
+def test_a_page_holds_its_figures_and_refers_to_nothing_else(page):
+    """Five figures as data; no script, no link, no address that a browser would load."""
+    found = Page(page[1].decode())
+    assert found.tags.count("img") == 5
+    assert all(x.startswith("data:image/svg+xml;base64,") for x in found.references)
+    assert not {"script", "link", "iframe", "object"} & set(found.tags)
+    assert not re.search(r"@import|url\(", page[1].decode())
+    assert len(page[1]) < 2_000_000
+
+
+def test_all_texts_are_escaped(page):
+    """What looks like HTML is shown as it is."""
+    found = Page(page[1].decode())
+    words = "".join(found.words)
+    assert "Motor selection: <b>robot</b>" in words
+    assert '<script>alert("1")</script> & $x_2$' in words
+    assert "i" not in found.tags
+    assert "2020-02-02" in words
+
+
+def test_the_same_selection_gives_the_same_bytes(page, tmp_path):
+    """Twice the same page; no clock, no random name."""
+    again = write_selection_report(page[0], tmp_path / "b.html", date="2020-02-02")
+    assert again.read_bytes() == page[1]
+
+
+def test_a_pdf_is_repeatable_and_of_a4(tmp_path):
+    """Twice the same pages of 210 mm by 297 mm."""
+    s = selection(demands={}, robot="$odd_ <robot>")
+    found = [write_selection_report(s, tmp_path / f"{k}.pdf").read_bytes() for k in (1, 2)]
+    assert found[0] == found[1]
+    assert found[0].startswith(b"%PDF")
+    boxes = re.findall(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", found[0])
+    assert len(boxes) >= 2
+    sizes = [float(x) * 25.4 / 72.0 for box in boxes for x in box]
+    assert sizes == pytest.approx([210.0, 297.0] * len(boxes), abs=0.1)
+    assert b"CreationDate" not in found[0]
+
+
+def test_the_verdict_has_choice_margin_confidence_and_what_decides():
+    """1 - 0.8 is a margin of 20 %, set by the femur's peak torque in the second walk."""
+    found = texts(selection())
+    assert "PASSES" in found
+    assert "Choice: M1 at 12 V. They carry every joint on all 2 walks" in found
+    assert "is 0.80, a margin of 20 %; what decides is the peak torque of the femur" in found
+    assert "(wave, payload 0.3 kg)" in found
+    assert CONFIDENCE.sentence in found
+
+
+def test_a_low_confidence_and_two_voltages_do_not_look_like_a_pass():
+    """The word says how sure it is; a choice that needs two batteries says so."""
+    ranked = candidate(record("M1"), 0.8)
+    mixed = {"coxa": record("M1"), "femur": record("M2").model_copy(update={"voltage": 14.8})}
+    low = replace(CONFIDENCE, share=0.53)
+    s = selection(choice=replace(ranked, motors=mixed), confidence=low)
+    assert (verdict_word(s), verdict_level(s)) == ("PASSES, WITH 53 % CONFIDENCE", "open")
+    assert "These motors need 12 V and 14.8 V: one battery alone does not serve" in texts(s)
+    assert verdict_level(selection()) == "good"
+
+
+def test_everything_an_auditor_asks_for_is_there():
+    """Rejection, motors not judged, walks, derating's evidence, assumptions, notes, sources."""
+    s = selection()
+    found = texts(s)
+    for text in (
+        "M3 at 12 V | femur: femur torque is too large (tripod)", "M9 at 6 V: no mass is known",
+        "tripod | pass | walks tripod", *Derating().evidence, "rubber feet", "read this",
+        "data sheet 7", "assumed: " + record("M1").assumed[0], "friction: uniform 0.4 to 0.9",
+        "1 did not walk and count as failing", "3.20 kg (+0.20 kg against its file)",
+    ):  # fmt: skip
+        assert text in found, text
+    assert "1.70 *" in found
+
+
+def test_what_is_unknown_says_so_and_nothing_is_nan():
+    """Prices, a lost leg, inertia ratios; a choice with an unknown use does not simply pass."""
+    ranked = (candidate(record("M1"), 0.8, holding=math.nan),)
+    found = texts(selection(candidates=ranked, choice=ranked[0], confidence=None, demands={}))
+    assert "PASSES WHAT COULD BE JUDGED" in found
+    assert "Not judged, because unknown: holding torque (coxa, femur)" in found
+    assert "Price of all\nunknown" in found
+    assert "Holding torque, use [-] | unknown | unknown" in found
+    assert "no confidence is stated" in found
+    assert not re.search(r"\b(nan|NaN|None|inf)\b", found)
+
+
+def test_no_motor_that_passes_and_an_interrupted_run():
+    """The nearest motor is named with its reason; beyond the no-load speed is infinity."""
+    ranked = (candidate(record("M3"), 1.7), candidate(record("M4"), math.inf))
+    s = selection(candidates=ranked, choice=None, iterations=(), confidence=None, interrupted=True)
+    found = texts(s)
+    assert "INTERRUPTED, NO MOTOR PASSES SO FAR" in found
+    assert "The nearest is M3 at 12 V" in found
+    assert "femur torque is too large" in found
+    assert "∞ *" in found
+    assert "Choice:" not in found
+
+
+def test_seventy_motors_with_long_names_fit_the_page(tmp_path):
+    """Tables are as wide as the page, whatever is in them; the file stays small."""
+    name = "an-extraordinarily-long-name-of-a-motor " * 2
+    ranked = tuple(candidate(record(f"{name}{k}", no_load_speed=4.0 + k), 0.5 + 0.01 * k)
+                   for k in range(70))  # fmt: skip
+    s = selection(candidates=ranked, choice=ranked[0], demands={}, confidence=None)
+    blocks = list(selection_blocks(s, None))
+    tables = [block for block in blocks if isinstance(block, Table)]
+    assert all(sum(fitted(t)[1]) == pytest.approx(ACROSS) for t in tables)
+    assert sum(isinstance(block, Picture) for block in blocks) == 1
+    assert write_selection_report(s, tmp_path / "a.pdf").stat().st_size < 2_000_000
+
+
+def test_current_of_the_figure_has_the_budgets_peak_and_mean():
+    """The course that is drawn gives the battery's own numbers."""
+    need, motor = demand(), record("M1")
+    current = battery_current(need, Motors.of(KINDS, motor, Derating()))
+    battery = motor_budget(need, motor).battery
+    assert current.max() == pytest.approx(battery.peak_current, rel=1e-12)
+    assert need.weights @ current == pytest.approx(battery.mean_current, rel=1e-12)
+    unknown = Motors.of(KINDS, record("M1", stall_current=None), Derating())
+    assert np.isnan(battery_current(need, unknown)).all()
+
+
+def test_a_drawing_is_thinned_without_losing_its_ends():
+    """Few points are left, the largest and the smallest among them within a spot."""
+    x = np.random.default_rng(1).normal(size=200_000)
+    found, _ = thinned(x, np.sin(40.0 * x))
+    assert len(found) < 240 * 160
+    assert found.max() == pytest.approx(x.max(), abs=np.ptp(x) / 240)
+    assert found.min() == pytest.approx(x.min(), abs=np.ptp(x) / 240)
+
+
+def test_numbers_lines_and_uses_as_text():
+    """Three significant digits; nothing that is not 1 prints as 1.00; lines fit."""
+    assert [number(x) for x in (3.14159, 0.01234, 123.4, None, math.nan, math.inf)] == [
+        "3.14", "0.0123", "123", "unknown", "unknown", "∞"
+    ]  # fmt: skip
+    assert [use_text(x) for x in (0.8, 0.9988, 1.0004, 1.0, 23.4)] == [
+        "0.80", "0.999", "1.0004", "1.00", "23"
+    ]  # fmt: skip
+    assert [margin_text(x) for x in (0.37, 0.999, 1.7)] == ["63 %", "0.1 %", "-70 %"]
+    lines = wrapped("a robot " * 30 + "x" * 200, 100.0, 8.0)
+    assert all(text_width(line, 8.0) <= 100.0 for line in lines)
+    assert "".join(lines).replace(" ", "") == "arobot" * 30 + "x" * 200
+
+
+def test_errors_are_typed_and_leave_no_file(tmp_path):
+    """Another ending, a folder that is not there, a selection without motors."""
+    with pytest.raises(TraceFileError, match=r"\.html"):
+        write_selection_report(selection(), tmp_path / "motors.docx")
+    small = selection(demands={}, confidence=None)
+    with pytest.raises(TraceFileError, match="nowhere"):
+        write_selection_report(small, tmp_path / "nowhere" / "motors.html")
+    with pytest.raises(ParameterError, match="candidates"):
+        write_selection_report(selection(candidates=(), choice=None), tmp_path / "motors.html")
+    assert list(tmp_path.iterdir()) == []
