@@ -31,9 +31,9 @@ def mujoco_parts(
     found = [sampled_case(study.case(index), index, fine, rounds) for index in indices]
     text = (
         f"MuJoCo runs {len(found)} random cases: {_numbers(found)}. Errors are the largest "
-        "distance of the trunk from the engine's own reference (ours at accuracy 1e-8, "
-        f"MuJoCo's RK4 at {1e6 * fine:g} us with its solver run to the end); the contact models differ, so the "
-        "references do. Its time is that of its loop in C, without Python, set-points or a "
+        "distance of the trunk from the engine's own reference (ours at accuracy 1e-8, MuJoCo's "
+        f"RK4 at {1e6 * fine:g} us with its solver run to the end); the contact models differ, so "
+        "the references do. Its time is that of its loop in C, without Python, set-points or a "
         "summary; ours has planning and summary in it. The last column is a multiplication: its "
         f"time of a case times {cases} over {CORES} cores, not a measured sweep. Ours is the "
         f"measured time of a case in the sweep on two threads, times {cases}."
