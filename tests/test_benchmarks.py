@@ -104,6 +104,8 @@ SHORT = {
     ],
     "robust_cost": ["--quick"],
     "step_cost": ["--quick"],
+    "sweep_cost": ["--cases", "4", "--duration", "0.1", "--dask", "0", "--samples", "0"],
+    "sweep_scale": ["--simulated", "64", "--walks", "4", "--duration", "0.1", "--most", "0"],
     "sweep_kills": ["--kills", "2", "--cases", "8", "--duration", "0.9"],
     "walk_tracking": ["--quick"],
     "tolerance_calibration": ["--drops", "1", "--methods", "extrapolated-euler"],
@@ -139,6 +141,7 @@ def test_study_writes_its_page(name: str, tmp_path: Path, capsys) -> None:
     """Command and machine in the head, no host, no path; the page is printed too."""
     places = {name: ["--figure", "f.svg"] for name in ("constraint_drift", "gain_borders")}
     places["foot_control"] = ["--docs", "docs"]
+    places["sweep_scale"] = ["--page", "scale.md"]
     places["real_robots"] = ["--folder", "robots"]
     (tmp_path / "robots").mkdir()
     shutil.copy(urdf_path("kharagpur"), tmp_path / "robots")
