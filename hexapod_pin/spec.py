@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Mapping
+from functools import lru_cache
+from types import MappingProxyType
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -58,6 +61,16 @@ def require_factor(factor: float) -> float:
     if not (math.isfinite(factor) and factor > 0.0):
         raise ParameterError("factor", factor, "positive and finite")
     return float(factor)
+
+
+@lru_cache(maxsize=64)
+def parsed_toml(text: str) -> Mapping[str, Any]:
+    """Parse TOML text that is asked for many times; what is returned must not be changed.
+
+    Raises:
+        ParameterError: bad syntax.
+    """
+    return MappingProxyType(read_toml(text))
 
 
 def read_toml(text: str, *, required: tuple[str, ...] = ()) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.spec import read_toml
+from hexapod_pin.spec import parsed_toml
 
 
 def gait_turn_rate(meta: Mapping[str, Any]) -> float:
@@ -15,7 +15,7 @@ def gait_turn_rate(meta: Mapping[str, Any]) -> float:
         return float(meta["gait_turn_rate"])
     text = str(meta.get("controller", ""))
     try:
-        gait = read_toml(text).get("gait", {}) if text else {}
+        gait = parsed_toml(text).get("gait", {}) if text else {}
     except ParameterError:
         return 0.0
     return float(gait.get("turn_rate", 0.0)) if isinstance(gait, Mapping) else 0.0

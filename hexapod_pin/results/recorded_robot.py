@@ -17,7 +17,7 @@ from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.loading.mass_changes import mass_change, with_mass_changes
 from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.robot import Robot, robot_of
-from hexapod_pin.spec import read_toml
+from hexapod_pin.spec import parsed_toml
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -127,7 +127,7 @@ class RecordedRobot:
 
 
 def _build(trace: Trace, text: str) -> RecordedRobot:
-    scene = read_toml(str(trace.meta.get("scene", "")))
+    scene = parsed_toml(str(trace.meta.get("scene", "")))
     loads = [load for load in scene.get("loads", ()) if load.get("kind") != "lost-leg"]
     unknown = {load.get("kind") for load in loads} - set(KNOWN_LOADS)
     if unknown:

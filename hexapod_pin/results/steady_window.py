@@ -13,7 +13,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.spec import read_toml
+from hexapod_pin.spec import parsed_toml
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def run_too_short(summary: Summary) -> ParameterError:
 def _duration(meta: Mapping[str, Any]) -> float | None:
     """Return how long the run was to last [s]; None where its case does not tell."""
     try:
-        return float(read_toml(str(meta.get("run", "")))["run"]["duration"])
+        return float(parsed_toml(str(meta.get("run", "")))["run"]["duration"])
     except (ParameterError, KeyError, TypeError):
         return None
 

@@ -19,7 +19,7 @@ from hexapod_pin.results.steady_window import Window, steady_window, summary_win
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.way import distance_per_cycle, trunk_yaw
-from hexapod_pin.spec import read_toml
+from hexapod_pin.spec import parsed_toml
 
 
 def torque_budget(run: Trace | Summary) -> TorqueBudget:
@@ -135,9 +135,9 @@ def _sources(meta: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(f"{key}: {text}" for key, text in rows.items() if text)
 
 
-def _toml(text: str) -> dict[str, Any]:
+def _toml(text: str) -> Mapping[str, Any]:
     """Return TOML text as data; nothing where it is none."""
     try:
-        return read_toml(text)
+        return parsed_toml(text)
     except ParameterError:
         return {}

@@ -16,7 +16,7 @@ from hexapod_pin.results.steady_window import steady_window, summary_window
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.way import heading_at, trunk_yaw
-from hexapod_pin.spec import read_toml
+from hexapod_pin.spec import parsed_toml
 
 LEAST_WAY = 0.25
 """Planned way over the stroke below which a run is too short to judge its speed (*assumed*)."""
@@ -87,10 +87,10 @@ def walked_way(trace: Trace) -> WalkedWay:
     return _over_all(trace, controller)
 
 
-def settings_of(meta: Mapping[str, Any], part: str) -> dict[str, Any]:
+def settings_of(meta: Mapping[str, Any], part: str) -> Mapping[str, Any]:
     """Return the settings of a run's "controller" or "scene"; none where it does not tell."""
     try:
-        return read_toml(str(meta.get(part, "")))
+        return parsed_toml(str(meta.get(part, "")))
     except ParameterError:
         return {}
 

@@ -87,9 +87,15 @@ def static_terms(
     for row, (joint, offset) in zip(rows, feet, strict=True):
         jacobian = pin.getJointJacobian(model, data, joint, world)
         arm = data.oMi[joint].rotation @ offset
-        x, y, z = np.cross(arm, up)  # up . (v + w x arm) = up . v + w . (arm x up)
+        x, y, z = _cross(arm, up)  # up . (v + w x arm) = up . v + w . (arm x up)
         row[:] = up @ jacobian[:3] + jacobian[3] * x + jacobian[4] * y + jacobian[5] * z
     return weight, rows
+
+
+def _cross(a: Array, b: Array) -> tuple[float, float, float]:
+    """Return a x b of single vectors, many times quicker than NumPy's for stacks of them."""
+    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 def foot_forces(rows: Array, weight: Array) -> Array | None:

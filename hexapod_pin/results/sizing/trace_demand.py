@@ -20,19 +20,25 @@ from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
 
 MOST_POSTURES = 32
-"""Postures of the window, evenly spread, in which holding torque and inertia are looked at."""
+"""Postures of a window in which holding torque and inertia are looked at."""
 
 
-def joint_demand(trace: Trace) -> JointDemand:
+def joint_demand(trace: Trace, *, postures: int = MOST_POSTURES) -> JointDemand:
     """Return what the joints of a walk demand of any motor; see `JointDemand`.
 
     Peaks, RMS and energies are those of accepted steps where the run gathered a summary, of samples
     otherwise; what needs the course over time is of samples.
 
+    Args:
+        trace: of a walk.
+        postures: of the window, evenly spread, in which holding torque and inertia are looked at.
+
     Raises:
         NotRecordedError: the trace holds no torques.
-        ParameterError: the run holds no whole cycle of steady walking.
+        ParameterError: the run holds no whole cycle of steady walking, or fewer than 2 postures.
     """
+    if postures < 2:
+        raise ParameterError("postures", postures, "at least 2")
     whole = torque_budget(trace)
     summary = trace.summary if "summary" in trace.meta else None
     window = steady_window(trace) if summary is None else summary_window(summary, trace.time)
@@ -42,7 +48,7 @@ def joint_demand(trace: Trace) -> JointDemand:
     notes = [_source(summary)]
     if summary is not None:
         numbers |= _accepted(summary, trace, numbers)
-    numbers |= _of_robot(trace, window, notes)
+    numbers |= _of_robot(trace, window, postures, notes)
     notes += _limited(whole)
     makes_way = whole.makes_way and whole.distance is not None
     return JointDemand(
@@ -81,7 +87,7 @@ def _accepted(summary: Summary, trace: Trace, sampled: dict[str, Any]) -> dict[s
     return found | {k: np.where(larger, v, sampled[k]) for k, v in accepted.items()}
 
 
-def _of_robot(trace: Trace, window: Window, notes: list[str]) -> dict[str, Any]:
+def _of_robot(trace: Trace, window: Window, postures: int, notes: list[str]) -> dict[str, Any]:
     """Return what needs the robot's model; NaN with a note where the trace does not tell it."""
     unknown = np.full(len(trace.joint_names), np.nan)
     nothing = {"armature": np.zeros(len(unknown))} | dict.fromkeys(
@@ -95,7 +101,7 @@ def _of_robot(trace: Trace, window: Window, notes: list[str]) -> dict[str, Any]:
         )
         return nothing
     first, stop = window.samples.start, window.samples.stop
-    picked = np.unique(np.linspace(first, stop - 1, MOST_POSTURES).round().astype(int))
+    picked = np.unique(np.linspace(first, stop - 1, postures).round().astype(int))
     known = {"armature": robot.armature, "load_inertia": load_inertia(robot, trace.q[picked])}
     if "contacts" not in trace.recorded or not robot.gravity.any():
         notes.append("holding torque is unknown: the trace holds no contacts, or no weight")

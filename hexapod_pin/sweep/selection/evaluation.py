@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
     from hexapod_pin.simulation.case import Case
 
+POSTURES = 12
+"""Postures of a cycle in which holding torque is looked at."""
+
 LINE_ACTS = 0.999
 """Share of its line from which a motor is taken to have reached it [-]."""
 
@@ -74,7 +77,8 @@ class Evaluation:
 
         def take(place: Place, trace: Trace) -> None:
             motors = candidates[place[0]]
-            budget = motor_budget(joint_demand(trace), motors, self.derating)
+            demand = joint_demand(trace, postures=POSTURES)
+            budget = motor_budget(demand, motors, self.derating)
             budgets[place] = uses_of(budget), budget.battery
 
         loads = [motor_loads(self.robot, motors, self.contained) for motors in candidates]
@@ -108,7 +112,7 @@ class Evaluation:
         names = list(self.walks)
         for index, result in iterate_batch(cases, threads=self.threads):
             if isinstance(result, Trace):
-                found[names[index]] = joint_demand(result)
+                found[names[index]] = joint_demand(result, postures=POSTURES)
         return found
 
     def _simulate(
