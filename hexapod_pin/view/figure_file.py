@@ -20,7 +20,7 @@ PLACES = 4
 
 
 def settle_layout(figure: Figure) -> None:
-    """Lay a figure out now, once, with its panels at rounded places.
+    """Lay a figure out now, once, with its parts and panels at rounded places.
 
     The last digits of a constrained layout differ from run to run; without this, the bytes of
     files would.
@@ -30,6 +30,9 @@ def settle_layout(figure: Figure) -> None:
         return
     engine.execute(figure)
     figure.set_layout_engine("none")
+    for part in figure.subfigs:
+        box = part.bbox_relative
+        box.p0, box.p1 = box.p0.round(PLACES), box.p1.round(PLACES)
     for axes in figure.axes:
         bounds = axes.get_position(original=True).bounds
         axes.set_position([round(x, PLACES) for x in bounds])
