@@ -34,8 +34,10 @@ def settle_layout(figure: Figure) -> None:
         box = part.bbox_relative
         box.p0, box.p1 = box.p0.round(PLACES), box.p1.round(PLACES)
     for axes in figure.axes:
-        bounds = axes.get_position(original=True).bounds
-        axes.set_position([round(x, PLACES) for x in bounds])
+        left, low, width, height = axes.get_position(original=True).bounds
+        axes.set_position(
+            (round(left, PLACES), round(low, PLACES), round(width, PLACES), round(height, PLACES))
+        )
 
 
 def save_figure(figure: Figure, path: str | Path, ending: str) -> Path:
