@@ -15,6 +15,31 @@ DPI = 100
 """Of PNG files: a figure over a page's width has 900 to 1000 pixels."""
 
 
+PLACES = 4
+"""Decimals of the places of panels in a figure whose layout is settled [-]."""
+
+
+def settle_layout(figure: Figure) -> None:
+    """Lay a figure out now, once, with its parts and panels at rounded places.
+
+    The last digits of a constrained layout differ from run to run; without this, the bytes of
+    files would.
+    """
+    engine = figure.get_layout_engine()
+    if engine is None:
+        return
+    engine.execute(figure)
+    figure.set_layout_engine("none")
+    for part in figure.subfigs:
+        box = part.bbox_relative
+        box.p0, box.p1 = box.p0.round(PLACES), box.p1.round(PLACES)
+    for axes in figure.axes:
+        left, low, width, height = axes.get_position(original=True).bounds
+        axes.set_position(
+            (round(left, PLACES), round(low, PLACES), round(width, PLACES), round(height, PLACES))
+        )
+
+
 def save_figure(figure: Figure, path: str | Path, ending: str) -> Path:
     """Write a figure, wholly or not at all, and return its path.
 

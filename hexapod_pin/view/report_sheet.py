@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.view.figure_file import settle_layout
 from hexapod_pin.view.report_text import LEADING, wrapped
 
 if TYPE_CHECKING:
@@ -115,5 +116,6 @@ class Sheets:
                 page.text(LEFT / PAGE[0], base, wrapped(footer, 400.0, 7.0)[0], **style)
                 page.text(1.0 - LEFT / PAGE[0], base, f"page {number} of {count}", ha="right",
                           **style)  # fmt: skip
+                settle_layout(page)
                 file.savefig(page, dpi=200)
         return stream.getvalue()

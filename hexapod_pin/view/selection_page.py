@@ -7,6 +7,7 @@ import html
 import io
 from functools import singledispatch
 
+from hexapod_pin.view.figure_file import settle_layout
 from hexapod_pin.view.report_blocks import (
     LEVELS,
     WIDTH,
@@ -186,6 +187,7 @@ def _picture(block: Picture) -> str:
 
     figure = Figure(figsize=(WIDTH, block.height), layout="constrained")
     block.draw(figure)
+    settle_layout(figure)
     stream = io.BytesIO()
     figure.savefig(stream, format="svg", dpi=200, metadata={"Date": None})
     data = base64.b64encode(stream.getvalue()).decode("ascii")
