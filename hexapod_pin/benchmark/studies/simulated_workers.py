@@ -125,7 +125,8 @@ def simulated_sweep(
     with cluster_processes(processes, threads) as cluster:
         workers = SimulatedWorkers(cluster.address, real, case_time)
         try:
-            with TimedStore(store, study) as kept:
+            kept = TimedStore(store, study)
+            with kept:
                 sweep = Distribution(
                     study, kept, workers, chunk=chunk, threads=1, progress=lambda: None
                 )
@@ -146,7 +147,11 @@ def simulated_sweep(
 
 def _warm_up(workers: SimulatedWorkers, study: SweepStudy) -> None:
     """Let every process import what it needs, which is no part of a long sweep."""
-    for _ in range(2):
-        tasks = [workers.submit(task_of(study, [0], 1)) for _ in range(2 * workers.slots)]
-        for task in tasks:
-            task.result()
+    task = task_of(study, [0], 1)
+    workers.client.run(_once, workers.path, task)
+    for future in [workers.submit(task) for _ in range(2 * workers.slots)]:
+        future.result()
+
+
+def _once(path: str, task: Task) -> None:
+    simulated_task(path, 0.0, *task)
