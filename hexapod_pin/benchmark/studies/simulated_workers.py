@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import cycle
@@ -42,6 +43,19 @@ def like(one: Outcome, index: int) -> Outcome:
     return replace(one, index=index, digest=f"{index:064x}", counters=counters)
 
 
+class TimedStore(SweepStore):
+    """A store that knows how long its writer has waited for the disk [s]."""
+
+    waited = 0.0
+
+    def add(self, outcomes: Iterable[Outcome]) -> list[int]:
+        """Keep outcomes."""
+        begin, cpu = time.perf_counter(), time.thread_time()
+        found = super().add(outcomes)
+        self.waited += time.perf_counter() - begin - (time.thread_time() - cpu)
+        return found
+
+
 class SimulatedWorkers(DaskWorkers):
     """Workers of a scheduler whose tasks are simulated."""
 
@@ -69,7 +83,8 @@ class SimulatedSweep:
         chunk: of a task.
         cores: that were simulated, one sleeping thread for each.
         wall: time from the first task to the last row [s].
-        parent, scheduler: processor time of their processes [s].
+        parent: processor time of its process and its wait for the disk [s].
+        scheduler: processor time of its process [s].
     """
 
     cases: int
@@ -110,7 +125,8 @@ def simulated_sweep(
     with cluster_processes(processes, threads) as cluster:
         workers = SimulatedWorkers(cluster.address, real, case_time)
         try:
-            with SweepStore(store, study) as kept:
+            kept = TimedStore(store, study)
+            with kept:
                 sweep = Distribution(
                     study, kept, workers, chunk=chunk, threads=1, progress=lambda: None
                 )
@@ -118,7 +134,10 @@ def simulated_sweep(
                 times = psutil.Process(cluster.scheduler).cpu_times
                 scheduler, parent, begin = times(), time.process_time(), time.perf_counter()
                 sweep.run(range(len(study)))
-                wall, parent = time.perf_counter() - begin, time.process_time() - parent
+                wall, parent = (
+                    time.perf_counter() - begin,
+                    time.process_time() - parent + kept.waited,
+                )
                 after = times()
         finally:
             workers.close()
@@ -128,7 +147,11 @@ def simulated_sweep(
 
 def _warm_up(workers: SimulatedWorkers, study: SweepStudy) -> None:
     """Let every process import what it needs, which is no part of a long sweep."""
-    for _ in range(2):
-        tasks = [workers.submit(task_of(study, [0], 1)) for _ in range(2 * workers.slots)]
-        for task in tasks:
-            task.result()
+    task = task_of(study, [0], 1)
+    workers.client.run(_once, workers.path, task)
+    for future in [workers.submit(task) for _ in range(2 * workers.slots)]:
+        future.result()
+
+
+def _once(path: str, task: Task) -> None:
+    simulated_task(path, 0.0, *task)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -73,7 +74,7 @@ def sweep_cost(
         seed: of the samples; -1: drawn anew.
     """
     seed = random.SystemRandom().randrange(10**6) if seed < 0 else seed
-    print(f"seed {seed}", flush=True)
+    print(f"seed {seed}", file=sys.stderr, flush=True)
     study = many_walks(cases, duration, seed)
     before = peak_memory()
     with tempfile.TemporaryDirectory() as place:

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import random
 import signal
+import sys
 import tempfile
 import threading
 import time
@@ -88,7 +89,7 @@ def sweep_kills(
 ) -> StudyReport:
     """Kill sweeps and workers, half of the kills each; -1: a seed drawn anew."""
     seed = random.SystemRandom().randrange(10**6) if seed < 0 else seed
-    print(f"seed {seed}", flush=True)
+    print(f"seed {seed}", file=sys.stderr, flush=True)
     dice = random.Random(seed)
     study = SweepStudy.from_toml(TEXT.format(duration=duration, cases=cases, seed=seed))
     with tempfile.TemporaryDirectory() as place:

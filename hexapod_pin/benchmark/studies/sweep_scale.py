@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -56,7 +57,7 @@ def sweep_scale(
         page: where the page for readers goes.
     """
     seed = random.SystemRandom().randrange(10**6) if seed < 0 else seed
-    print(f"seed {seed}", flush=True)
+    print(f"seed {seed}", file=sys.stderr, flush=True)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         found = measure(folder, cases=simulated, duration=duration, walks=walks, seed=seed)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import queue
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from concurrent.futures import BrokenExecutor, CancelledError, Future
 from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import WorkersError
@@ -26,6 +27,9 @@ SUSPECT = 2
 
 PATIENCE = 1.0
 """Longest wait between two looks at the workers [s]."""
+
+TOGETHER = 64
+"""Most pieces that are put on the disk at a time, where they come faster than it can take them."""
 
 
 class Distribution:
@@ -50,6 +54,8 @@ class Distribution:
         self.study, self.store, self.workers = study, store, workers
         self.chunk, self.threads, self.progress = chunk, threads, progress
         self.under_way: dict[Future[bytes], list[int]] = {}
+        self.ended: queue.SimpleQueue[Future[bytes]] = queue.SimpleQueue()
+        self.found: list[Outcome] = []  # come back, and kept at once
         self.again: deque[list[int]] = deque()
         self.alone: deque[int] = deque()
         self.company: Counter[int] = Counter()
@@ -70,20 +76,36 @@ class Distribution:
             self._hand_out(pieces)
             if not self.under_way:
                 if not self.broken:
-                    self._keep([])
+                    self._keep()
                     return
                 self.workers.renew()
                 self.broken = False
                 continue
-            done, _ = wait(self.under_way, PATIENCE, FIRST_COMPLETED)
-            for future in done:
-                self._take(self.under_way.pop(future), future)
+            try:
+                for future in self._next_ended():
+                    self._take(self.under_way.pop(future), future)
+            finally:
+                self._keep_found()
+
+    def _next_ended(self) -> Iterator[Future[bytes]]:
+        """Wait for a piece and yield all that have ended by then; nothing if that takes long.
+
+        The time is that of those that end, however many are under way.
+        """
+        for count in range(TOGETHER):
+            try:
+                future = self.ended.get(count == 0, PATIENCE)
+            except queue.Empty:
+                return
+            if future in self.under_way:
+                yield future
 
     def keep_finished(self) -> None:
         """Keep what has come back by now."""
         for future in [one for one in self.under_way if one.done() and not one.cancelled()]:
             if future.exception() is None:
                 self._take(self.under_way.pop(future), future)
+        self._keep_found()
 
     def _pieces(self, indices: Iterator[int]) -> Iterator[list[int]]:
         """Yield pieces of cases that were not given out yet."""
@@ -111,6 +133,7 @@ class Distribution:
             self.broken = True
             return
         self.under_way[future] = piece
+        future.add_done_callback(self.ended.put)
 
     def _take(self, piece: list[int], future: Future[bytes]) -> None:
         """Keep what a task has come to, or give it out again."""
@@ -127,7 +150,7 @@ class Distribution:
         if answer.startswith(REFUSAL):
             raise self._lost(f"a worker cannot run the study: {answer[1:].decode()}")
         self.answers += 1
-        self._keep(from_bytes(answer))
+        self.found += from_bytes(answer)
 
     def _died(self, piece: list[int], why: str) -> None:
         """Give the cases of a dead worker out again, or find that one of them is to blame."""
@@ -163,13 +186,18 @@ class Distribution:
             digest = ""
         self.blamed.append(Outcome(index, digest, reason))
         if self.answers:
-            self._keep([])
+            self._keep()
 
-    def _keep(self, outcomes: list[Outcome]) -> None:
-        """Keep outcomes, and cases that are to blame for the death of their workers."""
-        if outcomes or self.blamed:
-            self.store.add([*outcomes, *self.blamed])
-            self.blamed = []
+    def _keep_found(self) -> None:
+        """Keep what has come back, and with it cases that are to blame."""
+        if self.found:
+            self._keep()
+
+    def _keep(self) -> None:
+        """Keep what has come back, and cases that are to blame for the death of their workers."""
+        if self.found or self.blamed:
+            self.store.add([*self.found, *self.blamed])
+            self.found, self.blamed = [], []
             self.progress()
 
     def _lost(self, what: str) -> WorkersError:
