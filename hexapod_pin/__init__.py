@@ -136,6 +136,7 @@ if TYPE_CHECKING:
     from hexapod_pin.sweep.runs.run_sweep import run_sweep as run_sweep
     from hexapod_pin.sweep.runs.sweep_result import SweepResult as SweepResult
     from hexapod_pin.sweep.runs.sweep_result import open_sweep as open_sweep
+    from hexapod_pin.sweep.selection import select_motors as select_motors
     from hexapod_pin.sweep.study import SweepStudy as SweepStudy
     from hexapod_pin.sweep.study import load_sweep as load_sweep
     from hexapod_pin.sweep.torque_map import torque_map as torque_map

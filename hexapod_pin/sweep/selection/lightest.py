@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -15,6 +16,42 @@ if TYPE_CHECKING:
     from hexapod_pin.results.sizing import JointDemand
     from hexapod_pin.sweep.selection.evaluation import Evaluation
     from hexapod_pin.sweep.selection.motor_cases import Motors
+
+
+def lightest_choice(
+    evaluation: Evaluation, records: Sequence[MotorRecord], kinds: Sequence[str]
+) -> tuple[LightestChoice, tuple[str, ...]]:
+    """Return the lightest choice that one battery serves, and what other voltages come to.
+
+    Args:
+        evaluation: runs the walks.
+        records: motors to choose from, of any voltages.
+        kinds: of joint, each of which gets a motor.
+    """
+    voltages = sorted({record.voltage for record in records})
+    found = []
+    for voltage in voltages:
+        search = LightestChoice(evaluation, [r for r in records if r.voltage == voltage])
+        search.run(kinds)
+        found.append(search)
+        if evaluation.interrupted:
+            break
+    best = min(found, key=lambda s: (s.choice is None, _mass(s), len(s.missing), -len(s.steps)))
+    if len(voltages) == 1:
+        return best, ()
+    notes = [_voltage_note(v, s) for v, s in zip(voltages, found, strict=False)]
+    return best, tuple(notes)
+
+
+def _mass(search: LightestChoice) -> float:
+    return math.inf if search.choice is None else search.choice.motor_mass
+
+
+def _voltage_note(voltage: float, search: LightestChoice) -> str:
+    if search.choice is not None:
+        return f"{voltage:g} V: {search.choice.name}, {search.choice.motor_mass:.3f} kg of motors"
+    missing = ", ".join(search.missing) or "all"
+    return f"{voltage:g} V: no motor carries the {missing} joints"
 
 
 @dataclass

@@ -11,7 +11,7 @@ from hexapod_pin.errors import ParameterError, SimulationInterrupted
 from hexapod_pin.results.motor_selection import MotorCandidate, MotorSelection
 from hexapod_pin.sweep.selection.confidence import UncertainInputs, confidence_of
 from hexapod_pin.sweep.selection.evaluation import Evaluation
-from hexapod_pin.sweep.selection.lightest import LightestChoice
+from hexapod_pin.sweep.selection.lightest import LightestChoice, lightest_choice
 from hexapod_pin.sweep.selection.motor_places import (
     MOTOR_SHARE,
     assumed_motor_mass,
@@ -78,16 +78,14 @@ def select_motors(
     ranked = ranked_candidates(evaluation.of(sets, begin(f"{len(sets)} motors")))
     if not ranked:
         raise SimulationInterrupted("interrupted before any motor was done", None)
-    search = LightestChoice(evaluation, motors.records)
-    if not evaluation.interrupted:
-        begin("lightest motors")
-        search.run(kinds)
+    begin("lightest motors")
+    search, others = lightest_choice(evaluation, motors.records, kinds)
     selection = MotorSelection(
         robot=robot.name, mass=robot.total_mass, contained=contained, walks=tuple(walks),
         candidates=ranked, unusable=motors.unusable, choice=search.choice,
         iterations=tuple(search.steps), confidence=None, derating=file.derating,
         catalog=motors.source, assumed=_assumed(walks, file.choice.motor_mass, contained, ranked),
-        notes=_notes(search, ranked), interrupted=evaluation.interrupted,
+        notes=(*others, *_notes(search, ranked)), interrupted=evaluation.interrupted,
     )  # fmt: skip
     if evaluation.interrupted:
         return selection
