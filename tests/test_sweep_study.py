@@ -279,3 +279,14 @@ def test_digests_of_cases_are_those_of_their_data() -> None:
         }
         text = json.dumps(canonical(data), sort_keys=True)
         assert case.digest == hashlib.sha256(text.encode()).hexdigest()
+
+
+def test_samples_are_sparse_where_only_a_summary_is_kept():
+    """5 ms where steps adapt; a fixed step keeps its own samples, and what is given stays."""
+    text = (
+        'schema = 1\n[base]\nrobot = "kharagpur"\n{}\n[[vary]]\ninput = "payload"\nvalues = [0.1]'
+    )
+    for given, sample in {"": 5e-3, 'method = "ndf"': 5e-3, "sample = 1e-3": 1e-3}.items():
+        assert SweepStudy.from_toml(text.format(given)).base.sample == sample
+    for given in ("step = 1e-3", 'method = "rk4"\nstep = 1e-4'):
+        assert SweepStudy.from_toml(text.format(given)).base.sample is None

@@ -17,6 +17,10 @@ STEADY_CYCLES = 1
 """Whole cycles of steady walking that a budget is taken over, at least: they repeat."""
 
 
+SAMPLE = 2e-3
+"""Time between samples where the study gives none [s]: lines are held against samples."""
+
+
 def required_walks(tables: Mapping[str, Any], folder: Path) -> dict[str, Case]:
     """Return the cases of a study's grid; without a grid, its base.
 
@@ -33,11 +37,13 @@ def required_walks(tables: Mapping[str, Any], folder: Path) -> dict[str, Case]:
     """
     import tomli_w
 
+    base = tables.get("base", {})
+    if isinstance(base, Mapping) and "case" not in base:
+        tables = {**tables, "base": {"sample": SAMPLE, **base}}
     vary = tables.get("vary", [])
     grid = [x for x in vary if not (isinstance(x, Mapping) and "distribution" in x)]
     if not grid:
-        base = base_case(tables.get("base", {}), folder)
-        return {"walk": long_enough(base)}
+        return {"walk": long_enough(base_case(tables.get("base", {}), folder))}
     kept = {key: value for key, value in tables.items() if key != "design"}
     study = SweepStudy(tomli_w.dumps({**kept, "vary": grid}), folder)
     names = [_name(study, k) for k in range(len(study))]

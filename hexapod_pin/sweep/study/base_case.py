@@ -20,9 +20,11 @@ from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.robot.robot import PACKAGED, Robot
 from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.case_data import case_from_dict
+from hexapod_pin.simulation.methods import METHODS
 from hexapod_pin.simulation.robot_data import read_robot
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.spec import Spec
+from hexapod_pin.sweep.grid_runs import LONGEST_SAMPLE
 from hexapod_pin.sweep.study.fields import (
     Number,
     known_name,
@@ -65,7 +67,8 @@ class BaseWalk(Spec):
         accuracy: as of `simulate` [m and rad].
         method: as of `simulate`.
         step: as of `simulate` [s].
-        sample: as of `simulate` [s].
+        sample: as of `simulate` [s]; None: 5 ms where steps adapt. They end at samples, of which a
+            summary keeps none, so that a shorter one is dearer and not better.
         record: as of `simulate`.
     """
 
@@ -172,7 +175,16 @@ def _walk(base: BaseWalk, folder: Path, name: str | None) -> Case:
     settings = {key: getattr(base, key) for key in SETTINGS}
     if settings["duration"] is None:
         settings["duration"] = max(LEAST_DURATION, WALKED_CYCLES * gait.cycle_time)
+    if settings["sample"] is None and _adapts(base):
+        settings["sample"] = LONGEST_SAMPLE
     return Case(scene, KinematicControl(gait), **settings)
+
+
+def _adapts(base: BaseWalk) -> bool:
+    """Return whether the steps of a walk adapt; a method of no such name is refused elsewhere."""
+    if base.method is None:
+        return base.step is None
+    return base.method in METHODS and METHODS[base.method].adaptive
 
 
 def _robot(base: BaseWalk, folder: Path) -> Robot:
