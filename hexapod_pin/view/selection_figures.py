@@ -31,27 +31,27 @@ def draw_lasting_torque(
     derating: Derating,
     figure: FigureBase,
 ) -> None:
-    """Draw each joint's RMS and holding torque against its motor's continuous torque."""
+    """Draw each joint's RMS torque, and that of standing, against its motor's continuous torque."""
     demand = next(iter(demands.values())).of_kinds(tuple(motors))
     rows = [d.of_kinds(tuple(motors)) for d in demands.values()]
     rms = np.max([d.rms_torque for d in rows], axis=0)
-    held = np.array([d.holding for d in rows])
+    held = np.array([d.standing for d in rows])
     known = np.isfinite(held)
-    holding = np.where(known.any(axis=0), np.where(known, held, -np.inf).max(axis=0), np.nan)
+    standing = np.where(known.any(axis=0), np.where(known, held, -np.inf).max(axis=0), np.nan)
     allowed = Motors.of(demand.kinds, motors, derating).continuous
     order = sorted(range(len(demand.kinds)), key=lambda j: list(motors).index(demand.kinds[j]))
     places = np.arange(len(order), dtype=float)
     axes = figure.subplots()
     axes.bar(places, rms[order], 0.62, color=BLUE, label="RMS torque")
-    if np.isfinite(holding).any():
-        axes.plot(places, holding[order], "D", color=ORANGE, mec="black", mew=0.5, ms=4.5,
-                  label="holding torque")  # fmt: skip
+    if np.isfinite(standing).any():
+        axes.plot(places, standing[order], "D", color=ORANGE, mec="black", mew=0.5, ms=4.5,
+                  label="standing on all feet")  # fmt: skip
     axes.hlines(allowed[order], places - 0.45, places + 0.45, color=RED, lw=2.0,
                 label="continuous torque allowed")  # fmt: skip
     names = [demand.joint_names[j] for j in order]
     axes.set_xticks(places, names, rotation=90, fontsize=6, parse_math=False)
     axes.set_xlim(-0.7, len(order) - 0.3)
-    axes.set_ylim(0.0, 1.12 * float(np.nanmax([*rms, *allowed, *holding])))
+    axes.set_ylim(0.0, 1.12 * float(np.nanmax([*rms, *allowed, *standing])))
     axes.set_ylabel("torque [N m]")
     axes.grid(axis="y", lw=0.3)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=3)
