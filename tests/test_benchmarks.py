@@ -107,6 +107,7 @@ SHORT = {
     "sweep_cost": ["--cases", "4", "--duration", "0.1", "--dask", "0", "--samples", "0"],
     "sweep_scale": ["--simulated", "64", "--walks", "4", "--duration", "0.1", "--most", "0"],
     "sweep_kills": ["--kills", "2", "--cases", "8", "--duration", "0.9"],
+    "motor_feedback": ["--walks", "1"],
     "walk_tracking": ["--quick"],
     "tolerance_calibration": ["--drops", "1", "--methods", "extrapolated-euler"],
 }

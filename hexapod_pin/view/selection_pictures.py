@@ -80,7 +80,7 @@ def _of_demands(s: MotorSelection) -> Iterator[Block]:
     yield Picture(
         partial(draw_lasting_torque, s.demands, motors, s.derating),
         2.9,
-        "RMS torque over whole cycles of each joint in its hardest walk, and torque of standing where "
+        "RMS torque over whole cycles of each joint in its hardest walk, and of standing where "
         "known, against the continuous torque of its motor.",
     )
     budgets = {

@@ -30,8 +30,8 @@ USE_NOTE = (
     "Uses are need over what the derated motor may give [-], the worst joint of the kind in the "
     "worst walk; above 1 (marked *) it does not pass. peak: largest torque over the torque-speed "
     "line at that speed; RMS: over the continuous torque; hold: static torque on all feet over the "
-    "continuous torque, or in the worst stance of the walk over the derated stall torque; speed: over "
-    "the no-load speed under load; ∞: beyond the no-load speed. Margin: 1 - largest use."
+    "continuous torque, or in the worst stance of the walk over the derated stall torque; speed: "
+    "over the no-load speed under load; ∞: beyond the no-load speed. Margin: 1 - largest use."
 )
 
 

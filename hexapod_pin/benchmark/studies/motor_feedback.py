@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,16 +29,15 @@ CYCLES = (2.4, 1.2, 0.8, 0.6)
 """Cycle times of a tripod with a stroke of 0.1 m [s]."""
 
 
-def motor_feedback(*, voltage: float = 12.0) -> StudyReport:
+def motor_feedback(*, voltage: float = 12.0, walks: int = 16) -> StudyReport:
     """Choose motors three ways for walks of kharagpur, and simulate what was chosen."""
     rows, wrong = [], {"mass": 0, "line": 0}
     records = [r for r in load_catalog() if r.unusable is None and r.voltage == voltage]
-    for cycle in CYCLES:
-        for payload in PAYLOADS:
-            found = _one(cycle, payload, records)
-            rows.append(found.pop("row"))
-            for name in wrong:
-                wrong[name] += bool(found[name])
+    for cycle, payload in list(product(CYCLES, PAYLOADS))[:walks]:
+        found = _one(cycle, payload, records)
+        rows.append(found.pop("row"))
+        for name in wrong:
+            wrong[name] += bool(found[name])
     head = [
         "walk", "mass fed back", "iterations", "without mass", "what comes of it", "without line",
         "what comes of it",
