@@ -172,3 +172,11 @@ def test_a_written_catalogue_reads_back(tmp_path: Path) -> None:
     assert again.source == str(path)
     with pytest.raises(CatalogError, match="can be written"):
         CATALOG.save(tmp_path / "none" / "mine.csv")
+
+
+def test_rows_of_a_voltage() -> None:
+    """All of them and no other; a voltage that no row has is refused with those that there are."""
+    found = hp.load_catalog().at(24.0)
+    assert {row.name for row in found} == {"XH540-V150 at 24 V", "XH540-V270 at 24 V"}
+    with pytest.raises(ParameterError, match=r"13\.37.*14\.8"):
+        hp.load_catalog().at(13.37)

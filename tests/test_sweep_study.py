@@ -152,6 +152,18 @@ def test_motors_at_a_voltage() -> None:
     assert one("friction", 0.5, base=base).scene.servos.motor == plain.scene.servos.motor
 
 
+def test_a_supply_that_a_motor_is_not_made_for_is_refused() -> None:
+    """AX-12A takes 9 to 12 V: below as above, no scaled line is made up."""
+    of = study(
+        '[[vary]]\ninput = "motor"\nvalues = ["AX-12A"]\n'
+        '[[vary]]\ninput = "voltage"\nvalues = [5.0, 10.0, 13.0]\n'
+    )
+    assert of.case(1).scene.servos.motor is not None
+    for index in (0, 2):
+        with pytest.raises(hp.errors.ParameterError, match="from 9 to 12 V"):
+            of.case(index)
+
+
 def test_a_slope_rises_ahead() -> None:
     """On a slope that rises along +x gravity pulls back, with its full size."""
     gravity = one("slope_deg", 30).scene.gravity

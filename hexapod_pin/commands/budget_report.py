@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from hexapod_pin.errors import ParameterError
-
 if TYPE_CHECKING:
     from hexapod_pin.results.peak_verdict import PeakVerdicts
     from hexapod_pin.results.sizing import MotorBudget, MotorRanking
@@ -30,10 +28,7 @@ def motors_of(
     rows = load_catalog(file)
     if motor is not None:
         return motor_budget(trace, rows.get(motor, voltage))
-    chosen = [row for row in rows if voltage is None or abs(row.voltage - voltage) < 0.05]
-    if not chosen:
-        known = ", ".join(f"{volts:g}" for volts in sorted({row.voltage for row in rows}))
-        raise ParameterError("--voltage", voltage, f"one of {known} [V]")
+    chosen = rows if voltage is None else rows.at(voltage)
     return motor_ranking(trace, chosen, source=rows.source)
 
 

@@ -60,6 +60,19 @@ class Catalog:
             f"Write {found[0].name!r}, or the like, for one of them.",
         )  # fmt: skip
 
+    def at(self, voltage: float) -> tuple[MotorRecord, ...]:
+        """Return the records of a voltage.
+
+        Raises:
+            ParameterError: there is none; names the voltages that there are.
+        """
+        found = tuple(record for record in self.records if _same(record.voltage, voltage))
+        if not found:
+            known = sorted({record.voltage for record in self.records})
+            allowed = f"one of {', '.join(f'{volts:g}' for volts in known)} V"
+            raise ParameterError("voltage", voltage, allowed)
+        return found
+
     def supplied(self, model: str, supply: float) -> tuple[MotorRecord, float]:
         """Return the record nearest to a supply voltage, and the supply over its voltage [-].
 

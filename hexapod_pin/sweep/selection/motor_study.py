@@ -21,9 +21,6 @@ NotNegative = Annotated[NonNegativeFloat, Strict()]
 PAYLOAD_SHARE = 0.1
 """Payload over the robot's mass where no walks are given (*assumed*)."""
 
-SAME_VOLTAGE = 0.05
-"""Voltages that differ by less are the same [V]."""
-
 
 class MotorChoice(Spec):
     """Which motors may be chosen; what is left out does not restrict.
@@ -74,7 +71,8 @@ def candidates(choice: MotorChoice, folder: Path) -> Candidates:
     catalog = load_catalog(None if choice.catalog is None else folder / choice.catalog)
     _refuse_unknown("maker", choice.makers, [record.maker for record in catalog])
     _refuse_unknown("motor", choice.models, [record.model for record in catalog])
-    allowed = [record for record in catalog if _allows(choice, record)]
+    rows = catalog if choice.voltage is None else catalog.at(choice.voltage)
+    allowed = [record for record in rows if _allows(choice, record)]
     good = tuple(record for record in allowed if record.unusable is None)
     if not good:
         raise ParameterError(
@@ -89,8 +87,6 @@ def _allows(choice: MotorChoice, record: MotorRecord) -> bool:
     if choice.makers and record.maker not in choice.makers:
         return False
     if choice.models and record.model not in choice.models:
-        return False
-    if choice.voltage is not None and abs(record.voltage - choice.voltage) > SAME_VOLTAGE:
         return False
     if choice.heaviest is not None and (record.mass is None or record.mass > choice.heaviest):
         return False

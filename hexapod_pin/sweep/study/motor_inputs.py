@@ -57,16 +57,21 @@ class StudyMotors:
         Raises:
             ParameterError: there is none, or several and no voltage to choose by.
         """
-        wanted = name.strip().casefold()
-        found = [r for r in self.catalog if wanted in (r.model.casefold(), r.name.casefold())]
-        if not found:
-            known = [r.name for r in self.catalog]
-            hint = suggestion(name, [*known, *self.catalog.models])
-            raise ParameterError(where, name, f"one of {', '.join(known)}", hint)
-        if len(found) > 1 and voltage is None:
-            allowed = f"one of {', '.join(r.name for r in found)}, or beside a voltage"
-            raise ParameterError(where, name, allowed)
-        return found[0] if voltage is None else min(found, key=lambda r: abs(r.voltage - voltage))
+        self._require_known(name, where)
+        try:
+            if voltage is not None:
+                return self.catalog.supplied(name, voltage)[0]
+            return self.catalog.get(name)
+        except ParameterError as error:
+            if voltage is not None:
+                raise
+            allowed = f"{error.allowed} by its whole name, or beside a voltage"
+            raise ParameterError(where, name, allowed, error.hint) from error
+
+    def _require_known(self, name: str, where: str) -> None:
+        known = [*self.catalog.models, *(record.name for record in self.catalog)]
+        if name.strip().casefold() not in {other.casefold() for other in known}:
+            raise ParameterError(where, name, f"one of {', '.join(known)}", suggestion(name, known))
 
     def servo_with(self, servo: Servo, values: Mapping[str, Any]) -> Servo:
         """Return servos with the motor that the values, or the base, name.
@@ -80,9 +85,6 @@ class StudyMotors:
         voltage = values.get("voltage", self.voltage)
         record = self.record(name, voltage, "motor")
         ratio = 1.0 if voltage is None else voltage / record.voltage
-        most = record.voltage_max
-        if voltage is not None and most is not None and voltage > most:
-            raise ParameterError("voltage", voltage, f"at most {most:g} V for {record.model}")
         return servo.model_copy(update={"motor": record.motor(ratio)})
 
     def check(self, inputs: Sequence[StudyInput]) -> None:
@@ -101,9 +103,12 @@ class StudyMotors:
             raise ParameterError("base.voltage", self.voltage, allowed)
         if "motor" in named:
             item = named["motor"]
-            supply = self.voltage if voltage is None else 1.0
             for k, name in enumerate(item.names):
-                self.record(name, supply, f"{item.where}.values[{k}]")
+                where = f"{item.where}.values[{k}]"
+                if voltage is None:
+                    self.record(name, self.voltage, where)
+                else:  # a voltage that a motor is not made for is refused case by case
+                    self._require_known(name, where)
 
     def meaning(self, inputs: Sequence[StudyInput]) -> dict[str, Any] | None:
         """Return the records that cases may take, as plain data; None where no input is of them."""
