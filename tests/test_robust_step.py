@@ -335,5 +335,5 @@ def test_other_robots_are_refused_with_the_reason() -> None:
         native.start(
             plant, time=[0.0], position=np.zeros((1, n)), rate=np.zeros((1, n)), kind="cubic",
             start=native.checkpoint(0, 0.0, state.q, state.v, np.zeros((0, 6)), ()),
-            method="robust", step=1e-3, stride=1, sample=1e-3, accuracy=0.0,
+            method="robust", step=1e-3, stride=1, sample=1e-3, tolerance=0.0,
         )  # fmt: skip

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.arrays import Array, read_only
-from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.event import Event
@@ -201,6 +201,31 @@ class Summary:
     def __eq__(self, other: object) -> bool:
         """Tell whether all numbers, names and entries are the same."""
         return isinstance(other, Summary) and self.to_json() == other.to_json()
+
+    @property
+    def error_estimate(self) -> float:
+        """How far any position at any sample may be off [m and rad], as `Trace.error_estimate`."""
+        return float(self.meta.get("error_estimate", float("nan")))
+
+    @property
+    def accuracy_kept(self) -> bool:
+        """Whether the error estimated is within the accuracy asked for, as of `Trace`."""
+        return bool(self.meta.get("accuracy_kept", False))
+
+    def error_of(self, name: str) -> Array:
+        """Return how far a number may be off for the run's own error, in its unit and shape.
+
+        From another resolution of the same run: errors of the model are not in it. NaN where it is
+        not known.
+
+        Raises:
+            UnknownNameError: there is no such number.
+        """
+        if name not in LAYOUT:
+            raise UnknownNameError("number", name, list(LAYOUT))
+        known = self.meta.get("number_errors", {}).get(name)
+        value = np.full(np.shape(getattr(self, name)), np.nan) if known is None else known
+        return np.asarray(value, dtype=float)
 
     @property
     def begin(self) -> float:

@@ -66,7 +66,8 @@ SUMMARY_META = (
     "cycle_time",
     "steady_from", "steady_until", "travel_direction", "nominal_speed", "robot_name", "total_mass",
     "gravity", "effort_limit", "joint_kinds", "assumed", "provenance", "model_digest", "wall_time",
-    "level_start", "gait_turn_rate",
+    "level_start", "gait_turn_rate", "tolerance", "accuracy_kept", "error_estimate",
+    "number_errors",
 )  # fmt: skip
 """What a summary keeps of a trace's `meta`."""
 

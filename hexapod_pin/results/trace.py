@@ -22,6 +22,7 @@ from hexapod_pin.errors import NotRecordedError, ParameterError, UnknownNameErro
 from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
 from hexapod_pin.results.event import Event
 from hexapod_pin.results.file_ending import CSV, NETCDF, check_ending
 from hexapod_pin.results.joint_limits import JointLimits, joint_limits
@@ -77,6 +78,7 @@ class Trace:
             what is assumed, ...); values that JSON can hold.
         foot_normal: (T, F, 3) [-], unit ground normal under each foot; or one (3,) for all, as
             the default z.
+        error: estimated error of the samples; None where a run was not compared with another.
 
     Raises:
         ParameterError: an array has the wrong shape, times do not increase, an energy is missing,
@@ -99,6 +101,7 @@ class Trace:
     foot_names: tuple[str, ...]
     meta: Mapping[str, Any] = field(default_factory=dict)
     foot_normal: Array = field(default_factory=lambda: np.array((0.0, 0.0, 1.0)))
+    error: ErrorEstimate | None = None
 
     __hash__: ClassVar[None]  # type: ignore[assignment]  # equal by content, and contents are large
 
@@ -118,6 +121,8 @@ class Trace:
             object.__setattr__(self, "energy", self._frozen_energy())
         object.__setattr__(self, "counters", frozen_json("Trace.counters", self.counters))
         object.__setattr__(self, "meta", frozen_json("Trace.meta", self.meta))
+        if self.error is not None and self.error.place.shape != self.time.shape:
+            raise ParameterError("Trace.error", self.error.place.shape, "one row per sample")
         if np.any(np.diff(self.time) <= 0.0) or not np.all(np.isfinite(self.time)):
             raise ParameterError("Trace.time", self.time, "finite and strictly increasing [s]")
 
@@ -229,22 +234,37 @@ class Trace:
 
     @property
     def step_error(self) -> float:
-        """Largest estimated error of one step, in positions [m and rad]; nan with fixed steps.
-
-        Walks forget their errors within a cycle, as servos and feet pull the robot back: the error
-        of the whole run was 0.4 to 3.8 times this in walks of 5 and 10 s (docs/verdict.md).
-        """
+        """Largest estimated error of one step, in positions [m and rad]; nan with fixed steps."""
         return float(self.counters.get("error_most", float("nan")))
 
     @property
     def error_estimate(self) -> float:
-        """What errors may have grown to over the run [m and rad]; nan for fixed-step methods.
+        """How far any position at any sample may be from the exact motion [m and rad].
 
-        The root of the largest error of a step times the sum of all: as if errors of a step partly
-        added up over the whole run. In a walk, which forgets its errors, that is far above the true
-        error, 2.7 to 50 times; see `step_error`.
+        Of `error`, the largest. NaN where the run was not compared with another: with fixed steps,
+        in sessions, and with `estimate=False`.
         """
-        return float(self.counters.get("error_estimate", float("nan")))
+        return float("nan") if self.error is None else float(self.error.position.max())
+
+    @property
+    def accuracy_kept(self) -> bool:
+        """Whether the error estimated is within the accuracy asked for.
+
+        False where it is not, and where nothing is known of it.
+        """
+        return bool(self.meta.get("accuracy_kept", False))
+
+    @property
+    def predictable_until(self) -> float:
+        """Time up to which positions are within the accuracy asked for [s]; inf: to the end.
+
+        Behind it a trajectory means nothing, its statistics do; NaN where nothing is known.
+        """
+        accuracy = self.meta.get("accuracy")
+        if self.error is None or not accuracy:
+            return float("nan")
+        beyond = np.flatnonzero(self.error.position > accuracy)
+        return float(self.time[max(0, beyond[0] - 1)]) if len(beyond) else float("inf")
 
     @property
     def checkpoint(self) -> Checkpoint:
@@ -325,7 +345,12 @@ class Trace:
         """Return the stored arrays by their names in a file."""
         arrays = {name: getattr(self, name) for name in LAYOUT if name in vars(self)}
         energy = vars(self).get("energy", {})
-        return arrays | {f"energy_{name}": energy[name] for name in sorted(energy)}
+        arrays |= {f"energy_{name}": energy[name] for name in sorted(energy)}
+        return arrays | {f"error_{name}": e for name, e in self._errors().items()}
+
+    def _errors(self) -> dict[str, Array]:
+        """Return the estimated errors by name."""
+        return {} if self.error is None else self.error.arrays
 
     def _columns(self) -> dict[str, Column]:
         """Return everything, with what follows from it, as labelled columns."""
@@ -341,6 +366,10 @@ class Trace:
             columns |= self._energy_columns()
         if "contacts" in self.recorded:
             columns |= self._contact_columns()
+        for name, values in self._errors().items():
+            units, meaning = QUANTITIES[name]
+            about = described(units, f"estimated error so far of {meaning}")
+            columns[f"error_{name}"] = Column(("time",), values, about)
         for name in ("meta", "counters"):
             text = json.dumps(dict(getattr(self, name)))
             columns[name] = Column((), np.array(text, dtype=object), {"long_name": "JSON"})

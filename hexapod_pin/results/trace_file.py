@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
 from hexapod_pin.results.file_ending import CSV, NETCDF, ending
 from hexapod_pin.results.netcdf import read_netcdf
 from hexapod_pin.results.recording import left_out, recorded_groups
@@ -76,6 +77,7 @@ def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ..
     prefix = "energy_"
     stored = (name for name in arrays if name.startswith(prefix) and name != "energy_residual")
     absent = left_out(recorded)
+    errors = {name: arrays[f"error_{name}"] for name in QUANTITIES if f"error_{name}" in arrays}
     energy = {name[len(prefix) :]: arrays[name] for name in stored}
     return Trace(
         energy=None if "energy" in absent else energy,  # type: ignore[arg-type]
@@ -83,5 +85,6 @@ def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ..
         meta=json.loads(arrays["meta"].item()),
         joint_names=tuple(arrays["joint"]),
         foot_names=tuple(arrays["foot"]),
+        error=ErrorEstimate(**errors) if errors else None,
         **{name: None if name in absent else arrays[name] for name in LAYOUT},  # type: ignore[arg-type]
     )

@@ -34,6 +34,8 @@ class Case:
         initial: state at the start, or a checkpoint to go on from; None: standing.
         duration: simulated time [s]; None where `simulate_batch` gives one for all.
         accuracy: as of `simulate` [m and rad].
+        torque_accuracy: as of `simulate` [N m, or a share of the peak such as "1 %"].
+        estimate: as of `simulate`.
         method: as of `simulate`.
         step: as of `simulate` [s].
         sample: as of `simulate` [s].
@@ -54,6 +56,8 @@ class Case:
     initial: State | Checkpoint | None = None
     duration: float | None = field(default=None, kw_only=True)
     accuracy: float | None = field(default=None, kw_only=True)
+    torque_accuracy: float | str | None = field(default=None, kw_only=True)
+    estimate: bool = field(default=True, kw_only=True)
     method: str | None = field(default=None, kw_only=True)
     step: float | None = field(default=None, kw_only=True)
     sample: float | None = field(default=None, kw_only=True)
@@ -69,11 +73,21 @@ class Case:
                 raise ParameterError(f"Case.{name}", value, "a number")
         if self.method is not None and not isinstance(self.method, str):
             raise ParameterError("Case.method", self.method, "a name")
+        if not isinstance(self.estimate, bool):
+            raise ParameterError("Case.estimate", self.estimate, "true or false")
         object.__setattr__(self, "record", recorded_groups(self.record))
         self._settings(0.0 if self.duration is None else self.duration)
 
     def _settings(self, duration: float) -> RunSettings:
-        return RunSettings.of(duration, self.method, self.accuracy, self.step, self.sample)
+        return RunSettings.of(
+            duration, self.method, self.accuracy, self.step, self.sample, self.torque_accuracy,
+            self.estimate,
+        )  # fmt: skip
+
+    @property
+    def settings_key(self) -> tuple[Any, ...]:
+        """What says how it is integrated."""
+        return (self.method, self.accuracy, self.torque_accuracy, self.estimate, self.step)
 
     @property
     def settings(self) -> RunSettings:
@@ -107,7 +121,8 @@ class Case:
             given["duration"] = duration
         if self.sample is None:
             given["sample"] = sample
-        if self.method is None and self.accuracy is None and self.step is None:
+        own = (self.method, self.accuracy, self.torque_accuracy, self.step)
+        if all(value is None for value in own):
             given |= {"accuracy": accuracy, "method": method, "step": step}
         if all(value is None for value in given.values()):
             return self
@@ -142,7 +157,7 @@ class Case:
         try:
             return self._digest
         except ParameterError:
-            rest = (self.duration, self.accuracy, self.method, self.step, self.sample, self.record)
+            rest = (self.duration, self.settings_key, self.sample, self.record)
             return (id(self.scene), id(self.controller), id(self.initial), *rest)
 
     def run(self, progress: Callable[[float], None] | None = None) -> Trace:

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.case import Case
 
 SCHEMA = 1
-SETTINGS = ("duration", "accuracy", "method", "step", "sample", "record")
+SETTINGS = (
+    "duration", "accuracy", "torque_accuracy", "estimate", "method", "step", "sample", "record",
+)  # fmt: skip
 ROBOT = ("source", "feet", "foot_radius", "posture", "digest", "options")
 
 

@@ -49,6 +49,8 @@ def case_digest(case: Case) -> str:
         "step": how.grid.step,
         "sample": how.grid.sample,
         **({} if case.record is None else {"record": list(case.record)}),
+        **({} if how.controlled or not how.choice.method.adaptive else {"estimate": False}),
+        **how.choice.torque_request,
     }
     parts = {
         "schema": canonical_text(run["schema"]),

@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.simulation.resolution import MOST_LEVELS
 
 if TYPE_CHECKING:
+    from hexapod_pin.results.error_estimate import ErrorEstimate
     from hexapod_pin.simulation.scene import Scene
 
 DEFAULT_ACCURACY = 1e-4
 """[m and rad]"""
+
+LOOSEST_TOLERANCE = 1e-3
+"""[m and rad]; looser ones hardly make a step longer."""
+START_RATIO = 10.0
+"""Tolerance of level 0 over the accuracy: [-]."""
+LEVELS_PER_DECADE = 2
+LEAST_TOLERANCE = {"extrapolated-euler": 1e-10, "ndf": 1e-13, "dop853": 1e-13}
+"""Of one step [m and rad]: below it round-off takes over, or steps become too many."""
 
 DEFAULT_STEP = 1e-3
 """[s]"""
@@ -75,15 +85,67 @@ class MethodSettings:
         method: the method.
         accuracy: error in positions it shall keep [m and rad]; 0 for fixed steps.
         step: integration step [s]; 0 for an adaptive method.
+        torque_accuracy: error of torques to keep [N m]; 0: none asked for.
+        torque_share: the same over the largest torque [-]; 0: none asked for.
+        positions: whether that of positions is asked for too.
+        level: of an adaptive method whose global error is kept: how finely the run is resolved,
+            errors being about three times smaller with each. None: `accuracy` is what one step may
+            lose, and nothing is known of the whole run.
     """
 
     method: Method
     accuracy: float
     step: float
+    torque_accuracy: float = 0.0
+    torque_share: float = 0.0
+    positions: bool = True
+    level: int | None = None
+
+    @property
+    def tolerance(self) -> float:
+        """What one step may lose [m and rad]."""
+        if self.level is None:
+            return self.accuracy
+        return min(LOOSEST_TOLERANCE, START_RATIO * self.accuracy) / self.refinement
+
+    @property
+    def refinement(self) -> float:
+        """How much finer than at level 0: the ratio of tolerances, at least 1."""
+        return float(10.0 ** ((self.level or 0) / LEVELS_PER_DECADE))
+
+    @property
+    def finest_level(self) -> int:
+        """The finest level: where round-off takes over."""
+        coarsest = replace(self, level=0).tolerance
+        decades = math.log10(coarsest / LEAST_TOLERANCE[self.method.name])
+        return max(1, min(MOST_LEVELS, math.floor(LEVELS_PER_DECADE * decades + 1e-9)))
+
+    def excess(self, error: ErrorEstimate, largest_torque: float) -> float:
+        """Return the largest estimated error over what was asked [-].
+
+        Raises:
+            ParameterError: torques are asked for and not recorded.
+        """
+        over = float(error.position.max()) / self.accuracy if self.positions else 0.0
+        allowed = self.torque_accuracy or self.torque_share * largest_torque
+        if not allowed:
+            return over
+        if error.torque is None:
+            raise ParameterError("record", "without torque", "with torque, for `torque_accuracy`")
+        return max(over, float(error.torque.max()) / allowed)
+
+    @property
+    def torque_request(self) -> dict[str, float]:
+        """What is asked of torques, as data; empty where nothing is."""
+        asked = {"torque_accuracy": self.torque_accuracy, "torque_share": self.torque_share}
+        return {name: value for name, value in asked.items() if value}
 
 
 def resolve_method(
-    method: str | None, accuracy: float | None, step: float | None
+    method: str | None,
+    accuracy: float | None,
+    step: float | None,
+    torque_accuracy: float | str | None = None,
 ) -> MethodSettings:
     """Return the method meant by what the user gave.
 
@@ -99,7 +161,17 @@ def resolve_method(
     if found is None:
         raise ParameterError("method", name, f"one of {', '.join(METHODS)}")
     if found.adaptive:
-        return _adaptive(found, accuracy, step)
+        asked = _adaptive(found, accuracy, step)
+        if torque_accuracy is None:
+            return asked
+        size, share = _torque_accuracy(torque_accuracy)
+        return replace(
+            asked, torque_accuracy=size, torque_share=share, positions=accuracy is not None
+        )
+    if torque_accuracy is not None:
+        raise ParameterError(
+            "torque_accuracy", torque_accuracy, f"left out with method {name!r}", "It takes a step."
+        )
     if accuracy is not None:
         raise ParameterError(
             "accuracy", accuracy, f"left out with method {name!r}", "It takes a step [s]."
@@ -108,6 +180,24 @@ def resolve_method(
     if not (math.isfinite(size) and size > 0.0):
         raise ParameterError("step", size, "positive and finite [s]")
     return MethodSettings(found, 0.0, float(size))
+
+
+def _torque_accuracy(asked: float | str) -> tuple[float, float]:
+    """Return an accuracy of torques as a size [N m] and as a share of the largest; one is 0.
+
+    Raises:
+        ParameterError: neither a number above 0 nor a percentage below 100 %.
+    """
+    is_share = isinstance(asked, str)
+    text = asked.strip().removesuffix("%") if isinstance(asked, str) else asked
+    try:
+        number = float(text) / (100.0 if is_share else 1.0)
+    except (TypeError, ValueError):
+        number = float("nan")
+    marked = not isinstance(asked, str) or asked.strip().endswith("%")
+    if not (math.isfinite(number) and number > 0.0 and marked and not (is_share and number >= 1.0)):
+        raise ParameterError("torque_accuracy", asked, 'above 0 N m, or a share such as "1 %"')
+    return (0.0, number) if is_share else (number, 0.0)
 
 
 def _adaptive(method: Method, accuracy: float | None, step: float | None) -> MethodSettings:

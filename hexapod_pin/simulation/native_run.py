@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from copy import copy
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -24,7 +25,13 @@ from hexapod_pin.simulation.loaded_model import native_loads
 from hexapod_pin.simulation.methods import MethodSettings, check_supported
 from hexapod_pin.simulation.plant import native_plant, standing_on
 from hexapod_pin.simulation.prescribed import native_acceleration, prescribed_start
-from hexapod_pin.simulation.run_meta import common_meta, plain_counters, run_meta, run_summary
+from hexapod_pin.simulation.run_meta import (
+    common_meta,
+    plain_counters,
+    run_meta,
+    run_numbers,
+    run_summary,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -103,7 +110,8 @@ class NativeRun:
             step=how.grid.step,
             stride=how.grid.stride,
             sample=how.grid.sample,
-            accuracy=how.choice.accuracy,
+            tolerance=how.choice.tolerance,
+            refinement=how.choice.refinement,
             record=record,
             rate_limit=np.where(limit > 0.0, limit, np.inf),
             trunk=[(place, radius) for _, place, radius, _ in self.trunk_points],
@@ -117,6 +125,13 @@ class NativeRun:
             return _native.start(**settings)
         except ValueError as error:  # what only the core knows: a method that cannot do a scene
             raise ParameterError("method", how.choice.method.name, str(error)) from None
+
+    def with_settings(self, how: RunSettings) -> NativeRun:
+        """Return a run of the same scene from the same start, with other settings."""
+        other = copy(self)
+        other.how, other.wall_time = how, 0.0
+        other.rollout = other._start(self.start, self.recorded)
+        return other
 
     @property
     def time(self) -> float:
@@ -179,6 +194,20 @@ class NativeRun:
             foot_names=names,
             meta=run_meta(self),
         )
+
+    def samples(self) -> dict[str, Array]:
+        """Return the samples that errors are estimated of, as arrays of a trace."""
+        record, feet = self.rollout.record(), len(contact_names(self.scene))
+        found = {"q": record["q"]}
+        if "torque" not in self.omitted:
+            found["torque"] = record["torque"]
+        if "foot_force" not in self.omitted:
+            found["foot_force"] = record["foot_force"].reshape(-1, feet, 3)
+        return found
+
+    def numbers(self) -> Mapping[str, Any]:
+        """Return the numbers of the summary so far."""
+        return run_numbers(self)
 
     def summary(self, *, texts: bool = True) -> Summary:
         """Return what the run has come to so far; with what was run as TOML text, or without."""

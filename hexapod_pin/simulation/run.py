@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from hexapod_pin.control.feedback import FeedbackController
@@ -10,13 +11,15 @@ from hexapod_pin.control.planning_progress import planning_told_to
 from hexapod_pin.errors import SimulationInterrupted
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.closed_loop import closed_loop_run
-from hexapod_pin.simulation.native_run import open_loop_run
+from hexapod_pin.simulation.controlled_run import ControlledRun
+from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.results.checkpoint import Checkpoint
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.state import State
+    from hexapod_pin.simulation.run_settings import RunSettings
     from hexapod_pin.simulation.scene import Scene
 
 
@@ -26,6 +29,8 @@ def simulate(
     *,
     duration: float,
     accuracy: float | None = None,
+    torque_accuracy: float | str | None = None,
+    estimate: bool = True,
     method: str | None = None,
     step: float | None = None,
     sample: float | None = None,
@@ -40,7 +45,14 @@ def simulate(
         controller: gives the joint set-points: all of them before the run (`KinematicControl`,
             `HoldPosture`), or at its ticks from what it measures (a `FeedbackController`).
         duration: simulated time [s]; 0 returns the initial sample.
-        accuracy: error in positions to keep at the sampled times [m and rad]; default 1e-4.
+        accuracy: error in positions to keep at the sampled times [m and rad]; default 1e-4. The
+            case is run at two resolutions or more until its estimated error is within it; where
+            that cannot be, `trace.accuracy_kept` is False and `trace.predictable_until` says from
+            what time on.
+        torque_accuracy: instead of it, or beside it: error in torques to keep at the sampled times
+            [N m], or as a share of the largest torque, such as "1 %".
+        estimate: False: a single run, whose steps keep the accuracy; what their errors grow to is
+            not known.
         method: "extrapolated-euler" (adaptive, the default), "ndf" (1e-5 and tighter),
             "dop853" (explicit, for references); or with fixed steps "robust", "implicit-euler"
             (the default where a step is given), "rk4".
@@ -66,8 +78,8 @@ def simulate(
     """
     case = Case(
         scene, controller, initial,
-        duration=duration, accuracy=accuracy, method=method, step=step, sample=sample,
-        record=record,
+        duration=duration, accuracy=accuracy, torque_accuracy=torque_accuracy, estimate=estimate,
+        method=method, step=step, sample=sample, record=record,
     )  # fmt: skip
     return run_case(case, progress)
 
@@ -84,10 +96,31 @@ def run_case(
     try:
         with planning_told_to(planning):
             if isinstance(case.controller, FeedbackController):
-                return closed_loop_run(case, case.settings, progress).require_good()
+                return _closed_loop(case, progress)
             run = open_loop_run(case, case.settings)
     except KeyboardInterrupt:
         text = "interrupted while the run was being planned; nothing was simulated"
         raise SimulationInterrupted(text, None) from None
-    run.advance(progress)
-    return run.require_good()
+    return _open_loop(run, progress)
+
+
+def _closed_loop(case: Case, progress: Callable[[float], None] | None) -> Trace:
+    how = case.settings
+    if not how.controlled:
+        return closed_loop_run(case, how, progress).require_good()
+    runner = partial(closed_loop_run, case)
+    return ControlledRun(how, runner, progress).trace(together=False)
+
+
+def _open_loop(run: NativeRun, progress: Callable[[float], None] | None) -> Trace:
+    """Run what has been planned."""
+    if not run.how.controlled:
+        run.advance(progress)
+        return run.require_good()
+
+    def runner(how: RunSettings, tell: Callable[[float], None] | None) -> NativeRun:
+        other = run.with_settings(how)
+        other.advance(tell)
+        return other
+
+    return ControlledRun(run.how, runner, progress).trace(together=True)

@@ -27,12 +27,17 @@ def run_summary(run: NativeRun, meta: Mapping[str, Any]) -> Summary:
     from hexapod_pin.simulation.native_run import contact_names
 
     return Summary.from_data(
-        from_native(run.rollout.summary()),
+        run_numbers(run),
         run.scene.robot.joint_names,
         contact_names(run.scene),
         plain_counters(run),
         meta,
     )
+
+
+def run_numbers(run: NativeRun) -> dict[str, Any]:
+    """Return the numbers of a run's summary so far."""
+    return from_native(run.rollout.summary())
 
 
 def plain_counters(run: NativeRun) -> dict[str, int | float]:

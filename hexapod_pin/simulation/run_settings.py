@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hexapod_pin.simulation.methods import MethodSettings, resolve_method
 from hexapod_pin.simulation.time_grid import TimeGrid
@@ -16,11 +16,13 @@ class RunSettings:
         choice: method, and its accuracy or step.
         grid: samples and steps.
         duration: simulated time [s].
+        controlled: whether the error of the whole run is estimated and kept.
     """
 
     choice: MethodSettings
     grid: TimeGrid
     duration: float
+    controlled: bool = False
 
     @classmethod
     def of(
@@ -30,16 +32,22 @@ class RunSettings:
         accuracy: float | None,
         step: float | None,
         sample: float | None,
+        torque_accuracy: float | str | None = None,
+        estimate: bool = True,
     ) -> RunSettings:
         """Check the settings of `simulate` against each other.
 
         Raises:
             ParameterError: one is out of range, or they do not fit together.
         """
-        choice = resolve_method(method, accuracy, step)
+        choice = resolve_method(method, accuracy, step, torque_accuracy)
         grid = (
             TimeGrid.adaptive(duration, sample)
             if choice.method.adaptive
             else TimeGrid.fixed(duration, choice.step, sample)
         )
-        return cls(choice, grid, duration)
+        return cls(choice, grid, duration, choice.method.adaptive and estimate)
+
+    def at_level(self, level: int) -> RunSettings:
+        """Return the settings of a run of this level of resolution."""
+        return replace(self, choice=replace(self.choice, level=level))

@@ -25,8 +25,10 @@ class SolverSetting:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What `simulate` is given."""
-        return {"method": self.method, "accuracy" if self.adaptive else "step": self.value}
+        """What `simulate` is given: a single run, whose steps keep the accuracy."""
+        if self.adaptive:
+            return {"method": self.method, "accuracy": self.value, "estimate": False}
+        return {"method": self.method, "step": self.value}
 
     @property
     def text(self) -> str:

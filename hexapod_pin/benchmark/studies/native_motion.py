@@ -59,7 +59,7 @@ class NativeMotion:
             rate=np.ascontiguousarray(self.plan.v),
             kind=self.plan.kind,
             start=native.checkpoint(0, 0.0, self.state.q, self.state.v, np.zeros((0, 6)), ()),
-            method=method, step=step, stride=stride, sample=step * stride, accuracy=0.0,
+            method=method, step=step, stride=stride, sample=step * stride, tolerance=0.0,
         )  # fmt: skip
 
     def timed_run(

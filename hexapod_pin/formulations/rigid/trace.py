@@ -95,6 +95,7 @@ class RigidRecorder:
             foot_names=model.foot_names,
             meta={"controller": tomli_w.dumps(controller.to_dict()), **settings, **self._meta()},
             foot_normal=model.normal,
+            error=None,
         )
 
     def _meta(self) -> dict[str, object]:

@@ -73,10 +73,11 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
                                const KnotRows& position, const KnotRows& rate,
                                const std::string& kind, const Checkpoint& from,
                                const std::string& method, double step, long stride, double sample,
-                               double accuracy, bool record, const VectorXd& rate_limit,
+                               double tolerance, bool record, const VectorXd& rate_limit,
                                const std::vector<std::pair<Vec3, double>>& trunk,
                                const Vec3& window, const VectorXd& torque_limit,
-                               const KnotRows& acceleration, const std::vector<std::string>& omitted) {
+                               const KnotRows& acceleration, const std::vector<std::string>& omitted,
+                               double refinement) {
   check_start(s, from);
   const auto columns = Eigen::Index(s.dynamics.tree().nv - 6);
   if (position.cols() != columns) throw std::invalid_argument("one set-point per joint needed");
@@ -84,7 +85,7 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
     if (limit->size() != 0 && limit->size() != columns)
       throw std::invalid_argument("one limit per joint needed");
   RunSetup setup{s, make_reference(time, position, rate, kind, acceleration), from, step, stride, sample,
-                 accuracy, record, rate_limit, {window[0], window[1], window[2]}, torque_limit, {}, omitted};
+                 {tolerance, refinement, sample}, record, rate_limit, {window[0], window[1], window[2]}, torque_limit, {}, omitted};
   for (const auto& [offset, radius] : trunk) setup.trunk.push_back({offset, radius});
   return start_run(method, setup);
 }
@@ -252,11 +253,11 @@ void bind_runs(nb::module_& m) {
   m.def("checkpoint", &make_checkpoint, "first"_a, "time"_a, "q"_a, "v"_a, "contacts"_a,
         "controller"_a, "command"_a = RowMatrix(), "impulse"_a = RowMatrix());
   m.def("start", &start, "plant"_a, "time"_a, "position"_a, "rate"_a, "kind"_a, "start"_a, "method"_a,
-        "step"_a, "stride"_a, "sample"_a, "accuracy"_a, "record"_a = true,
+        "step"_a, "stride"_a, "sample"_a, "tolerance"_a, "record"_a = true,
         "rate_limit"_a = VectorXd(), "trunk"_a = std::vector<std::pair<Vec3, double>>(),
         "window"_a = Vec3(0.0, std::numeric_limits<double>::infinity(), 0.0),
         "torque_limit"_a = VectorXd(), "acceleration"_a = RowMatrix(),
-        "omitted"_a = std::vector<std::string>());
+        "omitted"_a = std::vector<std::string>(), "refinement"_a = 1.0);
   m.def("set_points_at", &set_points_at, "time"_a, "position"_a, "rate"_a, "kind"_a, "acceleration"_a,
         "at"_a, "Angles, rates and accelerations of set-points at one time, (3, joints).");
   bind_several(m);

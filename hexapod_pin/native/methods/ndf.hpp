@@ -15,6 +15,7 @@
 #include "methods/chart_flow.hpp"
 #include "methods/drive_events.hpp"
 #include "methods/ndf_newton.hpp"
+#include "methods/resolution.hpp"
 #include "methods/touch_down_locator.hpp"
 #include "run/accepted_step.hpp"
 #include "run/rollout.hpp"
@@ -24,11 +25,11 @@ namespace hexapod {
 template <class PlantT>
 class NdfDriver {
  public:
-  NdfDriver(PlantT& plant, Reference& reference, double accuracy,
+  NdfDriver(PlantT& plant, Reference& reference, const Resolution& resolution,
             const std::vector<double>& /*memory*/, AcceptedStep& observer)
       : flow_(plant, reference), observer_(observer), 
-        tolerance_(scene_share(plant, reference) * kToleranceShare * accuracy),
-        norm_{tolerance_, kLeastVelocityWeight, plant.law.friction.steepness()},
+        tolerance_(scene_share(plant, reference) * kToleranceShare * resolution.tolerance),
+        norm_{tolerance_, kLeastVelocityWeight, resolution.refinement * plant.law.friction.steepness()},
         newton_(flow_, norm_), drives_(flow_, norm_), touch_(plant.feet.size(), kTouchTolerances * tolerance_) {}
 
   // From t to `stop`, in steps that may end beyond it but not beyond `horizon`, the set-points' next

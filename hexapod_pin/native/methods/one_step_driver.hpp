@@ -13,6 +13,7 @@
 #include "methods/error_control.hpp"
 #include "methods/chart_flow.hpp"
 #include "methods/drive_events.hpp"
+#include "methods/resolution.hpp"
 #include "methods/touch_down_locator.hpp"
 #include "run/accepted_step.hpp"
 #include "run/rollout.hpp"
@@ -25,12 +26,14 @@ class OneStepDriver {
 
  public:
   // `memory` of an earlier driver's controller, or empty
-  OneStepDriver(PlantT& plant, Reference& reference, double accuracy,
+  OneStepDriver(PlantT& plant, Reference& reference, const Resolution& resolution,
                 const std::vector<double>& memory, AcceptedStep& observer)
-      : flow_(plant, reference), method_(plant), observer_(observer),
-        norm_{scene_share(plant, reference, accuracy) * Method::tolerance_share(accuracy) * accuracy,
+      : flow_(plant, reference), method_(plant), observer_(observer), resolution_(resolution),
+        norm_{local_tolerance(plant, reference, resolution.tolerance),
               Method::kLeastVelocityWeight,
-              Method::kWeightFollowsFriction ? plant.law.friction.steepness() : 0.0},
+              Method::kWeightFollowsFriction
+                  ? resolution.refinement * plant.law.friction.steepness()
+                  : 0.0},
         touch_(plant.feet.size(), norm_.tolerance, Method::kLocatesLiftOff), drives_(flow_, norm_),
         step_(kFirstStep) {
     if (memory.size() != 2 + Method::kMemorySize) return;
@@ -44,7 +47,8 @@ class OneStepDriver {
                EnergyLedger& ledger) {
     drives_.start(flow_.plant, flow_.reference, t, q, v);
     while (t < stop) {
-      const double rest = stop - t, h = fit_step(step_, rest);
+      const double rest = stop - t;
+      const double h = std::min(fit_step(step_, rest), resolution_.longest_step(rest));
       flow_.begin(q, v, y0_);
       touch_.begin(flow_.plant);
       drives_.weigh(flow_.plant, Method::kLeastVelocityWeight, Method::kHardVelocityWeight, norm_);
@@ -89,10 +93,11 @@ class OneStepDriver {
   static constexpr double kLeastEventStep = 1e-11;  // s, and of the time
   static constexpr double kLeastShare = 1e-3;  // of a step: where the ground has a jump, the gap has no root
 
-  // Share of the usual tolerance that this scene needs.
-  static double scene_share(const PlantT& plant, const Reference& reference, double accuracy) {
-    if (PlantT::kPrescribed) return Method::prescribed_share(accuracy);
-    return DriveEvents<PlantT>::hard(plant, reference) ? kHardDriveShare : 1.0;
+  // What one step may lose, by the method and by what this scene needs, m and rad.
+  static double local_tolerance(const PlantT& plant, const Reference& reference, double tolerance) {
+    const double own = Method::tolerance_share(tolerance) * tolerance;
+    if (PlantT::kPrescribed) return Method::prescribed_share(tolerance) * own;
+    return DriveEvents<PlantT>::hard(plant, reference) ? kHardDriveShare * own : own;
   }
 
   // Accepts a step of h, shorter where the error or a touch-down requires it, and leaves the plant
@@ -156,6 +161,7 @@ class OneStepDriver {
   ChartFlow<PlantT> flow_;
   Method method_;
   AcceptedStep& observer_;
+  Resolution resolution_;
   ErrorNorm norm_;
   TouchDownLocator touch_;
   DriveEvents<PlantT> drives_;

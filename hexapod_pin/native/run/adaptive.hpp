@@ -14,7 +14,7 @@ class AdaptiveRollout final : public SampledRollout<PlantT> {
  public:
   AdaptiveRollout(PlantT plant, const RunSetup& setup)
       : Base(std::move(plant), setup, true),  // touch-downs are found before they happen
-        driver_(plant_, reference_, setup.accuracy, setup.start.controller, *this) {
+        driver_(plant_, reference_, setup.resolution, setup.start.controller, *this) {
     evaluate();
     this->record_start(setup.start);
   }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "methods/resolution.hpp"
 #include "plant/reference.hpp"
 #include "plant/settings.hpp"
 #include "run/recorder.hpp"
@@ -41,7 +42,7 @@ struct RunSetup {
   double step = 0.0;      // of a fixed-step method, s
   long stride = 1;        // steps between samples
   double sample = 0.0;    // time between samples, s
-  double accuracy = 0.0;  // of an adaptive method, m and rad
+  Resolution resolution;  // of an adaptive method
   bool record = true;     // whether samples are kept
   VectorXd rate_limit;    // of the set-points that commands move, rad/s; none: no limit
   SummaryWindow window;

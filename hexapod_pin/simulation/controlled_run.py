@@ -1,0 +1,77 @@
+"""A run that keeps the accuracy asked for: the case again, finer each time, and compared.
+
+The first two runs go on side by side, each in a thread of its own. What they differ by says how far
+the finer one may be from the exact motion; where that is more than was asked, a still finer one
+follows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from threading import Event
+
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.simulation.accuracy_control import FIRST_LEVELS, AccuracyControl
+from hexapod_pin.simulation.native_run import NativeRun
+from hexapod_pin.simulation.run_settings import RunSettings
+
+Progress = Callable[[float], None]
+Runner = Callable[[RunSettings, Progress | None], NativeRun]
+"""Runs a case to its end with given settings, telling its progress."""
+
+
+class _StoppedError(Exception):
+    """The companion of a run that is given up."""
+
+
+class ControlledRun:
+    """One case, run until its estimated error is within what was asked."""
+
+    def __init__(self, how: RunSettings, run: Runner, progress: Progress | None) -> None:
+        """Take the settings asked for and what runs the case; nothing is run yet."""
+        self._how, self._run, self._progress, self._shown = how, run, progress, 0.0
+
+    def trace(self, *, together: bool) -> Trace:
+        """Run until the accuracy is kept, or until finer runs would not help.
+
+        Args:
+            together: the first two runs at a time, in a thread each.
+
+        Raises:
+            DivergenceError: a run and a finer one have left the finite world.
+            SimulationInterrupted: Ctrl-C; `.trace` holds what the run under way had done.
+        """
+        control = AccuracyControl(self._how)
+        first = self._first_two() if together else map(self._at, FIRST_LEVELS)
+        for level, run in zip(FIRST_LEVELS, first, strict=True):
+            control.take(level, run)
+        while (finer := control.next_level()) is not None:
+            control.take(finer, self._at(finer))
+        return control.trace()
+
+    def _first_two(self) -> tuple[NativeRun, NativeRun]:
+        stop = Event()
+
+        def check(_: float) -> None:
+            if stop.is_set():
+                raise _StoppedError
+
+        coarse, fine = FIRST_LEVELS
+        with ThreadPoolExecutor(1) as pool:
+            companion = pool.submit(self._run, self._how.at_level(coarse), check)
+            try:
+                run = self._at(fine)
+            except BaseException:
+                stop.set()
+                raise
+            return companion.result(), run
+
+    def _at(self, level: int) -> NativeRun:
+        return self._run(self._how.at_level(level), self._tell)
+
+    def _tell(self, fraction: float) -> None:
+        """Tell the progress, which never falls: a finer run begins anew."""
+        self._shown = max(self._shown, fraction)
+        if self._progress is not None:
+            self._progress(self._shown)
