@@ -112,6 +112,7 @@ class SceneResult:
         """Read what `to_json` wrote."""
         data: dict[str, Any] = json.loads(line)
         data["runs"] = tuple(PromiseRun(**run) for run in data["runs"])
+        data["notes"] = tuple(data["notes"])
         return cls(**data)
 
 

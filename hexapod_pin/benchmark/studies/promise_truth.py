@@ -8,7 +8,7 @@ the Jacobian, which costs accuracy and not truth where it is wrong.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -27,6 +27,12 @@ PAIRS = (
 )
 """Truth and check, the next where the last disagree or one does not end. The last pair is asked
 only where DOP853 gave nothing."""
+
+LONG_RUN_PAIRS = PAIRS[2:]
+"""Where DOP853 would take too long anyway."""
+
+CLOSED_FORM_UNCERTAINTY = 1e-14
+"""Of answers in closed form [m, rad]: round-off of metres."""
 
 MAX_WALL = 15.0
 """Wall time after which, or once it is foreseen, a run of DOP853 is given up [s]."""
@@ -63,18 +69,26 @@ class _TooSlowError(Exception):
     """A run takes too long."""
 
 
-def find_truth(scene: PromiseScene, tightest: float, *, max_wall: float = MAX_WALL) -> Truth:
+Pairs = Sequence[tuple[SolverSetting, SolverSetting]]
+
+
+def find_truth(
+    scene: PromiseScene, tightest: float, *, max_wall: float = MAX_WALL, pairs: Pairs = PAIRS
+) -> Truth:
     """Return the truth of a scene, tightened until it can judge the tightest accuracy.
 
     Args:
         scene: the scene.
         tightest: accuracy that it must judge [m, rad].
         max_wall: wall time of one run of DOP853 [s].
+        pairs: truths with their checks, asked one after the other.
     """
+    if scene.answer is not None:
+        return Truth(scene.answer, "closed form", "-", CLOSED_FORM_UNCERTAINTY, 0.0)
     begin = time.perf_counter()
     best = Truth(None, "-", "-", float("inf"), 0.0)
     notes: list[str] = []
-    for found in _pairs(scene, max_wall, notes):
+    for found in _found(scene, pairs, max_wall, notes):
         if found.uncertainty < best.uncertainty:
             best = found
         if best.judges(tightest):
@@ -84,10 +98,10 @@ def find_truth(scene: PromiseScene, tightest: float, *, max_wall: float = MAX_WA
     return Truth(best.q, best.method, best.check, best.uncertainty, seconds, tuple(notes))
 
 
-def _pairs(scene: PromiseScene, max_wall: float, notes: list[str]) -> Iterator[Truth]:
+def _found(scene: PromiseScene, pairs: Pairs, max_wall: float, notes: list[str]) -> Iterator[Truth]:
     """Yield what each pair that ends gives."""
     explicit_ended = False
-    for setting, check in PAIRS:
+    for setting, check in pairs:
         explicit = setting.method == "dop853"
         if not explicit and explicit_ended:
             return

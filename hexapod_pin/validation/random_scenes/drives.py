@@ -98,22 +98,30 @@ def stopped(dice: Dice) -> PromiseScene:
     stops, stiff = JointStops.for_robot(robot), dice.pick((1.0, 1.0, 10.0, 0.3))
     if stiff != 1.0:
         stops = stops.model_copy(update={"stiffness": stiff * stops.stiffness, "assumed": False})
-    scene, labels, start = _place(dice, name, floats, {"stops": stops})
+    parts: dict[str, Any] = {"stops": stops}
+    undamped = floats and dice.chance(0.4)
+    if undamped:
+        kp = float(np.max(Servo.for_robot(robot).gains(robot)[0]))
+        parts["servo"] = Servo(kp=kp * dice.log_between(0.01, 0.3), kd=0.0)
+    scene, labels, start = _place(dice, name, floats, parts)
     control = beyond_the_range(dice, robot, dice.pick((2, 2, 6)))
-    drive = "default, default stops" if stiff == 1.0 else "default, other stops"
+    servo = "undamped" if undamped else "default"
+    drive = f"{servo}, {'default' if stiff == 1.0 else 'other'} stops"
     about = SceneLabels(kind="stopped", drive=drive, **labels)
     return PromiseScene(about, scene, control, start, DURATION, SAMPLE)
 
 
-def beyond_the_range(dice: Dice, robot: Robot, count: int) -> SampledTrajectory:
-    """Return a posture of which `count` set-points then lie 0.05 rad beyond an end."""
+def beyond_the_range(
+    dice: Dice, robot: Robot, count: int, *, over: float = 0.05
+) -> SampledTrajectory:
+    """Return a posture of which `count` set-points lie `over` [rad] beyond an end after 20 ms."""
     after: Array = robot.posture.copy()
     joints = len(after)
     first = dice.integer(0, joints)
     for k in range(count):
         joint = (first + 5 * k) % joints
         high = dice.chance(0.5)
-        after[joint] = robot.upper[joint] + 0.05 if high else robot.lower[joint] - 0.05
+        after[joint] = robot.upper[joint] + over if high else robot.lower[joint] - over
     return SampledTrajectory([0.0, 0.02], np.stack([robot.posture, after]), limited=False)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hexapod_pin.simulation.run import simulate
 
 if TYPE_CHECKING:
+    from hexapod_pin.arrays import Array
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.state import State
@@ -49,6 +50,7 @@ class PromiseScene:
         initial: state at t = 0; None: standing at the first set-point.
         duration: simulated time [s], a whole number of samples.
         sample: time between compared samples [s].
+        answer: positions at the samples known in closed form (T, 7 + n) [m, -, rad]; None if not.
     """
 
     labels: SceneLabels
@@ -57,6 +59,7 @@ class PromiseScene:
     initial: State | None
     duration: float
     sample: float
+    answer: Array | None = None
 
     def run(self, progress: Callable[[float], None] | None = None, **settings: Any) -> Trace:
         """Return the trace by `simulate` with these settings (method, accuracy).
