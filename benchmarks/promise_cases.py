@@ -1,0 +1,18 @@
+"""Places where accuracies were missed, before and after."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from hexapod_pin.benchmark.studies.promise_cases import promise_cases
+from hexapod_pin.benchmark.study import run_study
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the study, write its results; return the exit status."""
+    return run_study(promise_cases, argv)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,149 @@
+"""Where a scene switches: error against accuracy, and the observed order, before and after.
+
+The exponent is that of error = const accuracy^p, by least squares over the logarithms of errors
+above the truth's uncertainty: near 1 where the error follows the accuracy, near 0 where a switch
+is met by chance.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hexapod_pin.benchmark.studies.promise_rows import PromiseRun, judge_run
+from hexapod_pin.benchmark.studies.promise_truth import Truth, find_truth
+from hexapod_pin.benchmark.study import RESULTS, StudyReport
+from hexapod_pin.simulation.methods import METHODS
+from hexapod_pin.validation.random_scenes.switching import SWITCHING
+from hexapod_pin.validation.solver_setting import SolverSetting
+from hexapod_pin.validation.tables import Table
+
+BEFORE = RESULTS / "promise_orders_before.json"
+ACCURACIES = "1e-4,1e-5,1e-6,1e-7,1e-8,1e-9"
+ADAPTIVE = "extrapolated-euler,ndf,dop853"
+
+LEAST_EXPONENT = 0.7
+"""Exponent from which a method counts as following the accuracy."""
+
+SURE = 3.0
+"""Errors count from this many times the truth's uncertainty on."""
+
+
+@dataclass(frozen=True)
+class OrderRow:
+    """A scene by a method.
+
+    Attributes:
+        scene, method: what was run.
+        accuracies: asked for [m, rad].
+        errors: got [m, rad]; nan where a run did not end.
+        uncertainty: of the truth [m, rad].
+    """
+
+    scene: str
+    method: str
+    accuracies: tuple[float, ...]
+    errors: tuple[float, ...]
+    uncertainty: float
+
+    @property
+    def exponent(self) -> float:
+        """Observed p of error = const accuracy^p; nan with fewer than three sure errors."""
+        pairs = [
+            (math.log(asked), math.log(error))
+            for asked, error in zip(self.accuracies, self.errors, strict=True)
+            if error > max(SURE * self.uncertainty, 1e-13)
+        ]
+        if len(pairs) < 3:
+            return math.nan
+        asked, error = np.array(pairs).T
+        return float(np.polyfit(asked, error, 1)[0])
+
+    @property
+    def worst(self) -> float:
+        """Largest error over accuracy, of those that the truth can judge; nan without any."""
+        ratios = [
+            error / asked
+            for asked, error in zip(self.accuracies, self.errors, strict=True)
+            if self.uncertainty <= 0.1 * asked and not math.isnan(error)
+        ]
+        return max(ratios, default=math.nan)
+
+    @property
+    def text(self) -> str:
+        """Exponent and largest error over accuracy."""
+        shown = "-" if math.isnan(self.exponent) else f"{self.exponent:.2f}"
+        return f"{shown} (x{self.worst:.3g})"
+
+
+def promise_orders(
+    *, methods: str = ADAPTIVE, accuracies: str = ACCURACIES, scenes: str = "", record: str = "",
+    before: str = str(BEFORE),
+) -> StudyReport:  # fmt: skip
+    """Error against accuracy on every scene that switches, before and after.
+
+    `--scenes "part of a name"` chooses; `--record F` writes the rows as what it was before.
+    """
+    asked = [float(word) for word in accuracies.split(",")]
+    rows: list[OrderRow] = []
+    for name in (name for name in SWITCHING if scenes in name):
+        scene = SWITCHING[name]()
+        truth = find_truth(scene, min(asked))
+        for method in methods.split(","):
+            own = METHODS[method]
+            settings = [
+                SolverSetting(method, value)
+                for value in asked
+                if own.tightest <= value <= own.loosest
+            ]
+            runs = [judge_run(scene, truth, setting) for setting in settings]
+            rows.append(_row(name, method, runs, truth))
+    data = {"rows": [asdict(row) for row in rows]}
+    if record:
+        Path(record).write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+    met = all(not row.worst > 1.0 for row in rows)
+    return StudyReport("Orders where a scene switches", _parts(rows, asked, before), data, met)
+
+
+def _row(name: str, method: str, runs: Sequence[PromiseRun], truth: Truth) -> OrderRow:
+    asked, errors = (tuple(getattr(run, one) for run in runs) for one in ("accuracy", "error"))
+    return OrderRow(name, method, asked, errors, truth.uncertainty)
+
+
+def _parts(rows: Sequence[OrderRow], asked: Sequence[float], before: str) -> list[str | Table]:
+    known = _read(Path(before))
+    lines, errors = [], []
+    for row in rows:
+        old = known.get((row.scene, row.method))
+        converges = row.exponent >= LEAST_EXPONENT or not row.worst > 1.0
+        verdict = "PASS" if converges else "FAIL"
+        lines.append((row.scene, row.method, "-" if old is None else old.text, row.text, verdict))
+        got = dict(zip(row.accuracies, row.errors, strict=True))
+        cells = [f"{got[one]:.1e}" if one in got else "-" for one in asked]
+        errors.append((row.scene, row.method, *cells, f"{row.uncertainty:.0e}"))
+    head = ("scene", "method", "before", "after", f"exponent from {LEAST_EXPONENT:g}, or within")
+    error_head = ("scene", "method", *(f"{one:.0e}" for one in asked), "truth's uncertainty")
+    return [
+        "Exponent of the error in the accuracy (in brackets the largest error over accuracy), "
+        "before and after. 1: the error follows the accuracy.",
+        Table("Observed exponent", head, lines),
+        Table("Error [m, rad] by accuracy asked for", error_head, errors),
+    ]
+
+
+def _read(path: Path) -> Mapping[tuple[str, str], OrderRow]:
+    """Return what was recorded before, by scene and method; nothing where there is no file."""
+    if not path.exists():
+        return {}
+    data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    rows = [
+        OrderRow(**{**row, **{k: tuple(row[k]) for k in ("accuracies", "errors")}})
+        for row in data["rows"]
+    ]
+    return {(row.scene, row.method): row for row in rows}
