@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -78,17 +77,14 @@ class AccuracyControl:
     def trace(self) -> Trace:
         """Return the trace of the finest run, with its error."""
         assert self.last is not None
-        trace = self.last.trace()
-        counters = {**trace.counters, **self._counters()}
-        meta = {**trace.meta, **self._meta(), "wall_time": self._wall_time}
-        return replace(trace, error=self._error, counters=counters, meta=meta)
+        return self.last.trace(self._error, self._counters(), self._meta())
 
     def summary(self, *, texts: bool = True) -> Summary:
         """Return the summary of the finest run, with its errors; texts as of `NativeRun`."""
         assert self.last is not None
         summary = self.last.summary(texts=texts)
         counters = {**summary.counters, **self._counters()}
-        meta = {**summary.meta, **self._meta(), "wall_time": self._wall_time}
+        meta = {**summary.meta, **self._meta()}
         return Summary.from_data(
             summary.data, summary.joint_names, summary.foot_names, counters, meta
         )
@@ -101,6 +97,7 @@ class AccuracyControl:
         assert self.last is not None
         known = self._error is not None
         return {
+            "wall_time": self._wall_time,
             "tolerance": self.last.how.choice.tolerance,
             "accuracy_kept": bool(self.attempts and self.attempts[-1].kept),
             **({"error_estimate": float(self._error.position.max())} if self._error else {}),

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
+    from hexapod_pin.results.error_estimate import ErrorEstimate
     from hexapod_pin.results.summary import Summary
     from hexapod_pin.robot.state import State
     from hexapod_pin.simulation.case import Case
@@ -171,8 +172,13 @@ class NativeRun:
         """Return where the run stands."""
         return Checkpoint.from_native(self.rollout.checkpoint(), self.loop)
 
-    def trace(self) -> Trace:
-        """Return the samples so far."""
+    def trace(
+        self,
+        error: ErrorEstimate | None = None,
+        counters: Mapping[str, int | float] | None = None,
+        meta: Mapping[str, Any] | None = None,
+    ) -> Trace:
+        """Return the samples so far, with what is known of their error."""
         record = self.rollout.record()
         for samples in record.values():  # own memory of each array: the trace takes them over
             samples.flags.writeable = False
@@ -189,10 +195,11 @@ class NativeRun:
         return Trace(
             time=record["time"][:, 0],
             **arrays,
-            counters=plain_counters(self),
+            counters={**plain_counters(self), **(counters or {})},
             joint_names=self.scene.robot.joint_names,
             foot_names=names,
-            meta=run_meta(self),
+            meta={**run_meta(self), **(meta or {})},
+            error=error,
         )
 
     def samples(self) -> dict[str, Array]:

@@ -151,12 +151,12 @@ def judge_run(scene: PromiseScene, truth: Truth, setting: SolverSetting) -> Prom
     error = estimate = math.nan
     refusal, said_so, evaluations = "", True, 0
     try:
-        trace = scene.run(**setting.arguments)
+        trace = scene.run(method=setting.method, accuracy=setting.value)
     except HexapodError as fault:
         refusal = f"{type(fault).__name__}: {fault}"[:160]
     else:
         estimate, said_so = trace.error_estimate, not trace.accuracy_kept
-        evaluations = int(trace.counters["evaluations"])
+        evaluations = int(trace.counters["evaluations_of_all_runs"])
         if truth.q is not None:
             error = PositionError.between(trace.q, truth.q).q
     return PromiseRun(
