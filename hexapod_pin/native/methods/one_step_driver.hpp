@@ -44,9 +44,10 @@ class OneStepDriver {
                EnergyLedger& ledger) {
     drives_.start(flow_.plant, flow_.reference, t, q, v);
     while (t < stop) {
-      const double rest = stop - t, h = fit_step(step_, rest);
       flow_.begin(q, v, y0_);
       touch_.begin(flow_.plant);
+      const double longest = touch_.longest_step(flow_.plant);
+      const double rest = stop - t, h = fit_step(std::min(step_, longest), rest);
       drives_.weigh(flow_.plant, Method::kLeastVelocityWeight, Method::kHardVelocityWeight, norm_);
       if (PlantT::kPrescribed && t < watched_until_) start_torque_ = flow_.reaction_torque(t);
       method_.begin(flow_, t, y0_);
