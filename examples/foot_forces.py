@@ -32,7 +32,7 @@ def main(folder: Path = Path()) -> tuple[float, float]:
         loaded = normal[:, k] > LOADED
         used = float((friction[loaded, k] / normal[loaded, k]).max())
         print(f"{foot:10} {normal[:, k].mean():9.3f} {normal[:, k].max():10.3f} {used:14.3f}")
-    carried = float(trace.foot_force[steady][:, :, 2].sum(axis=1).mean())
+    carried = float(trace.mean_foot_force[steady][:, :, 2].sum(axis=1).mean())
     weight = robot.total_mass * 9.81
     print(f"mean sum {carried:.3f} N, weight {weight:.3f} N")
 

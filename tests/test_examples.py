@@ -65,7 +65,7 @@ def test_walk(run) -> None:
     trace = run("walk", ("walk.nc", "walk.html"))
     assert hp.torque_budget(trace).speed == pytest.approx(0.0875, rel=0.02)  # S2's gait
     steady = hp.torque_budget(trace).window.samples
-    carried = trace.foot_force[steady][:, :, 2].sum(axis=1).mean()
+    carried = trace.mean_foot_force[steady][:, :, 2].sum(axis=1).mean()
     assert carried == pytest.approx(3.08746 * 9.81, rel=1e-3)
     assert hp.load_trace("out/walk.nc") == trace
 

@@ -221,8 +221,8 @@ def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_newer_schema_is_refused_with_the_way_out(saved: Path) -> None:
-    edit(saved, "attribute", "schema_version", 2)
-    with pytest.raises(TraceFileError, match="schema version 2; .* up to 1: use the release"):
+    edit(saved, "attribute", "schema_version", 3)
+    with pytest.raises(TraceFileError, match="schema version 3; .* up to 2: use the release"):
         load_trace(saved)
 
 

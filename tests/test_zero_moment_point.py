@@ -38,7 +38,7 @@ def test_it_is_the_mean_of_contact_points_by_load() -> None:
     force = np.array(trace.foot_force)
     load = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
     force[..., 2], force[..., 0], force[..., 1] = load, 0.5 * load[::-1], -0.2
-    found = zero_moment_point(replace(trace, foot_force=force))
+    found = zero_moment_point(replace(trace, foot_force=force, foot_impulse=None))
     expected = load @ contact_points(trace)[0] / load.sum()
     assert found == pytest.approx(np.tile(expected, (len(trace.time), 1)), abs=1e-15)
     assert expected[2] == pytest.approx(0.0, abs=1e-15)  # radius 0.01 m below the centres
@@ -131,7 +131,7 @@ def test_a_robot_in_the_air_has_none() -> None:
     trace = synthetic_trace()
     force = np.array(trace.foot_force)
     force[3] = 0.0
-    found = zero_moment_point(replace(trace, foot_force=force))
+    found = zero_moment_point(replace(trace, foot_force=force, foot_impulse=None))
     assert np.isnan(found[3]).all()
     assert np.isfinite(found[4]).all()
 

@@ -128,7 +128,7 @@ def _newton_euler(robot: RecordedRobot, trace: Trace, ends: Indices) -> tuple[Ar
     before = ends - 1
     step = (trace.time[ends] - trace.time[before])[:, None]
     v, a = 0.5 * (trace.v[before] + trace.v[ends]), (trace.v[ends] - trace.v[before]) / step
-    force = trace.foot_force[ends]
+    force = trace.mean_foot_force[ends]
     wrench = np.concatenate([force, np.cross(at_middles(contact_points(trace))[ends], force)], 2)
     generalised = np.empty((len(ends), model.nv))
     vector = np.empty((len(ends), model.nv - 6, 3))

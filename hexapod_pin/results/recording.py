@@ -10,7 +10,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "motion": ("time", "q", "v"),
     "torque": ("torque",),
     "set_points": ("q_ref", "v_ref"),
-    "contacts": ("foot_position", "foot_force", "foot_gap", "foot_normal"),
+    "contacts": ("foot_position", "foot_force", "foot_gap", "foot_normal", "foot_impulse"),
     "com": ("com",),
     "energy": ("energy",),
 }

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -65,7 +65,8 @@ class Trace:
         q_ref: (T, n) [rad] set-points.
         v_ref: (T, n) [rad/s] set-points.
         foot_position: (T, F, 3) [m], centres of the foot spheres, world axes.
-        foot_force: (T, F, 3) [N], force on the robot, world axes.
+        foot_force: (T, F, 3) [N], force on the robot at the samples, world axes: the contact law's
+            in the sampled state, so that it never pulls and is inside the friction cone.
         foot_gap: (T, F) [m], lowest point of a foot above the ground; negative when pressed in.
         com: (T, 3) [m], centre of mass, world axes.
         energy: (T,) arrays [J] by name: the state functions "kinetic", "potential", "elastic"; and
@@ -78,6 +79,9 @@ class Trace:
             what is assumed, ...); values that JSON can hold.
         foot_normal: (T, F, 3) [-], unit ground normal under each foot; or one (3,) for all, as
             the default z.
+        foot_impulse: (T, F, 3) [N s], integral of the force on the robot over the sampling interval
+            that ends at the sample, world axes, 0 at the first: momentum adds up. None: the force
+            at the sample, held over the interval.
         error: estimated error of the samples; None where a run was not compared with another.
 
     Raises:
@@ -101,6 +105,7 @@ class Trace:
     foot_names: tuple[str, ...]
     meta: Mapping[str, Any] = field(default_factory=dict)
     foot_normal: Array = field(default_factory=lambda: np.array((0.0, 0.0, 1.0)))
+    foot_impulse: Array | None = None
     error: ErrorEstimate | None = None
 
     __hash__: ClassVar[None]  # type: ignore[assignment]  # equal by content, and contents are large
@@ -110,6 +115,7 @@ class Trace:
         names = {"joint_names": tuple(self.joint_names), "foot_names": tuple(self.foot_names)}
         for name, value in names.items():
             object.__setattr__(self, name, value)
+        self._hold_forces()
         self._leave_out()
         shapes = self._shapes()
         if "contacts" in self.recorded and np.shape(self.foot_normal) == (3,):
@@ -133,6 +139,15 @@ class Trace:
             raise ParameterError("Trace.time", np.shape(self.time), "a 1-D array of >= 1 times [s]")
         held = {name: row for name, row in LAYOUT.items() if name in vars(self)}
         return {name: tuple(sizes[axis] for axis in row[0]) for name, row in held.items()}
+
+    def _hold_forces(self) -> None:
+        """Take impulses that are not given from the forces at the samples."""
+        if self.foot_impulse is not None or self.foot_force is None:
+            return
+        if np.ndim(self.foot_force) != 3 or len(self.foot_force) != np.size(self.time):
+            return  # the check of shapes says so
+        interval = np.diff(self.time, prepend=self.time[0])
+        object.__setattr__(self, "foot_impulse", interval[:, None, None] * self.foot_force)
 
     def _leave_out(self) -> None:
         """Take away the arrays that are None: a group is there as a whole, or not at all."""
@@ -217,6 +232,19 @@ class Trace:
         """(T, F, 3) [N]: the part of each foot force within the ground, world axes."""
         along: Array = self.normal_force[..., None] * self.foot_normal
         return self.foot_force - along
+
+    @property
+    def mean_foot_force(self) -> Array:
+        """(T, F, 3) [N]: mean since the sample before, world axes; at the first sample, the force.
+
+        What a change of momentum over an interval needs: m g plus the sum over feet, times the
+        interval, is the change of linear momentum.
+        """
+        if self.foot_impulse is None:  # pragma: no cover  # a trace with contacts has impulses
+            raise NotRecordedError("foot_impulse", list(self.recorded))
+        mean: Array = np.array(self.foot_force)
+        mean[1:] = self.foot_impulse[1:] / np.diff(self.time)[:, None, None]
+        return mean
 
     @property
     def contact(self) -> npt.NDArray[np.bool_]:
@@ -332,8 +360,14 @@ class Trace:
     @property
     def digest(self) -> str:
         """SHA-256 over every bit of the arrays, the names and `meta` but the wall-clock time."""
+        return self.digest_without(())
+
+    def digest_without(self, names: Collection[str]) -> str:
+        """Return the digest as if these arrays were not there, as in files of an older schema."""
         total = hashlib.sha256()
         for name, values in self._arrays().items():
+            if name in names:
+                continue
             total.update(f"{name}{values.shape}".encode())
             total.update(values.astype("<f8").tobytes())
         meta = {key: value for key, value in self.meta.items() if key != "wall_time"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,9 @@ from hexapod_pin.results.netcdf import read_netcdf
 from hexapod_pin.results.recording import left_out, recorded_groups
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import LAYOUT, SCHEMA, SCHEMA_VERSION
+
+ADDED = {2: ("foot_impulse",)}
+"""Arrays by the schema they came with. Before it, the mean foot force held over an interval: its impulse."""
 
 
 def load_trace(path: str | Path) -> Trace:
@@ -41,20 +44,21 @@ def trace_from_group(path: str, group: tuple[Mapping[str, Any], Mapping[str, Any
         TraceFileError: as `load_trace`.
     """
     arrays, attributes = group
-    _check_schema(path, attributes)
+    version = _schema_version(path, attributes)
+    added = [name for since, names in ADDED.items() if version < since for name in names]
     try:
-        trace = _from_arrays(arrays, _recorded(attributes))
+        trace = _from_arrays(arrays, _recorded(attributes), added)
     except KeyError as error:
         raise TraceFileError(f"{path}: variable {error.args[0]!r} is missing.") from error
     except (ParameterError, ValueError, TypeError, AttributeError) as error:
         raise TraceFileError(f"{path}: damaged ({error})") from error
-    if trace.digest != attributes.get("digest"):
+    if trace.digest_without(added) != attributes.get("digest"):
         raise TraceFileError(f"{path}: damaged: its content does not match its digest.")
     return trace
 
 
-def _check_schema(path: str | Path, attributes: Mapping[str, Any]) -> None:
-    """Refuse files that are no traces, and traces of a later schema."""
+def _schema_version(path: str | Path, attributes: Mapping[str, Any]) -> int:
+    """Return a file's schema; refuse files that are no traces, and traces of a later schema."""
     if attributes.get("schema") != SCHEMA:
         found = attributes.get("schema")
         raise TraceFileError(f"{path}: not a trace (schema {found!r} instead of {SCHEMA!r}).")
@@ -64,6 +68,7 @@ def _check_schema(path: str | Path, attributes: Mapping[str, Any]) -> None:
             f"{path}: schema version {version}; this release reads versions up to "
             f"{SCHEMA_VERSION}: use the release of hexapod_pin that wrote the file, or a later one."
         )
+    return int(version)
 
 
 def _recorded(attributes: Mapping[str, Any]) -> tuple[str, ...] | None:
@@ -72,11 +77,16 @@ def _recorded(attributes: Mapping[str, Any]) -> tuple[str, ...] | None:
     return None if told is None else recorded_groups(str(told).split(", "))
 
 
-def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ...] | None) -> Trace:
-    """Build a trace from the variables of a file and the groups that it holds, None for all."""
+def _from_arrays(
+    arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ...] | None, added: Sequence[str]
+) -> Trace:
+    """Build a trace from the variables of a file and the groups that it holds, None for all.
+
+    `added`: arrays that came with later schemas.
+    """
     prefix = "energy_"
     stored = (name for name in arrays if name.startswith(prefix) and name != "energy_residual")
-    absent = left_out(recorded)
+    absent = (*left_out(recorded), *added)
     errors = {name: arrays[f"error_{name}"] for name in QUANTITIES if f"error_{name}" in arrays}
     energy = {name[len(prefix) :]: arrays[name] for name in stored}
     return Trace(

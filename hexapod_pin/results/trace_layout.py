@@ -13,7 +13,8 @@ from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError
 
 SCHEMA = "hexapod_pin.trace"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+"""2: `foot_force` is the law's at the sample, and `foot_impulse` was added; 1: its mean since the last."""
 STATE_ENERGIES = ("kinetic", "potential", "elastic")
 LOSSES = ("joint_damping_loss", "normal_loss", "friction_loss")
 ENERGIES = (*STATE_ENERGIES, "servo_work", *LOSSES)
@@ -35,6 +36,9 @@ LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
     "foot_gap": (("time", "foot"), "m", "lowest point of the foot to the ground, < 0 pressed in"),
     "com": (("time", "axis"), "m", "centre of mass, world axes"),
     "foot_normal": (("time", "foot", "axis"), "1", "ground normal under the feet, world axes"),
+    "foot_impulse": (
+        ("time", "foot", "axis"), "N s", "of the foot forces since the sample before, world axes"
+    ),
 }
 
 

@@ -49,7 +49,8 @@ def ground_plane(trace: Trace) -> tuple[Array, Array]:
     Returns:
         World axes, in the middle of the intervals [m, -]. Shape (T, 3) each.
     """
-    weight = np.maximum(trace.normal_force, 0.0)[..., None]
+    pressing = np.einsum("tfi,tfi->tf", trace.mean_foot_force, trace.foot_normal)
+    weight = np.maximum(pressing, 0.0)[..., None]
     with np.errstate(divide="ignore", invalid="ignore"):
         weight = weight / weight.sum(axis=1, keepdims=True)
         normal = np.sum(weight * trace.foot_normal, axis=1)
@@ -89,8 +90,9 @@ def zero_moment_point(trace: Trace) -> Array:
     """
     origin, normal = ground_plane(trace)
     arms = at_middles(contact_points(trace)) - origin[:, None]
-    moment = np.cross(arms, trace.foot_force).sum(axis=1)
-    return point_of_wrench(trace.foot_force.sum(axis=1), moment, origin, normal)
+    force = trace.mean_foot_force
+    moment = np.cross(arms, force).sum(axis=1)
+    return point_of_wrench(force.sum(axis=1), moment, origin, normal)
 
 
 def zero_moment_point_of_motion(trace: Trace) -> Array:

@@ -185,7 +185,7 @@ class NativeRun:
         names = contact_names(self.scene)
         flat = ("q", "v", "torque", "q_ref", "v_ref", "com", "foot_gap")
         arrays: dict[str, Any] = {name: record[name] for name in flat}
-        for name in ("foot_position", "foot_force", "foot_normal"):
+        for name in ("foot_position", "foot_force", "foot_normal", "foot_impulse"):
             if name not in self.omitted:
                 arrays[name] = record[name].reshape(-1, len(names), 3)
         energies = [*ENERGIES, *(["push_work"] if self.scene.loads else [])]

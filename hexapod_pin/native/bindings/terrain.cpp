@@ -29,7 +29,7 @@ std::vector<std::pair<double, Vec3>> contacts(const Terrain& terrain, const Vec3
 void bind_terrain(nb::module_& m) {
   nb::class_<Terrain>(m, "Terrain")
       .def("contacts", &contacts, "center"_a, "radius"_a, "[(gap, normal)] of a sphere at t = 0")
-      .def("patch", &Terrain::patch_factors, "x"_a, "y"_a, "(friction factor, stiffness factor)");
+      .def("patch", nb::overload_cast<double, double>(&Terrain::patch_factors, nb::const_), "x"_a, "y"_a, "(friction factor, stiffness factor)");
   m.def("plane", [](const Vec3& point, const Vec3& normal) {
     return Terrain{Plane{point, normal.normalized()}};
   }, "point"_a, "normal"_a);

@@ -17,16 +17,21 @@ struct TangentialForce {
   Mat3 minus_du = Mat3::Zero();     // -df_t/du at constant N, N s/m
 };
 
+// Which piece of the law holds: the one that the force asks for, or one that is frozen and holds beyond
+// its ends too, so that the force is smooth.
+enum class BristlePiece { by_force, stuck, sliding };
+
 // Trial force k (z + dt u_t) + c u_t, scaled back onto the cone mu N. `implicit_dt` is the step of a
 // method that takes forces at its end, 0 for a stage of an explicit one.
 inline TangentialForce bristle_force(const FrictionLaw& law, double mu, double normal_force,
                                      const Vec3& ut, const Mat3& plane, const Vec3& stretch,
-                                     double implicit_dt) {
+                                     double implicit_dt, BristlePiece piece) {
   TangentialForce out;
   const double gain = law.bristle_gain(implicit_dt);
   const Vec3 trial = law.bristle_stiffness * stretch + gain * ut;
   const double size = trial.norm(), cap = mu * normal_force;
-  if (size <= cap) {
+  const bool sticks = piece == BristlePiece::by_force ? size <= cap : piece == BristlePiece::stuck;
+  if (sticks || size == 0.0) {
     out.independent = -trial;
     out.minus_du = gain * plane;
     return out;
@@ -62,6 +67,15 @@ inline bool at_cone(const FrictionLaw& law, double mu_scale, const Vec3& n, cons
                     bool sliding) {
   const double mu = mu_scale * law.coefficient(sliding), normal = n.dot(f);
   return (f - normal * n).norm() >= mu * std::max(0.0, normal) * (1.0 - 1e-9);
+}
+
+// How far [N] a bristle is inside of its piece of the law under a normal force N: a stuck one breaks away
+// where its trial force k z + c u_t reaches mu N, a sliding one sticks again where that falls to
+// mu_dynamic N, the slip (|k z + c u_t| - mu_dynamic N)/c being zero. Negative beyond the end.
+inline double piece_margin(const FrictionLaw& law, double mu_scale, double normal_force, double trial,
+                           bool sliding) {
+  const double excess = trial - mu_scale * law.coefficient(sliding) * normal_force;
+  return sliding ? excess : -excess;
 }
 
 // Moves the bristle of a contact by a step dt that ends with the force f on the foot.

@@ -41,9 +41,10 @@ inline TangentialForce sliding_force(const FrictionLaw& law, double scale, doubl
 
 // Force at a contact with the given gap and contact-point velocity u (relative to the ground); W
 // keeps the normal-to-friction coupling and is not symmetric. The scales multiply mu and K (patches).
+// `piece_frozen`: a bristle stays stuck or sliding, as it remembers.
 inline ContactForce contact_force(const ContactLaw& law, const GroundPoint& ground, const Vec3& u,
                                   const ContactMemory& memory, double implicit_dt, double mu_scale,
-                                  double k_scale) {
+                                  double k_scale, bool piece_frozen = false) {
   ContactForce out;
   const Vec3& n = ground.normal;
   const double un = n.dot(u);
@@ -57,10 +58,13 @@ inline ContactForce contact_force(const ContactLaw& law, const GroundPoint& grou
   const Vec3 ut = u - un * n;
   const Mat3 plane = Mat3::Identity() - n * n.transpose();
   const FrictionLaw& friction = law.friction;
+  const BristlePiece piece = !piece_frozen     ? BristlePiece::by_force
+                             : memory.sliding ? BristlePiece::sliding
+                                              : BristlePiece::stuck;
   const TangentialForce t =
       friction.has_bristle()
           ? bristle_force(friction, mu_scale * friction.coefficient(memory.sliding), normal.force,
-                          ut, plane, memory.stretch, implicit_dt)
+                          ut, plane, memory.stretch, implicit_dt, piece)
           : sliding_force(friction, mu_scale, normal.force, ut, plane, out);
   const Vec3 direction = n + t.per_normal;  // df/dN
   out.force = normal.force * direction + t.independent;

@@ -28,6 +28,11 @@ struct Plane {
 struct Patch {  // a rectangle of another ground, world axes
   double x0, y0, x1, y1;
   double friction = 1.0, stiffness = 1.0;  // factors on mu and K
+
+  // How far a place is inside, along the axes, m; negative outside.
+  double depth(double x, double y) const {
+    return std::min(std::min(x - x0, x1 - x), std::min(y - y0, y1 - y));
+  }
 };
 
 struct Terrain {
@@ -52,10 +57,19 @@ struct Terrain {
     return std::visit([&](const auto& s) { return s.find_contacts(seen, radius, out); }, shape);
   }
 
-  std::pair<double, double> patch_factors(double x, double y) const {  // friction, stiffness
-    for (const Patch& p : patches)
-      if (x >= p.x0 && x <= p.x1 && y >= p.y0 && y <= p.y1) return {p.friction, p.stiffness};
-    return {1.0, 1.0};
+  // Index of the patch at a place, the first that covers it; -1: none.
+  int patch_at(double x, double y) const {
+    for (std::size_t k = 0; k < patches.size(); ++k)
+      if (patches[k].depth(x, y) >= 0.0) return int(k);
+    return -1;
+  }
+
+  std::pair<double, double> patch_factors(int patch) const {  // friction, stiffness
+    if (patch < 0) return {1.0, 1.0};
+    return {patches[std::size_t(patch)].friction, patches[std::size_t(patch)].stiffness};
+  }
+  std::pair<double, double> patch_factors(double x, double y) const {
+    return patch_factors(patch_at(x, y));
   }
 };
 

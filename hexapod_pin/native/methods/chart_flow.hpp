@@ -119,12 +119,13 @@ class ChartFlow {
     plant.update_memories();
   }
 
-  // The contacts remember their bristles; one slides where the force last evaluated is at the cone.
+  // The contacts remember their bristles; one that is not frozen slides where the force last evaluated is
+  // at the cone.
   void update_bristles(const VectorXd& y) {
     for (int i = 0; i < nz / 3; ++i) {
       auto& foot = plant.feet[i];
       foot.memory.stretch = bristle(y, i);
-      if (foot.active)
+      if (foot.active && !plant.bristles_frozen)
         foot.memory.sliding = at_cone(plant.law.friction, foot.mu_scale, foot.ground.normal,
                                       foot.contact.force, foot.memory.sliding);
     }

@@ -1,6 +1,7 @@
 // Switches of the joints' drives within a step: a torque limit reached or left, a stop run into, left or
 // released, a joint that dry friction stops or that breaks loose. Modes are frozen within a step; the
-// step ends shortly after the first switch, where the law itself says what the modes are then.
+// step ends shortly after the first switch, where the law itself says what the modes are then. Those of
+// the contacts (contact_events.hpp) are asked for along with them.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +10,9 @@
 #include <vector>
 
 #include "methods/chart_flow.hpp"
+#include "methods/contact_events.hpp"
 #include "methods/error_control.hpp"
+#include "methods/switch_root.hpp"
 
 namespace hexapod {
 
@@ -17,7 +20,7 @@ template <class PlantT>
 class DriveEvents final : public InsideStep {
  public:
   DriveEvents(ChartFlow<PlantT>& flow, const ErrorNorm& norm)
-      : flow_(flow), norm_(norm), set_points_(flow.plant.joints()), next_(set_points_),
+      : flow_(flow), norm_(norm), contacts_(flow, norm), set_points_(flow.plant.joints()), next_(set_points_),
         start_(flow.plant.joints()), end_(start_), inside_(start_) {
     flow.inside = this;
     PlantT& plant = flow.plant;
@@ -38,6 +41,7 @@ class DriveEvents final : public InsideStep {
 
   // Finds the modes at a state where the plant is evaluated; set-points may have jumped there.
   void start(PlantT& plant, Reference& reference, double t, const VectorXd& q, const VectorXd& v) {
+    contacts_.start();
     if (idle_) return;
     next_.take(reference, t);
     if (is_known(plant, q, v)) return;
@@ -56,10 +60,12 @@ class DriveEvents final : public InsideStep {
   void begin(double t) {
     begin_ = t;
     seen_inside_ = kNeverReached;
+    contacts_.begin(t);
   }
 
   // Notices switches there and back again within a step.
   void passed(double t, const VectorXd& y) override {
+    contacts_.passed(t, y);
     if (idle_ || seen_inside_ < kNeverReached) return;
     find_state(t, y, inside_);
     Crossing first;
@@ -72,7 +78,8 @@ class DriveEvents final : public InsideStep {
   // Share of the step h, which ended at y with the plant evaluated there, at which it should end for the
   // first switch to be just behind it; 1 where the step may end here.
   double share(double t, const VectorXd& y, double h) {
-    if (idle_) return 1.0;
+    const double contact = contacts_.share(t, y, h);
+    if (idle_) return contact;
     const PlantT& plant = flow_.plant;
     find_end(t, y);
     changed_ = false;
@@ -84,7 +91,7 @@ class DriveEvents final : public InsideStep {
     }
     first.step = h;
     last_ = first;
-    return first.share < 1.0 ? first.share : std::min(1.0, seen_inside_ / h);
+    return std::min(contact, first.share < 1.0 ? first.share : std::min(1.0, seen_inside_ / h));
   }
 
   // Velocity errors of joints at their torque limit are not damped by their servos, and those of joints
@@ -107,17 +114,18 @@ class DriveEvents final : public InsideStep {
     return most;
   }
 
-  bool idle() const { return idle_; }        // nothing can switch
-  bool changed() const { return changed_; }  // whether a mode has ended in the step of the last call
+  bool idle() const { return idle_ && contacts_.idle(); }  // nothing can switch
+  // whether a mode or a contact's piece of the law has ended in the step of the last call
+  bool changed() const { return changed_ || contacts_.changed(); }
 
   // Takes over the end of an accepted step of h. Joints that have turned back under dry friction are at
   // rest there; the plant is evaluated at the state, as before. True where modes have changed.
   bool accept(PlantT& plant, Reference& reference, double t, double h, const VectorXd& q, VectorXd& v) {
     count(plant, h);
-    if (idle_) return false;
-    if (!changed_) {
-      move_on();
-      return false;
+    if (idle_ || !changed_) {
+      if (!idle_) move_on();
+      contacts_.start();
+      return contacts_.changed();
     }
     known_ = false;
     if (plant.stop_turned_back(v)) plant.evaluate(t, q, v, 0.0);
@@ -135,6 +143,7 @@ class DriveEvents final : public InsideStep {
       plant.drive_counters.add(j, plant.mode[j].limit, plant.mode[j].stop, h);
   }
   void move_on() {
+    contacts_.move_on();
     std::swap(start_, end_);
     last_ = Crossing();
     known_ = !changed_;
@@ -225,21 +234,15 @@ class DriveEvents final : public InsideStep {
     }
   }
 
-  // Where a switch with these values at the start and the end of a step of h is zero, by the parabola
-  // through the end of the last try too.
+  // Where switch k of joint j, with these values at the start and the end of a step of h, is zero.
   double root_of(int j, int k, double before, double after, double h) const {
-    if (!(before > 0.0)) return 0.0;
-    const double linear = before / (before - after);
-    if (last_.joint != j || last_.index != k || !(last_.step > h)) return linear;
-    const double p = last_.step / h, slope = after - before;
-    const double c = ((last_.value - before) / p - slope) / (p - 1.0), b = slope - c;
-    const double inside = b * b - 4.0 * c * before;
-    const double root = inside >= 0.0 ? 2.0 * before / (std::sqrt(inside) - b) : linear;
-    return root > 0.0 && root < 1.0 ? root : linear;
+    const bool again = last_.joint == j && last_.index == k;
+    return switch_root(before, after, h, again ? EarlierTry{last_.step, last_.value} : EarlierTry());
   }
 
   ChartFlow<PlantT>& flow_;
   ErrorNorm norm_;
+  ContactEvents<PlantT> contacts_;
   SetPoints set_points_, next_;
   JointStates start_, end_;  // of the step
   JointStates inside_;       // where it passed through

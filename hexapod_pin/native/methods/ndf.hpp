@@ -123,7 +123,8 @@ class NdfDriver {
   // Accepts one step; false if none can be found.
   bool take_step(double horizon) {
     drives_.weigh(flow_.plant, kLeastVelocityWeight, kHardVelocityWeight, norm_);
-    if (h_ > step_limit_) resize(step_limit_);
+    const double longest = std::min(step_limit_, touch_.longest_step(flow_.plant));
+    if (h_ > longest) resize(longest);
     int located = 0, switched = 0;
     for (int tries = 0; tries < kMaxTries; ++tries) {
       const double rest = horizon - time_, h = fit_step(h_, rest);

@@ -47,10 +47,11 @@ class OneStepDriver {
                EnergyLedger& ledger) {
     drives_.start(flow_.plant, flow_.reference, t, q, v);
     while (t < stop) {
-      const double rest = stop - t;
-      const double h = std::min(fit_step(step_, rest), resolution_.longest_step(rest));
       flow_.begin(q, v, y0_);
       touch_.begin(flow_.plant);
+      const double rest = stop - t;
+      const double longest = std::min(touch_.longest_step(flow_.plant), resolution_.longest_step(rest));
+      const double h = fit_step(std::min(step_, longest), rest);
       drives_.weigh(flow_.plant, Method::kLeastVelocityWeight, Method::kHardVelocityWeight, norm_);
       if (PlantT::kPrescribed && t < watched_until_) start_torque_ = flow_.reaction_torque(t);
       method_.begin(flow_, t, y0_);

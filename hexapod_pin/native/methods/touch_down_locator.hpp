@@ -3,6 +3,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <vector>
 
 #include "plant/plant.hpp"
@@ -19,6 +21,19 @@ inline double hermite_root(double a, double da, double b, double db) {
     (value > 0.0 ? low : high) = s;
   }
   return 0.5 * (low + high);
+}
+
+// The cubic's least value in (0, 1), where it falls at 0 and rises at 1, and where that is.
+inline double hermite_minimum(double a, double da, double b, double db, double& where) {
+  double low = 0.0, high = 1.0;
+  for (int k = 0; k < 60; ++k) {
+    const double s = 0.5 * (low + high);
+    const double slope = 6.0 * (s * s - s) * (a - b) + (3.0 * s * s - 4.0 * s + 1.0) * da +
+                         (3.0 * s * s - 2.0 * s) * db;
+    (slope < 0.0 ? low : high) = s;
+  }
+  const double s = where = 0.5 * (low + high), s2 = s * s, s3 = s2 * s;
+  return (2 * s3 - 3 * s2 + 1) * a + (s3 - 2 * s2 + s) * da + (3 * s2 - 2 * s3) * b + (s3 - s2) * db;
 }
 
 class TouchDownLocator {
@@ -44,13 +59,38 @@ class TouchDownLocator {
       const double end = plant.feet[i].ground.gap;
       if (gap_[i] > slack_ && gap_[i] < kFarAway && end < -slack_)
         first = std::min(first, hermite_root(gap_[i], h * rate_[i], end, h * rate(plant.feet[i])));
+      if (gap_[i] > slack_ && end > slack_ && end < kFarAway)
+        first = std::min(first, touched_between(i, end, h, rate(plant.feet[i])));
       if (lift_off_ && gap_[i] < -slack_ && end > slack_ && end < kFarAway)
         first = std::min(first, hermite_root(-gap_[i], -h * rate_[i], -end, -h * rate(plant.feet[i])));
     }
     return first;
   }
 
+  // Longest step [s] in which no foot can meet the ground and leave it unseen: an eighth of the period
+  // of ground that shakes, while a foot may reach it within that.
+  template <class PlantT>
+  double longest_step(const PlantT& plant) const {
+    if (plant.terrain.amplitude == 0.0) return std::numeric_limits<double>::infinity();
+    const double share = 0.25 * 3.14159265358979323846 / std::abs(plant.terrain.rate);
+    for (std::size_t i = 0; i < gap_.size(); ++i) {
+      const double reach = 2.0 * std::abs(plant.terrain.amplitude) + 2.0 * share * std::abs(rate_[i]);
+      if (gap_[i] < reach) return share;
+    }
+    return std::numeric_limits<double>::infinity();
+  }
+
  private:
+  // Share of a step h that begins and ends with foot i in the air, at which it touches down in between.
+  double touched_between(std::size_t i, double end, double h, double end_rate) const {
+    if (!(rate_[i] < 0.0) || !(end_rate > 0.0)) return 1.0;
+    if (gap_[i] + h * rate_[i] > 0.0 && end - h * end_rate > 0.0) return 1.0;  // its tangents stay above
+    double where = 0.0;
+    const double least = hermite_minimum(gap_[i], h * rate_[i], end, h * end_rate, where);
+    if (!(least < -slack_)) return 1.0;
+    return where * hermite_root(gap_[i], where * h * rate_[i], least, 0.0);
+  }
+
   template <class Foot>
   static double rate(const Foot& foot) {
     return foot.ground.gap < kFarAway ? foot.ground.normal.dot(foot.velocity) : 0.0;

@@ -44,7 +44,7 @@ class Plant {
     }
     v_.setZero(tree.nv);
     push_force_ = v_;
-    saved_ = {Eigen::MatrixXd::Zero(tree.nv, tree.nv), v_, v_, v_, feet, stop};
+    saved_ = {Eigen::MatrixXd::Zero(tree.nv, tree.nv), v_, v_, v_, base_, feet, stop};
   }
 
   // Everything below refers to the state of the last call. Dynamics do not depend on the base
@@ -52,6 +52,7 @@ class Plant {
   // `implicit_dt` is the step of a method that takes contact forces at its end, else 0.
   void evaluate(double t, const VectorXd& q, const VectorXd& v, double implicit_dt) {
     q_local_.tail(tree.nq - 3) = q.tail(tree.nq - 3);
+    base_ = q.head<3>();
     v_ = v;
     dynamics.compute(q_local_, v);
     if (pushes_.any()) {
@@ -101,6 +102,24 @@ class Plant {
         foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
       if (!foot.active) foot.memory.free_gap = foot.ground.gap;
     }
+    if (bristles_frozen || patches_frozen) update_pieces();
+  }
+
+  // Force of the law on a contact at the evaluated state, whatever step a method takes forces over, N: it
+  // never pulls and is inside the friction cone.
+  Vec3 law_force(const Contact& foot) const {
+    if (!foot.active) return Vec3::Zero();
+    return contact_force(law, foot.ground, foot.velocity, foot.memory, 0.0, foot.mu_scale, foot.k_scale)
+        .force;
+  }
+
+  // Margin of the piece of the law that a bristle is in, N; without a normal force it slides.
+  double piece_margin(const Contact& foot) const {
+    const Vec3& n = foot.ground.normal;
+    const double normal = foot.active ? n.dot(foot.contact.force) : 0.0;
+    const Vec3 trial = law.friction.bristle_stiffness * foot.memory.stretch +
+                       law.friction.bristle_gain(0.0) * in_plane(n, foot.velocity);
+    return hexapod::piece_margin(law.friction, foot.mu_scale, normal, trial.norm(), foot.memory.sliding);
   }
 
   // Pushes that act from time t on; drives that have failed by then lose their torque. Nothing changes
@@ -128,6 +147,7 @@ class Plant {
     return 0.5 * twice;
   }
 
+  Vec3 center(const Contact& foot) const { return base_ + foot.center; }  // of its sphere, m, world axes
   std::size_t foot_of(std::size_t contact) const { return contact / per_foot; }
   // joints that move a contact
   const std::vector<std::size_t>& columns(std::size_t i) const { return columns_[foot_of(i)]; }
@@ -294,12 +314,32 @@ class Plant {
   std::vector<StopTorque> stop;  // of each joint, at the evaluated state
   std::vector<DriveMode> mode;   // of each joint, as last found
   bool modes_frozen = false;     // motors and stops stay in their modes beyond the modes' ends
+  bool bristles_frozen = false;  // they stay stuck or sliding, as the contacts remember
+  bool patches_frozen = false;   // feet stay on the patch that their contacts remember
   VectorXd holding;              // torque that stuck joints must hold, N m
   DriveCounters drive_counters;
   Vec3 ground_velocity = Vec3::Zero();
   long evaluations = 0;
 
  private:
+  // Moves contacts at the evaluated state to the piece of the law that holds there; feet in the air slide.
+  void update_pieces() {
+    bool changed = false;
+    for (Contact& foot : feet) {
+      const ContactMemory old = foot.memory;
+      if (patches_frozen) {
+        foot.memory.patch = terrain.patch_at(center(foot).x(), center(foot).y());
+        std::tie(foot.mu_scale, foot.k_scale) = terrain.patch_factors(foot.memory.patch);
+      }
+      if (bristles_frozen)
+        foot.memory.sliding = !foot.active || old.sliding == (piece_margin(foot) >= 0.0);
+      changed |= foot.memory.patch != old.patch || foot.memory.sliding != old.sliding;
+    }
+    if (!changed) return;
+    for (Contact& foot : feet)
+      if (foot.active) find_force(foot, center(foot), 0.0);
+  }
+
   void place_foot(std::size_t f, double t, const VectorXd& q, const VectorXd& v, double implicit_dt) {
     const FootMount& mount = mounts[f];
     const Vec3 center = dynamics.point(mount.joint, mount.offset), world = q.head<3>() + center;
@@ -332,10 +372,12 @@ class Plant {
   void find_force(Contact& foot, const Vec3& world, double implicit_dt) {
     if (!foot.memory.touching && foot.memory.touch_speed <= 0.0)  // never seen free
       foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
-    if (!terrain.patches.empty())
-      std::tie(foot.mu_scale, foot.k_scale) = terrain.patch_factors(world.x(), world.y());
+    if (!terrain.patches.empty()) {
+      if (!patches_frozen) foot.memory.patch = terrain.patch_at(world.x(), world.y());
+      std::tie(foot.mu_scale, foot.k_scale) = terrain.patch_factors(foot.memory.patch);
+    }
     foot.contact = contact_force(law, foot.ground, foot.velocity, foot.memory, implicit_dt,
-                                 foot.mu_scale, foot.k_scale);
+                                 foot.mu_scale, foot.k_scale, bristles_frozen);
   }
 
   // What a joint at rest does, by what it must hold or by how it has been found to accelerate.
@@ -350,6 +392,7 @@ class Plant {
   struct SavedEvaluation {
     Eigen::MatrixXd mass;
     VectorXd bias, push_force, v;
+    Vec3 base;
     std::vector<Contact> feet;
     std::vector<StopTorque> stop;
   };
@@ -358,6 +401,7 @@ class Plant {
     dynamics.swap_results(saved_.mass, saved_.bias);
     push_force_.swap(saved_.push_force);
     v_.swap(saved_.v);
+    base_.swap(saved_.base);
     feet.swap(saved_.feet);
     stop.swap(saved_.stop);
   }
@@ -367,6 +411,7 @@ class Plant {
   PushForce pushes_;
   VectorXd push_force_;
   VectorXd q_local_, v_;
+  Vec3 base_ = Vec3::Zero();  // position of the evaluated state, m
   SavedEvaluation saved_;
   std::vector<std::vector<std::size_t>> columns_;
 };

@@ -1,6 +1,5 @@
-// Samples of a run, one row-major table per quantity. A foot force is the mean over the
-// sampling interval that ends at its sample (impulse over time: momentum adds up exactly); the first
-// is the law's.
+// Samples of a run, one row-major table per quantity. A foot force is the law's at the sample's state; a
+// foot impulse is the force's integral over the sampling interval that ends there: momentum adds up.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +16,7 @@ class Recorder {
   // `omitted`: names of tables that are not kept.
   template <class PlantT>
   Recorder(const PlantT& plant, const std::vector<std::string>& omitted)
-      : tables_(kept(layout(plant.tree, plant.mounts.size()), omitted)), was_active_(plant.feet.size(), true) {}
+      : tables_(kept(layout(plant.tree, plant.mounts.size()), omitted)) {}
 
   SampleTables& tables() { return tables_; }
 
@@ -55,8 +54,8 @@ class Recorder {
 
  private:
   enum Quantity {
-    kTime, kQ, kV, kTorque, kQRef, kVRef, kFootPosition, kFootForce, kFootNormal, kFootGap, kCom,
-    kKinetic, kPotential, kElastic, kServoWork, kJointDampingLoss, kNormalLoss, kFrictionLoss,
+    kTime, kQ, kV, kTorque, kQRef, kVRef, kFootPosition, kFootForce, kFootImpulse, kFootNormal, kFootGap,
+    kCom, kKinetic, kPotential, kElastic, kServoWork, kJointDampingLoss, kNormalLoss, kFrictionLoss,
     kPushWork
   };
 
@@ -64,7 +63,7 @@ class Recorder {
   static std::vector<SampleTable> layout(const Tree& tree, std::size_t feet) {
     const std::size_t nq = tree.nq, nv = tree.nv, n = nv - 6;
     return {{"time", 1}, {"q", nq}, {"v", nv}, {"torque", n}, {"q_ref", n}, {"v_ref", n},
-            {"foot_position", 3 * feet}, {"foot_force", 3 * feet}, {"foot_normal", 3 * feet},
+            {"foot_position", 3 * feet}, {"foot_force", 3 * feet}, {"foot_impulse", 3 * feet}, {"foot_normal", 3 * feet},
             {"foot_gap", feet}, {"com", 3}, {"kinetic", 1}, {"potential", 1}, {"elastic", 1},
             {"servo_work", 1}, {"joint_damping_loss", 1}, {"normal_loss", 1},
             {"friction_loss", 1}, {"push_work", 1}};
@@ -77,28 +76,22 @@ class Recorder {
     return tables;
   }
 
-  // Share of the weight [-] below which the mean force of a foot that is in the air at both ends of an
-  // interval is taken as zero: what a multistep or extrapolated impulse may leave.
-  static constexpr double kResidualForceShare = 1e-3;
-
   template <class PlantT>
   void sample_feet(const PlantT& plant, const VectorXd& q, const EnergyLedger& ledger,
                    double interval) {
-    const double weight = plant.dynamics.total_mass() * plant.dynamics.gravity().norm();
     for (std::size_t f = 0; f < plant.mounts.size(); ++f) {
       std::size_t nearest = f * plant.per_foot;
-      Vec3 force = Vec3::Zero(), pushed = Vec3::Zero();
+      Vec3 force = Vec3::Zero(), impulse = Vec3::Zero(), pushed = Vec3::Zero();
       for (std::size_t i = f * plant.per_foot; i < (f + 1) * plant.per_foot; ++i) {
         if (plant.feet[i].ground.gap < plant.feet[nearest].ground.gap) nearest = i;
-        Vec3 part = interval > 0.0 ? Vec3(ledger.impulse[i] / interval) : plant.feet[i].contact.force;
-        const bool free = !plant.feet[i].active && !was_active_[i];
-        if (free && part.norm() < kResidualForceShare * weight) part.setZero();
-        was_active_[i] = plant.feet[i].active;
+        const Vec3 part = plant.law_force(plant.feet[i]);
         force += part;
+        if (interval > 0.0) impulse += ledger.impulse[i];
         pushed += plant.feet[i].ground.normal.dot(part) * plant.feet[i].ground.normal;
       }
       tables_[kFootPosition].append(Vec3(q.head<3>() + plant.feet[nearest].center));
       tables_[kFootForce].append(force);
+      tables_[kFootImpulse].append(impulse);
       // two contacts push along the sum of their normal forces
       const bool both = plant.per_foot > 1 && pushed.norm() > 0.0;
       tables_[kFootNormal].append(both ? Vec3(pushed.normalized()) : plant.feet[nearest].ground.normal);
@@ -107,7 +100,6 @@ class Recorder {
   }
 
   SampleTables tables_;
-  std::vector<char> was_active_;  // contacts, at the sample before
   double first_normal_ = 0.0, first_bristle_ = 0.0, first_stops_ = 0.0;
 };
 

@@ -135,9 +135,9 @@ def parting(trace: Trace, heading: float = 0.0) -> tuple[float, float]:
     """
     along = trace.q[:, 0] * math.cos(heading) + trace.q[:, 1] * math.sin(heading)
     angle = np.arctan2(along, trace.q[:, 2] - SHELF)
-    cosine = np.cos(0.5 * (angle[1:] + angle[:-1]))  # a sampled force is the mean since the last
-    force = np.linalg.norm(trace.foot_force[1:, 0], axis=1)
-    late = (force > 0.05) & (force < 0.5) & (along[1:] > 1e-3)
+    cosine = np.cos(angle)
+    force = np.linalg.norm(trace.foot_force[:, 0], axis=1)
+    late = (force > 0.05) & (force < 0.5) & (along > 1e-3)
     if late.sum() <= 50:
         raise ValueError(f"only {late.sum()} samples of 0.05 to 0.5 N")
     slope, offset = np.polyfit(cosine[late], force[late], 1)

@@ -152,7 +152,6 @@ def one_impact(setting: SolverSetting | None, name: str, gap: float) -> Values:
         gap *= step
         strike = Strike(law, 0.5, 1.0, 4400 * step, gap=gap)
         trace = strike.by(rk4(step), 4400)
-        # the recorded force is a mean over each step: h^2 F''/24 lower, at 4000 steps 2e-7
         recorded = parabola_top(trace.foot_force[:, 0, 2])
         yield ExpectedValue(
             f"recorded peak force, {place}", relative(recorded, expected["Fpeak"]), 3e-7

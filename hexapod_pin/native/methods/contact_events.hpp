@@ -1,0 +1,190 @@
+// Switches of the contacts within a step: a bristle of two coefficients that breaks away or sticks again,
+// a foot that crosses the edge of a patch of ground. Each contact keeps its piece of the law within a
+// step, which makes the right-hand side smooth; the step ends shortly after the first switch, where
+// Plant::update_memories says which piece holds next.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "methods/chart_flow.hpp"
+#include "methods/error_control.hpp"
+#include "methods/switch_root.hpp"
+
+namespace hexapod {
+
+template <class PlantT>
+class ContactEvents {
+ public:
+  ContactEvents(ChartFlow<PlantT>& flow, const ErrorNorm& norm)
+      : flow_(flow), norm_(norm), start_(flow.plant.feet.size()), end_(start_) {
+    PlantT& plant = flow.plant;
+    const FrictionLaw& law = plant.law.friction;
+    plant.bristles_frozen = law.has_bristle() && law.coefficient(true) != law.coefficient(false);
+    plant.patches_frozen = !plant.terrain.patches.empty();
+    idle_ = !plant.bristles_frozen && !plant.patches_frozen;
+  }
+
+  bool idle() const { return idle_; }        // nothing can switch
+  bool changed() const { return changed_; }  // whether a piece has ended in the step of the last `share`
+
+  // A step begins at the state where the plant is evaluated.
+  void start() {
+    if (idle_) return;
+    look(start_);
+    last_ = Crossing();
+  }
+
+  // A step, or another try of it, begins at t.
+  void begin(double t) {
+    begin_ = t;
+    seen_inside_ = kNeverReached;
+  }
+
+  // Notices switches there and back again within a step; where the plant is not evaluated, nothing.
+  void passed(double t, const VectorXd& y) {
+    if (idle_ || seen_inside_ < kNeverReached || !is_evaluated(y)) return;
+    look(inside_);
+    Crossing first;
+    find_first(inside_, t - begin_, first);
+    if (first.share < 1.0) seen_inside_ = first.share * (t - begin_);
+  }
+
+  // Share of the step h, which ended at y, at which it should end for the first switch to be just behind
+  // it; 1 where the step may end here. Leaves the plant evaluated at y.
+  double share(double t, const VectorXd& y, double h) {
+    if (idle_) return 1.0;
+    if (!is_evaluated(y)) flow_.evaluate(t, y);
+    look(end_);
+    Crossing first;
+    changed_ = find_first(end_, h, first);
+    first.step = h;
+    last_ = first;
+    return first.share < 1.0 ? first.share : std::min(1.0, seen_inside_ / h);
+  }
+
+  // The next step begins where this one ended, in the same pieces.
+  void move_on() {
+    std::swap(start_, end_);
+    last_ = Crossing();
+  }
+
+ private:
+  static constexpr double kNeverReached = 1e300;
+  // Share of the velocity tolerance that the wrong piece behind a switch may cost.
+  static constexpr double kOvershootShare = 1e-3;
+  static constexpr double kLeastAim = 1e-3, kMostAim = 0.5;  // of what is left of the step behind a switch
+
+  struct Look {  // at one contact
+    bool active = false, sliding = false;
+    double margin = 0.0;        // of the bristle's piece, N
+    double normal_force = 0.0;  // N
+    int patch = -1;             // where it is
+    double x = 0.0, y = 0.0;    // m
+  };
+  struct Crossing {
+    double share = 1.0, value = 0.0, step = 0.0;
+    int contact = -1, kind = -1;
+  };
+  enum Kind { kBristle, kPatch };
+
+  bool is_evaluated(const VectorXd& y) const {
+    const Eigen::Index known = PlantT::kPrescribed ? 6 : flow_.nv;
+    return flow_.velocity().head(known) == flow_.v(y).head(known);
+  }
+
+  void look(std::vector<Look>& at) const {
+    const PlantT& plant = flow_.plant;
+    at.resize(plant.feet.size());
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      const auto& foot = plant.feet[i];
+      Look& now = at[i];
+      now.active = foot.active;
+      now.sliding = foot.memory.sliding;
+      now.normal_force = foot.active ? foot.ground.normal.dot(foot.contact.force) : 0.0;
+      if (plant.bristles_frozen) now.margin = plant.piece_margin(foot);
+      if (!plant.patches_frozen) continue;
+      now.x = plant.center(foot).x(), now.y = plant.center(foot).y();
+      now.patch = plant.terrain.patch_at(now.x, now.y);
+    }
+  }
+
+  // The first switch between the start of the step and a state h later; whether there is any.
+  bool find_first(const std::vector<Look>& end, double h, Crossing& first) const {
+    const PlantT& plant = flow_.plant;
+    const double most = kOvershootShare * norm_.tolerance / norm_.weight(h);  // m/s
+    bool any = false;
+    for (std::size_t i = 0; i < end.size(); ++i) {
+      if (!start_[i].active && !end[i].active) continue;
+      if (plant.bristles_frozen && end[i].margin < 0.0) {
+        any = true;
+        offer(i, kBristle, start_[i].margin, end[i].margin, jump_at_end(i, end[i]), h, most, first);
+      }
+      const int patch = plant.feet[i].memory.patch;
+      if (plant.patches_frozen && end[i].patch != patch) {
+        any = true;
+        const auto [before, after] = edge_margins(patch, start_[i], end[i]);
+        offer(i, kPatch, before, after, patch_jump(patch, end[i]), h, most, first);
+      }
+    }
+    return any;
+  }
+
+  // Force [N] that is wrong behind a switch of the bristle, by the end of the step.
+  double jump_at_end(std::size_t i, const Look& end) const {
+    const PlantT& plant = flow_.plant;
+    const FrictionLaw& law = plant.law.friction;
+    const double step = end.sliding ? 0.0 : law.coefficient(false) - law.coefficient(true);
+    return plant.feet[i].mu_scale * step * end.normal_force - end.margin;
+  }
+
+  double patch_jump(int from, const Look& end) const {
+    const Terrain& terrain = flow_.plant.terrain;
+    const auto [mu_old, k_old] = terrain.patch_factors(from);
+    const auto [mu_new, k_new] = terrain.patch_factors(end.patch);
+    const double mu = flow_.plant.law.friction.largest_coefficient();
+    return end.normal_force * (mu * std::abs(mu_new - mu_old) + std::abs(k_new - k_old) / k_old);
+  }
+
+  // Depths in the patch that decides between two of them, the first in the list; above zero before.
+  std::pair<double, double> edge_margins(int from, const Look& start, const Look& end) const {
+    const bool leaves = end.patch < 0 || (from >= 0 && from < end.patch);
+    const Patch& edge = flow_.plant.terrain.patches[std::size_t(leaves ? from : end.patch)];
+    const double sign = leaves ? 1.0 : -1.0;
+    return {sign * edge.depth(start.x, start.y), sign * edge.depth(end.x, end.y)};
+  }
+
+  // A crossing of contact i, of a switch with these values at both ends of h.
+  void offer(std::size_t i, Kind kind, double before, double after, double jump, double h, double most,
+             Crossing& first) const {
+    const bool again = last_.contact == int(i) && last_.kind == int(kind);
+    const double root = switch_root(before, after, h, again ? EarlierTry{last_.step, last_.value} : EarlierTry());
+    const double rest = 1.0 - root, excess = jump * mobility(i) * rest * h;
+    if (!(excess > most)) return;
+    const double share = root + std::clamp(0.5 * most / excess, kLeastAim, kMostAim) * rest;
+    if (share < first.share) first = {share, after, h, int(i), int(kind)};
+  }
+
+  // Velocity of a foot per impulse on it, no joint being coupled to another, 1/kg.
+  double mobility(std::size_t i) const {
+    const PlantT& plant = flow_.plant;
+    double most = 1.0 / plant.dynamics.total_mass();
+    if constexpr (PlantT::kPrescribed) return most;
+    for (std::size_t k = 0; k < plant.columns(i).size(); ++k) {
+      const Eigen::Index c = Tree::column(plant.columns(i)[k]);
+      most = std::max(most, plant.feet[i].jl.col(Eigen::Index(k)).squaredNorm() / plant.mass_upper()(c, c));
+    }
+    return most;
+  }
+
+  ChartFlow<PlantT>& flow_;
+  ErrorNorm norm_;
+  std::vector<Look> start_, end_, inside_;
+  double begin_ = 0.0, seen_inside_ = kNeverReached;
+  Crossing last_;
+  bool idle_ = false, changed_ = false;
+};
+
+}  // namespace hexapod

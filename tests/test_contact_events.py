@@ -1,0 +1,213 @@
+"""Switches within a run, located as events: every adaptive method meets closed forms at its accuracy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import hexapod_pin as hp
+from hexapod_pin.validation.cases import bodies
+from hexapod_pin.validation.cases.slope import ELASTIC, in_tilted_gravity
+
+METHODS = ("extrapolated-euler", "ndf", "dop853")
+G = 9.81
+MU, MU_DYNAMIC, STIFFNESS, DAMPING = 0.5, 0.3, 2e4, 200.0
+BRISTLE = hp.StickSlip(mu=MU, mu_dynamic=MU_DYNAMIC, stiffness=STIFFNESS, damping=DAMPING)
+LIMP = hp.Servo(kp=0.0, kd=0.0, limited=False)
+FREE = hp.JointStops(stiffness=0.0)
+Motion = Callable[[float], tuple[float, float]]
+
+
+def stuck(pull: float, u: float, z: float) -> Motion:
+    """Speed and stretch after a time of 1 kg on a stuck bristle: u' = pull - k z - c u, z' = u."""
+    matrix = np.array([[-DAMPING, -STIFFNESS], [1.0, 0.0]])
+    rates, modes = np.linalg.eig(matrix)
+    rest = np.array([0.0, pull / STIFFNESS])
+    parts = np.linalg.solve(modes, np.array([u, z]) - rest)
+
+    def at(t: float) -> tuple[float, float]:
+        speed, stretch = rest + (modes @ (np.exp(rates * t) * parts)).real
+        return float(speed), float(stretch)
+
+    return at
+
+
+def trial(speed: float, stretch: float) -> float:
+    return STIFFNESS * stretch + DAMPING * speed
+
+
+def run(scene: hp.Scene, start: hp.State, duration: float, method: str, accuracy: float) -> hp.Trace:
+    return hp.simulate(
+        scene, hp.HoldPosture(), duration=duration, initial=start, method=method,
+        accuracy=accuracy, sample=0.01,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-8])
+def test_a_point_mass_breaks_away_when_its_bristle_says(method: str, accuracy: float) -> None:
+    """On 0.6 rad: stuck until k z + c u = mu N, then g sin - mu_dynamic g cos, both closed forms."""
+    pull, normal, end = G * math.sin(0.6), G * math.cos(0.6), 0.5
+    motion = stuck(pull, 0.0, 0.0)
+    slip = brentq(lambda t: trial(*motion(t)) - MU * normal, 0.0, 0.02, xtol=1e-15)
+    speed, stretch = motion(slip)
+    left = end - slip
+    expected = stretch + speed * left + 0.5 * (pull - MU_DYNAMIC * normal) * left**2
+    case = in_tilted_gravity(math.tan(0.6), friction=BRISTLE)
+    trace = run(case.scene, case.initial, end, method, accuracy)
+    assert trace.q[-1, 0] == pytest.approx(expected, rel=0, abs=1.5 * accuracy)
+    assert trace.v[-1, 0] == pytest.approx(speed + (pull - MU_DYNAMIC * normal) * left, abs=1e-5)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_sliding_mass_sticks_again_where_its_slip_ends(method: str) -> None:
+    """Slides at mu_dynamic N until its slip is zero, then rings on its bristle."""
+    angle, v0, end, accuracy = math.atan(0.1), 1.0, 0.6, 1e-8
+    pull, normal = G * math.sin(angle), G * math.cos(angle)
+    held = MU_DYNAMIC * normal
+
+    def sliding(t: float) -> tuple[float, float]:
+        stretch = held / STIFFNESS * -math.expm1(-STIFFNESS / DAMPING * t)
+        return v0 + (pull - held) * t, stretch
+
+    stick = brentq(lambda t: trial(*sliding(t)) - held, 1e-3, 0.6, xtol=1e-15)
+    speed, stretch = sliding(stick)
+    travelled = v0 * stick + 0.5 * (pull - held) * stick**2
+    expected = travelled + stuck(pull, speed, stretch)(end - stick)[1] - stretch
+    case = in_tilted_gravity(0.1, (v0, 0.0), friction=BRISTLE)
+    trace = run(case.scene, case.initial, end, method, accuracy)
+    assert trace.q[-1, 0] == pytest.approx(expected, rel=0, abs=2.0 * accuracy)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_block_crosses_the_edge_of_a_patch(method: str) -> None:
+    """mu 0.5 until x = 0.1 m, from there 0.15: two constant decelerations."""
+    v0, edge, end, accuracy = 1.5, 0.1, 0.3, 1e-8
+    robot = bodies.particle()
+    patch = hp.Patch(low=(edge, -1.0), high=(5.0, 1.0), friction=0.3)
+    scene = bodies.on_ground(
+        robot, ELASTIC, friction=hp.TanhCoulomb(mu=0.5, slope=1000.0),
+        terrain=hp.PatchedGround(ground=hp.Flat(), patches=(patch,)),
+    )  # fmt: skip
+    start = bodies.state(robot, (0.0, 0.0, -((G / ELASTIC.stiffness) ** (2 / 3))), (v0, 0.0, 0.0))
+    crossing = (v0 - math.sqrt(v0**2 - 2.0 * 0.5 * G * edge)) / (0.5 * G)
+    speed, left = v0 - 0.5 * G * crossing, end - crossing
+    expected = edge + speed * left - 0.5 * 0.15 * G * left**2
+    trace = run(scene, start, end, method, accuracy)
+    assert trace.q[-1, 0] == pytest.approx(expected, rel=0, abs=accuracy)
+
+
+def shaken(t0: float, z0: float, v0: float, rate: float, ground: tuple[float, float]) -> Motion:
+    """Height and speed of 1 kg on a spring `rate`^2 under gravity, on ground A sin(w t), from t0."""
+    amplitude, w = ground
+    forced, mean = amplitude * rate**2 / (rate**2 - w**2), -G / rate**2
+    a = z0 - mean - forced * math.sin(w * t0)
+    b = (v0 - forced * w * math.cos(w * t0)) / rate
+
+    def at(t: float) -> tuple[float, float]:
+        s, c = math.sin(rate * (t - t0)), math.cos(rate * (t - t0))
+        place = mean + forced * math.sin(w * t) + a * c + b * s
+        return place, forced * w * math.cos(w * t) + rate * (b * c - a * s)
+
+    return at
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("height", [0.02, 0.05])
+def test_a_mass_meets_ground_that_shakes(method: str, height: float) -> None:
+    """Fall, contact on a linear spring and flight again, each in closed form."""
+    stiffness, ground, accuracy = 1e5, (1e-3, 2.0 * math.pi * 30.0), 1e-7
+    rate = math.sqrt(stiffness)
+
+    def surface(t: float) -> float:
+        return ground[0] * math.sin(ground[1] * t)
+
+    def first(gap: Callable[[float], float], begin: float) -> float:
+        times = begin + np.linspace(1e-6, 0.2, 200_001)
+        k = int(np.argmax(np.array([gap(t) for t in times[:60_000:20]]) < 0.0)) * 20
+        return brentq(gap, times[max(k - 20, 0)], times[k], xtol=1e-15)
+
+    touch = first(lambda t: height - 0.5 * G * t**2 - surface(t), 0.0)
+    on = shaken(touch, surface(touch), -G * touch, rate, ground)
+    leave = first(lambda t: surface(t) - on(t)[0], touch)
+    z, v = on(leave)
+    end = round(leave + 0.01, 2)
+    expected = z + v * (end - leave) - 0.5 * G * (end - leave) ** 2
+    robot = bodies.particle()
+    scene = bodies.on_ground(
+        robot, hp.KelvinVoigt(stiffness=stiffness, damping=0.0, exponent=1.0),
+        terrain=hp.ShakingGround(ground=hp.Flat(), amplitude=ground[0], frequency=30.0),
+    )  # fmt: skip
+    trace = run(scene, bodies.state(robot, (0.0, 0.0, height)), end, method, accuracy)
+    assert trace.q[-1, 2] == pytest.approx(expected, rel=0, abs=2.0 * accuracy)
+
+
+FLAPS = """<robot name="flaps">
+<link name="base"><inertial><mass value="1"/><inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0"
+ ixz="0" iyz="0"/></inertial></link>
+<link name="flap"><inertial><mass value="0.5"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0"
+ ixz="0" iyz="0"/></inertial></link>
+<link name="foot"/>
+<joint name="hinge" type="revolute"><parent link="base"/><child link="flap"/><axis xyz="0 0 1"/>
+<limit lower="-0.5" upper="0.5" effort="10" velocity="100"/></joint>
+<joint name="fix" type="fixed"><parent link="base"/><child link="foot"/></joint></robot>"""
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_flap_bounces_between_its_stops(method: str, tmp_path: Path) -> None:
+    """Two bodies about one axis in flight: at a stop half a swing of sqrt(K/I), I = I1 I2/(I1 + I2)."""
+    path = tmp_path / "flaps.urdf"
+    path.write_text(FLAPS)
+    robot = hp.load_robot(path, feet=["foot"])
+    stiffness, speed, accuracy, end = 500.0, 5.0, 1e-7, 2.0
+    scene = hp.Scene(
+        robot, servo=LIMP, stops=hp.JointStops(stiffness=stiffness), gravity=(0.0, 0.0, 0.0)
+    )
+    v = np.zeros(7)
+    v[6] = speed
+    q = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0])
+    trace = run(scene, robot.check_state(q, v), end, method, accuracy)
+    rate = math.sqrt(stiffness / (0.02 * 0.01 / 0.03))
+    rest, at_stop = 1.0 / speed, math.pi / rate
+    phase = (end - 0.5 / speed) % (2.0 * (rest + at_stop))  # from the upper stop on
+    back = phase - (rest + at_stop)
+    side, since = (1.0, phase) if back < 0.0 else (-1.0, back)
+    depth = speed / rate * math.sin(rate * since) if since < at_stop else speed * (at_stop - since)
+    assert trace.q[-1, 7] == pytest.approx(side * (0.5 + depth), rel=0, abs=30 * accuracy)
+
+
+@pytest.mark.parametrize("method", ["extrapolated-euler", "ndf", "robust"])
+def test_sampled_forces_never_pull_nor_leave_the_cone(method: str) -> None:
+    """In a dropped robot on bristles; and what the ground gives is the change of momentum."""
+    import pinocchio as pin
+
+    robot = hp.load_robot("kharagpur")
+    friction = hp.StickSlip(mu=0.7, mu_dynamic=0.5, stiffness=2e4, damping=60.0)
+    scene = hp.Scene(robot, contact=hp.Contact(normal=hp.Contact.accurate().normal, friction=friction))
+    start, v = robot.stand().q.copy(), np.zeros(robot.model.nv)
+    start[2] += 0.01
+    v[:2] = 0.3, -0.1
+    how = {"step": 1e-3} if method == "robust" else {"accuracy": 1e-5}
+    trace = hp.simulate(
+        scene, hp.HoldPosture(), duration=0.2, sample=2e-3, method=method,
+        initial=hp.State(start, v), **how,
+    )  # fmt: skip
+    friction_force = np.linalg.norm(trace.tangential_force, axis=2)
+    assert trace.normal_force.min() >= 0.0 and trace.normal_force.max() > 5.0
+    assert np.all(friction_force <= 0.7 * trace.normal_force * (1.0 + 1e-12))
+    data = robot.model.createData()
+
+    def momentum(k: int) -> np.ndarray:
+        pin.centerOfMass(robot.model, data, trace.q[k], trace.v[k])
+        return robot.total_mass * data.vcom[0]
+
+    gravity = np.array([0.0, 0.0, -G]) * robot.total_mass * trace.time[-1]
+    change = momentum(-1) - momentum(0)
+    # robust steps leave the terms of second order in the joints' turning
+    allowed = 0.02 if method == "robust" else 1e-4
+    assert trace.foot_impulse.sum(axis=(0, 1)) + gravity == pytest.approx(change, abs=allowed)
