@@ -104,7 +104,6 @@ def run_summary(trace: Trace) -> str:
     """Return one line: how the run was integrated, what it cost, what it says of its own error."""
     meta, counters = trace.meta, trace.counters
     how = f"accuracy {meta['accuracy']:g}" if meta["accuracy"] else f"step {meta['step']:g} s"
-    error = f"largest error of a step {trace.step_error:.1e} m or rad, " if meta["accuracy"] else ""
     energy = "energy not recorded"
     if "energy" in trace.recorded:
         worked = float(abs(trace.energy["servo_work"]).max())
@@ -112,5 +111,23 @@ def run_summary(trace: Trace) -> str:
         energy = f"energy residual {residual:.1e} J of {worked:.3g} J of servo work"
     return (
         f"method {meta['method']}, {how}: {counters['steps']} steps, "
-        f"{counters['evaluations']} evaluations, {meta['wall_time']:.2g} s; {error}{energy}"
+        f"{counters['evaluations']} evaluations, {meta['wall_time']:.2g} s; "
+        f"{_error_words(trace)}{energy}"
     )
+
+
+def _error_words(trace: Trace) -> str:
+    """Return what the run says of its own error."""
+    if not trace.meta["accuracy"]:
+        return ""
+    if trace.error is None:
+        return f"largest error of a step {trace.step_error:.1e} m or rad, "
+    error = f"error of positions at most {trace.error_estimate:.1e} m or rad"
+    if trace.error.torque is not None:
+        error += f", of torques {trace.error.torque[-1]:.1e} N m"
+    runs = f"by {trace.counters['runs']} runs"
+    if trace.accuracy_kept:
+        return f"{error} ({runs}), "
+    until = trace.predictable_until
+    from_when = "" if until == float("inf") else f" after t = {until:g} s"
+    return f"{error} ({runs}): NOT the accuracy asked for{from_when}, "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from hexapod_pin.results.joint_budget import JointBudget, KindBudget
@@ -55,6 +56,9 @@ def kind_lines(kinds: Sequence[KindBudget], per: str) -> list[str]:
         rows.append(
             ["  worst leg", *(_leg(joint.joint, row.kind) for joint in worst), "all", "all"]
         )
+        errors = (row.peak.peak_error, row.p99.p99_error, row.rms.rms_error)
+        if not all(map(math.isnan, errors)):
+            rows.append(["  error of the run", *(f"±{e:.1g}" for e in errors), *[""] * 5])
     title = f"Worst joint of each kind; energies of all joints of the kind, per {per}"
     return [title, *aligned(["", *_QUANTITIES], rows)]
 

@@ -46,6 +46,10 @@ class JointBudget:
     peak_power: float  # largest |torque * rate| [W]
     positive_energy: float  # work given by the joint [J], >= 0
     negative_energy: float  # work taken up by the joint [J], <= 0
+    # How far they may be off for the run's own error [N m]; NaN where it is not known.
+    peak_error: float = math.nan
+    p99_error: float = math.nan
+    rms_error: float = math.nan
 
     @property
     def absolute_energy(self) -> float:
@@ -87,6 +91,7 @@ def summary_rows(summary: Summary) -> tuple[JointBudget, ...]:
     """Return one row per joint from what was gathered at accepted steps."""
     kinds = joint_kinds(summary.joint_names, len(summary.foot_names), summary.meta)
     limits = summary.meta.get("effort_limit") or [math.inf] * len(kinds)
+    peak, p99, rms = map(summary.error_of, ("torque_peak", "torque_p99", "torque_rms"))
     return tuple(
         JointBudget(
             joint=summary.joint_names[k],
@@ -102,6 +107,9 @@ def summary_rows(summary: Summary) -> tuple[JointBudget, ...]:
             peak_power=float(abs(summary.power_peak[k])),
             positive_energy=float(summary.positive_energy[k]),
             negative_energy=float(summary.negative_energy[k]),
+            peak_error=float(peak[k]),
+            p99_error=float(p99[k]),
+            rms_error=float(rms[k]),
         )
         for k, kind in enumerate(kinds)
     )

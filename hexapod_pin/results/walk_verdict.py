@@ -47,6 +47,8 @@ class WalkVerdict:
         accuracy: error in positions that was asked for [m and rad]; None with fixed steps.
         step: of a fixed-step method [s]; None where steps adapt.
         step_error: largest error of one step, estimated [m and rad]; None with fixed steps.
+        error_estimate: how far any position may be off [m and rad]; None where it is not known.
+        accuracy_kept: whether what was asked is kept.
         needs: for how long the run must last to hold one whole cycle [s]; None where it does, or
             nothing repeats.
         prescribed: whether joints follow the plan exactly: limits do not act.
@@ -67,6 +69,8 @@ class WalkVerdict:
     accuracy: float | None
     step: float | None
     step_error: float | None
+    error_estimate: float | None
+    accuracy_kept: bool
     needs: float | None
     prescribed: bool
     holds: bool
@@ -131,7 +135,9 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         trunk_contact=touches[0] if touches else None, trunk_contacts=len(touches), slip=slip,
         at_torque_limit=torque, at_speed_limit=speed, lag=behind, accuracy=accuracy or None,
         step=None if accuracy else trace.meta.get("step"),
-        step_error=None if math.isnan(error) else error, needs=_needs(trace, way),
+        step_error=None if math.isnan(error) else error,
+        error_estimate=None if trace.error is None else trace.error_estimate,
+        accuracy_kept=trace.accuracy_kept, needs=_needs(trace, way),
         prescribed=bool(scene.get("prescribed", False)),
         holds=settings_of(trace.meta, "controller").get("kind") == "hold",
         reason=reason, advice=hint,

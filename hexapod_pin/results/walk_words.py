@@ -107,4 +107,7 @@ def _share(what: str, share: JointShare) -> str:
 def _accuracy(verdict: WalkVerdict) -> str:
     if verdict.accuracy is None or verdict.step_error is None:
         return "" if verdict.step is None else f"step {verdict.step:g} s"
-    return f"accuracy {verdict.accuracy:g} asked, {verdict.step_error:.1e} reached in a step"
+    asked = f"accuracy {verdict.accuracy:g} asked"
+    if verdict.error_estimate is None:
+        return f"{asked}, {verdict.step_error:.1e} reached in a step"
+    return f"{asked}, {'' if verdict.accuracy_kept else 'NOT '}kept: {verdict.error_estimate:.1e}"

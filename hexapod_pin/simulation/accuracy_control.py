@@ -1,4 +1,4 @@
-"""Finer and finer runs of one case, compared, until the error of the last is within what was asked."""
+"""Finer and finer runs of one case, until the error of the last is within what was asked."""
 
 from __future__ import annotations
 

@@ -6,6 +6,7 @@ import contextlib
 import json
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from hexapod_pin.control.feedback import FeedbackController
@@ -13,9 +14,11 @@ from hexapod_pin.errors import HexapodError, SimulationInterrupted
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.simulation.accuracy_control import FIRST_LEVELS, AccuracyControl
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.closed_loop import lock_step_runs
 from hexapod_pin.simulation.native_run import PROGRESS_INTERVAL, NativeRun, open_loop_run
+from hexapod_pin.simulation.run_settings import RunSettings
 
 Result = tuple[int, Trace | Summary | Exception]
 """Index of a case, and what it came to."""
@@ -68,7 +71,7 @@ class BatchRuns:
         from hexapod_pin import native as _native
 
         pool = _native.Batch(self.threads)
-        under_way: dict[int, tuple[int, NativeRun, float]] = {}
+        under_way: dict[int, _Job] = {}
         more = True
         while more or self.waiting or under_way:
             while more and len(under_way) < (AHEAD + 1) * self.threads:
@@ -79,17 +82,23 @@ class BatchRuns:
                 elif case is not None and isinstance(case.controller, FeedbackController):
                     yield from self._wait(index, case)
                 elif case is not None:
-                    refused = self._plan(index, case, pool, under_way)
-                    if refused is not None:
-                        yield refused
+                    job = self._plan(index, case)
+                    if isinstance(job, Exception):
+                        yield index, job
+                    else:
+                        under_way[self._hand_over(job, pool)] = job
             if self.waiting and not more:
                 yield from self._live(self.waiting.pop(next(iter(self.waiting))))
                 continue
             number, good, failure = pool.next_done(PATIENCE) if under_way else (None, False, "")
             if number in under_way:
-                index, run, begin = under_way.pop(number)
-                run.good, run.wall_time = good, time.perf_counter() - begin
-                yield index, RuntimeError(failure) if failure else self._result(run)
+                job = under_way.pop(number)
+                job.run.good, job.run.wall_time = good, time.perf_counter() - job.begin
+                result = RuntimeError(failure) if failure else self._ended(job)
+                if result is None:
+                    under_way[self._hand_over(job, pool)] = job
+                else:
+                    yield job.index, result
 
     def _wait(self, index: int, case: Case) -> list[Result]:
         """Put a case with feedback to those like it; run them where they are enough."""
@@ -101,36 +110,52 @@ class BatchRuns:
             key = max(self.waiting, key=lambda one: len(self.waiting[one]))
         return self._live(self.waiting.pop(key))
 
-    def _plan(
-        self, index: int, case: Case, pool: Any, under_way: dict[int, tuple[int, NativeRun, float]]
-    ) -> Result | None:
-        """Plan a case and hand it to the pool; a case that is refused is a result."""
-        begin = time.perf_counter()
-        run = self._set_up(case)
-        if isinstance(run, Exception):
-            return index, run
-        grid = run.how.grid
-        if self.record:
-            run.rollout.reserve(grid.samples)
-        part = min(round(PROGRESS_INTERVAL / grid.sample), grid.samples // SLICES)
-        number = pool.add(run.rollout, grid.samples, max(1, part))
-        under_way[number] = (index, run, begin)
-        return None
-
-    def _set_up(self, case: Case) -> NativeRun | Exception:
+    def _plan(self, index: int, case: Case) -> _Job | Exception:
         """Plan a case; whatever forbids it is its result."""
         try:
-            return open_loop_run(case, case.settings, record=self.record)
+            how = case.settings
+            run = open_loop_run(case, how, record=self.record)
         except Exception as error:
             return _without_frames(error)
+        job = _Job(index, run, AccuracyControl(how) if how.controlled else None)
+        if job.control is not None:
+            job.run = run.with_settings(how.at_level(job.level))
+        return job
+
+    def _hand_over(self, job: _Job, pool: Any) -> int:
+        """Hand a run to the pool; return its number there."""
+        grid = job.run.how.grid
+        if job.run.recorded:
+            job.run.rollout.reserve(grid.samples)
+        part = min(round(PROGRESS_INTERVAL / grid.sample), grid.samples // SLICES)
+        job.begin = time.perf_counter()
+        return int(pool.add(job.run.rollout, grid.samples, max(1, part)))
+
+    def _ended(self, job: _Job) -> Trace | Summary | Exception | None:
+        """Return what a case came to; None where a finer run of it, now the job's, is next."""
+        control = job.control
+        if control is None:
+            return self._result(job.run)
+        try:
+            control.take(job.level, job.run)
+            finer = job.level + 1 if job.level in FIRST_LEVELS[:-1] else control.next_level()
+            if finer is None:
+                return self._outcome(control)
+            job.level, job.run = finer, job.run.with_settings(control.how.at_level(finer))
+        except Exception as error:
+            return _without_frames(error)
+        return None
+
+    def _outcome(self, control: AccuracyControl) -> Trace | Summary:
+        return control.trace() if self.record else control.summary(texts=self.texts)
 
     def _live(self, group: Mapping[int, Case]) -> list[Result]:
         """Run cases with one feedback controller side by side; where that fails, one by one."""
-        cases = list(group.values())
         try:
-            runs = lock_step_runs(
-                cases, cases[0].settings, record=self.record, threads=self.threads
-            )
+            how = next(iter(group.values())).settings
+            if how.controlled:
+                return self._live_controlled(group, how)
+            runs = self._live_runs(group, how)
         except SimulationInterrupted:
             raise
         except Exception as error:
@@ -138,6 +163,35 @@ class BatchRuns:
                 return [(index, _without_frames(error)) for index in group]
             return [result for k, case in group.items() for result in self._live({k: case})]
         return [(k, self._result(run)) for k, run in zip(group, runs, strict=True)]
+
+    def _live_runs(self, group: Mapping[int, Case], how: RunSettings) -> list[NativeRun]:
+        return lock_step_runs(
+            list(group.values()), how, record=self.record, threads=self.threads
+        )  # fmt: skip
+
+    def _live_controlled(self, group: Mapping[int, Case], how: RunSettings) -> list[Result]:
+        """Run them finer and finer, all those side by side that are at the same level."""
+        controls = {k: AccuracyControl(how) for k in group}
+        levels: dict[int, list[int]] = {}
+        for level in FIRST_LEVELS:
+            levels[level] = list(group)
+        results: dict[int, Trace | Summary | Exception] = {}
+        while levels:
+            level = min(levels)
+            chosen = {k: group[k] for k in levels.pop(level)}
+            for k, run in zip(chosen, self._live_runs(chosen, how.at_level(level)), strict=True):
+                controls[k].take(level, run)
+                if level in FIRST_LEVELS[:-1]:
+                    continue
+                try:
+                    finer = controls[k].next_level()
+                    if finer is None:
+                        results[k] = self._outcome(controls[k])
+                    else:
+                        levels.setdefault(finer, []).append(k)
+                except Exception as error:
+                    results[k] = _without_frames(error)
+        return list(results.items())
 
     def _result(self, run: NativeRun) -> Trace | Summary | Exception:
         """Return what a run came to."""
@@ -148,6 +202,17 @@ class BatchRuns:
             return run.summary(texts=self.texts)
         except Exception as error:
             return _without_frames(error)
+
+
+@dataclass
+class _Job:
+    """A case in the pool: its run there, of what level, and what runs before it came to."""
+
+    index: int
+    run: NativeRun
+    control: AccuracyControl | None
+    level: int = FIRST_LEVELS[0]
+    begin: float = 0.0
 
 
 def _without_frames(error: Exception) -> Exception:

@@ -247,7 +247,14 @@ class NativeRun:
 
 
 def open_loop_run(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
-    """Plan a case whose controller knows its whole trajectory, and set its run up."""
+    """Plan a case whose controller knows its whole trajectory, and set its run up.
+
+    Args:
+        case: what is run.
+        how: method, duration and sampling.
+        record: whether the samples are kept that the case asks for; else those alone, of a run
+            whose error is kept, that this takes.
+    """
     check_controller(case.controller)
     scene, initial = case.scene, case.initial
     begin = initial.time if isinstance(initial, Checkpoint) else 0.0
@@ -258,8 +265,8 @@ def open_loop_run(case: Case, how: RunSettings, *, record: bool = True) -> Nativ
     if scene.prescribed:
         start = prescribed_start(scene.robot, plan, start, given=initial is not None)
     run = NativeRun(
-        scene, how, start, plan, controller=controller.to_dict(), record=record,
-        groups=case.record,
+        scene, how, start, plan, controller=controller.to_dict(), record=record or how.controlled,
+        groups=case.record if record else how.compared_groups,
     )  # fmt: skip
     run.case = case
     return run

@@ -48,6 +48,11 @@ class RunSettings:
         )
         return cls(choice, grid, duration, choice.method.adaptive and estimate)
 
+    @property
+    def compared_groups(self) -> tuple[str, ...]:
+        """The groups of samples, besides the motion, that keeping the error takes."""
+        return ("torque",) if self.choice.torque_request else ()
+
     def at_level(self, level: int) -> RunSettings:
         """Return the settings of a run of this level of resolution."""
         return replace(self, choice=replace(self.choice, level=level))
