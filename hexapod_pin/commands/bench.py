@@ -17,7 +17,7 @@ from hexapod_pin.commands.options import (
 )
 from hexapod_pin.commands.output_files import writable
 from hexapod_pin.commands.progress import progress_bar
-from hexapod_pin.commands.status import FAILED, fail
+from hexapod_pin.commands.status import MISSED, fail
 from hexapod_pin.errors import ParameterError, SimulationInterrupted
 
 if TYPE_CHECKING:
@@ -128,6 +128,7 @@ def _measure(
     """Measure, print, write and draw; what is done when Ctrl-C comes is printed and written too."""
     from hexapod_pin.benchmark.report.figure import write_plot
     from hexapod_pin.benchmark.report.pages import BenchmarkReport, scene_text, write_report
+    from hexapod_pin.benchmark.report.tables import row_name
     from hexapod_pin.benchmark.work_precision.comparison import command_text
     from hexapod_pin.benchmark.work_precision.scene_options import find_task
     from hexapod_pin.validation.machine import Machine
@@ -152,6 +153,9 @@ def _measure(
                 typer.echo(f"wrote {write(report, path)}")
     if interrupted or done[-1].interrupted:
         raise SimulationInterrupted("interrupted; what was measured before is above", None)
+    missed = [f"{scene.task.name}: {row_name(row)}" for scene in done for row in scene.missed]
+    if missed:
+        fail(f"{len(missed)} rows missed the accuracy they asked for: {'; '.join(missed)}", MISSED)
 
 
 def _one(task: Task, settings: ComparisonSettings, accuracy: float | None) -> Comparison:
@@ -181,7 +185,7 @@ def _report_files(out: Path | None, plot: Path | None) -> tuple[Path | None, Pat
 
 
 def _hard(quick: bool, out: Path | None) -> None:
-    """Run the suite, print its tables and write them to `out` (.md)."""
+    """Run the suite, print its tables and write them to `out` (.md); fail where a row missed."""
     from hexapod_pin.benchmark.hard_suite import suite_page, suite_parts
     from hexapod_pin.benchmark.report.pages import require_ending
     from hexapod_pin.validation.machine import Machine
@@ -199,4 +203,5 @@ def _hard(quick: bool, out: Path | None) -> None:
         out.write_text(suite_page(machine, parts), encoding="utf-8")
         typer.echo(f"wrote {out}")
     if any(part.failed for part in parts):
-        fail("a hard case failed; see the table", FAILED)
+        missed = "; ".join(f"{one.table.title}: {one.summary}" for one in parts if one.failed)
+        fail(f"rows of the tables missed. {missed}", MISSED)

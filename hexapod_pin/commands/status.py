@@ -1,5 +1,6 @@
-"""Exit status: 0 done, 2 refused or failed, 3 ran with a bad result, 130 interrupted.
+"""Exit status: 0 done, 1 missed, 2 refused or failed, 3 ran with a bad result, 130 interrupted.
 
+1: a row of a table that was run missed its number, or met one registered as an expected failure.
 3: a robot does not walk, or no motor passes. Each status but 0 leaves one message on stderr.
 """
 
@@ -10,6 +11,7 @@ from typing import NoReturn
 
 import typer
 
+MISSED = 1
 FAILED = 2
 DOES_NOT_WALK = 3
 NONE_PASSES = 3

@@ -4,6 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
+
+from hexapod_pin.validation.expected_failures import ExpectedFailure
+
+Kind = Literal["pass", "FAIL", "expected failure", "unexpected pass", "not run"]
+
+BAD_KINDS = ("FAIL", "unexpected pass")
+"""Kinds of results that fail a table."""
 
 
 @dataclass(frozen=True)
@@ -16,7 +24,6 @@ class ExpectedValue:
         tolerance: largest error allowed.
         unit: of both; "" for a relative error.
         note: how, where it is not obvious.
-        expected_miss: why a miss is expected; "" where the tolerance must be held.
     """
 
     what: str
@@ -24,7 +31,6 @@ class ExpectedValue:
     tolerance: float
     unit: str = ""
     note: str = ""
-    expected_miss: str = ""
 
 
 @dataclass(frozen=True)
@@ -36,11 +42,11 @@ class CaseResult:
         what: the number, with its parameters.
         method: method and setting it was computed with; of a check its source: equation or paper.
         error: distance from the answer, in the unit of `unit`; infinite where the run failed; nan
-            for what was not computed.
-        tolerance: largest error allowed; nan for what was not computed.
+            for what was not run.
+        tolerance: largest error allowed; nan for what was not run.
         unit: of both; "" for a relative error.
-        note: how, where it is not obvious; or with what the run failed.
-        expected_miss: registered reason why a miss is expected; "" where it must pass.
+        note: how, where it is not obvious; with what the run failed; or why it was not run.
+        expected: entry of the registry of expected failures; None where it must pass.
         seconds: what it took.
     """
 
@@ -51,18 +57,12 @@ class CaseResult:
     tolerance: float
     unit: str = ""
     note: str = ""
-    expected_miss: str = ""
+    expected: ExpectedFailure | None = None
     seconds: float = 0.0
 
     @classmethod
-    def not_covered(cls, case: str, what: str, why: str) -> CaseResult:
-        """Return the result of what the package cannot represent."""
-        reason = f"cannot be represented, {why}"
-        return cls(case, what, "-", math.nan, math.nan, expected_miss=reason)
-
-    @classmethod
-    def skipped(cls, case: str, what: str, method: str, why: str) -> CaseResult:
-        """Return the result of a comparison with software that is not installed."""
+    def not_run(cls, case: str, what: str, method: str, why: str) -> CaseResult:
+        """Return the result of what was not run: software not installed, no such scene."""
         return cls(case, what, method, math.nan, math.nan, note=why)
 
     @property
@@ -76,25 +76,32 @@ class CaseResult:
         return self.error <= self.tolerance
 
     @property
-    def kind(self) -> str:
-        """Return "pass", "FAIL", "expected miss", "expected to miss, passed" or "skipped"."""
-        if self.expected_miss:
-            return "expected to miss, passed" if self.passed else "expected miss"
+    def kind(self) -> Kind:
+        """Return what became of the row."""
         if not self.computed:
-            return "skipped"
-        return "pass" if self.passed else "FAIL"
+            return "not run"
+        if self.expected is None:
+            return "pass" if self.passed else "FAIL"
+        if self.passed:
+            return "unexpected pass"
+        return "expected failure" if self.error <= self.expected.limit else "FAIL"
 
     @property
     def failed(self) -> bool:
-        """Whether it must pass and did not."""
-        return self.kind == "FAIL"
+        """Whether it fails its table: a miss that is not registered, or a registered one met."""
+        return self.kind in BAD_KINDS
 
     @property
     def verdict(self) -> str:
-        """Return the kind; of an expected miss "expected: <reason>"."""
-        if self.kind == "expected miss":
-            return f"expected: {self.expected_miss}"
-        return f"skipped: {self.note}" if self.kind == "skipped" else self.kind
+        """Return the kind, with the reason of what is not a plain pass or FAIL."""
+        kind = self.kind
+        if kind == "not run":
+            return f"{kind}: {self.note}"
+        if self.expected is None:
+            return kind
+        if kind == "FAIL":
+            return f"FAIL: expected to reach {self.expected.reached:.1e} ({self.expected.reason})"
+        return f"{kind}: {self.expected.reason}"
 
 
 def relative(found: float, expected: float) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 
 from hexapod_pin.errors import HexapodError, UnknownNameError
 from hexapod_pin.validation.case_result import CaseResult, ExpectedValue
+from hexapod_pin.validation.expected_failures import expected_failure
 from hexapod_pin.validation.solver_setting import TIGHT, SolverSetting
 
 FAILURES = (HexapodError, ArithmeticError, ValueError, np.linalg.LinAlgError)
@@ -25,11 +26,10 @@ class Trial:
     Attributes:
         run: gets a setting (None where nothing is integrated) and the arguments of a variant;
             yields the expected values with the errors it found.
-        settings: those that must hold the tolerances; (None,) where nothing is integrated.
-        shown: settings shown beside them, whose misses are expected.
-        reason: why those may miss.
+        settings: what it is solved by; (None,) where nothing is integrated.
+        full_only: settings that quick runs leave out, such as those below a method's reach.
         variants: arguments of `run`, one tuple each.
-        quick_settings: how many of `settings` a quick run takes; it takes none of `shown`.
+        quick_settings: how many of `settings` a quick run takes.
         quick_variants: how many of `variants` it takes; None: all.
         slow: left out of quick runs.
         label: method of the result where nothing is integrated.
@@ -37,8 +37,7 @@ class Trial:
 
     run: Callable[..., Iterable[ExpectedValue]]
     settings: Sequence[SolverSetting | None] = TIGHT
-    shown: Sequence[SolverSetting] = ()
-    reason: str = ""
+    full_only: Sequence[SolverSetting] = ()
     variants: Sequence[tuple[Any, ...]] = ((),)
     quick_settings: int = 1
     quick_variants: int | None = None
@@ -49,22 +48,20 @@ class Trial:
         """Yield a result per expected value; one that says so where a run fails."""
         if quick and self.slow:
             return
-        settings = self.settings[: self.quick_settings] if quick else self.settings
-        listed = [(one, "") for one in settings]
-        listed += [] if quick else [(one, self.reason) for one in self.shown]
-        for setting, reason in listed:
+        every = (*self.settings, *self.full_only)
+        for setting in self.settings[: self.quick_settings] if quick else every:
             method = self.label if setting is None else str(setting)
             for variant in self.variants[: self.quick_variants] if quick else self.variants:
                 try:
                     for value in self.run(setting, *variant):
                         yield CaseResult(
                             case, value.what, method, value.error, value.tolerance, value.unit,
-                            value.note, reason or value.expected_miss,
+                            value.note, expected_failure(case, value.what, method),
                         )  # fmt: skip
                 except FAILURES as error:
                     what = f"{self.run.__name__.strip('_').replace('_', ' ')} {variant or ''}"
                     note = f"{type(error).__name__}: {error}"
-                    yield CaseResult(case, what, method, math.inf, 0.0, "", note, reason)
+                    yield CaseResult(case, what, method, math.inf, 0.0, "", note)
 
 
 @dataclass(frozen=True)
@@ -76,7 +73,7 @@ class NotCovered:
 
     def results(self, case: str, quick: bool) -> Iterator[CaseResult]:
         """Yield the one result that says so."""
-        yield CaseResult.not_covered(case, self.what, self.why)
+        yield CaseResult.not_run(case, self.what, "-", f"cannot be represented, {self.why}")
 
 
 @dataclass(frozen=True)
@@ -121,7 +118,8 @@ class Check:
         except FAILURES as failure:
             note = f"{type(failure).__name__}: {failure}"
         yield CaseResult(
-            self.name, self.what, self.source, error, self.tolerance, self.unit, note
+            self.name, self.what, self.source, error, self.tolerance, self.unit, note,
+            expected_failure(self.name, self.what, self.source),
         )  # fmt: skip
 
 

@@ -84,9 +84,3 @@ TIGHT = (DOP853, NDF)
 
 REFERENCE = (DOP853, NDF, EXTRAPOLATED_EULER)
 """Every adaptive method at its tightest."""
-
-ORDER_3 = "order 3, accuracy at most 1e-08"
-"""Why extrapolated-euler may miss a tolerance below its tightest accuracy."""
-
-ORDER_5 = "order at most 5: loses digits over a long run"
-"""Why ndf may miss where the order-8 method holds."""

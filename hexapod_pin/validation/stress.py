@@ -25,7 +25,7 @@ from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.simulation.run import simulate
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.cases.robots import lowest_foot, robot_file
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.validation.tables import Table, part_verdict
 
 if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace
@@ -142,10 +142,10 @@ def run_stress_set(
 
 
 def stress_table(found: Mapping[float, Sequence[StressOutcome]]) -> Table:
-    """Return one row per step: runs, failures, extremes."""
+    """Return one row per step: runs, failures, extremes, and whether all runs passed."""
     head = (
         "step [ms]", "runs", "not finite", "energy gain above 1 %", "largest gain [%]",
-        "largest rise [%]", "contact injection, most", "outer iterations, mean",
+        "largest rise [%]", "contact injection, most", "outer iterations, mean", "result",
     )  # fmt: skip
     rows = tuple(_row(step, outcomes) for step, outcomes in found.items())
     return Table(f"Random extreme scenes, method robust, {DURATION:g} s", head, rows)
@@ -156,10 +156,11 @@ def _row(step: float, found: Sequence[StressOutcome]) -> tuple[str, ...]:
     return (
         f"{1e3 * step:g}", str(len(found)), str(len(found) - len(finite)),
         str(sum(not outcome.passed for outcome in finite)),
-        f"{100 * max(outcome.gain for outcome in finite):.2g}",
-        f"{100 * max(outcome.rise for outcome in finite):.2g}",
-        f"{max(outcome.injection for outcome in finite):.1e}",
-        f"{sum(outcome.iterations for outcome in finite) / len(finite):.2f}",
+        f"{100 * max((outcome.gain for outcome in finite), default=np.nan):.2g}",
+        f"{100 * max((outcome.rise for outcome in finite), default=np.nan):.2g}",
+        f"{max((outcome.injection for outcome in finite), default=np.nan):.1e}",
+        f"{sum(outcome.iterations for outcome in finite) / max(1, len(finite)):.2f}",
+        part_verdict(sum(not outcome.passed for outcome in found), len(found)),
     )  # fmt: skip
 
 

@@ -49,7 +49,7 @@ def result_table(results: Sequence[CaseResult], title: str = "") -> Table:
 
 def _cells(result: CaseResult) -> tuple[str, ...]:
     unit = result.unit or ("relative" if result.computed else "-")
-    note = "" if result.kind == "skipped" else result.note
+    note = "" if result.kind == "not run" else result.note
     return (
         result.case, result.what, result.method, _size(result.error), _size(result.tolerance),
         unit, result.verdict, note,
@@ -63,13 +63,28 @@ def _size(value: float) -> str:
 
 
 def summary(results: Sequence[CaseResult]) -> str:
-    """Return one line: how many passed, failed, missed as expected."""
-    count = Counter(result.kind for result in results)
-    parts = [f"{count['pass']} pass", f"{count['FAIL']} FAIL", f"{count['expected miss']} expected"]
-    for kind in ("expected to miss, passed", "skipped"):
-        parts += [f"{count[kind]} {kind}"] if count[kind] else []
+    """Return one line: how many rows passed, failed, failed as expected, were not run."""
+    count = Counter[str](result.kind for result in results)
+    parts = [f"{count[kind]} {kind}" for kind in ("pass", "FAIL")]
+    others = ("expected failure", "unexpected pass", "not run")
+    parts += [f"{count[kind]} {kind}" for kind in others if count[kind]]
     seconds = sum(result.seconds for result in results)
     return f"{', '.join(parts)}; {len(results)} results, {seconds:.0f} s"
+
+
+def failures_text(results: Sequence[CaseResult]) -> str:
+    """Return one line that names every row that fails its table."""
+    failed = [
+        f"{result.case}, {result.what} ({result.verdict.partition(':')[0]})"
+        for result in results
+        if result.failed
+    ]
+    return f"{len(failed)} of {len(results)} rows missed: {'; '.join(failed)}"
+
+
+def part_verdict(missed: int, runs: int) -> str:
+    """Return "pass", or "FAIL: 2 of 60 runs" for a row that stands for several runs."""
+    return f"FAIL: {missed} of {runs} runs" if missed else "pass"
 
 
 def worst_results(results: Sequence[CaseResult]) -> list[CaseResult]:

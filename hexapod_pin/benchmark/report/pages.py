@@ -30,8 +30,11 @@ HOW_TO_READ = """This page is written by the command above with `--out`.
 - **ms**: wall time of the integration alone per simulated second, the median of interleaved rounds.
   **Evaluations** per simulated second: mass matrix, bias, feet with Jacobians and forces at one
   state.
-- A level counts only if every tighter setting meets it too. "-": not reached; "?": below the
-  reference's own uncertainty. A run that diverged is a row that says so.
+- A level counts only if every tighter setting meets it too. "not reached" carries the error at the
+  tightest setting; "not judged": the level is below the reference's own uncertainty.
+- **result**: whether the error is within the accuracy asked for. "FAIL": it is not, and the exit
+  status of `hexapod-pin bench` is 1. "said so": it is not, and the run's own estimate says so. A
+  fixed step promises nothing. "not run" says why; a run that diverged is a row that says so.
 - `hexapod-pin bench SCENE --advise 1e-4` measures a scene of your own and names the cheapest method
   and setting for it."""
 
@@ -120,7 +123,7 @@ def csv_text(report: BenchmarkReport) -> str:
         stream.write(f"# {line}\n")
     for scene in report.scenes:
         stream.writelines(f"# {scene.task.name}: {line}\n" for line in facts(scene))
-    names = [field.name for field in fields(BenchmarkRow)]
+    names = [*(field.name for field in fields(BenchmarkRow)), "verdict"]
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["scene", *names])
     for scene in report.scenes:
@@ -152,7 +155,7 @@ def _scene_data(comparison: Comparison) -> dict[str, Any]:
         "interrupted": comparison.interrupted,
         "facts": facts(comparison),
         "ratios": comparison.ratios,
-        "rows": [asdict(row) for row in comparison.rows],
+        "rows": [{**asdict(row), "verdict": row.verdict} for row in comparison.rows],
     }
 
 

@@ -54,7 +54,7 @@ def run_table(comparison: Comparison) -> Table:
     """Return every run: error and cost side by side."""
     head = (
         "method", "setting", "error [m, rad]", "own estimate", "trunk [m]", "ms per s", "runs",
-        "evaluations per s", "steps per s", "rejected per s", "note",
+        "evaluations per s", "steps per s", "rejected per s", "result", "note",
     )  # fmt: skip
     rows = tuple(_run(row) for row in comparison.rows)
     return Table("Every run", head, rows)
@@ -66,19 +66,30 @@ def _run(row: BenchmarkRow) -> tuple[str, ...]:
         _name(row.engine, row.method), row.setting, _error(row.error),
         _error(row.estimate), _error(row.trunk),
         f"{row.wall * 1e3:.3g}" if math.isfinite(row.wall) else "-", str(row.runs),
-        *(_count(count) for count in counts), row.note,
+        *(_count(count) for count in counts), row.verdict, "" if row.refused else row.note,
     )  # fmt: skip
 
 
 def _cell(own: list[BenchmarkRow], level: float, measure: Measure) -> str:
-    """Return "5.6 (1.9k)"; "-" where a level is not reached, "?" where it is not resolved."""
+    """Return "5.6 (1.9k)"; in words where a level is not reached or the reference does not tell."""
     if not resolved(own, level):
-        return "?"
+        return f"not judged: reference {max(row.uncertainty for row in own):.0e}"
     row = cheapest(own, level, measure)
     if row is None:
-        return "-"
+        return f"not reached: {_tightest(own, measure)}"
     cost = f"{row.wall * 1e3:.3g}"
     return cost if row.evaluations is None else f"{cost} ({_count(row.evaluations)})"
+
+
+def _tightest(own: list[BenchmarkRow], measure: Measure) -> str:
+    """Return the error at the tightest setting, or that its run did not end."""
+    error = getattr(own[-1], measure)
+    return f"{error:.0e}" if math.isfinite(error) else "did not end"
+
+
+def row_name(row: BenchmarkRow) -> str:
+    """Return method, setting and what became of it."""
+    return f"{_name(row.engine, row.method)}, {row.setting} ({row.verdict})"
 
 
 def _name(engine: str, method: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import sys
 import time
@@ -10,7 +11,7 @@ from statistics import median
 from threading import Thread
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.study import StudyReport
+from hexapod_pin.benchmark.study import StudyReport, verdict
 from hexapod_pin.errors import DivergenceError
 from hexapod_pin.simulation.native_run import open_loop_run
 from hexapod_pin.validation.tables import Table
@@ -20,6 +21,8 @@ MOST_MEMORY = 300.0
 
 LEAST_SPEED_UP = 1.9
 """Two threads over one."""
+
+ONE_CORE = "not judged: this machine has one core"
 
 GAITS = 12
 """Different strokes among the walks: a gait is planned once for a robot, which takes longer than
@@ -54,21 +57,26 @@ def batch(
         )
     )
     rows = [
-        ["walks", f"{cases}, {duration:g} s each", ""],
-        ["summaries", str(good), str(cases - diverging)],
-        ["divergences", str(bad), str(diverging)],
-        ["wall time, two threads", f"{taken:.1f} s", ""],
-        ["simulated over real time", f"{good * duration / taken:.0f}", ""],
-        ["largest memory of the process", f"{memory:.0f} MB", f"below {MOST_MEMORY:g} MB"],
-        ["of it before the batch", f"{before:.0f} MB", ""],
+        ["walks", f"{cases}, {duration:g} s each", "", ""],
+        ["summaries", str(good), str(cases - diverging), verdict(good == cases - diverging)],
+        ["divergences", str(bad), str(diverging), verdict(bad == diverging)],
+        ["wall time, two threads", f"{taken:.1f} s", "", ""],
+        ["simulated over real time", f"{good * duration / taken:.0f}", "", ""],
+        [
+            "largest memory of the process",
+            f"{memory:.0f} MB",
+            f"below {MOST_MEMORY:g} MB",
+            verdict(memory < MOST_MEMORY),
+        ],
+        ["of it before the batch", f"{before:.0f} MB", "", ""],
         [
             "two threads over one",
             f"{one / two:.2f}",
-            f"{LEAST_SPEED_UP:g}, where there are two cores",
+            f"at least {LEAST_SPEED_UP:g}",
+            verdict(one / two >= LEAST_SPEED_UP) if (os.cpu_count() or 1) > 1 else ONE_CORE,
         ],
-        ["the same of runs alone, no batch and no Python", f"{alone / beside:.2f}", ""],
+        ["the same of runs alone, no batch and no Python", f"{alone / beside:.2f}", "", ""],
     ]
-    met = (good, bad) == (cases - diverging, diverging) and memory < MOST_MEMORY
     return StudyReport(
         "A batch of summaries",
         [
@@ -76,9 +84,8 @@ def batch(
             "gains and friction; those that diverge are explicit steps beyond the stability limit "
             f"of a stiff contact. The last two rows are medians of {rounds} rounds in turns over "
             f"{share} walks, and over 8 rollouts on plain threads: what the machine gives.",
-            Table("", ["", "measured", "wanted"], rows),
+            Table("", ["", "measured", "wanted", "result"], rows),
         ],
-        met=met,
     )
 
 

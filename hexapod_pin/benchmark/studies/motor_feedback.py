@@ -137,4 +137,4 @@ def _name(candidate: MotorCandidate | None) -> str:
 def _outcome(candidate: MotorCandidate | None) -> str:
     if candidate is None:
         return ""
-    return "passes" if candidate.passes else f"FAILS: {candidate.reasons[0]}"
+    return "passes" if candidate.passes else f"does not pass: {candidate.reasons[0]}"

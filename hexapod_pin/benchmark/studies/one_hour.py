@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +17,7 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.study import StudyReport
+from hexapod_pin.benchmark.study import StudyReport, verdict
 from hexapod_pin.validation.tables import Table
 
 CYCLE, STEP = 2.4, 1e-3  # [s]
@@ -65,13 +65,18 @@ def one_hour(*, methods: str = "implicit-euler,robust", cycles: int = CYCLES) ->
         f"{CYCLE:g} s; {cycles} cycles, {cycles * CYCLE:g} s, in steps of 1 ms; one sample a cycle."
     )
     rows = [
-        (name, *(form.format(number(hour)) for hour in hours), limit)
+        (name, *(form.format(number(hour)) for hour in hours), limit, _result(number, limit, hours))
         for name, number, form, limit in ROWS
     ]
-    head = ("", *(hour.method for hour in hours), "limit")
-    return StudyReport(
-        "An hour of walking", [about, Table("", head, rows)], met=all(map(kept, hours))
-    )
+    head = ("", *(hour.method for hour in hours), "limit", "result")
+    return StudyReport("An hour of walking", [about, Table("", head, rows)])
+
+
+def _result(number: Callable[[Hour], float], limit: str, hours: Sequence[Hour]) -> str:
+    """Return what became of a limit; "-" where there is none."""
+    if limit == "-":
+        return limit
+    return verdict(all(number(hour) <= float(limit) for hour in hours))
 
 
 def walk(method: str, cycles: int) -> Hour:
@@ -128,16 +133,6 @@ def resident() -> float:
 def _yaw(q: Array) -> float:
     x, y, z, w = q[3:7]
     return float(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
-
-
-def kept(hour: Hour) -> bool:
-    """Tell whether every limit was kept."""
-    return (
-        hour.bad == 0
-        and hour.norm <= MAX_NORM_ERROR
-        and hour.late <= MAX_TIME_ERROR
-        and hour.most <= MAX_MEMORY_GROWTH
-    )
 
 
 ROWS: tuple[tuple[str, Callable[[Hour], float], str, str], ...] = (

@@ -10,7 +10,7 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.study import StudyReport
+from hexapod_pin.benchmark.study import StudyReport, verdict
 from hexapod_pin.control.feasible_gait import feasible_gait
 from hexapod_pin.control.gait import GAITS
 from hexapod_pin.errors import GaitError
@@ -67,7 +67,7 @@ def peak_sampling(
                 worst, missed = max(worst, steps), max(missed, grid)
     head = ["robot", "gait", "contact", "cycle [s]"]
     head += [f"{what}, {kind} [%]" for what in WHAT for kind in KINDS]
-    head += [f"{what}, worst joint [%]" for what in WHAT]
+    head += [*(f"{what}, worst joint [%]" for what in WHAT), "steps, kinds"]
     return StudyReport(
         "Peaks of torque between samples",
         [
@@ -112,7 +112,7 @@ def _row(
     ]
     row = [*name, *(f"{100.0 * x:+.1f}" for x in (*kind_errors, *joint_errors))]
     grid, steps = (max(map(abs, kind_errors[k : k + 3])) for k in (0, 3))
-    return row, steps, grid
+    return [*row, verdict(steps <= WANTED)], steps, grid
 
 
 def relative(peaks: Array, reference: Array, chosen: Array) -> float:

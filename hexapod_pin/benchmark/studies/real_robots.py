@@ -15,8 +15,8 @@ from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.validation.tables import Table
 
-WALKS = 0
-"""Exit status of a walk that keeps its speed and does not fall."""
+WALKS, REFUSED = 0, 2
+"""Exit status of a walk that keeps its speed and does not fall, and of a file that is refused."""
 
 VERDICTS = (" walks: ", " does not walk: ")
 """What the line with the verdict on a walk has in it."""
@@ -59,8 +59,9 @@ def real_robots(folder: Path = Path("urdfs"), duration: float = 10.0) -> StudyRe
     counts = (
         f"{plain} of {len(rows)} files walk as downloaded, {mended} with `--mend`; default gait, "
         f"{duration:g} s, no other option. A robot walks that keeps 80 % of its nominal speed, "
-        "does not fall and keeps its trunk off the ground ([verdict.md](verdict.md)). FAIL carries "
-        "the exit status: 2 refused, 3 does not walk. Sources: [robots' sources](robot_sources.md)."
+        "does not fall and keeps its trunk off the ground ([verdict.md](verdict.md)). Not walked: "
+        "refused, with the reason in the last column. FAIL (3): does not walk. "
+        "Sources: [robots' sources](robot_sources.md)."
     )
     return StudyReport(
         title="Robots from the world",
@@ -115,4 +116,5 @@ def _findings(rows: Iterable[RealRobot]) -> Table:
 
 
 def _word(result: CommandResult) -> str:
-    return "walks" if result.walks else f"FAIL ({result.status})"
+    words = {WALKS: "walks", REFUSED: "not walked: refused"}
+    return words.get(result.status, f"FAIL ({result.status})")

@@ -17,7 +17,7 @@ from hexapod_pin.benchmark.studies.step_entries import (
     yardsticks,
 )
 from hexapod_pin.benchmark.studies.timing import Quartiles
-from hexapod_pin.benchmark.study import StudyReport
+from hexapod_pin.benchmark.study import StudyReport, verdict
 from hexapod_pin.validation.tables import Table
 
 METHODS = ("robust", "robust-reference", "implicit-euler")
@@ -40,7 +40,7 @@ def robust_cost(*, quick: bool = False) -> StudyReport:
     kept = [_met(row) for row in rows if row.entry == "robust"]
     head = (
         "motion / contact", "entry", "us per step", "of Pinocchio's calls", "of MuJoCo's cheapest",
-        "error [m]",
+        "error [m]", "result",
     )  # fmt: skip
     return StudyReport(
         "Cost of a robust step",
@@ -56,7 +56,6 @@ def robust_cost(*, quick: bool = False) -> StudyReport:
             "motions.",
         ],
         {"step": STEP, "rows": rows_data(rows)},
-        met=all(kept),
     )
 
 
@@ -69,4 +68,5 @@ def _met(row: StepRow) -> bool:
 def _cells(row: StepRow) -> list[str]:
     error = "-" if row.error is None else f"{row.error.whole:.1e}"
     ratios = (f"{np.median(ratio):.2f}" for ratio in (row.of_pinocchio, row.of_mujoco))
-    return [row.motion, row.entry, Quartiles.of(row.samples).text(), *ratios, error]
+    return [row.motion, row.entry, Quartiles.of(row.samples).text(), *ratios, error,
+            verdict(_met(row)) if row.entry == METHODS[0] else "-"]  # fmt: skip

@@ -25,7 +25,7 @@ from hexapod_pin.validation.cases.drop import drop
 from hexapod_pin.validation.cases.robots import lowest_foot
 from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.validation.solver_setting import SolverSetting
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.validation.tables import Table, part_verdict
 
 ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6)
 SEED = 20
@@ -181,7 +181,7 @@ def calibration_table(rows: Sequence[Calibration]) -> Table:
     head = (
         "scenes", "accuracy", "error, median", "error, most", "over accuracy, median",
         "over accuracy, most", "promised", "estimate over error, least .. most",
-        "evaluations, median", "uncertainty, most",
+        "evaluations, median", "uncertainty, most", "result",
     )  # fmt: skip
     return Table("Accuracy asked for and kept", head, tuple(_table_rows(rows)))
 
@@ -199,6 +199,7 @@ def _table_rows(rows: Sequence[Calibration]) -> Iterator[tuple[str, ...]]:
                 f"{own[0].promised:g}", f"{min(ratios):.2g} .. {max(ratios):.2g}",
                 f"{statistics.median(row.evaluations for row in own):.0f}",
                 f"{max(row.uncertainty for row in own):.0e}",
+                part_verdict(sum(not row.kept for row in own), len(own)),
             )  # fmt: skip
 
 

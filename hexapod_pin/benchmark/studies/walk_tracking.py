@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.study import StudyReport
+from hexapod_pin.benchmark.study import StudyReport, verdict
 from hexapod_pin.control import FootPath, JointTrajectory
 from hexapod_pin.control.gait import GAITS
 from hexapod_pin.errors import GaitError
@@ -97,10 +97,11 @@ def walk_tracking(*, quick: bool = False) -> StudyReport:
         worst = max(worst, *errors[:3])
         size = "URDF" if radius is None else f"{1e3 * radius:g}"
         walks = f"{len(found)}" + (f", {refused} refused" if refused else "")
-        rows.append([name, size, gait.name, walks, *_cells(errors), *_cells(_largest(before))])
+        rows.append([name, size, gait.name, walks, *_cells(errors),
+                     verdict(max(errors[:3]) <= LIMIT), *_cells(_largest(before))])  # fmt: skip
     head = ["robot", "radius [mm]", "gait", "walks"]
     what = ["speed [%]", "heading [rad]", "turn rate [%]", "slip [mm/cycle]"]
-    columns = [*head, *what, *(f"centres fixed: {one}" for one in what)]
+    columns = [*head, *what, "result", *(f"centres fixed: {one}" for one in what)]
     return StudyReport(
         "Walks and their plans",
         [

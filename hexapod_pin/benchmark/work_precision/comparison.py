@@ -65,6 +65,11 @@ class Comparison:
     interrupted: bool = False
 
     @property
+    def missed(self) -> list[BenchmarkRow]:
+        """The rows that missed the accuracy they asked for."""
+        return [row for row in self.rows if row.missed]
+
+    @property
     def ratios(self) -> list[str]:
         """Our wall time over each other engine's best, one line each."""
         return ratios(self.rows)

@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from hexapod_pin.benchmark.work_precision.entry import Entry, RunOutcome
+from hexapod_pin.benchmark.work_precision.entry import OURS, Entry, RunOutcome
 from hexapod_pin.errors import SimulationInterrupted
 
 SINGLE_RUN_WALL = 1.0
@@ -60,6 +60,35 @@ class BenchmarkRow:
     def refused(self) -> bool:
         """Whether the method does not offer this setting, or not on this scene."""
         return self.note.startswith("refused")
+
+    @property
+    def promises(self) -> bool:
+        """Whether the setting is an accuracy, which the error must be within."""
+        return self.engine == OURS and self.setting.startswith("accuracy")
+
+    @property
+    def missed(self) -> bool:
+        """Whether it ran, missed the accuracy it asked for, and did not say so itself."""
+        return self.verdict.startswith("FAIL")
+
+    @property
+    def verdict(self) -> str:
+        """Return what became of the accuracy asked for: "pass", "FAIL: 3.2 times", or why neither.
+
+        A run whose own estimate is beyond the accuracy has said that it could not keep it.
+        """
+        if self.refused:
+            return f"not run: {self.note.partition(': ')[2]}"
+        if not self.promises:
+            return "no promise" if self.ended else "no promise; did not end"
+        if not self.ended:
+            return "FAIL: did not end"
+        if self.error <= self.value:
+            return "pass"
+        if self.uncertainty > self.value:
+            return f"not judged: reference known to {self.uncertainty:.0e}"
+        size = f"{self.error / self.value:.2g} times"
+        return f"said so: {size}" if self.estimate > self.value else f"FAIL: {size}"
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,14 @@ from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.drop import drop
 from hexapod_pin.validation.cases.robots import robot_file
 from hexapod_pin.validation.hard_case import HardCase, Trial
-from hexapod_pin.validation.solver_setting import IMPLICIT_1MS, ROBUST_1MS, SolverSetting, rk4
+from hexapod_pin.validation.solver_setting import (
+    DOP853,
+    IMPLICIT_1MS,
+    NDF,
+    ROBUST_1MS,
+    SolverSetting,
+    rk4,
+)
 
 Values = Iterator[ExpectedValue]
 
@@ -259,6 +266,6 @@ def transformed(setting: SolverSetting) -> Values:
 CASES = (
     HardCase("HC37", "shifted, turned, mirrored, re-ordered, in parts, beside others", (
         Trial(transformed, (IMPLICIT_1MS, SolverSetting("extrapolated-euler", 1e-6),
-                            rk4(1e-5), ROBUST_1MS), quick_settings=2),
+                            rk4(1e-5), ROBUST_1MS, DOP853, NDF), quick_settings=2),
     )),
 )  # fmt: skip

@@ -85,7 +85,8 @@ def scaled_robot(size: float) -> Robot:
 
 CASES = (
     HardCase("HC36", "a size of 1 mm and of 1 km: hidden absolute thresholds", (
-        Trial(scaled, (SolverSetting("implicit-euler", 1e-4), SolverSetting("rk4", 1e-4)),
+        Trial(scaled, (SolverSetting("implicit-euler", 1e-4), SolverSetting("rk4", 1e-4),
+                       SolverSetting("robust", 1e-3)),
               variants=((1e-3,), (1e3,)), quick_settings=2),
     )),
 )  # fmt: skip

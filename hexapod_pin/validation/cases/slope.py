@@ -30,7 +30,6 @@ from hexapod_pin.validation.solver_setting import (
     EXTRAPOLATED_EULER,
     IMPLICIT_1MS,
     NDF,
-    ORDER_3,
     REFERENCE,
     TIGHT,
     SolverSetting,
@@ -229,7 +228,7 @@ CASES = (
               quick_settings=2, quick_variants=3),
         Trial(creep, (IMPLICIT_1MS, DEFAULT), variants=[(t, True) for t in _SLOPES],
               quick_settings=2),
-        Trial(sliding, TIGHT, (EXTRAPOLATED_EULER,), ORDER_3, [(*s, False) for s in _SLIDING]),
+        Trial(sliding, TIGHT, (EXTRAPOLATED_EULER,), [(*s, False) for s in _SLIDING]),
         Trial(sliding, (rk4(5e-5),), variants=[(*s, True) for s in _SLIDING]),
         Trial(creep_of_law, (IMPLICIT_1MS,),
               variants=list(product(FRICTION_LAWS, (0.05, 0.5, 0.95)))),
@@ -244,7 +243,7 @@ CASES = (
               quick_settings=2),
     )),
     HardCase("HC30", "friction at the contact point of a rolling sphere", (
-        Trial(rolling, (rk4(1e-5), *TIGHT), (EXTRAPOLATED_EULER,), ORDER_3,
+        Trial(rolling, (rk4(1e-5), *TIGHT), (EXTRAPOLATED_EULER,),
               ((0.0,), (-1.3,)), quick_settings=2),
     )),
 )  # fmt: skip

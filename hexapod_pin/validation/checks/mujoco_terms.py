@@ -57,12 +57,12 @@ def _rotation(xyzw: Array) -> Array:
 
 @dataclass(frozen=True)
 class MujocoCheck(Check):
-    """A check that is skipped where MuJoCo is not installed."""
+    """A check that is not run where MuJoCo is not installed."""
 
     def results(self, quick: bool = False) -> Iterator[CaseResult]:
         """Yield the one result."""
         if find_spec("mujoco") is None:
-            yield CaseResult.skipped(
+            yield CaseResult.not_run(
                 self.name, self.what, self.source, "mujoco is not installed"
             )  # fmt: skip
         else:

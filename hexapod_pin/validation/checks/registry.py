@@ -10,19 +10,8 @@ import importlib
 import pkgutil
 from collections.abc import Callable, Sequence
 
-from hexapod_pin.errors import HexapodError
 from hexapod_pin.validation.case_result import CaseResult
 from hexapod_pin.validation.hard_case import Check, ValidationCase, named_cases, run_cases
-
-
-class VerificationError(HexapodError):
-    """Two formulations disagree; `results` holds what was found."""
-
-    def __init__(self, results: Sequence[CaseResult]) -> None:
-        """Name the results that failed."""
-        self.results = list(results)
-        failed = [result.what for result in results if result.failed]
-        super().__init__(f"{len(failed)} comparison(s) failed: {'; '.join(failed)}")
 
 
 def all_checks() -> list[Check]:

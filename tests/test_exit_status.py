@@ -1,0 +1,160 @@
+"""Tables whose rows missed their number say so in the exit status of what printed them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from hexapod_pin.benchmark import hard_suite
+from hexapod_pin.benchmark.report.tables import row_name, run_table
+from hexapod_pin.benchmark.study import StudyReport, run_study
+from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow
+from hexapod_pin.commands import app as cli
+from hexapod_pin.commands.status import MISSED
+from hexapod_pin.validation import expected_failures
+from hexapod_pin.validation.cases.registry import HARD_CASES
+from hexapod_pin.validation.expected_failures import ExpectedFailure, unused_entries
+from hexapod_pin.validation.hard_case import Check, Trial
+from hexapod_pin.validation.solver_setting import SolverSetting
+from hexapod_pin.validation.stress import StressOutcome, stress_table
+from hexapod_pin.validation.tables import Table
+
+
+def status_of(words: list[str]) -> int:
+    """Run the command line; return its exit status."""
+    with pytest.raises(SystemExit) as stop:
+        cli.main(words)
+    return int(stop.value.code or 0)
+
+
+@pytest.mark.parametrize(
+    ("error", "registered", "status", "word"),
+    [
+        (1e-10, None, 0, "pass"),
+        (1e-5, None, MISSED, "FAIL"),
+        (1e-5, 1e-5, 0, "expected failure: it is hard"),
+        (1e-4, 1e-5, MISSED, "FAIL: expected to reach 1.0e-05"),
+        (1e-10, 1e-5, MISSED, "unexpected pass: it is hard"),
+    ],
+)
+def test_verify(error, registered, status, word, monkeypatch, capsys) -> None:
+    check = Check("made-up", "one against two", lambda: error, 1e-9, source="a paper")
+    key = ("made-up", "one against two", "a paper")
+    entries = {} if registered is None else {key: ExpectedFailure(*key, "it is hard", registered)}
+    monkeypatch.setattr(expected_failures, "expected_failures", lambda: entries)
+    monkeypatch.setattr("hexapod_pin.validation.checks.registry.all_checks", lambda: [check])
+    assert status_of(["verify"]) == status
+    printed = capsys.readouterr()
+    assert word in printed.out
+    assert ("made-up, one against two" in printed.err) == bool(status)
+
+
+@pytest.mark.parametrize(("failed", "status"), [(0, 0), (2, MISSED)])
+def test_hard_suite(failed: int, status: int, monkeypatch, capsys) -> None:
+    part = hard_suite.SuitePart(Table("Made up", ("a",), (("FAIL",),)), "the summary", failed)
+    monkeypatch.setattr(hard_suite, "suite_parts", lambda quick: [("made up", lambda tick: part)])
+    assert status_of(["bench", "--hard", "--quick"]) == status
+    assert ("Made up: the summary" in capsys.readouterr().err) == bool(failed)
+
+
+def benchmark_row(error: float, estimate: float, **changes) -> BenchmarkRow:
+    """Return a row of ours that asked for 1e-4."""
+    row = BenchmarkRow(
+        engine="hexapod_pin", method="ndf", setting="accuracy 1e-04", value=1e-4, error=error,
+        trunk=error, estimate=estimate, uncertainty=1e-9, wall=1.0, runs=1, evaluations=1.0,
+        steps=1.0, rejected=0.0, note="",
+    )  # fmt: skip
+    return replace(row, **changes)
+
+
+@pytest.mark.parametrize(
+    ("row", "verdict"),
+    [
+        (benchmark_row(1e-4, 1e-5), "pass"),
+        (benchmark_row(3.2e-4, 1e-5), "FAIL: 3.2 times"),
+        (benchmark_row(3.2e-4, math.nan), "FAIL: 3.2 times"),
+        (benchmark_row(3.2e-4, 2e-4), "said so: 3.2 times"),
+        (benchmark_row(3.2e-4, 1e-5, uncertainty=2e-4), "not judged: reference known to 2e-04"),
+        (benchmark_row(math.nan, 1e-5), "FAIL: did not end"),
+        (benchmark_row(math.nan, 1e-5, note="refused: no bristles"), "not run: no bristles"),
+        (benchmark_row(3.2e-4, 1e-5, setting="step 1 ms", value=1e-3), "no promise"),
+        (benchmark_row(3.2e-4, 1e-5, engine="MuJoCo"), "no promise"),
+    ],
+)
+def test_rows_of_work_and_precision(row: BenchmarkRow, verdict: str) -> None:
+    assert row.verdict == verdict
+    assert row.missed == verdict.startswith("FAIL")
+    assert row_name(row).endswith(f"({verdict})")
+    [cells] = run_table(SimpleNamespace(rows=[row])).rows  # type: ignore[arg-type]
+    assert verdict in cells and not any("refused" in cell for cell in cells)
+
+
+@pytest.mark.parametrize(("error", "status"), [(5e-5, 0), (3.2e-4, MISSED)])
+def test_bench(error: float, status: int, monkeypatch, capsys) -> None:
+    """One row of a measured scene misses: the table is printed, its name is on stderr."""
+    from hexapod_pin.benchmark.work_precision.comparison import Comparison
+    from hexapod_pin.benchmark.work_precision.scenes import built_in
+
+    found = Comparison(built_in("hc40-soft"), (), (benchmark_row(error, 1e-5),))
+    monkeypatch.setattr(
+        "hexapod_pin.benchmark.work_precision.comparison.compare", lambda *args: found
+    )
+    assert status_of(["bench", "hc40-soft"]) == status
+    printed = capsys.readouterr()
+    assert ("FAIL: 3.2 times" in printed.out) == bool(status)
+    assert ("ndf, accuracy 1e-04 (FAIL" in printed.err) == bool(status)
+
+
+@pytest.mark.parametrize(
+    ("cell", "status"),
+    [("pass", 0), ("expected failure: hard", 0), ("not run: no peer", 0), ("FAIL", 1),
+     ("FAIL (+3.4 %)", 1), ("1.2 FAIL", 1), ("unexpected pass: hard", 1)],
+)  # fmt: skip
+def test_a_row_of_a_study(cell: str, status: int, tmp_path: Path, capsys) -> None:
+    """No study can print FAIL and succeed."""
+
+    def sample() -> StudyReport:
+        """A study."""
+        return StudyReport("Sample", ["text", Table("Numbers", ("n", "result"), [("1", cell)])])
+
+    assert run_study(sample, ["--out", str(tmp_path)]) == status
+    capsys.readouterr()
+
+
+def test_a_row_of_several_runs_says_how_many_missed() -> None:
+    good = StressOutcome("a", 1e-3, finite=True, gain=0.0, rise=0.0, injection=0.0, iterations=1.0)
+    lost = StressOutcome("b", 1e-3, finite=False)
+    rows = stress_table({1e-3: [good, good], 2e-3: [good, lost], 5e-4: [lost]}).rows
+    assert [row[-1] for row in rows] == ["pass", "FAIL: 1 of 2 runs", "FAIL: 1 of 1 runs"]
+
+
+def test_the_registry_names_rows_that_can_be() -> None:
+    """Cases and settings exist; reasons are given; what is reached is a number."""
+    settings = {
+        (case.name, str(setting))
+        for case in HARD_CASES
+        for trial in case.trials
+        if isinstance(trial, Trial)
+        for setting in (*trial.settings, *trial.full_only)
+        if isinstance(setting, SolverSetting)
+    }
+    entries = expected_failures.expected_failures()
+    for entry in entries.values():
+        assert (entry.case, entry.method) in settings, entry
+        assert len(entry.reason) > 10 and 0.0 < entry.reached < math.inf
+    first, *others = entries
+    assert [(e.case, e.what, e.method) for e in unused_entries(others)] == [first]
+
+
+def test_an_entry_without_its_row_fails_the_suite(monkeypatch) -> None:
+    entry = ExpectedFailure("HC01", "no such number", "rk4, step 1 ms", "hard", 1e-3)
+    monkeypatch.setattr(
+        expected_failures, "expected_failures",
+        lambda: {(entry.case, entry.what, entry.method): entry},
+    )  # fmt: skip
+    [result] = hard_suite.entries_without_row([])
+    assert result.failed and "no such row" in result.note
