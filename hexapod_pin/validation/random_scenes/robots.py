@@ -75,12 +75,13 @@ def draw_gait(dice: Dice, robot: Robot) -> KinematicControl:
             stroke=size, cycle_time=dice.between(0.6, 2.4), heading=dice.pick((0.0, 0.0, math.pi)),
             turn_rate=dice.pick((0.0, 0.0, 0.2)),
         )  # fmt: skip
-        if _can_walk(robot, control := KinematicControl(gait)):
+        if can_walk(robot, control := KinematicControl(gait)):
             return control
     return KinematicControl(Gait.tripod(stroke=0.02, cycle_time=1.0))
 
 
-def _can_walk(robot: Robot, control: KinematicControl) -> bool:
+def can_walk(robot: Robot, control: KinematicControl) -> bool:
+    """Tell whether a robot can do the first second of a walk."""
     try:
         control.plan(robot, 1.0)
     except HexapodError:
