@@ -81,7 +81,8 @@ def walk(
     """
     robot = robot_named(name)
     gaits = (named_gait(robot, gait, **{"cycle_time": one, **fields}) for one in CYCLE_TIMES)
-    control = next(one for one in map(KinematicControl, gaits) if can_walk(robot, one))
+    controls = [KinematicControl(gait) for gait in gaits]
+    control = next((one for one in controls if can_walk(robot, one)), controls[-1])
     scene = Scene(robot, contact=Contact.preset(preset))
     labels = _labels(f"{gait} {duration:g} s", name, preset)
     return PromiseScene(labels, scene, control, None, duration, SAMPLE)
@@ -92,7 +93,9 @@ def _long_walk(duration: float) -> Callable[[], Scenes]:
 
 
 def _short_walks() -> Scenes:
-    return [walk(name, "tetrapod", 1.0, cycle_time=1.2) for name in ("kharagpur", "athena")]
+    return [
+        walk(name, "tetrapod", 1.0, stroke=0.06, cycle_time=1.2) for name in ("kharagpur", "athena")
+    ]
 
 
 def _falling_friction_walks() -> Scenes:
