@@ -110,8 +110,10 @@ def test_shares_leave_out_what_was_said_or_is_not_known() -> None:
         run(1e-3, 0.0, uncertainty=1e-3),
     ]
     shares = Shares(runs)
-    assert (shares.within, shares.within_beyond, shares.covered) == (0.5, 1.0, 0.5)
-    assert shares.overestimate == pytest.approx((2.0 + 0.5) / 2)
+    assert (shares.within, shares.within_beyond) == (0.5, 1.0)
+    assert (len(shares.said_so), shares.needless) == (1, 0)
+    assert shares.covered == pytest.approx(1 / 3)  # an estimate is one whatever the run says
+    assert shares.overestimate == pytest.approx(0.5)
     assert not shares.kept
     assert Shares(runs[:1]).kept
     assert not run(2e-6, 0.0, uncertainty=1e-6).judged
