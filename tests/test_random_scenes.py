@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from hexapod_pin.benchmark.studies.promise_orders import OrderRow
 from hexapod_pin.benchmark.studies.promise_rows import PromiseRun, SceneResult
 from hexapod_pin.benchmark.studies.promise_runner import read_results, run_scenes
 from hexapod_pin.benchmark.studies.promise_tables import Shares
 from hexapod_pin.benchmark.studies.promise_truth import find_truth
+from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.validation.random_scenes import KINDS, draw_scene
 from hexapod_pin.validation.random_scenes.contacts import FRICTION_LAWS, NORMAL_LAWS, draw_contact
 from hexapod_pin.validation.random_scenes.dice import Dice
 from hexapod_pin.validation.random_scenes.grounds import TERRAINS, draw_terrain
+from hexapod_pin.validation.random_scenes.named import point_on_a_slope
+from hexapod_pin.validation.random_scenes.switching import SWITCHING
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -58,8 +65,41 @@ def test_the_truth_of_a_spinning_body_conserves_its_angular_momentum() -> None:
     )
 
 
-def run(error: float, estimate: float, said_so: bool = False, judged: bool = True) -> PromiseRun:
-    return PromiseRun("ndf", 1e-6, error, estimate, said_so, "", 1e-9, judged, 1, 0.0)
+def test_a_point_that_sticks_and_slides_is_known_by_hand() -> None:
+    """Two methods come within what a switch that is not located leaves: 1e-4 m/s for 0.1 s.
+
+    It slips within the first 10 ms; its way is about 0.5 (g sin - 0.3 g cos) t^2 = 0.39 m.
+    """
+    scene = point_on_a_slope()
+    assert scene.answer is not None
+    for method in ("ndf", "dop853"):
+        found = replace(scene, duration=0.1).run(method=method, accuracy=1e-8).q
+        assert PositionError.between(found, scene.answer[: len(found)]).q < 1e-5
+    way = np.linalg.norm(scene.answer[-1, :3] - scene.answer[0, :3])
+    pull = 9.81 * (math.sin(0.6) - 0.3 * math.cos(0.6))
+    assert way == pytest.approx(0.5 * pull * 0.5**2, rel=5e-2)
+
+
+@pytest.mark.parametrize("name", SWITCHING)
+def test_switching_scenes_run(name: str) -> None:
+    """Each ends by the default method, and something moves."""
+    trace = replace(SWITCHING[name](), duration=0.04).run(accuracy=1e-3)
+    assert np.isfinite(trace.q).all() and np.ptp(trace.q, axis=0).max() > 1e-5
+
+
+def test_order_of_errors_that_follow_the_accuracy() -> None:
+    asked = (1e-4, 1e-5, 1e-6, 1e-7)
+    follows = OrderRow("a", "ndf", asked, tuple(0.3 * one for one in asked), 1e-12)
+    assert follows.exponent == pytest.approx(1.0) and follows.worst == pytest.approx(0.3)
+    by_chance = OrderRow("a", "ndf", asked, (1e-5,) * 4, 1e-12)
+    assert by_chance.exponent == pytest.approx(0.0, abs=1e-9)
+    assert math.isnan(OrderRow("a", "ndf", asked, (1e-5,) * 4, 1e-5).exponent)
+
+
+def run(
+    error: float, estimate: float, said_so: bool = False, uncertainty: float = 1e-9
+) -> PromiseRun:
+    return PromiseRun("ndf", 1e-6, error, estimate, said_so, "", uncertainty, 1, 0.0)
 
 
 def test_shares_leave_out_what_was_said_or_is_not_known() -> None:
@@ -67,13 +107,17 @@ def test_shares_leave_out_what_was_said_or_is_not_known() -> None:
         run(5e-7, 1e-6),
         run(2e-6, 1e-6),
         run(1.0, 0.0, said_so=True),
-        run(1.0, 0.0, judged=False),
+        run(1e-3, 0.0, uncertainty=1e-3),
     ]
     shares = Shares(runs)
-    assert (shares.within, shares.within_beyond, shares.covered) == (0.5, 1.0, 0.5)
-    assert shares.overestimate == pytest.approx((2.0 + 0.5) / 2)
+    assert (shares.within, shares.within_beyond) == (0.5, 1.0)
+    assert (len(shares.said_so), shares.needless) == (1, 0)
+    assert shares.covered == pytest.approx(1 / 3)  # an estimate is one whatever the run says
+    assert shares.overestimate == pytest.approx(0.5)
     assert not shares.kept
     assert Shares(runs[:1]).kept
+    assert not run(2e-6, 0.0, uncertainty=1e-6).judged
+    assert run(1.0, 0.0, uncertainty=1e-2).judged  # a miss is a miss however unsure its size
     # below the truth's uncertainty nothing is known: neither a miss nor an overestimate
     assert run(9e-10, 1e-12).covered and run(1e-12, 2e-9).overestimate == pytest.approx(2.0)
 

@@ -127,7 +127,13 @@ def _parts(rows: Sequence[OrderRow], asked: Sequence[float], before: str) -> lis
         got = dict(zip(row.accuracies, row.errors, strict=True))
         cells = [f"{got[one]:.1e}" if one in got else "-" for one in asked]
         errors.append((row.scene, row.method, *cells, f"{row.uncertainty:.0e}"))
-    head = ("scene", "method", "before", "after", f"exponent from {LEAST_EXPONENT:g}, or within")
+    head = (
+        "scene",
+        "method",
+        "before",
+        "after",
+        f"converges: exponent from {LEAST_EXPONENT:g}, or within",
+    )
     error_head = ("scene", "method", *(f"{one:.0e}" for one in asked), "truth's uncertainty")
     return [
         "Exponent of the error in the accuracy (in brackets the largest error over accuracy), "

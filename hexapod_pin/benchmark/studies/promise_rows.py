@@ -19,6 +19,10 @@ from hexapod_pin.validation.solver_setting import SolverSetting
 ERROR_FLOOR = 1e-12
 """Errors below this are round-off [m, rad]."""
 
+SURE = 3.0
+"""A truth that is not sure to a tenth of the accuracy still tells which side of it an error is on
+where they are apart by so many times its uncertainty."""
+
 BEYOND = 3.0
 """Errors over accuracy that no run may exceed unless it says so."""
 
@@ -37,7 +41,6 @@ class PromiseRun:
             `Trace.accuracy_kept` False.
         refusal: the typed error; "" where it ended.
         uncertainty: of the truth [m, rad].
-        judged: whether the truth is sure enough for this accuracy.
         evaluations: what it cost [-].
         seconds: wall time.
     """
@@ -49,7 +52,6 @@ class PromiseRun:
     said_so: bool
     refusal: str
     uncertainty: float
-    judged: bool
     evaluations: int
     seconds: float
 
@@ -57,6 +59,14 @@ class PromiseRun:
     def ratio(self) -> float:
         """Error over the accuracy asked for; inf where there is none."""
         return math.inf if math.isnan(self.error) else self.error / self.accuracy
+
+    @property
+    def judged(self) -> bool:
+        """Whether the truth is sure enough: to a tenth of the accuracy, or for this error."""
+        if self.uncertainty <= 0.1 * self.accuracy:
+            return True
+        apart = abs(self.error - self.accuracy)
+        return not math.isnan(apart) and apart > SURE * self.uncertainty
 
     @property
     def counted(self) -> bool:
@@ -161,5 +171,5 @@ def judge_run(scene: PromiseScene, truth: Truth, setting: SolverSetting) -> Prom
             error = PositionError.between(trace.q, truth.q).q
     return PromiseRun(
         setting.method, setting.value, error, estimate, said_so, refusal, truth.uncertainty,
-        truth.judges(setting.value), evaluations, time.perf_counter() - begin,
+        evaluations, time.perf_counter() - begin,
     )  # fmt: skip

@@ -45,8 +45,9 @@ def run_scenes(
                 with path.open("a", encoding="utf-8") as file:
                     file.write(result.to_json() + "\n")
             left = sum(key not in done for key in keys)
-            worst = max((run.ratio for run in result.runs if run.counted), default=0.0)
-            print(f"{result.name}: x{worst:.2g}; {left} left", file=sys.stderr, flush=True)
+            worst = max((run.ratio for run in result.runs if run.counted), default=None)
+            told = "none counted" if worst is None else f"x{worst:.2g}"
+            print(f"{result.name}: {told}; {left} left", file=sys.stderr, flush=True)
     except KeyboardInterrupt:
         print("interrupted; what is done is kept", file=sys.stderr)
     return [done[key] for key in keys if key in done], all(key in done for key in keys)

@@ -31,30 +31,41 @@ class Shares:
         """The runs that the promise applies to."""
         return [run for run in self.runs if run.counted]
 
-    def share(self, holds: Callable[[PromiseRun], bool]) -> float:
-        """Return the share of counted runs for which something holds; nan without any."""
-        own = self.counted
-        return sum(map(holds, own)) / len(own) if own else math.nan
+    @property
+    def said_so(self) -> list[PromiseRun]:
+        """The runs that said they could not, of those that can be judged."""
+        return [run for run in self.runs if run.judged and run.said_so]
+
+    @property
+    def needless(self) -> int:
+        """How many of those were within the accuracy all the same."""
+        return sum(run.ratio <= 1.0 for run in self.said_so)
+
+    @property
+    def estimated(self) -> list[PromiseRun]:
+        """The runs that ended with an estimate, whatever they said, where the truth is sure."""
+        ended = [run for run in self.runs if not math.isnan(run.estimate + run.error)]
+        return [run for run in ended if run.judged]
 
     @property
     def within(self) -> float:
         """Share within the accuracy."""
-        return self.share(lambda run: run.ratio <= 1.0)
+        return _share(self.counted, lambda run: run.ratio <= 1.0)
 
     @property
     def within_beyond(self) -> float:
         """Share within `BEYOND` times the accuracy."""
-        return self.share(lambda run: run.ratio <= BEYOND)
+        return _share(self.counted, lambda run: run.ratio <= BEYOND)
 
     @property
     def covered(self) -> float:
         """Share of estimates at least the error."""
-        return self.share(lambda run: run.covered)
+        return _share(self.estimated, lambda run: run.covered)
 
     @property
     def overestimate(self) -> float:
         """Median of estimate over error."""
-        return _median([run.overestimate for run in self.counted])
+        return _median([run.overestimate for run in self.estimated])
 
     @property
     def kept(self) -> bool:
@@ -69,11 +80,10 @@ class Shares:
     def cells(self, name: str) -> tuple[str, ...]:
         """Return a row of a table under `HEAD`."""
         ratios = [run.ratio for run in self.counted]
-        said = sum(run.judged and run.said_so for run in self.runs)
         return (
             name, str(len(ratios)), _percent(self.within), _percent(self.within_beyond),
             f"{_median(ratios):.2g}", f"{max(ratios, default=math.nan):.3g}",
-            _percent(self.covered), f"{self.overestimate:.2g}", str(said),
+            _percent(self.covered), f"{self.overestimate:.2g}", str(len(self.said_so)),
             str(sum(not run.judged for run in self.runs)),
         )  # fmt: skip
 
@@ -153,7 +163,18 @@ def verdict(results: Sequence[SceneResult]) -> tuple[str, bool]:
          f"{shares.overestimate:.2g}", shares.overestimate <= MOST_OVERESTIMATE),
     )  # fmt: skip
     lines = [f"- {'PASS' if good else 'FAIL'}: {what}: {found}." for what, found, good in checks]
+    said, judged = len(shares.said_so), len(shares.said_so) + len(shares.counted)
+    unjudged = len(shares.runs) - judged
+    lines.append(
+        f"- {said} of {judged} runs said that they could not keep the accuracy, {shares.needless} "
+        f"of them needlessly; {unjudged} more were not judged, for the truth is not sure enough."
+    )
     return "\n".join(lines), shares.kept
+
+
+def _share(runs: Sequence[PromiseRun], holds: Callable[[PromiseRun], bool]) -> float:
+    """Return the share of runs for which something holds; nan without any."""
+    return sum(map(holds, runs)) / len(runs) if runs else math.nan
 
 
 def _median(values: Sequence[float]) -> float:

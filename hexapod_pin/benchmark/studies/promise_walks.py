@@ -86,8 +86,10 @@ def promise_walks(
         if not ended:
             break
     told, kept = verdict(results)
-    parts = [_about(results, len(names)), told, *_tables(results), violations(results),
-             without_truth(results)]  # fmt: skip
+    parts: list[str | Table] = [
+        _about(results, len(names)), told, *_tables(results), violations(results),
+        without_truth(results),
+    ]  # fmt: skip
     return StudyReport("Long walks: error asked for, error got", parts, met=kept and whole)
 
 
@@ -100,8 +102,7 @@ def _about(results: Sequence[SceneResult], wanted: int) -> str:
     by_explicit = sum("dop853" in result.truth for result in results)
     return (
         f"{len(results)} of {wanted} walks; truth by DOP853 in {by_explicit}, by NDF held against "
-        f"extrapolated Euler in the others. Strokes and cycles are the package's defaults, "
-        f"athena's stroke 80 mm."
+        f"extrapolated Euler in the others. Strokes and cycles are the package's defaults."
     )
 
 

@@ -133,6 +133,6 @@ def dry_friction(dice: Dice) -> PromiseScene:
     servo = draw_motor(dice, robot, strength, dice.between(0.02, 0.2))
     scene, labels, start = _place(dice, name, floats, {"servo": servo})
     walks = not floats and dice.chance(0.6)
-    control = draw_gait(dice, robot) if walks else jumping(dice, robot, 0.1, DURATION)
+    control = draw_gait(dice, name) if walks else jumping(dice, robot, 0.1, DURATION)
     about = SceneLabels(kind="dry friction", drive="motor, dry friction", **labels)
     return PromiseScene(about, scene, control, start, DURATION, SAMPLE)

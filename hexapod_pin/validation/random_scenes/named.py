@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.named_gait import named_gait
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.drive.servo import Servo
@@ -24,7 +24,7 @@ from hexapod_pin.validation.random_scenes import drives
 from hexapod_pin.validation.random_scenes.bodies import SAMPLE, passive_scene
 from hexapod_pin.validation.random_scenes.dice import Dice
 from hexapod_pin.validation.random_scenes.generator import KINDS, draw_scene
-from hexapod_pin.validation.random_scenes.robots import robot_named
+from hexapod_pin.validation.random_scenes.robots import can_walk, robot_named
 from hexapod_pin.validation.random_scenes.scene import PromiseScene, SceneLabels
 
 if TYPE_CHECKING:
@@ -39,6 +39,10 @@ FALLING = StickSlip(mu=0.5, mu_dynamic=0.3, stiffness=2e4, damping=60.0)
 
 X3, NDF, DOP853 = "extrapolated-euler", "ndf", "dop853"
 USUAL = ((X3, 1e-4), (X3, 1e-5), (X3, 1e-6), (NDF, 1e-6))
+
+
+CYCLE_TIMES = (2.4, 3.0, 3.6)
+"""[s]"""
 
 
 @dataclass(frozen=True)
@@ -72,13 +76,16 @@ def walk(
         gait: its name.
         duration: [s].
         preset: of the contact.
-        fields: of the gait; stroke and cycle of the package's defaults, athena's stroke 0.08 m.
+        fields: of the gait; the package's defaults where nothing is given, but the first of
+            `CYCLE_TIMES` at which the joints are quick enough.
     """
-    stroke = {"stroke": 0.08} if name == "athena" else {}
-    control = KinematicControl(Gait.by_name(gait, **{**stroke, **fields}))
-    scene = Scene(robot_named(name), contact=Contact.preset(preset))
+    robot = robot_named(name)
+    gaits = (named_gait(robot, gait, **{"cycle_time": one, **fields}) for one in CYCLE_TIMES)
+    controls = [KinematicControl(gait) for gait in gaits]
+    control = next((one for one in controls if can_walk(robot, one)), controls[-1])
+    scene = Scene(robot, contact=Contact.preset(preset))
     labels = _labels(f"{gait} {duration:g} s", name, preset)
-    return PromiseScene(labels, scene, control, None, duration, SAMPLE if duration < 5.0 else 0.05)
+    return PromiseScene(labels, scene, control, None, duration, SAMPLE)
 
 
 def _long_walk(duration: float) -> Callable[[], Scenes]:
@@ -86,7 +93,9 @@ def _long_walk(duration: float) -> Callable[[], Scenes]:
 
 
 def _short_walks() -> Scenes:
-    return [walk(name, "tetrapod", 1.0, cycle_time=1.2) for name in ("kharagpur", "athena")]
+    return [
+        walk(name, "tetrapod", 1.0, stroke=0.06, cycle_time=1.2) for name in ("kharagpur", "athena")
+    ]
 
 
 def _falling_friction_walks() -> Scenes:

@@ -31,8 +31,14 @@ if TYPE_CHECKING:
 
 REFERENCE = "reference"
 WALKERS = ("kharagpur", "athena")
-MOST_TRIES = 50
-"""Gaits drawn until a robot can walk one."""
+LARGEST_STROKE = {"kharagpur": 0.11, "athena": 0.08}
+"""Of the walks drawn [m]."""
+
+SHORTEST_CYCLE = {"tripod": 0.7, "ripple": 1.0, "tetrapod": 1.0, "wave": 2.0}
+"""Of the walks drawn [s]: a foot swings in the share of it that the duty leaves."""
+
+MOST_TRIES = 6
+"""Gaits, each slower and shorter, until a robot can walk one."""
 
 
 @lru_cache(maxsize=4)
@@ -67,20 +73,27 @@ def dropped(dice: Dice) -> PromiseScene:
     return PromiseScene(about, scene, HoldPosture(posture), start, dice.pick((0.3, 0.5)), SAMPLE)
 
 
-def draw_gait(dice: Dice, robot: Robot) -> KinematicControl:
-    """Return a walk of any named gait that the robot can do for a second."""
-    for _ in range(MOST_TRIES):
-        size = dice.between(0.2, 0.8) * (0.14 if robot.name == "kharagpur" else 0.10)
-        gait = dice.pick(tuple(GAITS.values()))(
-            stroke=size, cycle_time=dice.between(0.6, 2.4), heading=dice.pick((0.0, 0.0, math.pi)),
-            turn_rate=dice.pick((0.0, 0.0, 0.2)),
+def draw_gait(dice: Dice, name: str) -> KinematicControl:
+    """Return a walk of any named gait that the robot of this name can do for a second."""
+    gait = dice.pick(tuple(GAITS))
+    stroke = LARGEST_STROKE[name] * dice.between(0.2, 1.0)
+    cycle = SHORTEST_CYCLE[gait] * dice.between(1.0, 2.0)
+    heading, turn = dice.pick((0.0, 0.0, math.pi)), dice.pick((0.0, 0.0, 0.1))  # rad a cycle
+    for k in range(MOST_TRIES):
+        longer = cycle * 1.3**k
+        control = KinematicControl(
+            Gait.by_name(
+                gait, stroke=stroke * 0.6**k, cycle_time=longer, heading=heading,
+                turn_rate=turn * 0.6**k / longer,
+            )
         )  # fmt: skip
-        if _can_walk(robot, control := KinematicControl(gait)):
-            return control
-    return KinematicControl(Gait.tripod(stroke=0.02, cycle_time=1.0))
+        if can_walk(robot_named(name), control):
+            break
+    return control
 
 
-def _can_walk(robot: Robot, control: KinematicControl) -> bool:
+def can_walk(robot: Robot, control: KinematicControl) -> bool:
+    """Tell whether a robot can do the first second of a walk."""
     try:
         control.plan(robot, 1.0)
     except HexapodError:
@@ -92,7 +105,7 @@ def _walk(dice: Dice, kind: str, duration: float, sample: float) -> PromiseScene
     name = dice.pick(WALKERS)
     scene, labels = draw_scene_parts(dice, name)
     about = SceneLabels(kind=kind, drive="default", **labels)
-    return PromiseScene(about, scene, draw_gait(dice, scene.robot), None, duration, sample)
+    return PromiseScene(about, scene, draw_gait(dice, name), None, duration, sample)
 
 
 def walking(dice: Dice) -> PromiseScene:
@@ -118,7 +131,7 @@ def pushed(dice: Dice) -> PromiseScene:
         for _ in range(dice.integer(1, 3))
     ]  # fmt: skip
     walks = dice.chance(0.4)
-    control = draw_gait(dice, scene.robot) if walks else HoldPosture()
+    control = draw_gait(dice, name) if walks else HoldPosture()
     about = SceneLabels(kind="pushed", drive="default", **labels)
     return PromiseScene(about, replace(scene, loads=loads), control, None, 0.5, SAMPLE)
 
