@@ -11,6 +11,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.loads import Push
 from hexapod_pin.simulation.payload import Payload
+from hexapod_pin.validation.second_rhs.vectors import cross
 
 if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene
@@ -61,6 +62,7 @@ class Bodies:
             trunk = trunk_points(robot)
             pairs = zip(trunk.points, trunk.radius, strict=True)
             self.spheres += [Sphere(1, np.array(place), float(size)) for place, size in pairs]
+        self._none, self._loaded = pin.Force.Zero(), set[int]()
         self._outer = pin.StdVec_Force()
         self._outer.extend([pin.Force.Zero() for _ in range(self.model.njoints)])
 
@@ -78,8 +80,9 @@ class Bodies:
     def place(self, q: Array, v: Array) -> None:
         """Compute the placements and velocities of a state; forces start at zero."""
         pin.forwardKinematics(self.model, self._data, q, v)
-        for joint in range(self.model.njoints):
-            self._outer[joint] = pin.Force.Zero()
+        for joint in self._loaded:
+            self._outer[joint] = self._none
+        self._loaded.clear()
 
     def sphere_state(self, sphere: Sphere, normal: Array) -> tuple[Array, Array, Array]:
         """Return centre, contact point and the velocity of its material point, world axes."""
@@ -88,14 +91,13 @@ class Bodies:
         arm = rotation @ sphere.offset
         centre, reach = here.translation + arm, -sphere.radius * normal
         spin = rotation @ twist.angular
-        return centre, centre + reach, rotation @ twist.linear + np.cross(spin, arm + reach)
+        return centre, centre + reach, rotation @ twist.linear + cross(spin, arm + reach)
 
     def add_force(self, joint: int, point: Array, force: Array) -> None:
         """Add a force at a point, both in world axes."""
-        here = self._data.oMi[joint]
-        local = here.rotation.T @ force
-        lever = here.rotation.T @ (point - here.translation)
-        self._outer[joint] = self._outer[joint] + pin.Force(local, np.cross(lever, local))
+        self._loaded.add(joint)
+        wrench = pin.Force(force, cross(point, force))
+        self._outer[joint] = self._outer[joint] + self._data.oMi[joint].actInv(wrench)
 
     def add_push(self, push: Push) -> None:
         """Add a wrench of constant components in world axes on a point of a link."""
@@ -121,7 +123,7 @@ class Bodies:
         mass = pin.crba(self.model, self._data, q)
         mass = np.triu(mass) + np.triu(mass, 1).T
         rest = load - pin.rnea(self.model, self._data, q, v, np.zeros(len(v)), self._outer)
-        free = np.concatenate([np.full(6, True), ~locked])
+        free = np.concatenate([np.full(6, True), np.logical_not(locked)])
         out = np.zeros(len(v))
         out[free] = np.linalg.solve(mass[np.ix_(free, free)], rest[free])
         holding[locked] = (mass @ out - rest)[6:][locked]

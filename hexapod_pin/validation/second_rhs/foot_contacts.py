@@ -13,9 +13,12 @@ from hexapod_pin.ground.contact.stick_slip import StickSlip
 from hexapod_pin.validation.second_rhs.friction_share import FrictionShare
 from hexapod_pin.validation.second_rhs.normal_force import NormalForce
 from hexapod_pin.validation.second_rhs.surface import Surface
+from hexapod_pin.validation.second_rhs.vectors import length
 
 if TYPE_CHECKING:
     from hexapod_pin.ground.contact import Contact
+
+NONE = np.zeros(3)
 
 NEVER = 1e300
 """A switching function that does not switch."""
@@ -108,25 +111,24 @@ class FootContacts:
         rate = -float(n @ against)
         slip = against + rate * n
         insides = surface.insides(sphere[0])
-        none = np.zeros(3)
         if not mode.touching:
-            return ContactState(gap, rate, slip, 0.0, 1.0, none, none, none, insides)
+            return ContactState(gap, rate, slip, 0.0, 1.0, NONE, NONE, NONE, insides)
         grip, hardness = surface.factors(mode.patch)
         normal, push = self.normal(-gap, rate, mode.touch_speed, deep=mode.deep)
         normal *= hardness
         load = normal if mode.pushes else 0.0
         if self.bristle is None:
             force = load * n - self._share_force(mode, grip * load, slip)
-            return ContactState(gap, rate, slip, normal, push, force, none, none, insides)
+            return ContactState(gap, rate, slip, normal, push, force, NONE, NONE, insides)
         through, trial, moved = self._bristle_force(mode, grip * load, slip, stretch)
         force = load * n - through
         return ContactState(gap, rate, slip, normal, push, force, trial, moved, insides)
 
     def _share_force(self, mode: ContactMode, load: float, slip: Array) -> Array:
         assert self.share is not None
-        speed = float(np.linalg.norm(slip))
+        speed = length(slip)
         if speed == 0.0:
-            return np.zeros(3)
+            return NONE
         return (load * self.share(speed, mode.piece) / speed) * slip
 
     def _bristle_force(
@@ -138,7 +140,7 @@ class FootContacts:
         trial = law.stiffness * stretch + law.damping * slip
         if not mode.sliding:
             return trial, trial, slip
-        size = float(np.linalg.norm(trial))
+        size = length(trial)
         along = trial / size if size > 0.0 else trial
         through = law.mu_dynamic * load * along
         return through, trial, (through - law.stiffness * stretch) / law.damping
@@ -163,11 +165,11 @@ class FootContacts:
         if self.bristle is not None:
             law = self.bristle
             load = self.surface.factors(mode.patch)[0] * at.normal
-            size = float(np.linalg.norm(at.trial))
+            size = length(at.trial)
             return size - law.mu_dynamic * load if mode.sliding else law.mu * load - size
         assert self.share is not None
         ends = (-NEVER, *self.share.breaks, NEVER)
-        speed = float(np.linalg.norm(at.slip))
+        speed = length(at.slip)
         return min(speed - ends[mode.piece], ends[mode.piece + 1] - speed)
 
     def next_mode(
@@ -199,7 +201,7 @@ class FootContacts:
 
     def _piece(self, at: ContactState) -> int:
         breaks = () if self.share is None else self.share.breaks
-        return int(np.searchsorted(np.array(breaks), np.linalg.norm(at.slip), side="right"))
+        return int(np.searchsorted(np.array(breaks), length(at.slip), side="right"))
 
     def _patch(self, at: ContactState) -> int:
         return next((k for k, inside in enumerate(at.insides) if inside >= 0.0), -1)

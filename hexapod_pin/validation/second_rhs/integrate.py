@@ -41,6 +41,7 @@ class _Interval:
     def __init__(self, right: RightHandSide, tolerance: float, longest_step: float) -> None:
         self.right, self.tolerance, self.longest = right, tolerance, longest_step
         self._last: tuple[float, bytes, Modes, Evaluation] | None = None
+        self._switches: tuple[Evaluation, Array] | None = None
 
     def evaluate(self, time: float, y: Array, modes: Modes) -> Evaluation:
         """Evaluate, or return what the last call has found at the same place."""
@@ -49,6 +50,15 @@ class _Interval:
             return last[3]
         found = self.right(time, y, modes)
         self._last = (time, key, modes, found)
+        return found
+
+    def switches(self, time: float, y: Array, modes: Modes) -> Array:
+        """Return the switching functions."""
+        at, last = self.evaluate(time, y, modes), self._switches
+        if last is not None and last[0] is at:
+            return last[1]
+        found = self.right.switches(modes, at)
+        self._switches = (at, found)
         return found
 
     def settle(self, time: float, y: Array, modes: Modes, ahead: float) -> tuple[Array, Modes]:
@@ -91,17 +101,17 @@ class _Interval:
 
     def _events(self, time: float, y: Array, modes: Modes) -> list[Callable[..., float]]:
         """Return a terminal event for every switching function, not below 0 at the start."""
-        start = self.evaluate(time, y, modes).switches
+        start = self.switches(time, y, modes)
         lift = np.where(start < 0.0, -2.0 * start, 0.0)
 
         def event(k: int) -> Callable[..., float]:
             def switch(t: float, x: Array) -> float:
-                return float(self.evaluate(t, x, modes).switches[k] + lift[k])
+                return float(self.switches(t, x, modes)[k] + lift[k])
 
             switch.terminal, switch.direction = True, -1.0  # type: ignore[attr-defined]
             return switch
 
-        return [event(k) for k in np.flatnonzero(start < 1e299)]
+        return [event(k) for k in np.flatnonzero(start < 1e299).tolist()]
 
 
 def integrate(

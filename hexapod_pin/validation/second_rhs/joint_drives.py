@@ -1,4 +1,4 @@
-"""Torques at the joints by docs/drive.md: servo, motor, friction, stops; apart from the native core.
+"""Torques at the joints by docs/drive.md, written apart from the native core.
 
 All pieces of the law are frozen (`JointModes`) and continued beyond their ends, so that what an
 integrator sees between two switches is smooth.

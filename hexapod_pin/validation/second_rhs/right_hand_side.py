@@ -12,12 +12,14 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.loads import Push
 from hexapod_pin.validation.second_rhs.bodies import Bodies
 from hexapod_pin.validation.second_rhs.foot_contacts import (
+    SWITCHES,
     ContactMode,
     ContactState,
     FootContacts,
 )
 from hexapod_pin.validation.second_rhs.joint_drives import JointDrives, JointModes
 from hexapod_pin.validation.second_rhs.surface import Surface
+from hexapod_pin.validation.second_rhs.vectors import cross, length
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.state import State
@@ -43,16 +45,14 @@ class Evaluation:
 
     Attributes:
         rate: y'.
-        switches: of all contacts, then of the joints; positive inside the modes.
         contacts: the contacts.
-        found: modes of the joints by their state alone.
+        joints: angles, rates and torques asked of the motors, (n,) each [rad, rad/s, N m].
         holding: torques that hold joints stuck by dry friction (n,) [N m].
     """
 
     rate: Array
-    switches: Array
     contacts: list[ContactState]
-    found: JointModes
+    joints: tuple[Array, Array, Array]
     holding: Array
 
 
@@ -99,7 +99,7 @@ class RightHandSide:
     def __call__(self, time: float, y: Array, modes: Modes) -> Evaluation:
         """Evaluate; the quaternion of y may be off unit norm by round-off."""
         q, v = y[: self.nq].copy(), y[self.nq : self.nq + self.nv]
-        q[3:7] /= np.linalg.norm(q[3:7])
+        q[3:7] /= length(q[3:7])
         self.bodies.place(q, v)
         contacts = [self._contact(k, time, y, mode) for k, mode in enumerate(modes.contacts)]
         for push in self.pushes:
@@ -109,16 +109,17 @@ class RightHandSide:
         torque = self.drives.torque(modes.joints, angle, rate, demand)
         locked = self.drives.stuck(modes.joints)
         acceleration, holding = self.bodies.acceleration(q, v, torque, locked)
-        switches: list[float] = []
-        for mode, at in zip(modes.contacts, contacts, strict=True):
-            switches += self.laws.switches(mode, at)
-        joints = self.drives.switches(modes.joints, angle, rate, demand, holding)
         stretch = [at.stretch_rate for at in contacts] if self.bristles else []
-        return Evaluation(
-            np.concatenate([configuration_rate(q, v), acceleration, *stretch]),
-            np.concatenate([switches, joints]), contacts,
-            self.drives.modes(angle, rate, demand), holding,
-        )  # fmt: skip
+        whole = np.concatenate([configuration_rate(q, v), acceleration, *stretch])
+        return Evaluation(whole, contacts, (angle, rate, demand), holding)
+
+    def switches(self, modes: Modes, at: Evaluation) -> Array:
+        """Return the switching functions: of all contacts, then of the joints; positive inside."""
+        own: list[float] = []
+        for mode, contact in zip(modes.contacts, at.contacts, strict=True):
+            own += self.laws.switches(mode, contact)
+        joints = self.drives.switches(modes.joints, *at.joints, at.holding)
+        return np.concatenate([own, joints])
 
     def _contact(self, k: int, time: float, y: Array, mode: ContactMode) -> ContactState:
         sphere = self.spheres[k]
@@ -141,17 +142,16 @@ class RightHandSide:
             at: evaluated at the switch, in the modes before.
             behind: evaluated just behind it, in the modes before.
         """
-        per, y = len(behind.switches) - 3 * len(at.holding), y.copy()
-        own = behind.switches[:per].reshape(len(self.spheres), -1)
+        y, switches = y.copy(), self.switches(modes, behind)
         contacts = tuple(
-            self.laws.next_mode(mode, *pair, switches.tolist())
-            for mode, *pair, switches in zip(
-                modes.contacts, at.contacts, behind.contacts, own, strict=True
-            )
-        )
+            self.laws.next_mode(mode, at.contacts[k], behind.contacts[k],
+                                switches[SWITCHES * k : SWITCHES * (k + 1)].tolist())
+            for k, mode in enumerate(modes.contacts)
+        )  # fmt: skip
         joints, stopped = self.drives.next_modes(
-            modes.joints, behind.switches[per:], behind.found, behind.holding
-        )
+            modes.joints, switches[SWITCHES * len(contacts) :], self.drives.modes(*behind.joints),
+            behind.holding,
+        )  # fmt: skip
         y[self.nq + 6 : self.nq + self.nv][stopped] = 0.0
         for k, (old, new) in enumerate(zip(modes.contacts, contacts, strict=True)):
             if self.bristles and old.touching and not new.touching:
@@ -162,6 +162,6 @@ class RightHandSide:
 def configuration_rate(q: Array, v: Array) -> Array:
     """Return q' (nq,): the base's velocities are in its own axes, its quaternion is x, y, z, w."""
     vector, scalar, spin = q[3:6], q[6], v[3:6]
-    turned = v[:3] + 2.0 * np.cross(vector, np.cross(vector, v[:3]) + scalar * v[:3])
-    turning = 0.5 * (scalar * spin + np.cross(vector, spin))
+    turned = v[:3] + 2.0 * cross(vector, cross(vector, v[:3]) + scalar * v[:3])
+    turning = 0.5 * (scalar * spin + cross(vector, spin))
     return np.concatenate([turned, turning, [-0.5 * float(vector @ spin)], v[6:]])
