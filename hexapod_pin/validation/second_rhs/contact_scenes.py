@@ -34,11 +34,11 @@ PLAIN_FRICTION = TanhCoulomb(mu=0.5, slope=30.0)
 
 NORMAL_LAWS: dict[str, NormalLaw] = {
     "hunt-crossley": PLAIN_NORMAL,
-    "hunt-crossley n=1, released": HuntCrossley(stiffness=4e3, exponent=1.0, dissipation=8.0),
+    "hunt-crossley n=1": HuntCrossley(stiffness=4e3, exponent=1.0, dissipation=8.0),
     "kelvin-voigt": KelvinVoigt(stiffness=4e3, damping=12.0),
     "kelvin-voigt undamped": KelvinVoigt(stiffness=4e3, damping=0.0),
     "adams-impact": AdamsImpact.from_mm(
-        stiffness=300.0, exponent=2.2, damping=0.1, damping_depth=0.5
+        stiffness=100.0, exponent=2.2, damping=0.05, damping_depth=0.2
     ),
     "adams-impact s2": AdamsImpact.from_mm(
         stiffness=1e5, exponent=2.2, damping=10.0, damping_depth=0.1

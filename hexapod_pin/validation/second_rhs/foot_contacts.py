@@ -195,8 +195,10 @@ class FootContacts:
             mode = replace(mode, pushes=not mode.pushes, piece=self._piece(behind))
         if ends[2]:
             mode = replace(mode, deep=not mode.deep)
-        if ends[3]:
-            mode = replace(mode, sliding=not mode.sliding, piece=self._piece(behind))
+        if ends[3] and self.bristle is not None:
+            mode = replace(mode, sliding=not mode.sliding)
+        elif ends[3]:
+            mode = replace(mode, piece=self._piece(behind))
         return replace(mode, patch=self._patch(behind)) if ends[4] else mode
 
     def _piece(self, at: ContactState) -> int:

@@ -13,6 +13,7 @@ from hexapod_pin.errors import DivergenceError, ParameterError
 from hexapod_pin.simulation.loads import LostLeg, Push
 from hexapod_pin.validation.second_rhs.right_hand_side import Evaluation, Modes, RightHandSide
 from hexapod_pin.validation.second_rhs.set_point_curve import curve_between, knots_within
+from hexapod_pin.validation.second_rhs.switch import SecondRun, Switch, changes
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
@@ -40,6 +41,7 @@ class _Interval:
 
     def __init__(self, right: RightHandSide, tolerance: float, longest_step: float) -> None:
         self.right, self.tolerance, self.longest = right, tolerance, longest_step
+        self.switched: list[Switch] = []
         self._last: tuple[float, bytes, Modes, Evaluation] | None = None
         self._switches: tuple[Evaluation, Array] | None = None
 
@@ -69,6 +71,7 @@ class _Interval:
             y, found = self.right.behind(y, modes, at, behind)
             if found.same(modes):
                 return y, modes
+            self.switched += changes(time, modes, found)
             modes = found
         raise DivergenceError(f"the modes at t = {time!r} s do not settle", None)
 
@@ -117,8 +120,8 @@ class _Interval:
 def integrate(
     scene: Scene, controller: Controller, *, duration: float, initial: State,
     tolerance: float = 1e-10, sample: float = 1e-2, longest_step: float = 2e-3,
-) -> Array:  # fmt: skip
-    """Return the configurations of a run at its samples, 0 and `duration` among them.
+) -> SecondRun:  # fmt: skip
+    """Return a run: configurations at its samples, 0 and `duration` among them, and its switches.
 
     Args:
         scene: what is simulated; planes (patched, shaken), all contact laws, drives and stops,
@@ -129,9 +132,6 @@ def integrate(
         tolerance: rtol of SciPy's DOP853; atol is a hundredth of it in SI units.
         sample: [s].
         longest_step: of the integrator [s]: switches there and back within one may be missed.
-
-    Returns:
-        q (T, nq): base position [m], quaternion x, y, z, w, joints [rad].
 
     Raises:
         ParameterError: something in the scene that is not written here, or a duration that is not
@@ -145,9 +145,9 @@ def integrate(
     plan = controller.plan(scene.robot, duration)
     times = duration * np.arange(1, count + 1) / count
     borders = _borders(scene, knots_within(plan, duration), duration)
-    pieces = _Interval(right, tolerance, longest_step)
     y, modes = np.zeros(0), None
     rows: list[Array] = []
+    switched: list[Switch] = []
     for begin, end in zip(borders, borders[1:], strict=False):
         right.set_points = curve_between(plan, begin, end)
         _load(scene, right, 0.5 * (begin + end))
@@ -156,9 +156,10 @@ def integrate(
             y, modes = right.first(begin, initial)
         y, modes, found = pieces.run(begin, end, y, modes, times)
         rows += found
+        switched += pieces.switched
     q = np.array([initial.q, *(row[: right.nq] for row in rows)])
     q[:, 3:7] /= np.linalg.norm(q[:, 3:7], axis=1, keepdims=True)
-    return q
+    return SecondRun(q, tuple(switched))
 
 
 def _borders(scene: Scene, knots: list[float], duration: float) -> list[float]:

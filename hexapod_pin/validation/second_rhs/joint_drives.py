@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 NO_LIMIT = 1e300
 """Stands for an infinite torque or angle: 0 times it is 0."""
 
+REST_RATE = 1e-15
+"""A joint that turns back faster has come to rest [rad/s]; one that breaks loose begins at 0."""
+
 WITHIN, LINE, CAP = 0, 1, 2
 FREE, PRESSED, RELEASED = 0, 1, 2
 
@@ -125,7 +128,8 @@ class JointDrives:
         cap = side * np.clip(demand, low, high) - self.cap
         kind = abs(modes.limit)
         limit = np.where(kind == WITHIN, within, np.where(kind == LINE, line, cap))
-        dry = np.where(modes.dry == 0, self.level - abs(holding), modes.dry * rate)
+        moving = modes.dry * rate + REST_RATE
+        dry = np.where(modes.dry == 0, self.level - abs(holding), moving)
         dry = np.where(self.level > 0.0, dry, NO_LIMIT)
         return np.concatenate([limit, self._stop_switch(modes, angle, rate), dry])
 

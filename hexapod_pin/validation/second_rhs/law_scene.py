@@ -11,6 +11,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.joint_trajectory import JointTrajectory, TrajectoryKind, check_duration
 from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.validation.second_rhs.integrate import integrate
+from hexapod_pin.validation.second_rhs.switch import SecondRun
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
@@ -53,8 +54,8 @@ class LawScene:
     duration: float
     sample: float
 
-    def by_scipy(self, tolerance: float) -> Array:
-        """Return q (T, nq) of the second right-hand side."""
+    def by_scipy(self, tolerance: float) -> SecondRun:
+        """Return the run of the second right-hand side."""
         return integrate(
             self.scene, self.controller, duration=self.duration, initial=self.initial,
             tolerance=tolerance, sample=self.sample,
