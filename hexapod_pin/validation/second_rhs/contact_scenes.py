@@ -67,8 +67,8 @@ GROUNDS: dict[str, Any] = {
     "patched": PatchedGround(
         ground=Flat(),
         patches=(
-            Patch(low=(0.012, -1.0), high=(0.014, 1.0), friction=0.2, stiffness=1.5),
-            Patch(low=(0.013, -1.0), high=(0.5, 1.0), friction=1.5, stiffness=0.7),
+            Patch(low=(0.0103, -1.0), high=(0.0108, 1.0), friction=0.2, stiffness=1.5),
+            Patch(low=(0.0105, -1.0), high=(0.5, 1.0), friction=1.5, stiffness=0.7),
         ),
     ),
     "shaken": ShakingGround(ground=Flat(), amplitude=1e-3, frequency=60.0),
@@ -103,11 +103,11 @@ def friction_scenes() -> dict[str, LawScene]:
     return {name: landing(f"friction: {name}", PLAIN_NORMAL, law) for name, law in laws}
 
 
-def ground_scenes() -> dict[str, LawScene]:
-    """Return a landing on one foot, with a bristle, on every ground."""
-    bristle = FRICTION_LAWS["stick-slip"]
+def ground_scenes(friction: str = "tanh-coulomb") -> dict[str, LawScene]:
+    """Return a landing on one foot under a friction law on every ground."""
+    law = FRICTION_LAWS[friction]
     return {
-        name: landing(f"ground: {name}", PLAIN_NORMAL, bristle, terrain=ground)
+        name: landing(f"ground: {name}, {friction}", PLAIN_NORMAL, law, terrain=ground)
         for name, ground in GROUNDS.items()
     }
 

@@ -75,9 +75,9 @@ class JointDrives:
 
     def lose(self, joints: list[int]) -> None:
         """Let the drives of joints give no torque from now on; friction and stops stay."""
-        for values in (self.kp, self.kd, self.cap, self.slope):
+        for values in (self.kp, self.kd, self.slope):
             values[joints] = 0.0
-        self.stall[joints] = NO_LIMIT
+        self.cap[joints] = self.stall[joints] = NO_LIMIT
 
     def demand(self, angle: Array, rate: Array, to: tuple[Array, Array]) -> Array:
         """Return the torque asked of the motors [N m]."""

@@ -10,6 +10,7 @@ from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.robot.state import State
+from hexapod_pin.robot.trunk import trunk_points
 from hexapod_pin.simulation.loads import LostLeg, Push
 from hexapod_pin.simulation.plant import standing_on
 from hexapod_pin.simulation.scene import Scene
@@ -37,22 +38,20 @@ def robot_scenes() -> dict[str, LawScene]:
 def _walk() -> LawScene:
     """Return the first steps of a tripod of athena, pushed sideways."""
     robot = load_robot("athena")
-    push = Push("base_link", force=(0.0, 15.0, 0.0), start=0.03, duration=0.02)
-    scene = Scene(robot, contact=Contact.s1(), loads=[push])
+    push = Push("base_link", force=(0.0, 15.0, 0.0), start=0.006, duration=0.008)
+    scene = Scene(robot, contact=Contact.accurate(), loads=[push])
     control = KinematicControl(Gait.tripod(stroke=0.03, cycle_time=0.6))
-    begin = standing_on(scene, control.plan(robot, 0.08).q[0])
-    return LawScene("robot: walk, pushed", scene, control, begin, 0.08, 0.01)
+    begin = standing_on(scene, control.plan(robot, 0.02).q[0])
+    return LawScene("robot: walk, pushed", scene, control, begin, 0.02, 0.0025)
 
 
 def _on_its_belly() -> LawScene:
     """Return kharagpur folded up, whose trunk meets the ground while a leg is lost."""
     robot = load_robot("kharagpur")
     scene = Scene(
-        robot, contact=Contact.s1(), body_contact=True, loads=[LostLeg("lm", time=0.01)],
+        robot, contact=Contact.accurate(), body_contact=True, loads=[LostLeg("lm", time=0.01)],
     )  # fmt: skip
     angles = np.tile([0.0, -0.9, 0.6], len(robot.legs))
-    from hexapod_pin.robot.trunk import trunk_points
-
     trunk = trunk_points(robot)
     height = -min(float(z - r) for (_, _, z), r in zip(trunk.points, trunk.radius, strict=True))
     begin = State(np.array([0.0, 0.0, height + 2e-4, 0.0, 0.0, 0.0, 1.0, *angles]),
