@@ -143,7 +143,7 @@ def integrate(
         raise ParameterError("duration", duration, f"a whole number of samples of {sample:g} s")
     right = RightHandSide(scene)
     plan = controller.plan(scene.robot, duration)
-    times = duration * np.arange(1, count + 1) / count
+    times = np.linspace(0.0, duration, count + 1)[1:]
     borders = _borders(scene, knots_within(plan, duration), duration)
     y, modes = np.zeros(0), None
     rows: list[Array] = []
