@@ -19,6 +19,7 @@ from hexapod_pin.validation.second_rhs.contact_scenes import (
     normal_scenes,
 )
 from hexapod_pin.validation.second_rhs.drive_scenes import drive_scenes
+from hexapod_pin.validation.second_rhs.long_scenes import long_scenes
 from hexapod_pin.validation.second_rhs.normal_force import restitution_damping
 
 RTOL = 1e-9
@@ -123,6 +124,29 @@ def test_a_foot_that_slides_on_its_bristle_is_slowed_by_the_dynamic_coefficient(
     )  # fmt: skip
     t = np.linspace(0.0, 0.04, 5)
     np.testing.assert_allclose(run.q[:, 0], 0.5 * t - 0.125 * 9.81 * t**2, atol=1e-11)
+
+
+def test_a_bristle_lets_go_on_a_slope_where_the_closed_form_says() -> None:
+    """Stuck, x'' = g sin - (k x + c x')/m until that force is mu N; then x'' = g (sin - mu_d cos)."""
+    scene = long_scenes()["slide on a slope"]
+    run, t = scene.by_scipy(1e-9), np.linspace(0.0, 0.2, 9)
+    (slip,) = run.switches
+    pull, press = 9.81 * np.sin(0.6), 9.81 * np.cos(0.6)
+    half, rate = 20.0, np.sqrt(2e4 - 20.0**2)  # c/(2 m), damped frequency
+    rest = pull / 2e4
+
+    def stuck(s: float) -> tuple[float, float]:
+        fade, wave = np.exp(-half * s), np.array([np.cos(rate * s), np.sin(rate * s)])
+        x = rest * (1.0 - fade * (wave[0] + half / rate * wave[1]))
+        return x, rest * fade * (half**2 / rate + rate) * wave[1]
+
+    x0, v0 = stuck(slip.time)
+    assert 2e4 * x0 + 40.0 * v0 == pytest.approx(0.5 * press, rel=1e-9)
+    later = t - slip.time
+    slid = x0 + v0 * later + 0.5 * (pull - 0.3 * press) * later**2
+    wanted = np.where(later > 0.0, slid, [stuck(s)[0] for s in t])
+    downhill = -(run.q[:, :3] - run.q[0, :3]) @ np.array([np.cos(0.6), 0.0, np.sin(0.6)])
+    np.testing.assert_allclose(downhill, wanted, atol=1e-10)
 
 
 def test_exact_restitution_is_that_of_the_table() -> None:

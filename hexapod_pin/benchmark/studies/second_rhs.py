@@ -24,13 +24,14 @@ from hexapod_pin.validation.second_rhs.contact_scenes import (
     pair_scenes,
 )
 from hexapod_pin.validation.second_rhs.drive_scenes import drive_scenes
+from hexapod_pin.validation.second_rhs.long_scenes import long_scenes
 from hexapod_pin.validation.second_rhs.robot_scenes import robot_scenes
 from hexapod_pin.validation.tables import Table
 
 GROUPS: dict[str, Callable[[], Mapping[str, LawScene]]] = {
     "normal": normal_scenes, "friction": friction_scenes, "ground": ground_scenes,
     "ground-stick-slip": lambda: ground_scenes("stick-slip"),
-    "drive": drive_scenes, "pairs": pair_scenes, "robot": robot_scenes,
+    "drive": drive_scenes, "long": long_scenes, "pairs": pair_scenes, "robot": robot_scenes,
 }  # fmt: skip
 
 ASKED: tuple[tuple[str, float], ...] = (
