@@ -127,7 +127,7 @@ def test_a_foot_that_slides_on_its_bristle_is_slowed_by_the_dynamic_coefficient(
 
 
 def test_a_bristle_lets_go_on_a_slope_where_the_closed_form_says() -> None:
-    """Stuck, x'' = g sin - (k x + c x')/m until that force is mu N; then x'' = g (sin - mu_d cos)."""
+    """Stuck x'' = g sin - (k x + c x')/m until that is mu N; then x'' = g (sin - mu_d cos)."""
     scene = long_scenes()["slide on a slope"]
     run, t = scene.by_scipy(1e-9), np.linspace(0.0, 0.2, 9)
     (slip,) = run.switches

@@ -18,14 +18,14 @@ class Switch(NamedTuple):
     Attributes:
         time: [s].
         what: name of the mode or memory that changes, as in `ContactMode` and `JointModes`.
-        index: of the contact or joint.
+        number: of the contact or joint.
         before: its value before.
         after: its value after.
     """
 
     time: float
     what: str
-    index: int
+    number: int
     before: float
     after: float
 
