@@ -129,6 +129,7 @@ SHORT = {
         "0",
     ],
     "robust_cost": ["--quick"],
+    "second_rhs": ["--groups", "friction", "--most", "1", "--tolerance", "1e-7"],
     "step_cost": ["--quick"],
     "sweep_cost": ["--cases", "4", "--duration", "0.1", "--dask", "0", "--samples", "0"],
     "sweep_scale": ["--simulated", "64", "--walks", "4", "--duration", "0.1", "--most", "0"],

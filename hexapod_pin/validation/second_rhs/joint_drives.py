@@ -1,0 +1,164 @@
+"""Torques at the joints by docs/drive.md, written apart from the native core.
+
+All pieces of the law are frozen (`JointModes`) and continued beyond their ends, so that what an
+integrator sees between two switches is smooth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+
+if TYPE_CHECKING:
+    from hexapod_pin.simulation.scene import Scene
+
+NO_LIMIT = 1e300
+"""Stands for an infinite torque or angle: 0 times it is 0."""
+
+REST_RATE = 1e-15
+"""A joint that turns back faster has come to rest [rad/s]; one that breaks loose begins at 0."""
+
+WITHIN, LINE, CAP = 0, 1, 2
+FREE, PRESSED, RELEASED = 0, 1, 2
+
+
+@dataclass(frozen=True, eq=False)
+class JointModes:
+    """The piece of each joint's law, (n,) whole numbers each; signs are the side.
+
+    Attributes:
+        limit: WITHIN, +-LINE or +-CAP.
+        stop: FREE, +-PRESSED or +-RELEASED.
+        dry: 0 without dry friction or stuck, +-1 opposing a rate of that sign.
+    """
+
+    limit: Array
+    stop: Array
+    dry: Array
+
+    def same(self, other: JointModes) -> bool:
+        """Whether all modes are equal."""
+        pairs = ((self.limit, other.limit), (self.stop, other.stop), (self.dry, other.dry))
+        return all(np.array_equal(one, two) for one, two in pairs)
+
+
+class JointDrives:
+    """The drives of all joints; arrays of shape (n,), SI."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Read servos, motors, stops and the joints' own friction."""
+        robot, servo, stops = scene.robot, scene.servos, scene.joint_stops
+        n = len(robot.joint_names)
+        self.kp, self.kd = (np.array(gain, dtype=float) for gain in servo.gains(robot))
+        self.cap = np.array(robot.effort) if servo.limited else np.full(n, NO_LIMIT)
+        self.stall, self.slope = np.full(n, NO_LIMIT), np.zeros(n)
+        self.viscous, self.level = np.array(robot.damping), np.array(robot.friction)
+        for j, motor in enumerate(servo.motors(robot)):
+            if motor is None:
+                continue
+            self.stall[j] = motor.voltage_ratio * motor.stall_torque
+            self.slope[j] = motor.stall_torque / motor.no_load_speed
+            self.viscous[j] += motor.viscous_friction
+            self.level[j] += motor.dry_friction
+            if motor.peak_torque is not None:
+                self.cap[j] = min(self.cap[j], motor.peak_torque)
+        self.cap = np.minimum(self.cap, NO_LIMIT)
+        self.lower = np.maximum(robot.lower, -NO_LIMIT)
+        self.upper = np.minimum(robot.upper, NO_LIMIT)
+        sliding = stops.sliding_stiffness or 0.0
+        self.stop_stiffness = np.where(robot.turning, stops.stiffness, sliding)
+        self.stop_gain = 1.5 * stops.dissipation
+
+    def lose(self, joints: list[int]) -> None:
+        """Let the drives of joints give no torque from now on; friction and stops stay."""
+        for values in (self.kp, self.kd, self.slope):
+            values[joints] = 0.0
+        self.cap[joints] = self.stall[joints] = NO_LIMIT
+
+    def demand(self, angle: Array, rate: Array, to: tuple[Array, Array]) -> Array:
+        """Return the torque asked of the motors [N m]."""
+        return self.kp * (to[0] - angle) + self.kd * (to[1] - rate)
+
+    def torque(self, modes: JointModes, angle: Array, rate: Array, demand: Array) -> Array:
+        """Return all torque at the joints but what holds the stuck ones [N m]."""
+        side = np.sign(modes.limit)
+        edge = side * self.stall - self.slope * rate
+        motor = np.where(
+            modes.limit == WITHIN, demand, np.where(abs(modes.limit) == CAP, side * self.cap, edge)
+        )
+        return motor - self.viscous * rate - modes.dry * self.level + self._stop(modes, angle, rate)
+
+    def _stop(self, modes: JointModes, angle: Array, rate: Array) -> Array:
+        side = np.sign(modes.stop)
+        beyond = side * (angle - np.where(side > 0, self.upper, self.lower))
+        push = self.stop_stiffness * beyond * (1.0 + self.stop_gain * side * rate)
+        return np.where(abs(modes.stop) == PRESSED, -side * push, 0.0)
+
+    def modes(self, angle: Array, rate: Array, demand: Array) -> JointModes:
+        """Return the modes of a state; joints at rest with dry friction are stuck."""
+        high, low = self.stall - self.slope * rate, -self.stall - self.slope * rate
+        on_line = np.clip(demand, low, high)
+        limit = np.where(demand > high, LINE, np.where(demand < low, -LINE, WITHIN))
+        limit = np.where(on_line > self.cap, CAP, np.where(on_line < -self.cap, -CAP, limit))
+        side = np.where(angle > self.upper, 1, np.where(angle < self.lower, -1, 0))
+        side = np.where(self.stop_stiffness > 0.0, side, 0)
+        pushes = 1.0 + self.stop_gain * side * rate > 0.0
+        stop = side * np.where(pushes, PRESSED, RELEASED)
+        dry = np.where(self.level > 0.0, np.sign(rate), 0.0)
+        return JointModes(limit, stop, dry)
+
+    def stuck(self, modes: JointModes) -> Array:
+        """Return which joints dry friction holds at rest."""
+        stuck: Array = (self.level > 0.0) & (modes.dry == 0)
+        return stuck
+
+    def switches(
+        self, modes: JointModes, angle: Array, rate: Array, demand: Array, holding: Array
+    ) -> Array:
+        """Return numbers that are positive inside the modes: limits, stops, dry friction (3 n,)."""
+        high, low = self.stall - self.slope * rate, -self.stall - self.slope * rate
+        within = np.minimum(self.cap - abs(demand), np.minimum(high - demand, demand - low))
+        side = np.sign(modes.limit)
+        edge = side * self.stall - self.slope * rate
+        line = np.minimum(side * (demand - edge), self.cap - abs(edge))
+        cap = side * np.clip(demand, low, high) - self.cap
+        kind = abs(modes.limit)
+        limit = np.where(kind == WITHIN, within, np.where(kind == LINE, line, cap))
+        moving = modes.dry * rate + REST_RATE
+        dry = np.where(modes.dry == 0, self.level - abs(holding), moving)
+        dry = np.where(self.level > 0.0, dry, NO_LIMIT)
+        return np.concatenate([limit, self._stop_switch(modes, angle, rate), dry])
+
+    def _stop_switch(self, modes: JointModes, angle: Array, rate: Array) -> Array:
+        side, kind = np.sign(modes.stop), abs(modes.stop)
+        inside = np.minimum(self.upper - angle, angle - self.lower)
+        beyond = side * (angle - np.where(side > 0, self.upper, self.lower))
+        push = 1.0 + self.stop_gain * side * rate
+        pressed = np.minimum(beyond, np.where(kind == RELEASED, -push, push))
+        switch = np.where(kind == FREE, inside, pressed)
+        return np.where(self.stop_stiffness > 0.0, switch, NO_LIMIT)
+
+    def next_modes(
+        self, old: JointModes, switches: Array, found: JointModes, holding: Array
+    ) -> tuple[JointModes, Array]:
+        """Return the modes behind a switch, and which joints have come to rest there (n,).
+
+        Args:
+            old: the modes before.
+            switches: of `switches` just behind it, in the modes before (3 n,).
+            found: `modes` just behind it.
+            holding: torques that hold stuck joints (n,) [N m].
+        """
+        limit, stop, dry = np.split(switches < 0.0, 3)
+        stops = dry & (old.dry != 0)
+        slips = dry & (old.dry == 0)
+        moved = np.where(slips, -np.sign(holding), np.where(stops, 0.0, old.dry))
+        new = replace(
+            old, limit=np.where(limit, found.limit, old.limit),
+            stop=np.where(stop, found.stop, old.stop), dry=moved,
+        )  # fmt: skip
+        return new, stops
