@@ -41,7 +41,9 @@ def trial(speed: float, stretch: float) -> float:
     return STIFFNESS * stretch + DAMPING * speed
 
 
-def run(scene: hp.Scene, start: hp.State, duration: float, method: str, accuracy: float) -> hp.Trace:
+def run(
+    scene: hp.Scene, start: hp.State, duration: float, method: str, accuracy: float
+) -> hp.Trace:
     return hp.simulate(
         scene, hp.HoldPosture(), duration=duration, initial=start, method=method,
         accuracy=accuracy, sample=0.01,
@@ -86,7 +88,7 @@ def test_a_sliding_mass_sticks_again_where_its_slip_ends(method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_block_crosses_the_edge_of_a_patch(method: str) -> None:
-    """mu 0.5 until x = 0.1 m, from there 0.15: two constant decelerations."""
+    """Mu 0.5 until x = 0.1 m, from there 0.15: two constant decelerations."""
     v0, edge, end, accuracy = 1.5, 0.1, 0.3, 1e-8
     robot = bodies.particle()
     patch = hp.Patch(low=(edge, -1.0), high=(5.0, 1.0), friction=0.3)
@@ -188,7 +190,9 @@ def test_sampled_forces_never_pull_nor_leave_the_cone(method: str) -> None:
 
     robot = hp.load_robot("kharagpur")
     friction = hp.StickSlip(mu=0.7, mu_dynamic=0.5, stiffness=2e4, damping=60.0)
-    scene = hp.Scene(robot, contact=hp.Contact(normal=hp.Contact.accurate().normal, friction=friction))
+    scene = hp.Scene(
+        robot, contact=hp.Contact(normal=hp.Contact.accurate().normal, friction=friction)
+    )
     start, v = robot.stand().q.copy(), np.zeros(robot.model.nv)
     start[2] += 0.01
     v[:2] = 0.3, -0.1
