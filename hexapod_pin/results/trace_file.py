@@ -18,7 +18,7 @@ from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import LAYOUT, SCHEMA, SCHEMA_VERSION
 
 ADDED = {2: ("foot_impulse",)}
-"""Arrays by the schema they came with. Before it, the mean foot force held over an interval: its impulse."""
+"""Arrays by the schema they came with; earlier foot forces are means, which give the impulses."""
 
 
 def load_trace(path: str | Path) -> Trace:

@@ -14,7 +14,7 @@ from hexapod_pin.errors import ParameterError
 
 SCHEMA = "hexapod_pin.trace"
 SCHEMA_VERSION = 2
-"""2: `foot_force` is the law's at the sample, and `foot_impulse` was added; 1: its mean since the last."""
+"""2 has `foot_impulse`, and in `foot_force` the law's at the sample; 1 its mean since the last."""
 STATE_ENERGIES = ("kinetic", "potential", "elastic")
 LOSSES = ("joint_damping_loss", "normal_loss", "friction_loss")
 ENERGIES = (*STATE_ENERGIES, "servo_work", *LOSSES)
@@ -37,7 +37,9 @@ LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
     "com": (("time", "axis"), "m", "centre of mass, world axes"),
     "foot_normal": (("time", "foot", "axis"), "1", "ground normal under the feet, world axes"),
     "foot_impulse": (
-        ("time", "foot", "axis"), "N s", "of the foot forces since the sample before, world axes"
+        ("time", "foot", "axis"),
+        "N s",
+        "of the foot forces since the sample before, world axes",
     ),
 }
 
