@@ -19,7 +19,7 @@ from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import LAYOUT, SCHEMA, SCHEMA_VERSION
 
 ADDED = {2: ("foot_impulse",)}
-"""Arrays by the schema they came with. Before it, foot forces were means over an interval."""
+"""Arrays by the schema they came with; earlier foot forces are means, which give the impulses."""
 
 
 def load_trace(path: str | Path) -> Trace:
@@ -87,8 +87,8 @@ def _from_arrays(
     prefix = "energy_"
     stored = (name for name in arrays if name.startswith(prefix) and name != "energy_residual")
     absent = (*left_out(recorded), *added)
-    errors = {name: arrays[f"error_{name}"] for name in QUANTITIES if f"error_{name}" in arrays}
     energy = {name[len(prefix) :]: arrays[name] for name in stored}
+    errors = {name: arrays[f"error_{name}"] for name in QUANTITIES if f"error_{name}" in arrays}
     return Trace(
         energy=None if "energy" in absent else energy,  # type: ignore[arg-type]
         counters=json.loads(arrays["counters"].item()),

@@ -14,7 +14,7 @@ from hexapod_pin.errors import ParameterError
 
 SCHEMA = "hexapod_pin.trace"
 SCHEMA_VERSION = 2
-"""2: `foot_force` is the law's at the sample, `foot_impulse` new; 1: its mean since the last."""
+"""2 has `foot_impulse`, and in `foot_force` the law's at the sample; 1 its mean since the last."""
 STATE_ENERGIES = ("kinetic", "potential", "elastic")
 LOSSES = ("joint_damping_loss", "normal_loss", "friction_loss")
 ENERGIES = (*STATE_ENERGIES, "servo_work", *LOSSES)

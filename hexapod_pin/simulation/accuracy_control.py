@@ -1,8 +1,9 @@
-"""Finer and finer runs of one case, until the error of the last is within what was asked."""
+"""Finer and finer runs of one case, until the error of one of them is within what was asked."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,27 @@ from hexapod_pin.results.number_errors import number_errors
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.native_run import NativeRun
-from hexapod_pin.simulation.resolution import ERROR_SHARE, Attempt, next_level
+from hexapod_pin.simulation.resolution import (
+    COARSER_SHARE,
+    FIRST_LEVELS,
+    Comparison,
+    finer_share,
+    next_level,
+)
 from hexapod_pin.simulation.run_settings import RunSettings
 
-FIRST_LEVELS = (0, 1)
+LARGEST_JUMP = 12
+"""Levels to a run that follows one that diverged."""
+
+
+@dataclass(frozen=True)
+class _Ended:
+    """A run that has ended well."""
+
+    level: int
+    run: NativeRun
+    samples: Mapping[str, Array]
+    numbers: Mapping[str, Any]
 
 
 class AccuracyControl:
@@ -24,22 +42,16 @@ class AccuracyControl:
 
     Attributes:
         how: the settings asked for.
-        attempts: runs that were compared with the one before.
-        last: the finest run that ended well; None where none has.
+        comparisons: of each run with the one before it.
     """
 
     def __init__(self, how: RunSettings) -> None:
         """Take the settings asked for; nothing is run yet."""
         self.how = how
-        self.attempts: list[Attempt] = []
-        self.last: NativeRun | None = None
-        self._level, self._good_level = 0, 0
-        self._samples: Mapping[str, Array] = {}
-        self._numbers: Mapping[str, Any] = {}
-        self._error: ErrorEstimate | None = None
-        self._number_errors: dict[str, Any] = {}
+        self.comparisons: list[Comparison] = []
+        self._ended: list[_Ended] = []  # the last two
         self._diverged: list[NativeRun] = []
-        self._runs, self._evaluations, self._wall_time = 0, 0, 0.0
+        self._level, self._runs, self._evaluations, self._wall_time = 0, 0, 0, 0.0
 
     def take(self, level: int, run: NativeRun) -> None:
         """Compare a run that has ended with the last one that ended well."""
@@ -50,56 +62,77 @@ class AccuracyControl:
         if not run.good:
             self._diverged.append(run)
             return
-        samples, numbers = run.samples(), run.numbers()
-        if self.last is not None:
-            share = ERROR_SHARE[min(level - self._good_level, max(ERROR_SHARE))]
-            self._error = ErrorEstimate.between(samples, self._samples, share)
-            self._number_errors = number_errors(numbers, self._numbers, share)
-            largest = np.abs(samples["torque"]).max(initial=0.0) if "torque" in samples else 0.0
-            excess = self.how.choice.excess(self._error, float(largest))
-            self.attempts.append(Attempt(level, excess, excess / share))
-        self.last, self._samples, self._numbers = run, samples, numbers
-        self._good_level = level
+        self._ended = [*self._ended[-1:], _Ended(level, run, run.samples(), run.numbers())]
+        if len(self._ended) == 2:
+            coarser, finer = self._ended
+            difference = ErrorEstimate.between(finer.samples, coarser.samples, 1.0)
+            torque = finer.samples.get("torque", np.zeros(1))
+            excess = self.how.choice.excess(difference, float(np.abs(torque).max(initial=0.0)))
+            self.comparisons.append(Comparison(coarser.level, finer.level, excess))
 
     def next_level(self) -> int | None:
-        """Return the level of the next run; None where the last will do or none would help.
+        """Return the level of the next run; None where there is to be none.
 
         Raises:
             DivergenceError: a run and a finer one have left the finite world.
         """
+        if self._level < FIRST_LEVELS[-1]:
+            return FIRST_LEVELS[-1]
         finest = self.how.choice.finest_level
-        if self.last is None and (len(self._diverged) > 1 or self._level >= finest):
+        if not self._ended and (len(self._diverged) > 1 or self._level >= finest):
             self._diverged[-1].require_good_so_far()
-        if self.attempts:
-            return next_level(self.attempts, finest)
-        return min(self._level + max(ERROR_SHARE), finest) if self._level < finest else None
+        if self.comparisons:
+            return next_level(self.comparisons, finest)
+        return min(self._level + LARGEST_JUMP, finest) if self._level < finest else None
 
     def trace(self) -> Trace:
-        """Return the trace of the finest run, with its error."""
-        assert self.last is not None
-        return self.last.trace(self._error, self._counters(), self._meta())
+        """Return the trace of the run that will do, or of the finest, with its error."""
+        return self._chosen.run.trace(self._error, self._counters, self._meta())
 
     def summary(self, *, texts: bool = True) -> Summary:
-        """Return the summary of the finest run, with its errors; texts as of `NativeRun`."""
-        assert self.last is not None
-        summary = self.last.summary(texts=texts)
-        counters = {**summary.counters, **self._counters()}
-        meta = {**summary.meta, **self._meta()}
+        """Return its summary, with its errors; texts as of `NativeRun`."""
+        summary = self._chosen.run.summary(texts=texts)
+        counters, meta = {**summary.counters, **self._counters}, {**summary.meta, **self._meta()}
         return Summary.from_data(
             summary.data, summary.joint_names, summary.foot_names, counters, meta
         )
 
+    @property
+    def _takes_coarser(self) -> bool:
+        return bool(self.comparisons) and self.comparisons[-1].takes_coarser
+
+    @property
+    def _chosen(self) -> _Ended:
+        return self._ended[0 if self._takes_coarser else -1]
+
+    @property
+    def _share(self) -> float:
+        """Of the difference, that the chosen run's error is at most [-]."""
+        if self._takes_coarser:
+            return COARSER_SHARE
+        return finer_share(self.comparisons[-1].finer - self.comparisons[-1].coarser)
+
+    @property
+    def _error(self) -> ErrorEstimate | None:
+        if len(self._ended) < 2:
+            return None
+        coarser, finer = self._ended
+        return ErrorEstimate.between(finer.samples, coarser.samples, self._share)
+
+    @property
     def _counters(self) -> dict[str, int]:
         return {"runs": self._runs, "evaluations_of_all_runs": self._evaluations}
 
     def _meta(self) -> dict[str, Any]:
         """Return what trace and summary tell of the error."""
-        assert self.last is not None
-        known = self._error is not None
-        return {
+        told: dict[str, Any] = {
             "wall_time": self._wall_time,
-            "tolerance": self.last.how.choice.tolerance,
-            "accuracy_kept": bool(self.attempts and self.attempts[-1].kept),
-            **({"error_estimate": float(self._error.position.max())} if self._error else {}),
-            **({"number_errors": self._number_errors} if known else {}),
+            "tolerance": self._chosen.run.how.choice.tolerance,
+            "accuracy_kept": bool(self.comparisons and self.comparisons[-1].kept),
         }
+        error = self._error
+        if error is not None:
+            coarser, finer = self._ended
+            told["error_estimate"] = float(error.position.max())
+            told["number_errors"] = number_errors(finer.numbers, coarser.numbers, self._share)
+        return told

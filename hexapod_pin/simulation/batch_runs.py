@@ -14,10 +14,11 @@ from hexapod_pin.errors import HexapodError, SimulationInterrupted
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.simulation.accuracy_control import FIRST_LEVELS, AccuracyControl
+from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.closed_loop import lock_step_runs
 from hexapod_pin.simulation.native_run import PROGRESS_INTERVAL, NativeRun, open_loop_run
+from hexapod_pin.simulation.resolution import FIRST_LEVELS
 from hexapod_pin.simulation.run_settings import RunSettings
 
 Result = tuple[int, Trace | Summary | Exception]
@@ -138,7 +139,7 @@ class BatchRuns:
             return self._result(job.run)
         try:
             control.take(job.level, job.run)
-            finer = job.level + 1 if job.level in FIRST_LEVELS[:-1] else control.next_level()
+            finer = control.next_level()
             if finer is None:
                 return self._outcome(control)
             job.level, job.run = finer, job.run.with_settings(control.how.at_level(finer))
@@ -172,17 +173,13 @@ class BatchRuns:
     def _live_controlled(self, group: Mapping[int, Case], how: RunSettings) -> list[Result]:
         """Run them finer and finer, all those side by side that are at the same level."""
         controls = {k: AccuracyControl(how) for k in group}
-        levels: dict[int, list[int]] = {}
-        for level in FIRST_LEVELS:
-            levels[level] = list(group)
+        levels: dict[int, list[int]] = {FIRST_LEVELS[0]: list(group)}
         results: dict[int, Trace | Summary | Exception] = {}
         while levels:
             level = min(levels)
             chosen = {k: group[k] for k in levels.pop(level)}
             for k, run in zip(chosen, self._live_runs(chosen, how.at_level(level)), strict=True):
                 controls[k].take(level, run)
-                if level in FIRST_LEVELS[:-1]:
-                    continue
                 try:
                     finer = controls[k].next_level()
                     if finer is None:

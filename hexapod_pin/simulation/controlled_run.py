@@ -12,8 +12,9 @@ from concurrent.futures import ThreadPoolExecutor
 from threading import Event
 
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.simulation.accuracy_control import FIRST_LEVELS, AccuracyControl
+from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.native_run import NativeRun
+from hexapod_pin.simulation.resolution import FIRST_LEVELS
 from hexapod_pin.simulation.run_settings import RunSettings
 
 Progress = Callable[[float], None]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.simulation.resolution import MOST_LEVELS
+from hexapod_pin.simulation.resolution import FIRST_LEVELS, LEVELS_PER_DECADE, MOST_LEVELS
 
 if TYPE_CHECKING:
     from hexapod_pin.results.error_estimate import ErrorEstimate
@@ -20,7 +20,6 @@ LOOSEST_TOLERANCE = 1e-3
 """[m and rad]; looser ones hardly make a step longer."""
 START_RATIO = 10.0
 """Tolerance of level 0 over the accuracy: [-]."""
-LEVELS_PER_DECADE = 2
 LEAST_TOLERANCE = {"extrapolated-euler": 1e-10, "ndf": 1e-13, "dop853": 1e-13}
 """Of one step [m and rad]: below it round-off takes over, or steps become too many."""
 
@@ -88,8 +87,8 @@ class MethodSettings:
         torque_accuracy: error of torques to keep [N m]; 0: none asked for.
         torque_share: the same over the largest torque [-]; 0: none asked for.
         positions: whether that of positions is asked for too.
-        level: of an adaptive method whose global error is kept: how finely the run is resolved,
-            errors being about three times smaller with each. None: `accuracy` is what one step may
+        level: of an adaptive method whose global error is kept: how finely the run is resolved;
+            tolerances fall to a tenth with four of them. None: `accuracy` is what one step may
             lose, and nothing is known of the whole run.
     """
 
@@ -118,7 +117,9 @@ class MethodSettings:
         """The finest level: where round-off takes over."""
         coarsest = replace(self, level=0).tolerance
         decades = math.log10(coarsest / LEAST_TOLERANCE[self.method.name])
-        return max(1, min(MOST_LEVELS, math.floor(LEVELS_PER_DECADE * decades + 1e-9)))
+        return max(
+            FIRST_LEVELS[-1], min(MOST_LEVELS, math.floor(LEVELS_PER_DECADE * decades + 1e-9))
+        )
 
     def excess(self, error: ErrorEstimate, largest_torque: float) -> float:
         """Return the largest estimated error over what was asked [-].

@@ -1,67 +1,101 @@
-"""How finely a run must be resolved for its error to stay below what was asked."""
+"""How finely a run must be resolved for its error to stay below what was asked.
+
+Two runs of one case, the second finer, differ by the error of the first less that of the second. The
+factors below turn this difference into bounds of both; they were found over random scenes of all
+laws, grounds and kinds of motion (docs/accuracy.md).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-ERROR_SHARE = {1: 1.0, 2: 0.3, 3: 0.18, 4: 0.1, 5: 0.06, 6: 0.035}
-"""Error of the finer of two runs over their difference, at most, by the levels between them."""
+LEVELS_PER_DECADE = 4
+"""Levels of resolution by which tolerances fall to a tenth."""
 
-TYPICAL_SHARE = 0.4
-"""A run's error over its estimate, as is usual."""
+FIRST_LEVELS = (0, 4)
+"""Of the first two runs."""
+
+COARSER_SHARE = 2.0
+"""Error of the coarser of two runs over their difference, at most [-]."""
+
+FINER_SHARE = {4: 0.8, 5: 0.55, 6: 0.35, 8: 0.18, 10: 0.09, 12: 0.05}
+"""Error of the finer one over their difference, at most [-], by the levels between them."""
+
+TYPICAL_SHARE = 0.25
+"""The finer run's error over its bound, as is usual [-]."""
 
 AIM = 0.7
-"""Share of the accuracy that the next run's estimate is meant to come to."""
+"""Share of the accuracy that the next bound is meant to come to [-]."""
 
-MOST_LEVELS = 12
-"""Finest level: a million times finer than level 0."""
+MOST_LEVELS = 32
+"""Finest level: tolerances a hundred million times those of level 0."""
 
 LEAST_GAIN = 0.7
-"""An estimate that has not fallen below this share of the one before has not gained."""
+"""A difference that has not fallen below this share of the one before has not gained [-]."""
 
 
 @dataclass(frozen=True)
-class Attempt:
-    """A run that was compared with the one before it.
+class Comparison:
+    """Two runs beside each other.
 
     Attributes:
-        level: of its resolution.
-        excess: its estimated error over what was asked [-].
-        difference: of the two runs, over what was asked [-].
+        coarser: level of the first.
+        finer: level of the second.
+        difference: of the two, over what was asked [-].
     """
 
-    level: int
-    excess: float
+    coarser: int
+    finer: int
     difference: float
 
     @property
+    def coarser_excess(self) -> float:
+        """Bound of the coarser run's error over what was asked [-]."""
+        return COARSER_SHARE * self.difference
+
+    @property
+    def finer_excess(self) -> float:
+        """Bound of the finer run's error over what was asked [-]."""
+        return finer_share(self.finer - self.coarser) * self.difference
+
+    @property
     def kept(self) -> bool:
-        """Whether the estimate is within what was asked."""
-        return self.excess <= 1.0
+        """Whether one of them is within what was asked."""
+        return min(self.coarser_excess, self.finer_excess) <= 1.0
+
+    @property
+    def takes_coarser(self) -> bool:
+        """Whether the coarser one will do: its bound is the sharper one."""
+        return self.coarser_excess <= 1.0
 
 
-def next_level(attempts: Sequence[Attempt], finest: int = MOST_LEVELS) -> int | None:
+def finer_share(levels: int) -> float:
+    """Return `FINER_SHARE` for so many levels between two runs, that of the next fewer known."""
+    return FINER_SHARE[
+        max(known for known in FINER_SHARE if known <= max(levels, min(FINER_SHARE)))
+    ]
+
+
+def next_level(made: Sequence[Comparison], finest: int = MOST_LEVELS) -> int | None:
     """Return the level of the next run; None where the last will do, or where none would help.
 
     Args:
-        attempts: those made, of finer and finer levels.
+        made: comparisons, of finer and finer runs.
         finest: the finest level there is.
     """
-    last = attempts[-1]
-    if last.kept or last.level >= finest or _has_stalled(attempts):
+    last = made[-1]
+    if last.kept or last.finer + min(FINER_SHARE) > finest or has_stalled(made):
         return None
-    jump = next(
-        (j for j, share in ERROR_SHARE.items() if share * TYPICAL_SHARE * last.excess <= AIM),
-        max(ERROR_SHARE),
-    )
-    return min(last.level + jump, finest)
+    expected = TYPICAL_SHARE * last.finer_excess
+    jump = next((j for j, share in FINER_SHARE.items() if share * expected <= AIM), 12)
+    return min(last.finer + jump, finest)
 
 
-def _has_stalled(attempts: Sequence[Attempt]) -> bool:
+def has_stalled(made: Sequence[Comparison]) -> bool:
     """Tell whether two finer runs in a row have brought no gain: the motion amplifies any error."""
     gains = [
         later.difference <= LEAST_GAIN * earlier.difference
-        for earlier, later in zip(attempts, attempts[1:], strict=False)
+        for earlier, later in zip(made, made[1:], strict=False)
     ]
     return len(gains) >= 2 and not any(gains[-2:])

@@ -1,5 +1,6 @@
 // A bristle: a spring and a damper side by side in the ground plane, in series with a slider that
-// slips at mu N. z' = (F - k z)/c with the stretch z and the force F through them. Pure functions.
+// slips at mu N. z' = (F - k P z)/c with the stretch z, its part P z in the plane and the force F through
+// them; where the plane turns, what is left across it waits unused. Pure functions.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +29,7 @@ inline TangentialForce bristle_force(const FrictionLaw& law, double mu, double n
                                      double implicit_dt, BristlePiece piece) {
   TangentialForce out;
   const double gain = law.bristle_gain(implicit_dt);
-  const Vec3 trial = law.bristle_stiffness * stretch + gain * ut;
+  const Vec3 trial = law.bristle_stiffness * (plane * stretch) + gain * ut;
   const double size = trial.norm(), cap = mu * normal_force;
   const bool sticks = piece == BristlePiece::by_force ? size <= cap : piece == BristlePiece::stuck;
   if (sticks || size == 0.0) {
@@ -53,7 +54,7 @@ inline Vec3 through_bristle(const Vec3& n, const Vec3& f) { return n.dot(f) * n 
 inline Vec3 next_stretch(const FrictionLaw& law, const Vec3& n, const Vec3& f, const Vec3& stretch,
                          double dt) {
   const Vec3 through = through_bristle(n, f), flat = in_plane(n, stretch);
-  return (law.bristle_damping * flat + dt * through) / law.bristle_gain(dt);
+  return stretch - flat + (law.bristle_damping * flat + dt * through) / law.bristle_gain(dt);
 }
 
 // z' of a bristle (c > 0) where the foot feels f.

@@ -30,6 +30,13 @@ class ContactEvents {
   bool idle() const { return idle_; }        // nothing can switch
   bool changed() const { return changed_; }  // whether a piece has ended in the step of the last `share`
 
+  // Whether a bristle that is frozen slides: nothing damps errors along its slip.
+  bool any_sliding() const {
+    const auto sliding = [](const auto& foot) { return foot.active && foot.memory.sliding; };
+    const auto& feet = flow_.plant.feet;
+    return flow_.plant.bristles_frozen && std::any_of(feet.begin(), feet.end(), sliding);
+  }
+
   // A step begins at the state where the plant is evaluated.
   void start() {
     if (idle_) return;

@@ -95,10 +95,12 @@ class DriveEvents final : public InsideStep {
   }
 
   // Velocity errors of joints at their torque limit are not damped by their servos, and those of joints
-  // that slide under dry friction move its switches: they weigh more. `floor`, `hard`: the least weights
-  // of velocities without and with such joints, s.
+  // that slide under dry friction and of feet that slide on bristles move their switches: they weigh more.
+  // Those that a stop leaves stay until the joint is at the next. `floor`, `hard`: the least weights of
+  // velocities without and with such joints or feet, s.
   void weigh(const PlantT& plant, double floor, double hard, ErrorNorm& norm) const {
-    norm.floor = !idle_ && any_hard(plant) ? hard : floor;
+    norm.floor = contacts_.any_sliding() || (!idle_ && any_hard(plant)) ? hard : floor;
+    if (!idle_ && any_at_stop(plant)) norm.floor = std::max(norm.floor, kStopVelocityWeight);
   }
 
   // Largest change of a motor's torque in the step of the last call of `share`, as a share of its cap; 0
@@ -152,7 +154,8 @@ class DriveEvents final : public InsideStep {
  private:
   static constexpr double kNeverReached = 1e300;
   // Share of the velocity tolerance that the wrong mode behind a switch may cost.
-  static constexpr double kOvershootShare = 0.01;
+  static constexpr double kOvershootShare = 0.01, kStopOvershootShare = 1e-3;
+  static constexpr double kStopVelocityWeight = 1.0;  // s, of a joint at a stop
   static constexpr double kLeastAim = 0.02, kMostAim = 0.5;  // of what is left of the step behind a switch
 
   static bool any_hard(const PlantT& plant) {
@@ -161,6 +164,13 @@ class DriveEvents final : public InsideStep {
              mode.friction == FrictionMode::backward;
     };
     return std::any_of(plant.mode.begin(), plant.mode.end(), hard);
+  }
+
+  static bool any_at_stop(const PlantT& plant) {
+    const auto pressed = [](const DriveMode& mode) {
+      return mode.stop == StopMode::upper || mode.stop == StopMode::lower;
+    };
+    return std::any_of(plant.mode.begin(), plant.mode.end(), pressed);
   }
 
   // Whether the modes are those of this state already: the end of the last step, the set-points the same.
@@ -220,11 +230,12 @@ class DriveEvents final : public InsideStep {
   void find_crossing(int j, const JointStates& end, double h, Crossing& first) const {
     const PlantT& plant = flow_.plant;
     const auto before = switches(plant, j, start_), after = switches(plant, j, end);
-    const double most = kOvershootShare * norm_.tolerance / norm_.weight(h);
+    const double velocity = norm_.tolerance / norm_.weight(h);
     for (int k = 0; k < DriveLaw::kSwitches; ++k) {
       if (!(after[k] < 0.0)) continue;
       const double root = root_of(j, k, before[k], after[k], h), rest = 1.0 - root;
       const bool sliding = k == DriveLaw::kSwitches - 1 && !plant.mode[j].stuck();
+      const double most = (DriveLaw::of_stop(k) ? kStopOvershootShare : kOvershootShare) * velocity;
       double excess = -after[k];  // rad/s
       if (!sliding) excess *= 0.5 * rest * h / plant.mass_upper()(6 + j, 6 + j);
       if (!(excess > most)) continue;

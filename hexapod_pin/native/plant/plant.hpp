@@ -117,7 +117,7 @@ class Plant {
   double piece_margin(const Contact& foot) const {
     const Vec3& n = foot.ground.normal;
     const double normal = foot.active ? n.dot(foot.contact.force) : 0.0;
-    const Vec3 trial = law.friction.bristle_stiffness * foot.memory.stretch +
+    const Vec3 trial = law.friction.bristle_stiffness * in_plane(n, foot.memory.stretch) +
                        law.friction.bristle_gain(0.0) * in_plane(n, foot.velocity);
     return hexapod::piece_margin(law.friction, foot.mu_scale, normal, trial.norm(), foot.memory.sliding);
   }
@@ -175,7 +175,7 @@ class Plant {
     return foot.k_scale * law.normal.energy(-foot.ground.gap);
   }
   double stored_bristle(const Contact& foot) const {
-    return law.friction.bristle_energy(foot.memory.stretch.squaredNorm());
+    return law.friction.bristle_energy(in_plane(foot.ground.normal, foot.memory.stretch).squaredNorm());
   }
 
   // Servo torques before their limits at a state (q, v) for set-points.
