@@ -1,8 +1,8 @@
 """How finely a run must be resolved for its error to stay below what was asked.
 
-Two runs of one case, the second finer, differ by the error of the first less that of the second. The
-factors below turn this difference into bounds of both; they were found over random scenes of all
-laws, grounds and kinds of motion (docs/accuracy.md).
+Two runs of one case, the second finer, differ by the error of the first less that of the second.
+The factors below turn this difference into bounds of both; they were found over random scenes of
+all laws, grounds and kinds of motion (docs/accuracy.md).
 """
 
 from __future__ import annotations
