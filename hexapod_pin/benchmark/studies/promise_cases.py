@@ -17,7 +17,7 @@ from hexapod_pin.benchmark.studies.promise_forces import force_rows, force_table
 from hexapod_pin.benchmark.studies.promise_rows import PromiseRun, SceneResult, judge_scene
 from hexapod_pin.benchmark.studies.promise_runner import run_scenes
 from hexapod_pin.benchmark.study import RESULTS, StudyReport
-from hexapod_pin.validation.random_scenes.named import CASES, NamedCase
+from hexapod_pin.validation.random_scenes.named_cases import CASES, NamedCase
 from hexapod_pin.validation.solver_setting import SolverSetting
 from hexapod_pin.validation.tables import Table
 

@@ -31,7 +31,7 @@ class ForceRow:
         mu: the limit of the friction law [-].
         recorded: largest normal force among the samples [N].
         peak: the same sampled every `FINE_SAMPLE` at 1e-8 [N].
-        summary: the largest that the run's summary tells [N].
+        summary: the largest that the run's summary tells, in and outside its window [N].
     """
 
     walk: str
@@ -65,7 +65,7 @@ def _row(name: str, preset: str, duration: float) -> ForceRow:
     return ForceRow(
         f"{name}, {preset}, {duration:g} s", float(normal.min()), float(ratio.max(initial=0.0)),
         float(one.scene.contact.friction.limit), float(normal.max()), float(true.max()),
-        float(np.max(usual.summary.force_peak)),
+        float(np.nanmax([usual.summary.force_peak, usual.summary.outside_force])),
     )  # fmt: skip
 
 

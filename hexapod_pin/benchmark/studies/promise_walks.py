@@ -19,7 +19,7 @@ from hexapod_pin.benchmark.studies.promise_tables import (
 )
 from hexapod_pin.benchmark.studies.promise_truth import (
     LONG_RUN_PAIRS,
-    MAX_WALL,
+    MAX_SECONDS,
     PAIRS,
     find_truth,
 )
@@ -39,7 +39,7 @@ class JudgeWalk:
 
     Attributes:
         methods, accuracies: what is judged.
-        explicit: wall time that DOP853 may take for the truth [s]; 0: NDF and extrapolated Euler
+        explicit: CPU time that DOP853 may take for the truth [s]; 0: NDF and extrapolated Euler
             alone.
     """
 
@@ -52,15 +52,15 @@ class JudgeWalk:
         robot, gait, preset, seconds = key.split()
         scene = walk(robot, gait, float(seconds), preset=preset)
         pairs = PAIRS if self.explicit > 0.0 else LONG_RUN_PAIRS
-        truth = find_truth(scene, min(self.accuracies), max_wall=self.explicit, pairs=pairs)
+        truth = find_truth(scene, min(self.accuracies), max_seconds=self.explicit, pairs=pairs)
         return judge_scene(key, scene, settings_of(self.methods, self.accuracies), truth)
 
 
 def promise_walks(
     *, durations: str = "10,60", robots: str = ",".join(WALKERS), gaits: str = ",".join(GAITS),
     presets: str = ",".join(PRESETS), methods: str = "extrapolated-euler,ndf",
-    accuracies: str = ACCURACIES, explicit_for: float = 10.0, explicit_wall: float = 10 * MAX_WALL,
-    file: str = "", processes: int = 1,
+    accuracies: str = ACCURACIES, explicit_for: float = 10.0,
+    explicit_seconds: float = 10 * MAX_SECONDS, file: str = "", processes: int = 1,
 ) -> StudyReport:  # fmt: skip
     """The true error of long walks against the accuracy asked for.
 
@@ -79,7 +79,7 @@ def promise_walks(
     whole = True
     for checked in (True, False):
         keys = [name for name in names if _is_checked(name, explicit_for) == checked]
-        judge = JudgeWalk(tuple(methods.split(",")), asked, explicit_wall if checked else 0.0)
+        judge = JudgeWalk(tuple(methods.split(",")), asked, explicit_seconds if checked else 0.0)
         found, ended = run_scenes(keys, judge, path=path, processes=processes)
         results += found
         whole &= ended
