@@ -19,7 +19,6 @@ from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.closed_loop import lock_step_runs
 from hexapod_pin.simulation.native_run import PROGRESS_INTERVAL, NativeRun, open_loop_run
 from hexapod_pin.simulation.resolution import FIRST_LEVELS
-from hexapod_pin.simulation.run_settings import RunSettings
 
 Result = tuple[int, Trace | Summary | Exception]
 """Index of a case, and what it came to."""
@@ -152,11 +151,11 @@ class BatchRuns:
 
     def _live(self, group: Mapping[int, Case]) -> list[Result]:
         """Run cases with one feedback controller side by side; where that fails, one by one."""
+        cases = list(group.values())
         try:
-            how = next(iter(group.values())).settings
-            if how.controlled:
-                return self._live_controlled(group, how)
-            runs = self._live_runs(group, how)
+            runs = lock_step_runs(
+                cases, cases[0].settings, record=self.record, threads=self.threads
+            )
         except SimulationInterrupted:
             raise
         except Exception as error:
@@ -164,31 +163,6 @@ class BatchRuns:
                 return [(index, _without_frames(error)) for index in group]
             return [result for k, case in group.items() for result in self._live({k: case})]
         return [(k, self._result(run)) for k, run in zip(group, runs, strict=True)]
-
-    def _live_runs(self, group: Mapping[int, Case], how: RunSettings) -> list[NativeRun]:
-        return lock_step_runs(
-            list(group.values()), how, record=self.record, threads=self.threads
-        )  # fmt: skip
-
-    def _live_controlled(self, group: Mapping[int, Case], how: RunSettings) -> list[Result]:
-        """Run them finer and finer, all those side by side that are at the same level."""
-        controls = {k: AccuracyControl(how) for k in group}
-        levels: dict[int, list[int]] = {FIRST_LEVELS[0]: list(group)}
-        results: dict[int, Trace | Summary | Exception] = {}
-        while levels:
-            level = min(levels)
-            chosen = {k: group[k] for k in levels.pop(level)}
-            for k, run in zip(chosen, self._live_runs(chosen, how.at_level(level)), strict=True):
-                controls[k].take(level, run)
-                try:
-                    finer = controls[k].next_level()
-                    if finer is None:
-                        results[k] = self._outcome(controls[k])
-                    else:
-                        levels.setdefault(finer, []).append(k)
-                except Exception as error:
-                    results[k] = _without_frames(error)
-        return list(results.items())
 
     def _result(self, run: NativeRun) -> Trace | Summary | Exception:
         """Return what a run came to."""

@@ -41,7 +41,7 @@ def lock_step_runs(
     Args:
         cases: what to run.
         how: method, duration and sampling.
-        record: as of `open_loop_run`.
+        record: whether samples are kept.
         threads: how many advance at a time, between the ticks; the bits do not depend on it.
         progress: called with the finished fraction now and then.
     """
@@ -67,8 +67,8 @@ def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
         how,
         start,
         controller=described(controller),
-        record=record or how.controlled,
-        groups=case.record if record else how.compared_groups,
+        record=record,
+        groups=case.record,
         gait=getattr(controller, "gait", None),
         end=begin + how.duration,
     )

@@ -33,19 +33,15 @@ class ControlledRun:
         """Take the settings asked for and what runs the case; nothing is run yet."""
         self._how, self._run, self._progress, self._shown = how, run, progress, 0.0
 
-    def trace(self, *, together: bool) -> Trace:
+    def trace(self) -> Trace:
         """Run until the accuracy is kept, or until finer runs would not help.
-
-        Args:
-            together: the first two runs at a time, in a thread each.
 
         Raises:
             DivergenceError: a run and a finer one have left the finite world.
             SimulationInterrupted: Ctrl-C; `.trace` holds what the run under way had done.
         """
         control = AccuracyControl(self._how)
-        first = self._first_two() if together else map(self._at, FIRST_LEVELS)
-        for level, run in zip(FIRST_LEVELS, first, strict=True):
+        for level, run in zip(FIRST_LEVELS, self._first_two(), strict=True):
             control.take(level, run)
         while (finer := control.next_level()) is not None:
             control.take(finer, self._at(finer))

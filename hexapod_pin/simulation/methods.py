@@ -105,7 +105,8 @@ class MethodSettings:
         """What one step may lose [m and rad]."""
         if self.level is None:
             return self.accuracy
-        return min(LOOSEST_TOLERANCE, START_RATIO * self.accuracy) / self.refinement
+        loosest = min(LOOSEST_TOLERANCE, self.method.loosest)
+        return min(loosest, START_RATIO * self.accuracy) / self.refinement
 
     @property
     def refinement(self) -> float:

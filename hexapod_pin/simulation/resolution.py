@@ -16,7 +16,7 @@ LEVELS_PER_DECADE = 4
 FIRST_LEVELS = (0, 4)
 """Of the first two runs."""
 
-COARSER_SHARE = 2.0
+COARSER_SHARE = 2.4
 """Error of the coarser of two runs over their difference, at most [-]."""
 
 FINER_SHARE = {4: 0.8, 5: 0.55, 6: 0.35, 8: 0.18, 10: 0.09, 12: 0.05}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import TYPE_CHECKING
 
 from hexapod_pin.control.feedback import FeedbackController
@@ -52,7 +51,7 @@ def simulate(
         torque_accuracy: instead of it, or beside it: error in torques to keep at the sampled times
             [N m], or as a share of the largest torque, such as "1 %".
         estimate: False: a single run, whose steps keep the accuracy; what their errors grow to is
-            not known.
+            not known. So is every run that a `FeedbackController` takes part in: it is asked once.
         method: "extrapolated-euler" (adaptive, the default), "ndf" (1e-5 and tighter),
             "dop853" (explicit, for references); or with fixed steps "robust", "implicit-euler"
             (the default where a step is given), "rk4".
@@ -96,20 +95,12 @@ def run_case(
     try:
         with planning_told_to(planning):
             if isinstance(case.controller, FeedbackController):
-                return _closed_loop(case, progress)
+                return closed_loop_run(case, case.settings, progress).require_good()
             run = open_loop_run(case, case.settings)
     except KeyboardInterrupt:
         text = "interrupted while the run was being planned; nothing was simulated"
         raise SimulationInterrupted(text, None) from None
     return _open_loop(run, progress)
-
-
-def _closed_loop(case: Case, progress: Callable[[float], None] | None) -> Trace:
-    how = case.settings
-    if not how.controlled:
-        return closed_loop_run(case, how, progress).require_good()
-    runner = partial(closed_loop_run, case)
-    return ControlledRun(how, runner, progress).trace(together=False)
 
 
 def _open_loop(run: NativeRun, progress: Callable[[float], None] | None) -> Trace:
@@ -123,4 +114,4 @@ def _open_loop(run: NativeRun, progress: Callable[[float], None] | None) -> Trac
         other.advance(tell)
         return other
 
-    return ControlledRun(run.how, runner, progress).trace(together=True)
+    return ControlledRun(run.how, runner, progress).trace()
