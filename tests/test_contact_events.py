@@ -62,10 +62,12 @@ def test_a_point_mass_breaks_away_when_its_bristle_says(method: str, accuracy: f
     expected = stretch + speed * left + 0.5 * (pull - MU_DYNAMIC * normal) * left**2
     case = in_tilted_gravity(math.tan(0.6), friction=BRISTLE)
     trace = run(case.scene, case.initial, end, method, accuracy)
-    # velocity errors of steps, up to accuracy over 0.03 s, stay while it slides: ndf's from its start
+    # velocity errors of steps, up to accuracy over 0.03 s, stay while it slides: ndf has some
     allowed = 12.0 if method == "ndf" else 1.5
     assert trace.q[-1, 0] == pytest.approx(expected, rel=0, abs=allowed * accuracy)
-    assert trace.v[-1, 0] == pytest.approx(speed + (pull - MU_DYNAMIC * normal) * left, abs=40.0 * accuracy)
+    assert trace.v[-1, 0] == pytest.approx(
+        speed + (pull - MU_DYNAMIC * normal) * left, abs=40.0 * accuracy
+    )
 
 
 @pytest.mark.parametrize("method", METHODS)
