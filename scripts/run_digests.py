@@ -26,7 +26,9 @@ from hexapod_pin.robot.robot import robot_of
 
 ADAPTIVE = {"extrapolated-euler": 1e-4, "ndf": 1e-5, "dop853": 1e-5}  # method: accuracy [m, rad]
 FIXED = {"robust": 1e-3, "implicit-euler": 1e-3, "rk4": 2e-5}  # method: step [s]
-SAMPLES = "time q v torque q_ref v_ref foot_position foot_force foot_normal foot_gap com".split()
+SAMPLES = (
+    "time q v torque q_ref v_ref foot_position foot_force foot_impulse foot_normal foot_gap com"
+).split()
 GAITS = {
     "kharagpur": dict(stroke=0.10, cycle_time=1.2),
     "athena": dict(stroke=0.08, cycle_time=1.6),

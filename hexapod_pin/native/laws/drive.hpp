@@ -164,8 +164,6 @@ struct DriveLaw {
             damping_on(joint, mode.limit) + damping[joint] + stop.damping};
   }
 
-  static bool of_stop(int k) { return k == 4 || k == 5; }  // whether switch k below is a stop's
-
   // Where the mode ends: numbers above zero inside of it, negative beyond one of its ends. N m, but the
   // last, of a sliding joint, rad/s. `holding`: torque that a stuck joint must hold, N m.
   std::array<double, kSwitches> switches(int joint, const DriveMode& mode, double angle, double rate,

@@ -60,11 +60,15 @@ class ContactEvents {
   }
 
   // Share of the step h, which ended at y, at which it should end for the first switch to be just behind
-  // it; 1 where the step may end here. Leaves the plant evaluated at y.
+  // it; 1 where the step may end here. The plant is evaluated at y, or, where nothing is near a switch,
+  // within a few tolerances of it: at a Newton iterate.
   double share(double t, const VectorXd& y, double h) {
     if (idle_) return 1.0;
-    if (!is_evaluated(y)) flow_.evaluate(t, y);
     look(end_);
+    if (!is_evaluated(y) && near_switch()) {
+      flow_.evaluate(t, y);
+      look(end_);
+    }
     Crossing first;
     changed_ = find_first(end_, h, first);
     first.step = h;
@@ -82,6 +86,7 @@ class ContactEvents {
   static constexpr double kNeverReached = 1e300;
   // Share of the velocity tolerance that the wrong piece behind a switch may cost.
   static constexpr double kOvershootShare = 1e-3;
+  static constexpr double kIterateErrors = 30.0;  // tolerances
   static constexpr double kLeastAim = 1e-3, kMostAim = 0.5;  // of what is left of the step behind a switch
 
   struct Look {  // at one contact
@@ -96,6 +101,22 @@ class ContactEvents {
     int contact = -1, kind = -1;
   };
   enum Kind { kBristle, kPatch };
+
+  // Whether some contact may be in another piece within the errors of an iterate.
+  bool near_switch() const {
+    const FrictionLaw& law = flow_.plant.law.friction;
+    const double place = kIterateErrors * norm_.tolerance, speed = place / norm_.floor;
+    const double force = place * law.bristle_stiffness + speed * law.bristle_gain(0.0);
+    for (std::size_t i = 0; i < end_.size(); ++i) {
+      if (!start_[i].active && !end_[i].active) continue;
+      if (flow_.plant.bristles_frozen && end_[i].margin < force) return true;
+      if (!flow_.plant.patches_frozen) continue;
+      if (end_[i].patch != flow_.plant.feet[i].memory.patch) return true;
+      for (const Patch& patch : flow_.plant.terrain.patches)
+        if (std::abs(patch.depth(end_[i].x, end_[i].y)) < place) return true;
+    }
+    return false;
+  }
 
   bool is_evaluated(const VectorXd& y) const {
     const Eigen::Index known = PlantT::kPrescribed ? 6 : flow_.nv;

@@ -15,7 +15,7 @@ template <class PlantT>
 class DormandPrince853 {
  public:
   static constexpr double kLeastVelocityWeight = 0.01;  // s, of velocity errors
-  static constexpr double kHardVelocityWeight = 0.3;  // s, where a joint is at its torque limit or slides
+  static constexpr double kHardVelocityWeight = 0.1;  // s, where a joint is at its torque limit or slides
   static constexpr bool kWeightFollowsFriction = false;
   static constexpr bool kLocatesLiftOff = true;   // its error estimate misjudges a step across one
   static constexpr int kMemorySize = 0;

@@ -100,7 +100,7 @@ class DriveEvents final : public InsideStep {
   // velocities without and with such joints or feet, s.
   void weigh(const PlantT& plant, double floor, double hard, ErrorNorm& norm) const {
     norm.floor = contacts_.any_sliding() || (!idle_ && any_hard(plant)) ? hard : floor;
-    if (!idle_ && any_at_stop(plant)) norm.floor = std::max(norm.floor, kStopVelocityWeight);
+    if (!idle_) norm.floor = std::max(norm.floor, stop_weight(plant));
   }
 
   // Largest change of a motor's torque in the step of the last call of `share`, as a share of its cap; 0
@@ -154,9 +154,9 @@ class DriveEvents final : public InsideStep {
  private:
   static constexpr double kNeverReached = 1e300;
   // Share of the velocity tolerance that the wrong mode behind a switch may cost.
-  static constexpr double kOvershootShare = 0.01, kStopOvershootShare = 1e-3;
-  static constexpr double kStopVelocityWeight = 1.0;  // s, of a joint at a stop
-  static constexpr double kLeastAim = 0.02, kMostAim = 0.5;  // of what is left of the step behind a switch
+  static constexpr double kOvershootShare = 1e-3;
+  static constexpr double kStopVelocityWeight = 1.0;  // s
+  static constexpr double kLeastAim = 2e-3, kMostAim = 0.5;  // of what is left of the step behind a switch
 
   static bool any_hard(const PlantT& plant) {
     const auto hard = [](const DriveMode& mode) {
@@ -166,11 +166,18 @@ class DriveEvents final : public InsideStep {
     return std::any_of(plant.mode.begin(), plant.mode.end(), hard);
   }
 
-  static bool any_at_stop(const PlantT& plant) {
-    const auto pressed = [](const DriveMode& mode) {
-      return mode.stop == StopMode::upper || mode.stop == StopMode::lower;
-    };
-    return std::any_of(plant.mode.begin(), plant.mode.end(), pressed);
+  // By how much [rad] an error of 1 rad/s that a joint takes from its stop turns it until the drive has
+  // damped it, at most kStopVelocityWeight, s; of the worst joint at a stop.
+  static double stop_weight(const PlantT& plant) {
+    double most = 0.0;
+    for (int j = 0; j < plant.joints(); ++j) {
+      const DriveMode& mode = plant.mode[j];
+      if (mode.stop != StopMode::upper && mode.stop != StopMode::lower) continue;
+      const double damping = plant.drive.damping[j] + plant.drive.damping_on(j, mode.limit);
+      const double inertia = plant.mass_upper()(6 + j, 6 + j);
+      most = std::max(most, inertia < kStopVelocityWeight * damping ? inertia / damping : kStopVelocityWeight);
+    }
+    return most;
   }
 
   // Whether the modes are those of this state already: the end of the last step, the set-points the same.
@@ -230,12 +237,11 @@ class DriveEvents final : public InsideStep {
   void find_crossing(int j, const JointStates& end, double h, Crossing& first) const {
     const PlantT& plant = flow_.plant;
     const auto before = switches(plant, j, start_), after = switches(plant, j, end);
-    const double velocity = norm_.tolerance / norm_.weight(h);
+    const double most = kOvershootShare * norm_.tolerance / norm_.weight(h);
     for (int k = 0; k < DriveLaw::kSwitches; ++k) {
       if (!(after[k] < 0.0)) continue;
       const double root = root_of(j, k, before[k], after[k], h), rest = 1.0 - root;
       const bool sliding = k == DriveLaw::kSwitches - 1 && !plant.mode[j].stuck();
-      const double most = (DriveLaw::of_stop(k) ? kStopOvershootShare : kOvershootShare) * velocity;
       double excess = -after[k];  // rad/s
       if (!sliding) excess *= 0.5 * rest * h / plant.mass_upper()(6 + j, 6 + j);
       if (!(excess > most)) continue;

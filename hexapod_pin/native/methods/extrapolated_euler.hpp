@@ -18,7 +18,7 @@ template <class PlantT>
 class ExtrapolatedEuler {
  public:
   static constexpr double kLeastVelocityWeight = 0.03;  // s, of velocity errors
-  static constexpr double kHardVelocityWeight = 0.3;  // s, where a joint is at its torque limit or slides
+  static constexpr double kHardVelocityWeight = 0.1;  // s, where a joint is at its torque limit or slides
   static constexpr bool kWeightFollowsFriction = true;
   static constexpr bool kLocatesLiftOff = false;  // no gain in accuracy, up to 10 % more time
 
