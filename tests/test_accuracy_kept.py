@@ -1,0 +1,210 @@
+"""The error of a whole run: estimated, kept or told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.results.error_estimate import ErrorEstimate
+from hexapod_pin.simulation.accuracy_control import AccuracyControl
+from hexapod_pin.simulation.resolution import (
+    COARSER_SHARE,
+    FINER_SHARE,
+    Comparison,
+    finer_share,
+    next_level,
+)
+from hexapod_pin.simulation.run_settings import RunSettings
+
+IDENTITY = [0.0, 0.0, 0.0, 1.0]
+
+
+def samples(places: Any, joint: float = 0.0, turn: float = 0.0) -> dict[str, Any]:
+    """Return samples with the trunk at x, turned about z, and one joint."""
+    half = 0.5 * turn
+    attitude = [0.0, 0.0, np.sin(half), np.cos(half)]
+    return {"q": np.array([[x, 0.0, 0.0, *attitude, joint] for x in places])}
+
+
+def test_the_estimate_is_the_largest_difference_so_far():
+    """Place as a length, turn as an angle, joints as they are; never falling."""
+    found = ErrorEstimate.between(samples([0.0, 3e-4, 1e-4], 2e-4, 0.1), samples([0.0] * 3), 2.0)
+    assert found.place == pytest.approx([0.0, 6e-4, 6e-4], rel=1e-12)
+    assert found.joint == pytest.approx([4e-4] * 3, rel=1e-12)
+    assert found.turn == pytest.approx([0.2] * 3, rel=1e-12)
+    assert found.position == pytest.approx([0.2] * 3, rel=1e-12)
+    assert found.torque is None
+
+
+def test_a_coarser_run_will_do_where_its_bound_is_within():
+    """Of two runs the coarser is taken first; else the finer; else a finer one follows."""
+    good, half, bad = (Comparison(0, 4, x) for x in (0.9 / COARSER_SHARE, 1.0, 5.0))
+    assert good.takes_coarser and good.kept and next_level([good]) is None
+    assert not half.takes_coarser and half.kept and half.finer_excess == FINER_SHARE[4]
+    assert not bad.kept and next_level([bad]) == 9
+    assert next_level([Comparison(0, 4, 1e4)]) == 16  # the largest jump there is
+    assert next_level([bad], finest=6) is None
+    assert [finer_share(k) for k in (1, 7, 40)] == [FINER_SHARE[4], FINER_SHARE[6], FINER_SHARE[12]]
+
+
+def test_two_runs_without_gain_end_the_search():
+    """A motion that amplifies any error is not run finer for ever."""
+    flat = [Comparison(4 * k, 4 * k + 4, 50.0) for k in range(3)]
+    assert next_level(flat[:2]) is not None
+    assert next_level(flat) is None
+
+
+class StubRun:
+    """A run whose trunk is off by an error."""
+
+    def __init__(self, error: float, good: bool = True) -> None:
+        """Take the error [m]."""
+        self.good, self.wall_time = good, 0.0
+        self.rollout = SimpleNamespace(counters=lambda: {"evaluations": 10})
+        self._error = error
+
+    def samples(self) -> dict[str, Any]:
+        """Return two samples."""
+        return samples([0.0, self._error])
+
+    def numbers(self) -> dict[str, Any]:
+        """Return no numbers."""
+        return {}
+
+    def require_good_so_far(self) -> None:
+        """Refuse a run that diverged."""
+        raise hp.errors.DivergenceError("diverged", None)
+
+
+def control_of(errors: dict[int, float]) -> AccuracyControl:
+    """Return a control that has taken runs with errors by their levels, as it asked for them."""
+    control = AccuracyControl(RunSettings.of(1.0, None, 1e-4, None, None))
+    level: int | None = 0
+    while level is not None:
+        control.take(level, StubRun(errors.get(level, 0.0)))  # type: ignore[arg-type]
+        level = control.next_level()
+    return control
+
+
+def test_runs_follow_until_the_bound_is_within():
+    """Errors of 1e-3, 3e-4, then small: the second is within once the third has confirmed it."""
+    control = control_of({0: 1e-3, 4: 1e-5, 8: 1e-6})
+    assert [(c.coarser, c.finer) for c in control.comparisons] == [(0, 4), (4, 8)] or (
+        control.comparisons[0].finer == 4 and control.comparisons[-1].kept
+    )
+    last = control.comparisons[-1]
+    assert last.takes_coarser and last.coarser_excess == pytest.approx(
+        COARSER_SHARE * (1e-5 - 0.0) / 1e-4, rel=0.2
+    )
+
+
+def test_runs_that_diverge_twice_are_an_error():
+    """One that diverges is run finer once."""
+    control = AccuracyControl(RunSettings.of(1.0, None, 1e-4, None, None))
+    for level in (0, 4):
+        control.take(level, StubRun(0.0, good=False))  # type: ignore[arg-type]
+    with pytest.raises(hp.errors.DivergenceError):
+        control.next_level()
+
+
+@pytest.fixture(scope="module")
+def spin() -> dict[float, hp.Trace]:
+    """A robot in free flight, turning, its joints held, at two accuracies."""
+    robot = hp.load_robot("kharagpur")
+    stand = robot.stand()
+    q, v = stand.q.copy(), np.zeros(robot.model.nv)
+    q[2], v[2], v[3:6] = 50.0, 3.0, (2.0, 4.0, 1.0)
+    start = robot.check_state(q, v)
+    run = {
+        accuracy: hp.simulate(
+            hp.Scene(robot), hp.HoldPosture(q[7:]), duration=1.0, initial=start,
+            accuracy=accuracy, sample=0.05,
+        )
+        for accuracy in (1e-4, 1e-6)
+    }  # fmt: skip
+    run[0.0] = hp.simulate(
+        hp.Scene(robot), hp.HoldPosture(q[7:]), duration=1.0, initial=start, method="dop853",
+        accuracy=1e-11, estimate=False, sample=0.05,
+    )  # fmt: skip
+    return run
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-6])
+def test_errors_that_stay_are_kept_within_the_accuracy(spin, accuracy):
+    """In flight nothing damps an error; steps that keep 1e-4 each had come to 50 times it."""
+    truth, found = ErrorEstimate.between({"q": spin[accuracy].q}, {"q": spin[0.0].q}, 1.0), spin
+    error = float(truth.position.max())
+    assert error <= accuracy and found[accuracy].accuracy_kept
+    assert error <= found[accuracy].error_estimate <= accuracy
+    assert found[accuracy].predictable_until == float("inf")
+    assert found[accuracy].counters["runs"] >= 2
+
+
+def test_an_unkept_accuracy_says_from_when_on():
+    """The last sample within it is told."""
+    robot = hp.load_robot("athena")
+    trace = hp.simulate(hp.Scene(robot), hp.HoldPosture(), duration=0.01, accuracy=1e-4)
+    error = ErrorEstimate(*(np.linspace(0.0, 4e-4, len(trace.time)) for _ in range(3)))
+    worse = hp.Trace(**{**vars(trace), "error": error})
+    expected = trace.time[np.flatnonzero(error.position <= 1e-4)[-1]]
+    assert worse.predictable_until == pytest.approx(expected)
+
+
+def test_a_file_keeps_the_errors(tmp_path: Path):
+    """Every bit, and without them where there are none."""
+    scene = hp.Scene(hp.load_robot("athena"))
+    for estimate in (True, False):
+        trace = hp.simulate(
+            scene, hp.HoldPosture(), duration=0.02, estimate=estimate, record=["torque"]
+        )
+        again = hp.load_trace(trace.save(tmp_path / f"{estimate}.nc"))
+        assert again == trace and (again.error is None) != estimate
+        if again.error is not None:
+            assert np.array_equal(again.error.torque, trace.error.torque)
+            assert again.error.foot_force is None
+
+
+def test_a_batch_knows_its_errors_too():
+    """The same bits as a single run; numbers of a summary with theirs."""
+    case = hp.Case(hp.Scene(hp.load_robot("athena")), hp.HoldPosture(), duration=0.1)
+    trace = case.run()
+    (batched,), (summary,) = (hp.simulate_batch([case], keep=keep) for keep in ("trace", "summary"))
+    assert batched == trace
+    assert isinstance(summary, hp.Summary)
+    assert summary.error_estimate == trace.error_estimate == batched.error_estimate
+    assert summary.accuracy_kept and summary.torque_rms == pytest.approx(trace.summary.torque_rms)
+    assert np.all(summary.error_of("torque_rms") < 1e-2 * summary.torque_rms.max() + 1e-9)
+    with pytest.raises(hp.errors.UnknownNameError):
+        summary.error_of("torque")
+
+
+def test_torques_may_be_asked_for_instead():
+    """In N m, or as a share of the largest; what is not a share or a size is refused."""
+    scene = hp.Scene(hp.load_robot("athena"))
+    trace = hp.simulate(scene, hp.HoldPosture(), duration=0.05, torque_accuracy="1 %")
+    assert trace.accuracy_kept
+    assert trace.error.torque[-1] <= 0.01 * np.abs(trace.torque).max()
+    tight = hp.simulate(scene, hp.HoldPosture(), duration=0.05, torque_accuracy=1e-4)
+    assert tight.error.torque[-1] <= 1e-4
+    for bad in (0.0, -1.0, "1", "150 %", "much", float("nan")):
+        with pytest.raises(hp.errors.ParameterError, match="torque_accuracy"):
+            hp.simulate(scene, hp.HoldPosture(), duration=0.05, torque_accuracy=bad)
+    with pytest.raises(hp.errors.ParameterError, match="torque_accuracy"):
+        hp.simulate(scene, hp.HoldPosture(), duration=0.05, step=1e-3, torque_accuracy=0.1)
+    with pytest.raises(hp.errors.ParameterError, match="record"):
+        hp.simulate(scene, hp.HoldPosture(), duration=0.05, torque_accuracy=0.1, record=[])
+
+
+def test_what_is_asked_is_part_of_a_case():
+    """It is written, read, and counts in the digest."""
+    scene = hp.Scene(hp.load_robot("athena"))
+    plain = hp.Case(scene, hp.HoldPosture(), duration=1.0)
+    asked = hp.Case(scene, hp.HoldPosture(), duration=1.0, torque_accuracy="2 %", estimate=False)
+    again = hp.Case.from_toml(asked.to_toml())
+    assert again == asked != plain
+    assert (again.torque_accuracy, again.estimate) == ("2 %", False)
