@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from hexapod_pin.commands.app import main
+from hexapod_pin.simulation.run_settings import RunSettings
 
 Run = Callable[..., SimpleNamespace]
 
@@ -26,3 +29,26 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
         return SimpleNamespace(status=exit_.value.code, out=out, err=err, left=left)
 
     return command
+
+
+RUN_FINER = {
+    "test_accuracy_kept", "test_batch", "test_case", "test_cli", "test_closed_loop",
+    "test_random_scenes",
+}  # fmt: skip
+"""Modules whose runs are compared with finer ones, as the package does unless told otherwise."""
+
+
+@pytest.fixture(autouse=True, scope="module")
+def single_runs(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Run each case once in tests of other things: the comparison costs twice the time."""
+    if request.module.__name__.rpartition(".")[2] in RUN_FINER:
+        yield
+        return
+    asked = RunSettings.of
+
+    def once(*arguments: Any, **named: Any) -> RunSettings:
+        return replace(asked(*arguments, **named), controlled=False)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(RunSettings, "of", staticmethod(once))
+        yield
