@@ -102,6 +102,10 @@ SHORT = {
         "--factors",
         "1",
     ],
+    "predictability": [
+        *("--duration", "0.2", "--long", "0.2", "--robots", "athena", "--gaits", "tripod"),
+        *("--grounds", "flat", "--drawn", "1"),
+    ],
     "promise": [
         "--scenes",
         "2",

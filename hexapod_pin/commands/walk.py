@@ -117,6 +117,14 @@ def walk(
         OptionalFloat,
         typer.Option(help="Error in positions to keep [m and rad]; default 1e-4."),
     ] = None,
+    torque_accuracy: Annotated[
+        OptionalText,
+        typer.Option(help='Error in torques to keep instead [N m], or a share such as "1 %".'),
+    ] = None,
+    once: Annotated[
+        bool,
+        typer.Option("--once", help="Run once: the error of the whole run is not estimated."),
+    ] = False,
     method: Annotated[
         OptionalText,
         typer.Option(
@@ -198,8 +206,8 @@ def walk(
         typer.echo(line)
     case = Case(
         scene, KinematicControl(chosen), duration=time,
-        accuracy=accuracy, method=method, step=step, sample=sample,
-        record=comma_list(record),
+        accuracy=accuracy, torque_accuracy=_number_or_share(torque_accuracy), estimate=not once,
+        method=method, step=step, sample=sample, record=comma_list(record),
     )  # fmt: skip
     if case_path is not None:
         typer.echo(f"wrote {case.save(case_path)}")
@@ -207,6 +215,14 @@ def walk(
     run_and_report(
         case, title, trace_path, html_path, verdict=verdict, quick=quick, threads=threads
     )
+
+
+def _number_or_share(text: str | None) -> float | str | None:
+    """Return a number where the text is one."""
+    try:
+        return text if text is None else float(text)
+    except ValueError:
+        return text
 
 
 def _print_plan(robot: Robot, fitted: FittedGait) -> None:
