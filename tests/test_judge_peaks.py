@@ -159,7 +159,7 @@ def test_a_trace_gives_the_verdict_of_its_case() -> None:
     assert found == hp.judge_peaks(case, threads=2)
     cut = int(0.9 * len(trace.time))
     arrays = ("time", "q", "v", "torque", "q_ref", "v_ref", "com")
-    arrays += ("foot_position", "foot_force", "foot_normal", "foot_gap")
+    arrays += ("foot_position", "foot_force", "foot_impulse", "foot_normal", "foot_gap")
     early = replace(
         trace,
         **{name: getattr(trace, name)[:cut] for name in arrays},

@@ -176,6 +176,7 @@ def test_without_the_robot_or_its_contacts_it_is_unknown() -> None:
         and row.lost_leg_use is None
         and row.inertia_ratio is None
     )
-    bare = {name: None for name in ("foot_position", "foot_force", "foot_gap", "foot_normal")}
+    names = ("foot_position", "foot_force", "foot_impulse", "foot_gap", "foot_normal")
+    bare = dict.fromkeys(names)
     found = hp.joint_demand(replace(walk(), **bare))
     assert np.isnan(found.holding_lost_leg).all() and np.isfinite(found.load_inertia).all()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from hexapod_pin.results.joint_budget import JointBudget, KindBudget
@@ -57,8 +56,9 @@ def kind_lines(kinds: Sequence[KindBudget], per: str) -> list[str]:
             ["  worst leg", *(_leg(joint.joint, row.kind) for joint in worst), "all", "all"]
         )
         errors = (row.peak.peak_error, row.p99.p99_error, row.rms.rms_error)
-        if not all(map(math.isnan, errors)):
-            rows.append(["  error of the run", *(f"±{e:.1g}" for e in errors), *[""] * 5])
+        if any(error is not None for error in errors):
+            told = ["" if error is None else f"±{error:.1g}" for error in errors]
+            rows.append(["  error of the run", *told, *[""] * 5])
     title = f"Worst joint of each kind; energies of all joints of the kind, per {per}"
     return [title, *aligned(["", *_QUANTITIES], rows)]
 

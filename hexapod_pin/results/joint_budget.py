@@ -46,10 +46,10 @@ class JointBudget:
     peak_power: float  # largest |torque * rate| [W]
     positive_energy: float  # work given by the joint [J], >= 0
     negative_energy: float  # work taken up by the joint [J], <= 0
-    # How far they may be off for the run's own error [N m]; NaN where it is not known.
-    peak_error: float = math.nan
-    p99_error: float = math.nan
-    rms_error: float = math.nan
+    # How far they may be off for the run's own error [N m]; None where it is not known.
+    peak_error: float | None = None
+    p99_error: float | None = None
+    rms_error: float | None = None
 
     @property
     def absolute_energy(self) -> float:
@@ -107,12 +107,17 @@ def summary_rows(summary: Summary) -> tuple[JointBudget, ...]:
             peak_power=float(abs(summary.power_peak[k])),
             positive_energy=float(summary.positive_energy[k]),
             negative_energy=float(summary.negative_energy[k]),
-            peak_error=float(peak[k]),
-            p99_error=float(p99[k]),
-            rms_error=float(rms[k]),
+            peak_error=_known(peak[k]),
+            p99_error=_known(p99[k]),
+            rms_error=_known(rms[k]),
         )
         for k, kind in enumerate(kinds)
     )
+
+
+def _known(value: float) -> float | None:
+    """Return a number, None for NaN."""
+    return None if math.isnan(value) else float(value)
 
 
 def _joint_row(trace: Trace, window: Window, k: int, kind: str, limit: float) -> JointBudget:

@@ -21,6 +21,7 @@ def simulate_batch(
     *,
     duration: float | None = None,
     accuracy: float | None = None,
+    estimate: bool | None = None,
     method: str | None = None,
     step: float | None = None,
     sample: float | None = None,
@@ -35,6 +36,7 @@ def simulate_batch(
         cases: what to run. Settings below are for those that have none of their own.
         duration: simulated time [s].
         accuracy: as in `simulate` [m and rad].
+        estimate: as in `simulate`; None: each case as it says itself.
         method: as in `simulate`.
         step: as in `simulate` [s].
         sample: as in `simulate` [s].
@@ -58,8 +60,8 @@ def simulate_batch(
     chosen = list(cases)
     results: list[BatchResult | None] = [None] * len(chosen)
     done = iterate_batch(
-        chosen, duration=duration, accuracy=accuracy, method=method, step=step, sample=sample,
-        threads=threads, keep=keep,
+        chosen, duration=duration, accuracy=accuracy, estimate=estimate, method=method, step=step,
+        sample=sample, threads=threads, keep=keep,
     )  # fmt: skip
     try:
         for count, (index, result) in enumerate(done, start=1):
@@ -83,6 +85,7 @@ def iterate_batch(
     *,
     duration: float | None = None,
     accuracy: float | None = None,
+    estimate: bool | None = None,
     method: str | None = None,
     step: float | None = None,
     sample: float | None = None,
@@ -104,8 +107,9 @@ def iterate_batch(
         raise ParameterError("keep", keep, '"trace" or "summary"')
     RunSettings.of(0.0 if duration is None else duration, method, accuracy, step, sample)
     settings: dict[str, Any] = dict(
-        duration=duration, accuracy=accuracy, method=method, step=step, sample=sample
-    )
+        duration=duration, accuracy=accuracy, estimate=estimate, method=method, step=step,
+        sample=sample,
+    )  # fmt: skip
     if isinstance(cases, Sized):
         threads = max(1, min(threads, len(cases)))
     settled = (_settled(case, settings) for case in cases)

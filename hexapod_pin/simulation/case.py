@@ -105,6 +105,7 @@ class Case:
         *,
         duration: float | None = None,
         accuracy: float | None = None,
+        estimate: bool | None = None,
         method: str | None = None,
         step: float | None = None,
         sample: float | None = None,
@@ -121,6 +122,8 @@ class Case:
             given["duration"] = duration
         if self.sample is None:
             given["sample"] = sample
+        if estimate is not None:
+            given["estimate"] = estimate
         own = (self.method, self.accuracy, self.torque_accuracy, self.step)
         if all(value is None for value in own):
             given |= {"accuracy": accuracy, "method": method, "step": step}

@@ -166,7 +166,9 @@ def judge_run(scene: PromiseScene, truth: Truth, setting: SolverSetting) -> Prom
         refusal = f"{type(fault).__name__}: {fault}"[:160]
     else:
         estimate, said_so = trace.error_estimate, not trace.accuracy_kept
-        evaluations = int(trace.counters["evaluations_of_all_runs"])
+        counters = trace.counters
+        own = counters["evaluations"]
+        evaluations = int(counters.get("evaluations_of_all_runs", own))
         if truth.q is not None:
             error = PositionError.between(trace.q, truth.q).q
     return PromiseRun(

@@ -44,7 +44,7 @@ def shaken_table(
 
 def flight_samples(trace: Trace) -> tuple[int, int]:
     """Return the samples at which the force first ends and at which it comes back."""
-    pressed = trace.foot_force[:, 0, 2] > 0.0
+    pressed = trace.mean_foot_force[:, 0, 2] > 0.0
     off = int(np.argmax(~pressed))
     return off, off + int(np.argmax(pressed[off:]))
 
@@ -135,7 +135,7 @@ def parting(trace: Trace, heading: float = 0.0) -> tuple[float, float]:
     along = trace.q[:, 0] * math.cos(heading) + trace.q[:, 1] * math.sin(heading)
     angle = np.arctan2(along, trace.q[:, 2] - SHELF)
     cosine = np.cos(angle)
-    force = np.linalg.norm(trace.foot_force[:, 0], axis=1)
+    force = np.linalg.norm(trace.mean_foot_force[:, 0], axis=1)  # the spring's ringing aside
     late = (force > 0.05) & (force < 0.5) & (along > 1e-3)
     if late.sum() <= 50:
         raise ValueError(f"only {late.sum()} samples of 0.05 to 0.5 N")
@@ -167,7 +167,7 @@ def limit_speed(setting: SolverSetting) -> Values:
     yield ExpectedValue("limit speed from parting angles", error, 1e-4)
     for factor, nearest, farthest in ((1.01, 0.0, 1e-4), (0.99, 1e-3, RADIUS)):
         trace = over_the_edge(setting, factor * limit, 0.02, 0.0)
-        last = trace.q[np.linalg.norm(trace.foot_force[:, 0], axis=1) > 0.0, 0].max()
+        last = trace.q[np.linalg.norm(trace.mean_foot_force[:, 0], axis=1) > 0.0, 0].max()
         # below the limit 2 % of the weight is left at the edge, and rolls on to 2.3 mm
         outside = max(nearest - last, last - farthest, 0.0)
         what = f"last touch outside {nearest:g} to {farthest:g} m, {factor:g} of the limit speed"
