@@ -44,7 +44,11 @@ def shaken_table(
 
 def flight_samples(trace: Trace) -> tuple[int, int]:
     """Return the samples at which the force first ends and at which it comes back."""
-    pressed = trace.mean_foot_force[:, 0, 2] > 0.0
+    inside = trace.foot_gap[:, 0] < 0.0
+    near = inside | np.concatenate([inside[:1], inside[:-1]])  # at either end of the interval
+    force = trace.mean_foot_force[:, 0, 2]
+    # in the air at both ends it may have been pushed in between; less than this is left by a method
+    pressed = (force > 0.0) & (near | (force > 1e-3 * G * trace.meta["total_mass"]))
     off = int(np.argmax(~pressed))
     return off, off + int(np.argmax(pressed[off:]))
 
@@ -134,9 +138,9 @@ def parting(trace: Trace, heading: float = 0.0) -> tuple[float, float]:
     """
     along = trace.q[:, 0] * math.cos(heading) + trace.q[:, 1] * math.sin(heading)
     angle = np.arctan2(along, trace.q[:, 2] - SHELF)
-    cosine = np.cos(angle)
-    force = np.linalg.norm(trace.mean_foot_force[:, 0], axis=1)  # the spring's ringing aside
-    late = (force > 0.05) & (force < 0.5) & (along > 1e-3)
+    cosine = np.cos(0.5 * (angle[1:] + angle[:-1]))  # of the mean since the last sample:
+    force = np.linalg.norm(trace.mean_foot_force[1:, 0], axis=1)  # the spring rings
+    late = (force > 0.05) & (force < 0.5) & (along[1:] > 1e-3)
     if late.sum() <= 50:
         raise ValueError(f"only {late.sum()} samples of 0.05 to 0.5 N")
     slope, offset = np.polyfit(cosine[late], force[late], 1)
