@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -32,20 +33,23 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 
 
 RUN_FINER = {
-    "test_accuracy_kept", "test_adaptive", "test_batch", "test_benchmarks", "test_case",
-    "test_cli", "test_closed_loop", "test_hard_cases", "test_metamorphic", "test_random_scenes",
-    "test_sweep_command", "test_sweep_dask", "test_sweep_kill", "test_sweep_runs",
-    "test_sweep_study",
+    "test_accuracy_kept", "test_adaptive", "test_batch", "test_case", "test_cli",
+    "test_hard_cases", "test_metamorphic", "test_random_scenes", "test_sweep_command",
+    "test_sweep_dask", "test_sweep_kill", "test_sweep_runs", "test_sweep_study",
 }  # fmt: skip
 """Modules whose runs are compared with finer ones, as the package does unless told otherwise."""
 
+STUDIES = "test_benchmarks"
+"""The module where those that start worker processes do so too."""
 
-@pytest.fixture(autouse=True, scope="module")
-def single_runs(request: pytest.FixtureRequest) -> Iterator[None]:
+
+def _module(request: pytest.FixtureRequest) -> str:
+    return str(request.module.__name__).rpartition(".")[2]
+
+
+@contextmanager
+def _single_runs() -> Iterator[None]:
     """Run each case once in tests of other things: the comparison costs twice the time."""
-    if request.module.__name__.rpartition(".")[2] in RUN_FINER:
-        yield
-        return
     asked = RunSettings.of
 
     def once(*arguments: Any, **named: Any) -> RunSettings:
@@ -53,4 +57,19 @@ def single_runs(request: pytest.FixtureRequest) -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(RunSettings, "of", staticmethod(once))
+        yield
+
+
+@pytest.fixture(autouse=True, scope="module")
+def single_runs(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Run each case of most modules once."""
+    with nullcontext() if _module(request) in {*RUN_FINER, STUDIES} else _single_runs():
+        yield
+
+
+@pytest.fixture(autouse=True)
+def single_runs_of_studies(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Run each case of most studies once."""
+    finer = _module(request) != STUDIES or "sweep" in request.node.name
+    with nullcontext() if finer else _single_runs():
         yield
