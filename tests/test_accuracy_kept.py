@@ -94,13 +94,12 @@ def control_of(errors: dict[int, float]) -> AccuracyControl:
 def test_runs_follow_until_the_bound_is_within():
     """Errors of 1e-3, 3e-4, then small: the second is within once the third has confirmed it."""
     control = control_of({0: 1e-3, 4: 1e-5, 8: 1e-6})
-    assert [(c.coarser, c.finer) for c in control.comparisons] == [(0, 4), (4, 8)] or (
-        control.comparisons[0].finer == 4 and control.comparisons[-1].kept
-    )
-    last = control.comparisons[-1]
-    assert last.takes_coarser and last.coarser_excess == pytest.approx(
-        COARSER_SHARE * (1e-5 - 0.0) / 1e-4, rel=0.2
-    )
+    first, last = control.comparisons
+    assert (first.coarser, first.finer, last.coarser) == (0, 4, 4) and not first.kept
+    assert last.finer - last.coarser in FINER_SHARE and last.kept and last.takes_coarser
+    after = {8: 1e-6}.get(last.finer, 0.0)  # the error that the stub has at that level
+    expected = COARSER_SHARE * (1e-5 - after) / 1e-4
+    assert last.coarser_excess == pytest.approx(expected, rel=1e-12)
 
 
 def test_runs_that_diverge_twice_are_an_error():
@@ -110,6 +109,17 @@ def test_runs_that_diverge_twice_are_an_error():
         control.take(level, StubRun(0.0, good=False))  # type: ignore[arg-type]
     with pytest.raises(hp.errors.DivergenceError):
         control.next_level()
+
+
+def test_a_finer_run_that_diverges_ends_the_search():
+    """It is not asked for again, and what stood stands: not kept."""
+    control = AccuracyControl(RunSettings.of(1.0, None, 1e-4, None, None))
+    control.take(0, StubRun(1e-2))  # type: ignore[arg-type]
+    control.take(4, StubRun(0.0))  # type: ignore[arg-type]
+    level = control.next_level()
+    assert level is not None and level > 4
+    control.take(level, StubRun(0.0, good=False))  # type: ignore[arg-type]
+    assert control.next_level() is None and not control.comparisons[-1].kept
 
 
 @pytest.fixture(scope="module")

@@ -66,6 +66,10 @@ class ErrorEstimate:
         largest: Array = np.maximum(np.maximum(self.place, self.turn), self.joint)
         return largest
 
+    def scaled(self, share: float) -> ErrorEstimate:
+        """Return the errors times a share [-]."""
+        return ErrorEstimate(**{name: share * error for name, error in self.arrays.items()})
+
     @classmethod
     def between(
         cls, run: Mapping[str, Array], companion: Mapping[str, Array], share: float

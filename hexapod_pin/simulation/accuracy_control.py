@@ -17,14 +17,12 @@ from hexapod_pin.simulation.native_run import NativeRun
 from hexapod_pin.simulation.resolution import (
     COARSER_SHARE,
     FIRST_LEVELS,
+    LARGEST_JUMP,
     Comparison,
     finer_share,
     next_level,
 )
 from hexapod_pin.simulation.run_settings import RunSettings
-
-LARGEST_JUMP = 12
-"""Levels to a run that follows one that diverged."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +48,7 @@ class AccuracyControl:
         self.how = how
         self.comparisons: list[Comparison] = []
         self._ended: list[_Ended] = []  # the last two
+        self._difference: ErrorEstimate | None = None  # of them
         self._diverged: list[NativeRun] = []
         self._level, self._runs, self._evaluations, self._wall_time = 0, 0, 0, 0.0
 
@@ -65,9 +64,11 @@ class AccuracyControl:
         self._ended = [*self._ended[-1:], _Ended(level, run, run.samples(), run.numbers())]
         if len(self._ended) == 2:
             coarser, finer = self._ended
-            difference = ErrorEstimate.between(finer.samples, coarser.samples, 1.0)
+            self._difference = ErrorEstimate.between(finer.samples, coarser.samples, 1.0)
             torque = finer.samples.get("torque", np.zeros(1))
-            excess = self.how.choice.excess(difference, float(np.abs(torque).max(initial=0.0)))
+            excess = self.how.choice.excess(
+                self._difference, float(np.abs(torque).max(initial=0.0))
+            )
             self.comparisons.append(Comparison(coarser.level, finer.level, excess))
 
     def next_level(self) -> int | None:
@@ -82,7 +83,8 @@ class AccuracyControl:
         if not self._ended and (len(self._diverged) > 1 or self._level >= finest):
             self._diverged[-1].require_good_so_far()
         if self.comparisons:
-            return next_level(self.comparisons, finest)
+            diverged = self._level > self.comparisons[-1].finer
+            return None if diverged else next_level(self.comparisons, finest)
         return min(self._level + LARGEST_JUMP, finest) if self._level < finest else None
 
     def trace(self) -> Trace:
@@ -114,10 +116,7 @@ class AccuracyControl:
 
     @property
     def _error(self) -> ErrorEstimate | None:
-        if len(self._ended) < 2:
-            return None
-        coarser, finer = self._ended
-        return ErrorEstimate.between(finer.samples, coarser.samples, self._share)
+        return None if self._difference is None else self._difference.scaled(self._share)
 
     @property
     def _counters(self) -> dict[str, int]:

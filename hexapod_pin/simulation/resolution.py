@@ -22,6 +22,9 @@ COARSER_SHARE = 2.4
 FINER_SHARE = {4: 0.8, 5: 0.55, 6: 0.35, 8: 0.18, 10: 0.09, 12: 0.05}
 """Error of the finer one over their difference, at most [-], by the levels between them."""
 
+LARGEST_JUMP = max(FINER_SHARE)
+"""Levels to the next run, at most."""
+
 TYPICAL_SHARE = 0.25
 """The finer run's error over its bound, as is usual [-]."""
 
@@ -88,7 +91,7 @@ def next_level(made: Sequence[Comparison], finest: int = MOST_LEVELS) -> int | N
     if last.kept or last.finer + min(FINER_SHARE) > finest or has_stalled(made):
         return None
     expected = TYPICAL_SHARE * last.finer_excess
-    jump = next((j for j, share in FINER_SHARE.items() if share * expected <= AIM), 12)
+    jump = next((j for j, share in FINER_SHARE.items() if share * expected <= AIM), LARGEST_JUMP)
     return min(last.finer + jump, finest)
 
 

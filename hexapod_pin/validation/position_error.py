@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.results.error_estimate import angle_between
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class PositionError:
         joints = np.abs(found[:, 7:] - wanted[:, 7:])
         largest = max(
             float(np.abs(place).max()),
-            float(turn(found[:, 3:7], wanted[:, 3:7]).max()),
+            float(angle_between(found[:, 3:7], wanted[:, 3:7]).max()),
             float(joints.max(initial=0.0)),
         )
         return cls(largest, trunk_error(found[:, :3], wanted[:, :3]))
@@ -42,17 +43,3 @@ class PositionError:
 def trunk_error(found: Array, wanted: Array) -> float:
     """Return the largest distance between places, (T, 3) each [m]."""
     return float(np.linalg.norm(found - wanted, axis=1).max())
-
-
-def turn(found: Array, wanted: Array) -> Array:
-    """Return the angle between attitudes, quaternions x y z w (T, 4). Shape (T,) [rad]."""
-    a, b = found / _length(found), wanted / _length(wanted)
-    vector = b[:, 3:] * a[:, :3] - a[:, 3:] * b[:, :3] - np.cross(b[:, :3], a[:, :3])
-    scalar = np.einsum("ti,ti->t", a, b)
-    angle: Array = 2.0 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(scalar))
-    return angle
-
-
-def _length(quaternions: Array) -> Array:
-    length: Array = np.linalg.norm(quaternions, axis=1, keepdims=True)
-    return length

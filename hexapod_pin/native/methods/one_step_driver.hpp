@@ -1,7 +1,6 @@
 // Runs a one-step method with error control, from stop to stop; steps also end at touch-downs
 // and at switches of the drives.
-// The estimate of the global error is the geometric mean of the largest local error, which is right where
-// errors decay at once, and their sum, which is right where all of them stay.
+// Of a single run only the errors of its steps are known; that of the whole is found by comparing two.
 #pragma once
 
 #include <algorithm>
