@@ -116,6 +116,8 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import load_robot as load_robot
     from hexapod_pin.robot.robot import urdf_path as urdf_path
     from hexapod_pin.robot.state import State as State
+    from hexapod_pin.simulation.amplification import Amplification as Amplification
+    from hexapod_pin.simulation.amplification import amplification as amplification
     from hexapod_pin.simulation.batch import iterate_batch as iterate_batch
     from hexapod_pin.simulation.batch import simulate_batch as simulate_batch
     from hexapod_pin.simulation.case import Case as Case
@@ -150,6 +152,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "AdamsCoulomb": "ground.contact",
     "AdamsImpact": "ground.contact",
+    "Amplification": "simulation.amplification",
     "ArcWalk": "control.arc_walk",
     "BatteryLoad": "results.sizing",
     "Blueprint": "robot.description.blueprint",
@@ -244,6 +247,7 @@ _MODULES = {
     "assumed_inputs": "sweep.assumed_inputs",
     "compare": "sweep.compare",
     "gait_energy": "sweep.gait_energy",
+    "amplification": "simulation.amplification",
     "iterate_batch": "simulation.batch",
     "joint_demand": "results.sizing",
     "joint_moments": "results.joint_moments",

@@ -44,7 +44,6 @@ SHORT = {
     "constraint_drift": ["--duration", "0.02", "--rounds", "1"],
     "contact_cost": ["--duration", "0.05", "--rounds", "1"],
     "creep": ["--duration", "0.05"],
-    "drive_promise": ["--scenes", "1", "--methods", "extrapolated-euler", "--seed", "3"],
     "foot_control": ["--quick"],
     "formulations_cost": ["--rounds", "1", "--stiffnesses", "1"],
     "gain_borders": [

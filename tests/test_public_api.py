@@ -17,12 +17,12 @@ HEAVY = (
 )
 
 PROMISED = """
-__version__ AdamsCoulomb AdamsImpact ArcWalk assumed_inputs BatteryLoad Blueprint BodyMotion
-BrownMcPhee Case Catalog Checkpoint Command compare Comparison Contact Derating errors
-FeedbackController Flat FootControl FootForceSensing Gait gait_energy GaitEnergy Groove Havsin
-HeightField Hermite HoldPosture HuntCrossley iterate_batch joint_demand joint_moments JointDemand
-JointMoments JointMotion JointStops judge_peaks KelvinVoigt KinematicControl Ledge Levelling
-load_case load_catalog load_gait_energy load_robot load_study load_summary load_sweep
+__version__ AdamsCoulomb AdamsImpact Amplification amplification ArcWalk assumed_inputs BatteryLoad
+Blueprint BodyMotion BrownMcPhee Case Catalog Checkpoint Command compare Comparison Contact
+Derating errors FeedbackController Flat FootControl FootForceSensing Gait gait_energy GaitEnergy
+Groove Havsin HeightField Hermite HoldPosture HuntCrossley iterate_batch joint_demand joint_moments
+JointDemand JointMoments JointMotion JointStops judge_peaks KelvinVoigt KinematicControl Ledge
+Levelling load_case load_catalog load_gait_energy load_robot load_study load_summary load_sweep
 load_torque_map load_trace LostLeg MassFactor Measurement Motor motor_budget motor_ranking
 MotorBudget MotorRanking MotorRecord MotorSelection MotorUse open_sweep paper_motion Patch
 PatchedGround Payload PeakVerdict PeakVerdicts Periodic phase_torques PhaseTorques Push Ramp

@@ -73,11 +73,11 @@ def test_scenes_are_within_their_ranges() -> None:
 
 def test_costs_and_table() -> None:
     def row(accuracy: float, error: float, evaluations: int) -> Calibration:
-        return Calibration("drop", "drop 1", accuracy, error, 2.0 * error, evaluations, 1e-9)
+        return Calibration("drop", "drop 1", accuracy, error, evaluations, 1e-9)
 
     rows = [row(1e-3, 2e-3, 150), row(1e-5, 1.5e-5, 100)]
     assert rows[0].kept and not rows[1].kept
     assert largest_cost_ratio(rows) == 1.5
     [loose, tight] = calibration_table(rows).rows
-    assert loose[:2] == ("1 drops", "1e-03") and "2.00" in loose and "2 .. 2" in loose
+    assert loose[:2] == ("1 drops", "1e-03") and "2.00" in loose
     assert tight[6] == "1"

@@ -1,5 +1,6 @@
 """Simulation: scenes, cases, methods, runs, sessions and batches over the native core."""
 
+from hexapod_pin.simulation.amplification import Amplification, amplification
 from hexapod_pin.simulation.batch import iterate_batch, simulate_batch
 from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.loaded_model import loaded_model
@@ -12,6 +13,7 @@ from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.simulation.session import Session
 
 __all__ = [
+    "Amplification",
     "Case",
     "LostLeg",
     "METHODS",
@@ -22,6 +24,7 @@ __all__ = [
     "RemovedMass",
     "Scene",
     "Session",
+    "amplification",
     "iterate_batch",
     "load_case",
     "loaded_model",

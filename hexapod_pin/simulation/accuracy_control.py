@@ -52,12 +52,18 @@ class AccuracyControl:
         self._diverged: list[NativeRun] = []
         self._level, self._runs, self._evaluations, self._wall_time = 0, 0, 0, 0.0
 
-    def take(self, level: int, run: NativeRun) -> None:
-        """Compare a run that has ended with the last one that ended well."""
+    def take(self, level: int, run: NativeRun, wall_time: float | None = None) -> None:
+        """Compare a run that has ended with the last one that ended well.
+
+        Args:
+            level: of the run.
+            run: the run.
+            wall_time: to count for it [s]; None: its own, of a run that went on alone.
+        """
         self._level = level
         self._runs += 1
         self._evaluations += int(run.rollout.counters()["evaluations"])
-        self._wall_time += run.wall_time
+        self._wall_time += run.wall_time if wall_time is None else wall_time
         if not run.good:
             self._diverged.append(run)
             return

@@ -16,7 +16,7 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.closed_loop import lock_step_runs
+from hexapod_pin.simulation.closed_loop import controlled_loop, lock_step_runs
 from hexapod_pin.simulation.native_run import PROGRESS_INTERVAL, NativeRun, open_loop_run
 from hexapod_pin.simulation.resolution import FIRST_LEVELS
 
@@ -152,6 +152,8 @@ class BatchRuns:
     def _live(self, group: Mapping[int, Case]) -> list[Result]:
         """Run cases with one feedback controller side by side; where that fails, one by one."""
         cases = list(group.values())
+        if cases[0].settings.controlled:
+            return [(k, self._controlled(case)) for k, case in group.items()]
         try:
             runs = lock_step_runs(
                 cases, cases[0].settings, record=self.record, threads=self.threads
@@ -163,6 +165,15 @@ class BatchRuns:
                 return [(index, _without_frames(error)) for index in group]
             return [result for k, case in group.items() for result in self._live({k: case})]
         return [(k, self._result(run)) for k, run in zip(group, runs, strict=True)]
+
+    def _controlled(self, case: Case) -> Trace | Summary | Exception:
+        """Return what a case with feedback comes to whose error is kept: it is run alone."""
+        try:
+            return self._outcome(controlled_loop(case, record=self.record))
+        except SimulationInterrupted:
+            raise
+        except Exception as error:
+            return _without_frames(error)
 
     def _result(self, run: NativeRun) -> Trace | Summary | Exception:
         """Return what a run came to."""

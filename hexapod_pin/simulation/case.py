@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.recording import recorded_groups
@@ -57,7 +58,7 @@ class Case:
     duration: float | None = field(default=None, kw_only=True)
     accuracy: float | None = field(default=None, kw_only=True)
     torque_accuracy: float | str | None = field(default=None, kw_only=True)
-    estimate: bool = field(default=True, kw_only=True)
+    estimate: bool | None = field(default=None, kw_only=True)
     method: str | None = field(default=None, kw_only=True)
     step: float | None = field(default=None, kw_only=True)
     sample: float | None = field(default=None, kw_only=True)
@@ -73,7 +74,7 @@ class Case:
                 raise ParameterError(f"Case.{name}", value, "a number")
         if self.method is not None and not isinstance(self.method, str):
             raise ParameterError("Case.method", self.method, "a name")
-        if not isinstance(self.estimate, bool):
+        if self.estimate is not None and not isinstance(self.estimate, bool):
             raise ParameterError("Case.estimate", self.estimate, "true or false")
         object.__setattr__(self, "record", recorded_groups(self.record))
         self._settings(0.0 if self.duration is None else self.duration)
@@ -81,8 +82,15 @@ class Case:
     def _settings(self, duration: float) -> RunSettings:
         return RunSettings.of(
             duration, self.method, self.accuracy, self.step, self.sample, self.torque_accuracy,
-            self.estimate,
+            self._estimated,
         )  # fmt: skip
+
+    @property
+    def _estimated(self) -> bool:
+        """Whether the error of the whole run is estimated."""
+        if self.estimate is None:
+            return not isinstance(self.controller, FeedbackController)
+        return self.estimate
 
     @property
     def settings_key(self) -> tuple[Any, ...]:

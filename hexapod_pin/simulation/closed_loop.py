@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.control.check_controller import check_controller
 from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.control_loop import ControlLoop, resume
+from hexapod_pin.simulation.controlled_run import ControlledRun
 from hexapod_pin.simulation.native_run import NativeRun, starting_point
 from hexapod_pin.simulation.session import live_run
 
@@ -26,6 +28,23 @@ def closed_loop_run(
         SimulationInterrupted: Ctrl-C; the samples so far are in the error.
     """
     return lock_step_runs([case], how, progress=progress)[0]
+
+
+def controlled_loop(
+    case: Case, progress: Callable[[float], None] | None = None, *, record: bool = True
+) -> AccuracyControl:
+    """Run a case under its feedback controller again, finer, until its error is kept.
+
+    The controller is asked anew in every run, from its own start.
+
+    Raises:
+        DivergenceError, SimulationInterrupted: as `ControlledRun.outcome`.
+    """
+
+    def runner(how: RunSettings, tell: Callable[[float], None] | None) -> NativeRun:
+        return lock_step_runs([case], how, record=record, progress=tell)[0]
+
+    return ControlledRun(case.settings, runner, progress).outcome()
 
 
 def lock_step_runs(
@@ -67,8 +86,8 @@ def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
         how,
         start,
         controller=described(controller),
-        record=record,
-        groups=case.record,
+        record=record or how.controlled,
+        groups=case.record if record else how.compared_groups or case.record,
         gait=getattr(controller, "gait", None),
         end=begin + how.duration,
     )

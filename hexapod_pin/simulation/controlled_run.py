@@ -7,11 +7,11 @@ follows.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from threading import Event
 
-from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.native_run import NativeRun
 from hexapod_pin.simulation.resolution import FIRST_LEVELS
@@ -33,7 +33,7 @@ class ControlledRun:
         """Take the settings asked for and what runs the case; nothing is run yet."""
         self._how, self._run, self._progress, self._shown = how, run, progress, 0.0
 
-    def trace(self) -> Trace:
+    def outcome(self) -> AccuracyControl:
         """Run until the accuracy is kept, or until finer runs would not help.
 
         Raises:
@@ -41,11 +41,13 @@ class ControlledRun:
             SimulationInterrupted: Ctrl-C; `.trace` holds what the run under way had done.
         """
         control = AccuracyControl(self._how)
-        for level, run in zip(FIRST_LEVELS, self._first_two(), strict=True):
-            control.take(level, run)
+        begin = time.perf_counter()
+        coarser, finer_run = self._first_two()
+        control.take(FIRST_LEVELS[0], coarser, 0.0)
+        control.take(FIRST_LEVELS[1], finer_run, time.perf_counter() - begin)
         while (finer := control.next_level()) is not None:
             control.take(finer, self._at(finer))
-        return control.trace()
+        return control
 
     def _first_two(self) -> tuple[NativeRun, NativeRun]:
         stop = Event()

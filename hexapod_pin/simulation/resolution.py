@@ -16,10 +16,10 @@ LEVELS_PER_DECADE = 4
 FIRST_LEVELS = (0, 4)
 """Of the first two runs."""
 
-COARSER_SHARE = 2.4
+COARSER_SHARE = 2.2
 """Error of the coarser of two runs over their difference, at most [-]."""
 
-FINER_SHARE = {4: 0.8, 5: 0.55, 6: 0.35, 8: 0.18, 10: 0.09, 12: 0.05}
+FINER_SHARE = {4: 1.0, 5: 0.7, 6: 0.45, 8: 0.22, 10: 0.11, 12: 0.06}
 """Error of the finer one over their difference, at most [-], by the levels between them."""
 
 LARGEST_JUMP = max(FINER_SHARE)
@@ -34,8 +34,8 @@ AIM = 0.7
 MOST_LEVELS = 32
 """Finest level: tolerances a hundred million times those of level 0."""
 
-LEAST_GAIN = 0.7
-"""A difference that has not fallen below this share of the one before has not gained [-]."""
+LEAST_GAIN = 0.5
+"""A difference that has not fallen to this share over four levels has not gained [-]."""
 
 
 @dataclass(frozen=True)
@@ -90,15 +90,28 @@ def next_level(made: Sequence[Comparison], finest: int = MOST_LEVELS) -> int | N
     last = made[-1]
     if last.kept or last.finer + min(FINER_SHARE) > finest or has_stalled(made):
         return None
-    expected = TYPICAL_SHARE * last.finer_excess
-    jump = next((j for j, share in FINER_SHARE.items() if share * expected <= AIM), LARGEST_JUMP)
+    jump = min(FINER_SHARE) if _without_gain(made) else _jump_for(last.finer_excess)
     return min(last.finer + jump, finest)
+
+
+def _jump_for(excess: float) -> int:
+    """Return the levels to a run whose bound should do, from a bound over what was asked [-]."""
+    expected = TYPICAL_SHARE * excess
+    return next((j for j, share in FINER_SHARE.items() if share * expected <= AIM), LARGEST_JUMP)
 
 
 def has_stalled(made: Sequence[Comparison]) -> bool:
     """Tell whether two finer runs in a row have brought no gain: the motion amplifies any error."""
-    gains = [
-        later.difference <= LEAST_GAIN * earlier.difference
-        for earlier, later in zip(made, made[1:], strict=False)
-    ]
-    return len(gains) >= 2 and not any(gains[-2:])
+    return _without_gain(made) >= 2
+
+
+def _without_gain(made: Sequence[Comparison]) -> int:
+    """Return how many finer runs in a row, up to the last, have brought no gain."""
+    count = 0
+    for earlier, later in zip(reversed(made[:-1]), reversed(made), strict=False):
+        if later.difference <= earlier.difference * LEAST_GAIN ** (
+            (later.coarser - earlier.coarser) / LEVELS_PER_DECADE
+        ):
+            break
+        count += 1
+    return count

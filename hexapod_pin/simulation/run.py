@@ -9,7 +9,7 @@ from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.control.planning_progress import planning_told_to
 from hexapod_pin.errors import SimulationInterrupted
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.closed_loop import closed_loop_run
+from hexapod_pin.simulation.closed_loop import closed_loop_run, controlled_loop
 from hexapod_pin.simulation.controlled_run import ControlledRun
 from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
 
@@ -29,7 +29,7 @@ def simulate(
     duration: float,
     accuracy: float | None = None,
     torque_accuracy: float | str | None = None,
-    estimate: bool = True,
+    estimate: bool | None = None,
     method: str | None = None,
     step: float | None = None,
     sample: float | None = None,
@@ -51,7 +51,8 @@ def simulate(
         torque_accuracy: instead of it, or beside it: error in torques to keep at the sampled times
             [N m], or as a share of the largest torque, such as "1 %".
         estimate: False: a single run, whose steps keep the accuracy; what their errors grow to is
-            not known. So is every run that a `FeedbackController` takes part in: it is asked once.
+            not known. None: True, but for a `FeedbackController`. Where True, it is asked anew in
+            every run, and must be as pure as it says.
         method: "extrapolated-euler" (adaptive, the default), "ndf" (1e-5 and tighter),
             "dop853" (explicit, for references); or with fixed steps "robust", "implicit-euler"
             (the default where a step is given), "rk4".
@@ -95,6 +96,8 @@ def run_case(
     try:
         with planning_told_to(planning):
             if isinstance(case.controller, FeedbackController):
+                if case.settings.controlled:
+                    return controlled_loop(case, progress).trace()
                 return closed_loop_run(case, case.settings, progress).require_good()
             run = open_loop_run(case, case.settings)
     except KeyboardInterrupt:
@@ -114,4 +117,4 @@ def _open_loop(run: NativeRun, progress: Callable[[float], None] | None) -> Trac
         other.advance(tell)
         return other
 
-    return ControlledRun(run.how, runner, progress).trace()
+    return ControlledRun(run.how, runner, progress).outcome().trace()

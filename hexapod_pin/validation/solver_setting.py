@@ -10,13 +10,24 @@ from typing import Any
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.simulation.methods import METHODS
 
+KEPT = ", error kept"
+"""Behind the name of a method whose runs are repeated until their error is kept."""
+
 
 @dataclass(frozen=True)
 class SolverSetting:
-    """One of our methods with its accuracy [m, rad] or its step [s]."""
+    """One of our methods with its accuracy [m, rad] or its step [s].
+
+    Attributes:
+        method: its name.
+        value: the accuracy or step.
+        kept: of an adaptive method, whether the error of the whole run is kept, as `simulate` does
+            where nothing is said; False: a single run, whose steps keep the accuracy.
+    """
 
     method: str
     value: float
+    kept: bool = False
 
     @property
     def adaptive(self) -> bool:
@@ -25,10 +36,15 @@ class SolverSetting:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What `simulate` is given: a single run, whose steps keep the accuracy."""
+        """What `simulate` is given."""
         if self.adaptive:
-            return {"method": self.method, "accuracy": self.value, "estimate": False}
+            return {"method": self.method, "accuracy": self.value, "estimate": self.kept}
         return {"method": self.method, "step": self.value}
+
+    @property
+    def name(self) -> str:
+        """The method, and whether the error of the whole run is kept."""
+        return f"{self.method}{KEPT}" if self.kept else self.method
 
     @property
     def text(self) -> str:
@@ -37,7 +53,7 @@ class SolverSetting:
 
     def __str__(self) -> str:
         """Return method and setting."""
-        return f"{self.method}, {self.text}"
+        return f"{self.name}, {self.text}"
 
 
 def setting_text(kind: str, value: float) -> str:

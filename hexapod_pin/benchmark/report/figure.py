@@ -1,4 +1,4 @@
-"""Error against cost, drawn: wall time on the left, evaluations on the right, a row per scene."""
+"""Error against cost and against what was asked for, drawn: a row per scene."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from hexapod_pin.benchmark.work_precision.tolerance_sweep import sweeps
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.validation.machine import Machine
+from hexapod_pin.validation.solver_setting import KEPT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,12 +59,34 @@ def draw(scenes: Sequence[Comparison], machine: Machine) -> Figure:
     """Return the figure."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(13.0, 4.6 * len(scenes) + 0.4), layout="constrained")
-    figure.suptitle(f"{machine.date}, {machine.cpu}, one thread", fontsize="small")
-    panels = figure.subplots(len(scenes), 2, squeeze=False)
-    for (left, right), scene in zip(panels, scenes, strict=True):
+    figure = Figure(figsize=(17.0, 4.6 * len(scenes) + 0.4), layout="constrained")
+    figure.suptitle(f"{machine.date}, {machine.cpu}", fontsize="small")
+    panels = figure.subplots(len(scenes), 3, squeeze=False)
+    for (left, right, asked), scene in zip(panels, scenes, strict=True):
         _draw_scene(left, right, scene)
+        _draw_asked(asked, scene)
+        lines, names = left.get_legend_handles_labels()
+        asked.legend(lines, names, fontsize="x-small", loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
+
+
+def _draw_asked(axes: Axes, scene: Comparison) -> None:
+    """Draw the error got over the error asked for, with the diagonal."""
+    for k, ((engine, method), own) in enumerate(sweeps(scene.rows).items()):
+        done = [row for row in own if row.ended and row.setting.startswith("accuracy")]
+        if engine != OURS or not done:
+            continue
+        kept = method.endswith(KEPT)
+        asked, got = [row.value for row in done], [row.error for row in done]
+        axes.loglog(
+            asked, got, marker=MARKERS[k % len(MARKERS)], markersize=4.0, color=f"C{k % 10}",
+            linestyle="-" if kept else ":", linewidth=1.8 if kept else 0.9,
+        )  # fmt: skip
+        axes.loglog(asked, asked, color="black", linewidth=0.8)
+    axes.set_xlabel("error asked for [m, rad]")
+    axes.set_ylabel("error got [m, rad]")
+    axes.set_title("black: what was asked for", fontsize="small")
+    axes.grid(True, which="major", alpha=0.3)
 
 
 def _draw_scene(left: Axes, right: Axes, scene: Comparison) -> None:
@@ -89,5 +112,3 @@ def _draw_scene(left: Axes, right: Axes, scene: Comparison) -> None:
         axes.set_ylabel(unit)
         axes.grid(True, which="major", alpha=0.3)
     left.set_title(scene.task.name)
-    lines, names = left.get_legend_handles_labels()
-    right.legend(lines, names, fontsize="x-small", loc="center left", bbox_to_anchor=(1.0, 0.5))

@@ -14,6 +14,7 @@ from hexapod_pin.benchmark.work_precision.tolerance_sweep import (
     resolved,
     sweeps,
 )
+from hexapod_pin.validation.solver_setting import KEPT
 from hexapod_pin.validation.tables import Table
 
 
@@ -22,7 +23,8 @@ def tables(comparison: Comparison) -> list[Table]:
     found = [level_table(comparison, "error")]
     if has_engines(comparison):
         found.append(level_table(comparison, "trunk"))
-    return [*found, run_table(comparison)]
+    kept = kept_table(comparison)
+    return [*found, *([kept] if kept.rows else []), run_table(comparison)]
 
 
 def has_engines(comparison: Comparison) -> bool:
@@ -48,6 +50,35 @@ def level_table(comparison: Comparison, measure: Measure) -> Table:
     )
     title = f"Cost to reach an error of {what}: ms per simulated second (evaluations)"
     return Table(title, ("method", *(f"{level:.0e}" for level in levels)), rows)
+
+
+def kept_table(comparison: Comparison) -> Table:
+    """Return the error asked for beside the error got, and the cost over that of a single run."""
+    groups = sweeps(comparison.rows)
+    rows = []
+    for (engine, method), own in groups.items():
+        single = {row.value: row for row in groups.get((engine, method.removesuffix(KEPT)), [])}
+        if method.endswith(KEPT):
+            rows += [_kept(row, single.get(row.value)) for row in own]
+    head = (
+        "method", "error asked for [m, rad]", "error got", "over asked", "own estimate over got",
+        "wall time over a single run's", "evaluations over a single run's", "result",
+    )  # fmt: skip
+    return Table("Error asked for, error got", head, tuple(rows))
+
+
+def _kept(row: BenchmarkRow, single: BenchmarkRow | None) -> tuple[str, ...]:
+    """Return a row of `kept_table`; the single run is the one of the same accuracy."""
+    ratios = (row.error / row.value, row.estimate / max(row.error, row.uncertainty))
+    costs = ("-", "-")
+    if single is not None and single.ended and row.evaluations and single.evaluations:
+        costs = (
+            f"{row.wall / single.wall:.2f}", f"{row.evaluations / single.evaluations:.2f}",
+        )  # fmt: skip
+    return (
+        row.method.removesuffix(KEPT), f"{row.value:.0e}", _error(row.error),
+        *(f"{ratio:.2g}" if math.isfinite(ratio) else "-" for ratio in ratios), *costs, row.verdict,
+    )  # fmt: skip
 
 
 def run_table(comparison: Comparison) -> Table:

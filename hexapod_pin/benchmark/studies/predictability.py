@@ -12,31 +12,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.study import StudyReport
 from hexapod_pin.control.gait import GAITS
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.ground.terrain import AnyTerrain, Flat, HeightField, Slope, Stairs
-from hexapod_pin.results.error_estimate import ErrorEstimate
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.simulation.native_run import starting_point
-from hexapod_pin.simulation.run import simulate
+from hexapod_pin.simulation.amplification import (
+    ROUND_OFF,
+    START_ERROR,
+    STEP_ACCURACY,
+    Amplification,
+    amplification,
+)
 from hexapod_pin.validation.random_scenes import KINDS, PromiseScene, draw_scene
 from hexapod_pin.validation.random_scenes.named import walk
 from hexapod_pin.validation.random_scenes.robots import WALKERS
 from hexapod_pin.validation.tables import Table
 
-START_ERROR = 1e-6
-"""Distance of the two starts in each position [m, rad]: far above the runs' own errors."""
-
-ACCURACY = 1e-9
-"""Of the steps of both runs [m, rad]."""
-
 USEFUL = 1e-4
 """Error beyond which a trajectory is taken to mean nothing [m, rad]."""
-
-ROUND_OFF = 1e-15
-"""Error that no run in double precision can be without [m, rad]."""
 
 SEED = 2026
 """Of the drops and throws."""
@@ -44,76 +38,26 @@ SEED = 2026
 
 @dataclass(frozen=True)
 class Growth:
-    """Two runs that start a hair apart.
+    """How an error at t = 0 grows in a scene.
 
     Attributes:
         name: of the scene.
-        time: of the samples [s]. Shape (T,).
-        factor: largest distance of any position so far over that at the start [-]. Shape (T,).
+        found: positions.
         torque: relative change of the largest and of the RMS torque of any joint [-].
     """
 
     name: str
-    time: Array
-    factor: Array
+    found: Amplification
     torque: tuple[float, float]
 
-    def at(self, time: float) -> float:
-        """Return the factor up to a time [s]; NaN beyond the run."""
-        if time > self.time[-1] + 1e-9:
-            return math.nan
-        return float(self.factor[np.searchsorted(self.time, time - 1e-9)])
 
-    @property
-    def rate(self) -> float:
-        """Growth after the first second, per second, as of an exponential [1/s]; 0 where none."""
-        late = self.time >= min(1.0, 0.5 * self.time[-1])
-        if late.sum() < 3:
-            return 0.0
-        slope = np.polyfit(self.time[late], np.log(np.maximum(self.factor[late], 1e-300)), 1)[0]
-        return max(0.0, float(slope))
-
-    @property
-    def horizon(self) -> float:
-        """Time at which round-off at t = 0 has grown to `USEFUL`, at that rate [s]."""
-        if self.rate < 1e-3:
-            return math.inf
-        last = math.log(USEFUL / ROUND_OFF / max(float(self.factor[-1]), 1.0))
-        return float(self.time[-1]) + last / self.rate
-
-
-def growth_of(name: str, scene: PromiseScene, seed: int = 1) -> Growth:
-    """Run a scene twice, from starts `START_ERROR` apart in a random direction."""
-    posture = scene.controller.plan(scene.scene.robot, scene.duration).q[0]
-    start = scene.initial or starting_point(scene.scene, posture, None)
-    first, second = (
-        simulate(
-            scene.scene, scene.controller, duration=scene.duration, sample=scene.sample,
-            initial=scene.scene.robot.check_state(q, start.v), method="ndf", accuracy=ACCURACY,
-            estimate=False, record=("torque",),
-        )
-        for q in (start.q, _moved(start.q, seed))
+def growth_of(name: str, scene: PromiseScene) -> Growth:
+    """Run a scene twice, from starts a hair apart."""
+    found = amplification(
+        scene.scene, scene.controller, duration=scene.duration, sample=scene.sample,
+        initial=scene.initial,
     )  # fmt: skip
-    apart = ErrorEstimate.between(_samples(first), _samples(second), 1.0).position
-    return Growth(name, first.time, apart / START_ERROR, _torque_changes(first, second))
-
-
-def _moved(q: Array, seed: int) -> Array:
-    """Return a configuration with every position off by up to `START_ERROR`."""
-    import pinocchio as pin
-
-    step = np.random.default_rng(seed).uniform(-1.0, 1.0, len(q) - 1)
-    step *= START_ERROR / np.abs(step).max()
-    moved = np.array(q)
-    moved[:3] += step[:3]
-    turn = pin.Quaternion(moved[3:7]) * pin.Quaternion(pin.exp3(step[3:6]))
-    moved[3:7] = turn.coeffs()
-    moved[7:] += step[6:]
-    return moved
-
-
-def _samples(trace: Trace) -> dict[str, Array]:
-    return {"q": trace.q}
+    return Growth(name, found, _torque_changes(*found.runs))
 
 
 def _torque_changes(first: Trace, second: Trace) -> tuple[float, float]:
@@ -163,10 +107,10 @@ def predictability(
         for kind in ("dropped", "thrown", "bouncing") for index in range(drawn)
     ]  # fmt: skip
     parts: list[str | Table] = [
-        f"Two runs of NDF at {ACCURACY:g}, whose starts differ by at most {START_ERROR:g} m and "
-        "rad in each position. The factor is how far any position has come to be apart, over "
-        "that; the largest so far. Growth is that of an exponential through the factors after the "
-        "first second. A trajectory is taken for a prediction until round-off of "
+        f"Two runs of NDF at {STEP_ACCURACY:g}; their starts differ by at most {START_ERROR:g} m "
+        "and rad in each position. The factor is how far any position has come to be apart, over "
+        "that; the largest so far. Growth is that of an exponential through the factors after "
+        "the first second. A trajectory is taken for a prediction until round-off of "
         f"{ROUND_OFF:g} at t = 0, grown so, is {USEFUL:g} m or rad. Torques are those of the "
         "second half of the run.",
         Table(f"Walks of {duration:g} s", HEAD, tuple(map(_row, walks))),
@@ -192,11 +136,12 @@ def _on(scene: PromiseScene, ground: str) -> PromiseScene:
 def _row(found: Growth | str) -> tuple[str, ...]:
     if isinstance(found, str):
         return (found, *["not run"] * (len(HEAD) - 1))
-    factors = (found.at(time) for time in TIMES)
-    horizon = "the end" if math.isinf(found.horizon) else f"{found.horizon:.3g}"
+    factors = (found.found.at(time) for time in TIMES)
+    until = found.found.horizon(USEFUL)
+    horizon = "the end" if math.isinf(until) else f"{until:.3g}"
     return (
         found.name, *("-" if math.isnan(factor) else f"{factor:.3g}" for factor in factors),
-        f"{found.rate:.2g}", horizon, *(f"{change:.1e}" for change in found.torque),
+        f"{found.found.rate:.2g}", horizon, *(f"{change:.1e}" for change in found.torque),
     )  # fmt: skip
 
 
@@ -207,7 +152,7 @@ def _conclusion(*groups: Sequence[Growth | str]) -> str:
         found = [one for one in group if isinstance(one, Growth)]
         if not found:
             continue
-        factors = [float(one.factor[-1]) for one in found]
+        factors = [float(one.found.factor[-1]) for one in found]
         peaks, means = zip(*(one.torque for one in found), strict=True)
         lines.append(
             f"- {name}: factor {np.median(factors):.3g} in the median, {max(factors):.3g} at most; "

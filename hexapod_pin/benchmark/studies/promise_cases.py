@@ -100,7 +100,7 @@ class JudgeNamed:
         """Return the result of a key."""
         name, index = _split(key)
         case = next(case for case in CASES if case.name == name)
-        settings = [SolverSetting(*one) for one in case.settings]
+        settings = [SolverSetting(*one, kept=True) for one in case.settings]
         return judge_scene(key, case.scenes()[index], settings)
 
 

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from hexapod_pin.benchmark.studies.promise_truth import Truth, find_truth
-from hexapod_pin.errors import HexapodError
+from hexapod_pin.errors import HexapodError, SimulationInterrupted
 from hexapod_pin.simulation.methods import METHODS
 from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.validation.random_scenes import PromiseScene
@@ -129,7 +129,7 @@ class SceneResult:
 def settings_of(methods: Sequence[str], accuracies: Sequence[float]) -> list[SolverSetting]:
     """Return every method at every accuracy that it may be asked for."""
     return [
-        SolverSetting(method, accuracy)
+        SolverSetting(method, accuracy, kept=True)
         for method in methods
         for accuracy in accuracies
         if METHODS[method].tightest <= accuracy <= METHODS[method].loosest
@@ -161,11 +161,13 @@ def judge_run(scene: PromiseScene, truth: Truth, setting: SolverSetting) -> Prom
     error = estimate = math.nan
     refusal, said_so, evaluations = "", True, 0
     try:
-        trace = scene.run(method=setting.method, accuracy=setting.value)
+        trace = scene.run(**setting.arguments)
+    except SimulationInterrupted:
+        raise
     except HexapodError as fault:
         refusal = f"{type(fault).__name__}: {fault}"[:160]
     else:
-        estimate, said_so = trace.error_estimate, not trace.accuracy_kept
+        estimate, said_so = trace.error_estimate, setting.kept and not trace.accuracy_kept
         counters = trace.counters
         own = counters["evaluations"]
         evaluations = int(counters.get("evaluations_of_all_runs", own))

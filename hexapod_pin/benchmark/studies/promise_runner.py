@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from hexapod_pin.benchmark.studies.promise_rows import SceneResult
+from hexapod_pin.errors import SimulationInterrupted
 
 Judge = Callable[[str], SceneResult]
 """Runs the scene of a key."""
@@ -48,7 +49,7 @@ def run_scenes(
             worst = max((run.ratio for run in result.runs if run.counted), default=None)
             told = "none counted" if worst is None else f"x{worst:.2g}"
             print(f"{result.name}: {told}; {left} left", file=sys.stderr, flush=True)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SimulationInterrupted):
         print("interrupted; what is done is kept", file=sys.stderr)
     return [done[key] for key in keys if key in done], all(key in done for key in keys)
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from hexapod_pin.errors import HexapodError
+from hexapod_pin.errors import HexapodError, SimulationInterrupted
 from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.validation.random_scenes import PromiseScene
 from hexapod_pin.validation.solver_setting import SolverSetting
@@ -128,6 +128,8 @@ def _positions(
         return scene.run(watch, **setting.arguments).q
     except _TooSlowError:
         notes.append(f"{setting}: {TOO_SLOW} {max_seconds:g} s")
+    except SimulationInterrupted:
+        raise
     except HexapodError as error:
         notes.append(f"{setting}: {type(error).__name__}")
     return None

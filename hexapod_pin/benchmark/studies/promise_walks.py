@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -67,10 +68,10 @@ def promise_walks(
     Truth: NDF at 1e-12 held against extrapolated Euler at 1e-8, and DOP853 first in the tripods
     of up to `--explicit_for` seconds. `--file` keeps finished walks and goes on.
     """
-    names = [
-        " ".join(parts)
-        for parts in product(
-            robots.split(","), gaits.split(","), presets.split(","), durations.split(",")
+    names = [  # the short ones first: what Ctrl-C leaves is of all robots, gaits and presets
+        f"{robot} {gait} {preset} {seconds}"
+        for seconds, preset, gait, robot in product(
+            durations.split(","), presets.split(","), gaits.split(","), robots.split(",")
         )
     ]
     asked = tuple(map(float, accuracies.split(",")))
@@ -100,9 +101,12 @@ def _is_checked(name: str, explicit_for: float) -> bool:
 
 def _about(results: Sequence[SceneResult], wanted: int) -> str:
     by_explicit = sum("dop853" in result.truth for result in results)
+    counts = Counter(result.key.split()[3] for result in results)
+    done = ", ".join(f"{count} of {seconds} s" for seconds, count in counts.items())
     return (
-        f"{len(results)} of {wanted} walks; truth by DOP853 in {by_explicit}, by NDF held against "
-        f"extrapolated Euler in the others. Strokes and cycles are the package's defaults."
+        f"{len(results)} of {wanted} walks ({done}); truth by DOP853 in {by_explicit}, by NDF "
+        "held against extrapolated Euler in the others. Strokes and cycles are the package's "
+        "defaults."
     )
 
 

@@ -46,7 +46,6 @@ class Calibration:
         scene: which of them.
         accuracy: asked for [m, rad].
         error: largest difference of any position at any sample from the reference [m, rad].
-        estimate: what the run says of its own error [m, rad]; nan where it says nothing.
         evaluations: what it cost.
         uncertainty: distance of the reference from its check [m, rad].
     """
@@ -55,7 +54,6 @@ class Calibration:
     scene: str
     accuracy: float
     error: float
-    estimate: float
     evaluations: int
     uncertainty: float
 
@@ -160,7 +158,7 @@ def _run(task: Task, reference: ReferenceSolution, setting: SolverSetting) -> Ca
     assert reference.outcome.q is not None
     return Calibration(
         kind=task.name.split()[0], scene=task.name, accuracy=setting.value,
-        error=PositionError.between(trace.q, reference.outcome.q).q, estimate=trace.error_estimate,
+        error=PositionError.between(trace.q, reference.outcome.q).q,
         evaluations=int(trace.counters["evaluations"]), uncertainty=reference.uncertainty.q,
     )  # fmt: skip
 
@@ -180,8 +178,7 @@ def calibration_table(rows: Sequence[Calibration]) -> Table:
     """Return medians and extremes by kind of scene and accuracy."""
     head = (
         "scenes", "accuracy", "error, median", "error, most", "over accuracy, median",
-        "over accuracy, most", "promised", "estimate over error, least .. most",
-        "evaluations, median", "uncertainty, most", "result",
+        "over accuracy, most", "promised", "evaluations, median", "uncertainty, most", "result",
     )  # fmt: skip
     return Table("Accuracy asked for and kept", head, tuple(_table_rows(rows)))
 
@@ -191,12 +188,11 @@ def _table_rows(rows: Sequence[Calibration]) -> Iterator[tuple[str, ...]]:
         for accuracy in dict.fromkeys(row.accuracy for row in rows):
             own = [row for row in rows if (row.kind, row.accuracy) == (kind, accuracy)]
             errors, factors = [row.error for row in own], [row.factor for row in own]
-            ratios = [row.estimate / row.error for row in own]
             yield (
                 f"{len(own)} {kind}s", f"{accuracy:.0e}",
                 f"{statistics.median(errors):.1e}", f"{max(errors):.1e}",
                 f"{statistics.median(factors):.2f}", f"{max(factors):.2f}",
-                f"{own[0].promised:g}", f"{min(ratios):.2g} .. {max(ratios):.2g}",
+                f"{own[0].promised:g}",
                 f"{statistics.median(row.evaluations for row in own):.0f}",
                 f"{max(row.uncertainty for row in own):.0e}",
                 part_verdict(sum(not row.kept for row in own), len(own)),

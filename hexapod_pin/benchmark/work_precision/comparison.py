@@ -7,7 +7,11 @@ from dataclasses import dataclass, field
 
 from hexapod_pin.benchmark.work_precision.entry import Entry, ReferenceSolution
 from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow, measure
-from hexapod_pin.benchmark.work_precision.own_entry import OwnEntry, sweep_settings
+from hexapod_pin.benchmark.work_precision.own_entry import (
+    OwnEntry,
+    kept_settings,
+    sweep_settings,
+)
 from hexapod_pin.benchmark.work_precision.reference_solution import find_reference, known_answer
 from hexapod_pin.benchmark.work_precision.scene_options import SceneOptions, as_typed
 from hexapod_pin.benchmark.work_precision.task import Task, held_task
@@ -106,10 +110,12 @@ def compare(task: Task, plan: ComparisonSettings, progress: Progress | None = No
     notes = [] if problem is task else [f"set-points held for {task.sample * 1e3:g} ms"]
     reference = find_reference(problem)
     _answer_note(problem, reference, notes)
+    single = [
+        setting for name in names for setting in sweep_settings(problem, name, quick=plan.quick)
+    ]
     entries: list[Entry] = [
         OwnEntry(problem, setting, reference)
-        for name in names
-        for setting in sweep_settings(problem, name, quick=plan.quick)
+        for setting in single + kept_settings(problem, names, quick=plan.quick)
         if str(setting) != reference.text  # no run is compared with itself
     ]
     if plan.engines:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,18 @@ def sweep_settings(task: Task, method: str, *, quick: bool = False) -> list[Solv
     return [SolverSetting(method, value) for value in values]
 
 
+def kept_settings(
+    task: Task, methods: Sequence[str], *, quick: bool = False
+) -> list[SolverSetting]:
+    """Return the settings of the adaptive ones of some methods, the error of the whole run kept."""
+    return [
+        replace(setting, kept=True)
+        for method in methods
+        if METHODS[method].adaptive
+        for setting in sweep_settings(task, method, quick=quick)
+    ]
+
+
 def run_task(
     task: Task, setting: SolverSetting, progress: Callable[[float], None] | None = None
 ) -> RunOutcome:
@@ -57,9 +69,10 @@ def run_task(
         except HexapodError as error:
             return RunOutcome.failed(f"refused: {error}")
     counters = trace.counters
+    evaluations = counters.get("evaluations_of_all_runs", counters["evaluations"])
     return RunOutcome(
         places=trace.q[:, :3], q=trace.q, wall=float(trace.meta["wall_time"]),
-        evaluations=int(counters["evaluations"]), steps=int(counters["steps"]),
+        evaluations=int(evaluations), steps=int(counters["steps"]),
         rejected=int(counters.get("rejected", 0)),
         estimate=trace.error_estimate,
         touches=int(np.count_nonzero(np.diff(trace.contact, axis=0))),
@@ -78,8 +91,8 @@ class OwnEntry:
 
     @property
     def method(self) -> str:
-        """Name of the method."""
-        return self.solver.method
+        """Name of the method, and whether the error of the whole run is kept."""
+        return self.solver.name
 
     @property
     def setting(self) -> str:

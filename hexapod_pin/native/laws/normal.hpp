@@ -79,6 +79,11 @@ struct NormalLaw {
     return {force, spring, slope + 6.0 * damping * s * (1.0 - s) / damping_depth * rate, c};
   }
 
+  // Force with which contact begins at an approach rate [m/s], N: not zero where the law jumps.
+  double first_force(double rate) const {
+    return kind == NormalKind::kelvin_voigt ? std::max(0.0, damping * rate) : 0.0;
+  }
+
  private:
   double power(double depth) const {  // d^n
     if (exponent == 1.5) return depth * std::sqrt(depth);

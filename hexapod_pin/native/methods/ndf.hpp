@@ -30,7 +30,8 @@ class NdfDriver {
       : flow_(plant, reference), observer_(observer), 
         tolerance_(scene_share(plant, reference) * kToleranceShare * resolution.tolerance),
         norm_{tolerance_, kLeastVelocityWeight, resolution.refinement * plant.law.friction.steepness()},
-        newton_(flow_, norm_), drives_(flow_, norm_), touch_(plant.feet.size(), kTouchTolerances * tolerance_) {}
+        newton_(flow_, norm_), drives_(flow_, norm_),
+        touch_(plant.feet.size(), kTouchTolerances * tolerance_, plant.law.normal.needs_touch_speed()) {}
 
   // From t to `stop`, in steps that may end beyond it but not beyond `horizon`, the set-points' next
   // jump. The plant is evaluated at (t, q, v) before and at `stop` after. False: no step of a
@@ -62,8 +63,7 @@ class NdfDriver {
             {"restarts", double(restarts_)},
             {"order_mean", steps_ > 0 ? double(orders_) / double(steps_) : 0.0},
             {"error_most", error_most_},
-            {"error_sum", error_sum_},
-            {"error_estimate", std::sqrt(error_most_ * error_sum_)}};
+            {"error_sum", error_sum_}};
   }
 
  private:
@@ -76,7 +76,7 @@ class NdfDriver {
   // Tolerances that an error of order 1 or 2 counts for after a switch of the drives: there may be
   // hundreds of them a second, each with a start at low order.
   static constexpr double kRestartStrictness = 8.0;
-  static constexpr double kTouchTolerances = 1e4;  // a foot has landed within 10 tolerances of the ground
+  static constexpr double kTouchTolerances = 10.0;  // a foot has landed within a hundredth of a tolerance
   static constexpr double kLeastStep = 1e-14;      // s, and of the time
   static constexpr double kMaxTurn = 0.5;          // rad, of the chart
   static constexpr double kMaxGrowth = 10.0;       // of the step size
@@ -191,7 +191,6 @@ class NdfDriver {
     ++steps_, ++equal_steps_;
     orders_ += history_.order();
     events_ += located || drives_.changed();
-    located_ = located;
     memories_updated_ = false;
     restart_needed_ = located || last || drives_.changed() || flow_.xi(y_).template segment<3>(3).norm() > kMaxTurn;
     if (!restart_needed_ && equal_steps_ > history_.order()) choose_order_and_step(size);
@@ -226,11 +225,7 @@ class NdfDriver {
     const FrictionLaw& law = plant.law.friction;
     y_ = history_.last();
     std::size_t sliding = 0, slid = 0;
-    for (auto& foot : plant.feet) {
-      slid += foot.memory.sliding;
-      if (located_ && foot.active && !foot.memory.touching)
-        foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
-    }
+    for (const auto& foot : plant.feet) slid += foot.memory.sliding;
     flow_.update_bristles(y_);
     plant.update_memories();
     for (int i = 0; i < flow_.nz / 3; ++i) {
@@ -277,7 +272,6 @@ class NdfDriver {
   int equal_steps_ = 0;                             // of this size and order
   bool restart_needed_ = true, memories_updated_ = true;
   bool interpolated_ = false;  // the plant is evaluated at a sample, its last step's end is saved
-  bool located_ = false;       // the last step ended at a touch-down
   long steps_ = 0, rejected_ = 0, failed_ = 0, events_ = 0, restarts_ = 0, orders_ = 0;
   double error_most_ = 0.0, error_sum_ = 0.0;  // m and rad
 };

@@ -34,7 +34,9 @@ class OneStepDriver {
               Method::kWeightFollowsFriction
                   ? resolution.refinement * plant.law.friction.steepness()
                   : 0.0},
-        touch_(plant.feet.size(), norm_.tolerance, Method::kLocatesLiftOff), drives_(flow_, norm_),
+        touch_(plant.feet.size(), norm_.tolerance, plant.law.normal.needs_touch_speed(),
+               Method::kLocatesLiftOff),
+        drives_(flow_, norm_),
         step_(kFirstStep) {
     if (memory.size() != 2 + Method::kMemorySize) return;
     step_ = memory[0], watched_until_ = memory[1];
@@ -78,8 +80,7 @@ class OneStepDriver {
     return {{"steps", double(steps_)},       {"rejected", double(rejected_)},
             {"events", double(events_)},     {"largest_turn", largest_turn_},
             {"refined", double(refined_)},
-            {"error_most", error_most_},     {"error_sum", error_sum_},
-            {"error_estimate", std::sqrt(error_most_ * error_sum_)}};
+            {"error_most", error_most_},     {"error_sum", error_sum_}};
   }
 
  private:

@@ -38,9 +38,11 @@ inline double hermite_minimum(double a, double da, double b, double db, double& 
 
 class TouchDownLocator {
  public:
-  TouchDownLocator(std::size_t contacts, double tolerance, bool lift_off = false)
+  // `tolerance` of places [m]. `speed_remembered`: the law depends on the speed at each first touch, so
+  // that a foot which leaves and comes back within a step meets another law.
+  TouchDownLocator(std::size_t contacts, double tolerance, bool speed_remembered, bool lift_off = false)
       : gap_(contacts), rate_(contacts), slack_(std::clamp(1e-3 * tolerance, 1e-12, 1e-7)),
-        lift_off_(lift_off) {}
+        speed_remembered_(speed_remembered), lift_off_(lift_off) {}
 
   // Stores the gaps at the start of a step; the plant is evaluated there, separated feet too.
   template <class PlantT>
@@ -60,7 +62,9 @@ class TouchDownLocator {
       if (gap_[i] > slack_ && gap_[i] < kFarAway && end < -slack_)
         first = std::min(first, hermite_root(gap_[i], h * rate_[i], end, h * rate(plant.feet[i])));
       if (gap_[i] > slack_ && end > slack_ && end < kFarAway)
-        first = std::min(first, touched_between(i, end, h, rate(plant.feet[i])));
+        first = std::min(first, crossed_between({gap_[i], h * rate_[i], end, h * rate(plant.feet[i])}));
+      if (speed_remembered_ && gap_[i] < -slack_ && end < -slack_)
+        first = std::min(first, left_between(i, end, h, rate(plant.feet[i])));
       if (lift_off_ && gap_[i] < -slack_ && end > slack_ && end < kFarAway)
         first = std::min(first, hermite_root(-gap_[i], -h * rate_[i], -end, -h * rate(plant.feet[i])));
     }
@@ -81,14 +85,25 @@ class TouchDownLocator {
   }
 
  private:
-  // Share of a step h that begins and ends with foot i in the air, at which it touches down in between.
-  double touched_between(std::size_t i, double end, double h, double end_rate) const {
-    if (!(rate_[i] < 0.0) || !(end_rate > 0.0)) return 1.0;
-    if (gap_[i] + h * rate_[i] > 0.0 && end - h * end_rate > 0.0) return 1.0;  // its tangents stay above
+  struct Ends {  // values and slopes of a cubic at 0 and 1
+    double a, da, b, db;
+  };
+
+  // Share of a step that begins and ends with a foot in the air, at which it touches down in between.
+  double crossed_between(const Ends& e) const {
+    if (!(e.da < 0.0) || !(e.db > 0.0)) return 1.0;
+    if (e.a + e.da > 0.0 && e.b - e.db > 0.0) return 1.0;  // its tangents stay above
     double where = 0.0;
-    const double least = hermite_minimum(gap_[i], h * rate_[i], end, h * end_rate, where);
+    const double least = hermite_minimum(e.a, e.da, e.b, e.db, where);
     if (!(least < -slack_)) return 1.0;
-    return where * hermite_root(gap_[i], where * h * rate_[i], least, 0.0);
+    return where * hermite_root(e.a, where * e.da, least, 0.0);
+  }
+
+  // The same for one that begins and ends in the ground: where it is clear of it by two slacks, so that
+  // its way back is seen.
+  double left_between(std::size_t i, double end, double h, double end_rate) const {
+    const double clear = 2.0 * slack_;
+    return crossed_between({clear - gap_[i], -h * rate_[i], clear - end, -h * end_rate});
   }
 
   template <class Foot>
@@ -98,7 +113,7 @@ class TouchDownLocator {
 
   std::vector<double> gap_, rate_;
   double slack_;
-  bool lift_off_;
+  bool speed_remembered_, lift_off_;
 };
 
 }  // namespace hexapod

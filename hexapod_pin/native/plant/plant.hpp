@@ -332,12 +332,22 @@ class Plant {
         std::tie(foot.mu_scale, foot.k_scale) = terrain.patch_factors(foot.memory.patch);
       }
       if (bristles_frozen)
-        foot.memory.sliding = !foot.active || old.sliding == (piece_margin(foot) >= 0.0);
+        foot.memory.sliding =
+            foot.active ? old.sliding == (piece_margin(foot) >= 0.0) : would_slide(foot);
       changed |= foot.memory.patch != old.patch || foot.memory.sliding != old.sliding;
     }
     if (!changed) return;
     for (Contact& foot : feet)
       if (foot.active) find_force(foot, center(foot), 0.0);
+  }
+
+  // Whether a separated contact slides from its first touch on, were that now: what its bristle would take
+  // is not within the static cone of the force that contact begins with, which is mostly zero.
+  bool would_slide(const Contact& foot) const {
+    const Vec3& n = foot.ground.normal;
+    const double first = foot.k_scale * law.normal.first_force(-n.dot(foot.velocity));
+    const double trial = law.friction.bristle_gain(0.0) * in_plane(n, foot.velocity).norm();
+    return hexapod::piece_margin(law.friction, foot.mu_scale, first, trial, false) <= 0.0;
   }
 
   void place_foot(std::size_t f, double t, const VectorXd& q, const VectorXd& v, double implicit_dt) {

@@ -75,9 +75,10 @@ class FlatNewton {
     const double width = foot.friction.none() ? 1e300 : foot.friction.width(foot.impulse.z());
     const double depth = foot.normal.deepest(point.c.z());
     const double change = foot.normal.depth_at(end.z()) - foot.normal.depth_at(point.c.z());
-    const bool converged = foot.impulse.z() >= 0.0 && std::abs(dc.z()) < kVelocityTolerance &&
+    const double tolerance = kVelocityTolerance * p.speed();  // m/s
+    const bool converged = foot.impulse.z() >= 0.0 && std::abs(dc.z()) < tolerance &&
                       std::abs(change) <= kDepthTolerance * depth &&
-                      dc.head<2>().norm() < std::min(kVelocityTolerance, 0.01 * width);
+                      dc.head<2>().norm() < std::min(tolerance, 0.01 * width);
     point.c += limit(point.c.template head<2>() + foot.shift, dc.head<2>(), width) * dc;
     return converged;
   }
@@ -92,7 +93,7 @@ class FlatNewton {
     return (w + at * dw).norm() < width ? at : 1.0;
   }
 
-  static constexpr double kVelocityTolerance = 1e-5;  // m/s
+  static constexpr double kVelocityTolerance = 1e-5;  // of the problem's speed
   static constexpr double kDepthTolerance = 1e-3;     // of the depth
   typename Problem::Matrix matrix_;
   std::vector<Point> points_;

@@ -2,6 +2,7 @@
 // for the velocity change v of the base (and of the joints that are not eliminated).
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -56,7 +57,8 @@ struct ImpulseProblem {
   Matrix s;
   Vector b, v;
   std::vector<StepContact<N>> contacts;
-  bool rigid = false;  // a contact has no compliance of its own leg
+  bool rigid = false;   // a contact has no compliance of its own leg
+  double length = 0.0;  // the body's radius of gyration about its frame, m
 
   // Solves m x = x in place; the matrix is overwritten.
   static void solve(Matrix& m, Vector& x) {
@@ -68,20 +70,27 @@ struct ImpulseProblem {
     }
   }
 
-  // Change of v below which the solve has converged, m/s (rad/s: five times that). Without leg
-  // compliance the linear update of the impulses must be as accurate as the law.
-  double tolerance() const { return rigid ? 1e-11 : 1e-4; }
+  // Speed of a fall from the body's size, m/s: what changes of velocity are held against.
+  double speed() const { return std::sqrt(kGravity * length); }
+
+  // Change of v below which the solve has converged, m/s. Without leg compliance the linear update of the
+  // impulses must be as accurate as the law.
+  double tolerance() const { return rigid ? 1e-11 : std::max(1e-11, kConverged * speed()); }
 
   bool small(const Vector& dv) const {
     const double linear = dv.template head<3>().cwiseAbs().maxCoeff();
     const double turning = dv.tail(dv.size() - 3).cwiseAbs().maxCoeff();
-    return linear + 0.2 * turning < tolerance();
+    return linear + length * turning < tolerance();
   }
 
   // End velocities of the contacts.
   void find_velocities() {
     for (auto& c : contacts) c.velocity = c.free + c.jt.transpose() * v + c.foot.g * c.foot.impulse;
   }
+
+ private:
+  static constexpr double kGravity = 9.81;    // m/s^2, the Earth's, wherever the robot walks
+  static constexpr double kConverged = 1e-4;  // of that speed
 };
 
 }  // namespace hexapod

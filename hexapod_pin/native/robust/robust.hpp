@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <tuple>
@@ -196,11 +197,18 @@ class RobustStep {
     legs_.add_gyroscopic(w * momentum);
   }
 
+  // Radius of gyration of the whole about the base's frame, m.
+  static double gyration(const PlantT& plant) {
+    const Eigen::MatrixXd& mass = plant.mass_upper();
+    return std::sqrt((mass(3, 3) + mass(4, 4) + mass(5, 5)) / (3.0 * mass(0, 0)));
+  }
+
   template <int N>
   void solve(PlantT& plant, double h, Solver<N>& solver) {
     auto& p = solver.problem;
     legs_.fill(p);
     p.rigid = false;
+    p.length = gyration(plant);
     p.contacts.resize(in_step_.size());
     for (std::size_t k = 0; k < in_step_.size(); ++k)
       set_up_contact(plant, h, in_step_[k], p, p.contacts[k]);

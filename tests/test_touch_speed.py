@@ -1,0 +1,93 @@
+"""Laws that remember the speed of a touch-down: feet that land together, hops within a step."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.validation.cases import bodies
+
+G = 9.81
+RESTITUTION = hp.Restitution(
+    stiffness=1e6, exponent=1.5, restitution=0.2, model="herbert-mcwhannell"
+)
+
+
+@pytest.mark.parametrize("tilt", [1e-6, 3e-6])
+def test_feet_that_land_within_microseconds_keep_a_speed_each(tilt: float) -> None:
+    """Where one landing is located, another foot is already a little deep: its speed is its own.
+
+    Taken there instead of at the surface it would be off by g t, the same at every accuracy.
+    """
+    robot = hp.load_robot("kharagpur")
+    contact = hp.Contact(normal=RESTITUTION, friction=hp.TanhCoulomb(mu=0.5, slope=100.0))
+    q, v = robot.stand().q.copy(), np.zeros(robot.model.nv)
+    q[2] += 0.005
+    q[3], q[6] = math.sin(0.5 * tilt), math.cos(0.5 * tilt)
+
+    def landed(method: str, accuracy: float) -> np.ndarray:
+        return hp.simulate(
+            hp.Scene(robot, contact=contact), hp.HoldPosture(), duration=0.06, sample=0.01,
+            initial=hp.State(q, v), method=method, accuracy=accuracy, estimate=False,
+        ).q  # fmt: skip
+
+    truth = landed("dop853", 1e-11)
+    for accuracy in (1e-8, 1e-9):
+        assert landed("ndf", accuracy) == pytest.approx(truth, rel=0, abs=0.4 * accuracy)
+
+
+def test_a_hop_on_ground_that_shakes_is_seen() -> None:
+    """The ground falls by 1.05 g for a moment: the mass leaves it by micrometres, and lands."""
+    frequency = 10.0
+    amplitude = 1.05 * G / (2.0 * math.pi * frequency) ** 2
+    robot = bodies.particle()
+    scene = bodies.on_ground(
+        robot, hp.Restitution(stiffness=1e5, exponent=1.0, restitution=0.3, model="hunt-crossley"),
+        terrain=hp.ShakingGround(ground=hp.Flat(), amplitude=amplitude, frequency=frequency),
+    )  # fmt: skip
+
+    def height(method: str, accuracy: float) -> np.ndarray:
+        return hp.simulate(
+            scene, hp.HoldPosture(), duration=0.6, initial=bodies.state(robot, (0.0, 0.0, 1e-4)),
+            sample=0.12, method=method, accuracy=accuracy, estimate=False,
+        ).q[:, 2]  # fmt: skip
+
+    truth = height("dop853", 1e-11)
+    for accuracy in (1e-5, 1e-6, 1e-7):
+        assert height("ndf", accuracy) == pytest.approx(truth, rel=0, abs=2.0 * accuracy)
+
+
+@pytest.mark.parametrize("method", ["extrapolated-euler", "ndf", "dop853"])
+@pytest.mark.parametrize("speed", [0.05, 0.12, 0.3])
+def test_a_law_that_jumps_decides_at_touch_whether_a_bristle_sticks(
+    method: str, speed: float
+) -> None:
+    """Kelvin-Voigt begins with c v: a fresh bristle sticks where its k z + c u is within mu of it.
+
+    Stuck it is a damped spring of its own beside the fall: u' = -(k z + c u)/m, z' = u.
+    """
+    drop, damping, mass = 0.2, 12.0, 1.0
+    normal = hp.KelvinVoigt(stiffness=4000.0, exponent=1.0, damping=damping)
+    bristle = hp.StickSlip(mu=0.5, mu_dynamic=0.1, stiffness=4000.0, damping=6.0)
+    robot = bodies.particle()
+    scene = bodies.on_ground(robot, normal, friction=bristle)
+    begin = bodies.state(robot, (0.0, 0.0, 1e-3))
+    v = begin.v.copy()
+    v[0], v[2] = speed, -drop
+    end = 0.006  # s: 1 ms after touch, which is after 5 ms
+    trace = hp.simulate(
+        scene, hp.HoldPosture(), duration=end, initial=hp.State(begin.q, v), method=method,
+        accuracy=1e-8, sample=1e-3, estimate=False,
+    )  # fmt: skip
+    fall = (-drop + math.sqrt(drop**2 + 2.0 * G * 1e-3)) / G  # s, until touch
+    sticks = 6.0 * speed < 0.5 * damping * (drop + G * fall)
+    matrix = np.array([[-6.0 / mass, -4000.0 / mass], [1.0, 0.0]])
+    rates, modes = np.linalg.eig(matrix)
+    parts = np.linalg.solve(modes, np.array([speed, 0.0]))
+    stuck = (modes @ (np.exp(rates * (end - fall)) * parts)).real[0]
+    assert (trace.v[-1, 0] == pytest.approx(stuck, abs=1e-6)) == sticks
+    if not sticks:  # 0.1 of the normal force slows it less than half a stuck bristle does
+        assert stuck < trace.v[-1, 0] < speed
