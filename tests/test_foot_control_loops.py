@@ -53,13 +53,13 @@ def test_the_derivative_is_filtered():
 
 def test_the_integral_stops_at_the_limit_and_leaves_it_at_once():
     """Without anti-windup an integral of 400 ticks would need 390 to come back."""
-    limit = 1e-3
+    step = 1e-2 * 2.0 * T
+    limit = 10.5 * step  # between two ticks: the integral stops at ten steps
     sizes = [2.0] * 400 + [-2.0] * 20
     found = corrections(sizes, kp=0.0, ki=1e-2, limit=limit)
-    step = 1e-2 * 2.0 * T
+    assert found[10:400] == pytest.approx([limit] * 390, rel=1e-12)
+    assert found[400:419] == pytest.approx(step * np.arange(9, -10, -1), rel=1e-6, abs=1e-15)
     assert np.abs(found).max() <= limit * (1.0 + 1e-12)
-    assert found[399] == pytest.approx(limit, abs=step * (1.0 + 1e-9))
-    assert np.diff(found)[399:] == pytest.approx([-step] * 20, rel=1e-6)
     held = corrections([50.0] * 30, kp=1e-4, ki=1e-2, limit=limit)
     assert held == pytest.approx([limit] * 30, rel=1e-9)
 
