@@ -181,6 +181,20 @@ class DivergenceError(HexapodError):
         super().__init__(message)
 
 
+class WorkLimitError(DivergenceError):
+    """A run was ended because it had used up what it may.
+
+    Attributes:
+        trace: as of `DivergenceError`.
+        limit: what it has reached: the name of an attribute of `WorkLimits`.
+    """
+
+    def __init__(self, message: str, trace: Any, limit: str = "") -> None:
+        """Keep the limit beside the message."""
+        self.limit = limit
+        super().__init__(message, trace)
+
+
 class SimulationInterrupted(HexapodError):
     """Ctrl-C during a simulation.
 

@@ -31,7 +31,8 @@ Scene Segment select_motors Sensor Sensors Servo Session ShakingGround simulate 
 SlipPid Slope SmoothStep Stability stability Stairs State Step Step5 StickSlip study_grounds Sum
 Summary SweepResult SweepStudy TanhCoulomb torque_budget torque_map TorqueBudget TorqueMap
 TouchDown Trace Trunk tune TuningResult Uncertainty uncertainty urdf_path VelocityCommand view
-VirtualSuspension walk_verdict WalkMetrics WalkVerdict Waypoints write_study
+VirtualSuspension walk_verdict WalkMetrics WalkVerdict Waypoints
+WorkLimits write_study
 """.split()
 
 

@@ -53,6 +53,10 @@ Verdict = Annotated[
     ),
 ]
 Threads = Annotated[int, typer.Option(help="Runs at a time, of those that are repeated.")]
+Force = Annotated[
+    bool,
+    typer.Option("--force", help="Run it whatever it needs: no limits of steps, memory or work."),
+]
 Quick = Annotated[
     bool,
     typer.Option(

@@ -7,7 +7,15 @@ from typing import Annotated
 
 import typer
 
-from hexapod_pin.commands.options import NoHtml, OptionalPath, Quick, Threads, TraceOut, Verdict
+from hexapod_pin.commands.options import (
+    Force,
+    NoHtml,
+    OptionalPath,
+    Quick,
+    Threads,
+    TraceOut,
+    Verdict,
+)
 
 
 def run(
@@ -17,6 +25,7 @@ def run(
     no_html: NoHtml = False,
     verdict: Verdict = False,
     quick: Quick = False,
+    force: Force = False,
     threads: Threads = 1,
     code: Annotated[
         OptionalPath,
@@ -28,13 +37,14 @@ def run(
     from hexapod_pin.commands.import_file import import_file
     from hexapod_pin.commands.output_files import distinct, writable, writable_trace
     from hexapod_pin.simulation.case import load_case
+    from hexapod_pin.simulation.work_limits import chosen_limits
 
     trace_path = writable_trace("--out", out)
     html_path = None if no_html else writable("--html", html)
     distinct(trace_path, html_path)
     if code is not None:
         import_file("--import", code)
-    found = load_case(case)
+    found = load_case(case).with_defaults(limits=chosen_limits(None, force))
     settings = found.settings
     robot = found.scene.robot
     typer.echo(

@@ -12,6 +12,7 @@ from hexapod_pin.commands.motor_options import CatalogFile, MotorName, Voltage, 
 from hexapod_pin.commands.options import (
     Feet,
     FootRadius,
+    Force,
     NoHtml,
     OptionalFloat,
     OptionalPath,
@@ -148,6 +149,7 @@ def walk(
     ] = None,
     verdict: Verdict = False,
     quick: Quick = False,
+    force: Force = False,
     threads: Threads = 1,
     feet: Feet = None,
     foot_radius: FootRadius = None,
@@ -176,6 +178,7 @@ def walk(
     from hexapod_pin.robot.robot import load_robot
     from hexapod_pin.simulation.case import Case
     from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.simulation.work_limits import chosen_limits
 
     trace_path = writable_trace("--out", out)
     html_path = None if no_html else writable("--html", html)
@@ -208,6 +211,7 @@ def walk(
         scene, KinematicControl(chosen), duration=time,
         accuracy=accuracy, torque_accuracy=_number_or_share(torque_accuracy), estimate=not once,
         method=method, step=step, sample=sample, record=comma_list(record),
+        limits=chosen_limits(None, force),
     )  # fmt: skip
     if case_path is not None:
         typer.echo(f"wrote {case.save(case_path)}")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.control.arc_path import ArcPath, StanceProfile
 from hexapod_pin.control.arc_refusal import refuse_impossible_arc
 from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES
@@ -28,6 +29,7 @@ PAPER_LIFT = float(np.radians(6.0))
 LARGEST_ANGLE = 0.5 * np.pi
 
 
+@checked
 @dataclass(frozen=True)
 class ArcWalk:
     """Walk straight ahead open loop as [S2] does: legs turn about their yaw axes, feet on arcs.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration
 from hexapod_pin.errors import ParameterError
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
 
 
+@checked
 @dataclass(frozen=True)
 class HoldPosture:
     """Command constant joint angles.

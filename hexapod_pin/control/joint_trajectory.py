@@ -25,7 +25,8 @@ class JointTrajectory:
     """An open-loop joint reference through knots.
 
     Attributes:
-        time: knot times, strictly increasing from 0 [s]. Shape (K,).
+        time: knot times, strictly increasing from 0, or from later in a part of a longer
+            trajectory [s]. Shape (K,).
         q: joint angles at the knots, `Robot.joint_names` order [rad]. Shape (K, n).
         v: joint rates at the knots [rad/s]. Shape (K, n).
         kind: what joins the knots. "cubic": C1 cubic Hermite curves. "held": each row of `q` holds
@@ -86,11 +87,11 @@ class JointTrajectory:
             raise ParameterError("JointTrajectory shapes", shapes, "(K,), (K, n) and (K, n)")
         if (
             len(self.time) < (2 if self.kind in CURVED else 1)
-            or self.time[0] != 0.0
+            or self.time[0] < 0.0
             or not (np.diff(self.time) > 0.0).all()
         ):
             raise ParameterError(
-                "JointTrajectory.time", "this series", "strictly increasing from 0"
+                "JointTrajectory.time", "this series", "strictly increasing, from 0 or later"
             )
         self._check_acceleration()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.control.body_motion import BodyMotion
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["KinematicControl", "refuse_impossible", "walking_legs"]
 
 
+@checked
 @dataclass(frozen=True)
 class KinematicControl:
     """Walk a gait open loop: the feet follow `FootPath`, the joints its inverse kinematics.
@@ -67,6 +69,10 @@ class KinematicControl:
             command=self.velocity,
         )
 
+    def repeats(self, robot: Robot) -> bool:
+        """Whether the cycles of the walk repeat, so that `plan_part` can plan it in parts."""
+        return self.path(robot).periodic
+
     def plan(self, robot: Robot, duration: float) -> JointTrajectory:
         """Return the joint reference, after checking that the robot can walk it at all.
 
@@ -85,12 +91,34 @@ class KinematicControl:
             ParameterError: the duration, or a stop too early for starting and stopping.
         """
         end, path = check_duration(duration), self.path(robot)
-        six = six_legs(robot).along(self.gait, self.velocity)
         if path.periodic:
-            refuse_impossible(robot, self.gait, self.body)
-            time, q, v = walk_knots(six, path, end)
-        else:
-            time, q, v = self._unrepeated_knots(robot, path, end)
+            return self.plan_part(robot, end, 0.0, end)
+        return self._trajectory(path, end, self._unrepeated_knots(robot, path, end))
+
+    def plan_part(
+        self, robot: Robot, duration: float, since: float, until: float
+    ) -> JointTrajectory:
+        """Return a part of what `plan` gives for a walk whose cycles repeat, bit for bit.
+
+        Args:
+            robot: who walks.
+            duration: of the whole walk [s].
+            since: the knots begin at an event of the foot paths not after this time [s].
+            until: and go on to one that is not before this [s].
+
+        Raises:
+            GaitError, ParameterError: as `plan`.
+        """
+        path = self.path(robot)
+        refuse_impossible(robot, self.gait, self.body)
+        six = six_legs(robot).along(self.gait, self.velocity)
+        return self._trajectory(path, duration, walk_knots(six, path, until, since))
+
+    def _trajectory(
+        self, path: FootPath, end: float, knots: tuple[Array, Array, Array]
+    ) -> JointTrajectory:
+        """Return what the drives follow through knots of a walk of so long [s]."""
+        time, q, v = knots
         until = whole_cycles(min(end, path.steady_until), self.gait.cycle_time)
         return JointTrajectory(
             time=time,

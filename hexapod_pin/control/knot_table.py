@@ -136,18 +136,24 @@ class KnotTable:
         more = max(0, int(np.searchsorted(events, limit)) - 1)
         return self.steady + cycles * len(events) + more, float(events[more])
 
-    def rows(self, spans: int) -> tuple[NDArray[np.intp], Array]:
-        """Return the knots of the first spans and of their end: rows of `knots`, and times [s]."""
+    def rows(self, spans: int, begun: int = 0) -> tuple[NDArray[np.intp], Array]:
+        """Return the knots of the first spans and of their end: rows of `knots`, and times [s].
+
+        `begun`: spans that are left out at the start.
+        """
         begin, end = self.first[self.steady], self.first[-1]
-        cycles, more = divmod(spans - self.steady, len(self.events) - 1 - self.steady)
-        if spans < self.steady:
-            last = self.first[spans]
-        else:
-            last = cycles * (end - begin) + self.first[self.steady + more]
-        knot = np.arange(last + 1)
+        knot = np.arange(self._first_knot(begun), self._first_knot(spans) + 1)
         row = np.where(knot < begin, knot, begin + (knot - begin) % (end - begin))
         later = (knot - row) // (end - begin)
         return row, self.knots.time[row] + later * self.path.gait.cycle_time
+
+    def _first_knot(self, span: int) -> int:
+        """Return the number of the first knot of a span, of all of a walk."""
+        if span < self.steady:
+            return int(self.first[span])
+        cycles, more = divmod(span - self.steady, len(self.events) - 1 - self.steady)
+        length = self.first[-1] - self.first[self.steady]
+        return int(cycles * length + self.first[self.steady + more])
 
 
 @lru_cache(maxsize=KEPT_TABLES)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.control.arc_path import StanceProfile
 from hexapod_pin.control.arc_profile import BLEND_SHARE, arc_senses
 from hexapod_pin.control.arc_refusal import refuse_impossible_arc
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
 
 
+@checked
 def paper_motion(
     robot: Robot,
     gait: Gait | None = None,

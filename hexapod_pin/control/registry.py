@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.body_motion import BodyMotion
 from hexapod_pin.control.foot_control.controller import NUMBERS, PARTS, FootControl
@@ -112,6 +113,7 @@ _READERS: dict[str, Reader] = {
 }
 
 
+@checked
 def register_controller(kind: str, reader: Reader) -> None:
     """Make controllers of a class of your own readable, so that cases with them can be saved.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.joint_trajectory import JointTrajectory, TrajectoryKind, check_duration
 from hexapod_pin.errors import ParameterError
@@ -23,6 +24,7 @@ SAME_TIME = 1e-12
 """Knots closer than this are one [s]."""
 
 
+@checked
 @dataclass(frozen=True)
 class SampledTrajectory:
     """Joint set-points as a controller running at a fixed rate sends them.

@@ -33,7 +33,9 @@ BLOCK_KNOTS = 20_000
 """Knots of a walk that does not repeat are made in blocks of about this number."""
 
 
-def walk_knots(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array, Array]:
+def walk_knots(
+    six: SixLegs, path: FootPath, end: float, since: float = 0.0
+) -> tuple[Array, Array, Array]:
     """Return knot times (K,) [s], joint angles (K, n) [rad] and rates (K, n) [rad/s].
 
     They go on to the first event of the foot paths that is not before the end, or to the stop: the
@@ -43,26 +45,29 @@ def walk_knots(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array, 
         six: the legs.
         path: what their feet follow.
         end: duration of the walk [s].
+        since: of a walk whose cycles repeat: the knots begin at the last event of the foot paths
+            not after this time, or where it prepares to stop [s].
 
     Raises:
         ReachError: a leg cannot follow.
     """
-    knots = _repeated(six, path, end) if path.periodic else _unrepeated(six, path, end)
+    knots = _repeated(six, path, end, since) if path.periodic else _unrepeated(six, path, end)
     for array in knots:
         array.setflags(write=False)  # so that a trajectory keeps them without copying
     return knots
 
 
-def _repeated(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array, Array]:
+def _repeated(six: SixLegs, path: FootPath, end: float, since: float) -> tuple[Array, Array, Array]:
     """Return the knots of a walk whose cycles repeat: from the table, and those of its stop."""
     table = knot_table(six, path.gait, path.motion)
     period = path.gait.cycle_time
     spans = table.spans_before(end - EVENT_SEPARATION_CYCLES * period)[0] + 1
+    begun = table.spans_before(since)[0]
     if path.stop_at is None:
-        row, time = table.rows(spans)
+        row, time = table.rows(spans, begun)
         return time, table.knots.q[row], table.knots.v[row]
     steady, begin = table.spans_before(path.steady_until)
-    row, time = table.rows(min(spans, steady))
+    row, time = table.rows(min(spans, steady), min(begun, steady))
     if spans <= steady:
         return time, table.knots.q[row], table.knots.v[row]
     shift = max(0, int(path.steady_until / period) - TRANSIENT_CYCLES - 1) * period

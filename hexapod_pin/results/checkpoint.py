@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import StateError
 from hexapod_pin.results.plain_state import from_plain, to_plain
@@ -19,6 +20,7 @@ def _none() -> Array:
     return np.zeros((0, 0))
 
 
+@checked
 @dataclass(frozen=True)
 class Checkpoint:
     """Where a run stands.

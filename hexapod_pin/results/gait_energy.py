@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.results.accuracy_check import AccuracyCheck
@@ -308,6 +309,7 @@ class GaitEnergy:
         return write_netcdf(path, *self.group())
 
 
+@checked
 def load_gait_energy(path: str | Path) -> GaitEnergy:
     """Read what `GaitEnergy.save` wrote; equal to it.
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, protect
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.recorded_robot import RecordedRobot
@@ -85,6 +86,7 @@ class JointMoments:
         return self.joint_names.index(name)
 
 
+@checked
 def joint_moments(trace: Trace, *, whole: bool = False) -> JointMoments:
     """Return the moments across the joints of a trace.
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.results.budget_table import aligned
@@ -81,6 +82,7 @@ class PhaseTorques:
         return "\n".join(aligned(header, lines))
 
 
+@checked
 def phase_torques(trace: Trace) -> PhaseTorques:
     """Return what every joint delivers in retraction and in protraction.
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, protect
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.energy_margin import nesm
@@ -144,6 +145,7 @@ class Stability:
         return "\n".join(stability_lines(self.to_dict(), MARGINS))
 
 
+@checked
 def stability(trace: Trace, *, whole: bool = False) -> Stability:
     """Return how stably a walk stands, over whole gait cycles after the start-up.
 

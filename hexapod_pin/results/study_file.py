@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.results import gait_energy, torque_map, trace_layout
 from hexapod_pin.results.gait_energy import GaitEnergy
@@ -26,6 +27,7 @@ _READERS: Mapping[str, Callable[[str, Any], StudyPart]] = {
 }
 
 
+@checked
 def write_study(path: str | Path, parts: Mapping[str, StudyPart]) -> Path:
     """Write results into one netCDF-4 file, wholly or not at all, and return its path.
 
@@ -55,6 +57,7 @@ def _require_part(name: str, part: object) -> None:
         raise ParameterError(f"parts[{name!r}]", type(part).__name__, known)
 
 
+@checked
 def load_study(path: str | Path) -> dict[str, StudyPart]:
     """Read all results that `write_study` wrote, each equal to what was written.
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.results.atomic_file import write_atomically
@@ -304,6 +305,7 @@ class Summary:
         return write_atomically(path, self.to_json().encode())
 
 
+@checked
 def load_summary(path: str | Path) -> Summary:
     """Read a summary that `Summary.save` wrote; equal to it.
 

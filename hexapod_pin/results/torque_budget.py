@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_budget import JointBudget, joint_rows, kind_rows, summary_rows
 from hexapod_pin.results.planned_turn import gait_turn_rate
@@ -22,6 +23,7 @@ from hexapod_pin.results.way import distance_per_cycle, trunk_yaw
 from hexapod_pin.spec import parsed_toml
 
 
+@checked
 def torque_budget(run: Trace | Summary) -> TorqueBudget:
     """Return what every joint must deliver, over whole cycles after the start-up transient.
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.results.accuracy_check import AccuracyCheck
@@ -218,6 +219,7 @@ NOT_RUN = "not run"
 """Reason of a point that an interruption left out."""
 
 
+@checked
 def load_torque_map(path: str | Path) -> TorqueMap:
     """Read a map that `TorqueMap.save` wrote; equal to it.
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
 from hexapod_pin.results.file_ending import CSV, NETCDF, ending
@@ -22,6 +23,7 @@ ADDED = {2: ("foot_impulse",)}
 """Arrays by the schema they came with; earlier foot forces are means, which give the impulses."""
 
 
+@checked
 def load_trace(path: str | Path) -> Trace:
     """Read a trace that `Trace.save` wrote; equal to it bit for bit.
 

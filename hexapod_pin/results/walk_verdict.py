@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.results.event import Event
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_advice import advice
@@ -101,6 +102,7 @@ class WalkVerdict:
         return {"walks": self.walks, "line": self.line, **plain}
 
 
+@checked
 def walk_verdict(trace: Trace) -> WalkVerdict:
     """Return whether a run walks as planned; where not, why, and what to change.
 

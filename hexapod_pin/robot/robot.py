@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, digest, read_only
 from hexapod_pin.errors import UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
@@ -148,6 +149,7 @@ class Robot:
         return joint_angles(self.joint_names, self.posture, posture)
 
 
+@checked
 def load_robot(
     source: str | Path,
     *,
@@ -265,6 +267,7 @@ def _held(joints: Sequence[Joint], angles: Array, legs: Sequence[Leg]) -> Mappin
     return MappingProxyType({name: x for name, x in places if legs and name not in walking})
 
 
+@checked
 def urdf_path(name: str) -> Path:
     """Return the path of a packaged robot's URDF: "kharagpur" or "athena".
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import StateError
 
@@ -15,6 +16,7 @@ QUATERNION_NORM_TOLERANCE = 1e-6
 """Largest | |quaternion| - 1 | that is taken for round-off."""
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class State:
     """Configuration and velocity in Pinocchio's order; both arrays are read-only.

@@ -11,6 +11,7 @@ from hexapod_pin.simulation.payload import Payload
 from hexapod_pin.simulation.run import simulate
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.simulation.session import Session
+from hexapod_pin.simulation.work_limits import WorkLimits
 
 __all__ = [
     "Amplification",
@@ -24,6 +25,7 @@ __all__ = [
     "RemovedMass",
     "Scene",
     "Session",
+    "WorkLimits",
     "amplification",
     "iterate_batch",
     "load_case",

@@ -86,6 +86,10 @@ class AccuracyControl:
         if self._level < FIRST_LEVELS[-1]:
             return FIRST_LEVELS[-1]
         finest = self.how.choice.finest_level
+        if self._diverged and self._diverged[-1].rollout.ended_by:  # a finer one would be too
+            if not self._ended:
+                self._diverged[-1].require_good_so_far()
+            return None
         if not self._ended and (len(self._diverged) > 1 or self._level >= finest):
             self._diverged[-1].require_good_so_far()
         if self.comparisons:

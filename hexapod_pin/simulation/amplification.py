@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.control.joint_trajectory import Controller
@@ -80,6 +81,7 @@ class Amplification:
         return float(self.time[-1]) + last / self.rate
 
 
+@checked
 def amplification(
     scene: Scene,
     controller: Controller | FeedbackController,

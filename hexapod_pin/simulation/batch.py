@@ -5,17 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from typing import Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, SimulationInterrupted
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.batch_runs import BatchRuns
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.run_settings import RunSettings
+from hexapod_pin.simulation.work_limits import WorkLimits, chosen_limits
+
+MOST_THREADS = 1024
+"""More than the processors of any machine that this is for."""
 
 BatchResult = Trace | Summary | Exception
 """What a case comes to."""
 
 
+@checked
 def simulate_batch(
     cases: Iterable[Case],
     *,
@@ -28,6 +34,8 @@ def simulate_batch(
     threads: int = 1,
     keep: str = "trace",
     errors: str = "keep",
+    limits: WorkLimits | None = None,
+    allow: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> list[BatchResult]:
     """Run independent cases over threads; the bits do not depend on the number of threads.
@@ -40,11 +48,13 @@ def simulate_batch(
         method: as in `simulate`.
         step: as in `simulate` [s].
         sample: as in `simulate` [s].
-        threads: how many run at a time; fewer where the system gives no more. Controllers that
+        threads: how many run at a time, no more than there are cases. Controllers that
             take part in the run are Python and share one; their runs advance on all between ticks.
         keep: "trace", or "summary": no samples are kept, so that thousands fit into memory.
         errors: "keep": a case that fails is an entry of the result; "raise": the error of the first
             case that failed is raised, after all have been run.
+        limits: as in `simulate`, of each case.
+        allow: as in `simulate`.
         progress: called with the finished fraction (0..1) as cases finish.
 
     Returns:
@@ -52,7 +62,8 @@ def simulate_batch(
         `DivergenceError`, what `simulate` refuses it with, or what its controller raised.
 
     Raises:
-        ParameterError: threads, keep, errors or a setting out of range.
+        ParameterError: threads, keep, errors or a setting out of range; or the system starts no
+            more threads.
         SimulationInterrupted: Ctrl-C; `.results` holds what was done, None for the rest.
     """
     if errors not in ("keep", "raise"):
@@ -61,7 +72,7 @@ def simulate_batch(
     results: list[BatchResult | None] = [None] * len(chosen)
     done = iterate_batch(
         chosen, duration=duration, accuracy=accuracy, estimate=estimate, method=method, step=step,
-        sample=sample, threads=threads, keep=keep,
+        sample=sample, threads=threads, keep=keep, limits=limits, allow=allow,
     )  # fmt: skip
     try:
         for count, (index, result) in enumerate(done, start=1):
@@ -80,6 +91,7 @@ def simulate_batch(
     return found
 
 
+@checked
 def iterate_batch(
     cases: Iterable[Case | Exception],
     *,
@@ -91,6 +103,8 @@ def iterate_batch(
     sample: float | None = None,
     threads: int = 1,
     keep: str = "trace",
+    limits: WorkLimits | None = None,
+    allow: bool = False,
 ) -> Iterator[tuple[int, BatchResult]]:
     """Yield the index and the result of each case as it finishes; arguments as `simulate_batch`.
 
@@ -101,19 +115,29 @@ def iterate_batch(
     Raises:
         ParameterError: threads, keep or a setting out of range.
     """
-    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
-        raise ParameterError("threads", threads, "a whole number of at least 1")
+    check_threads(threads)
     if keep not in ("trace", "summary"):
         raise ParameterError("keep", keep, '"trace" or "summary"')
     RunSettings.of(0.0 if duration is None else duration, method, accuracy, step, sample)
     settings: dict[str, Any] = dict(
         duration=duration, accuracy=accuracy, estimate=estimate, method=method, step=step,
-        sample=sample,
+        sample=sample, limits=chosen_limits(limits, allow) if limits or allow else None,
     )  # fmt: skip
     if isinstance(cases, Sized):
         threads = max(1, min(threads, len(cases)))
     settled = (_settled(case, settings) for case in cases)
     return BatchRuns(settled, threads, keep == "trace").results()
+
+
+def check_threads(threads: object) -> None:
+    """Refuse what is no number of threads.
+
+    Raises:
+        ParameterError: no whole number, or none between 1 and `MOST_THREADS`.
+    """
+    whole = isinstance(threads, int) and not isinstance(threads, bool)
+    if not (whole and 1 <= threads <= MOST_THREADS):  # type: ignore[operator]  # whole
+        raise ParameterError("threads", threads, f"a whole number from 1 to {MOST_THREADS}")
 
 
 def _settled(case: Case | Exception, settings: Mapping[str, Any]) -> Case | Exception:

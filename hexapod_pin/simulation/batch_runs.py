@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hexapod_pin.control.feedback import FeedbackController
-from hexapod_pin.errors import HexapodError, SimulationInterrupted
+from hexapod_pin.errors import HexapodError, ParameterError, SimulationInterrupted
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
@@ -70,7 +70,10 @@ class BatchRuns:
         """Yield results as cases finish."""
         from hexapod_pin import native as _native
 
-        pool = _native.Batch(self.threads)
+        try:
+            pool = _native.Batch(self.threads)
+        except RuntimeError as refusal:
+            raise ParameterError("threads", self.threads, f"fewer: {refusal}") from None
         under_way: dict[int, _Job] = {}
         more = True
         while more or self.waiting or under_way:

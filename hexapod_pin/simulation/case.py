@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.atomic_file import write_atomically
@@ -15,6 +16,7 @@ from hexapod_pin.results.recording import recorded_groups
 from hexapod_pin.simulation.case_data import case_to_dict, read_case
 from hexapod_pin.simulation.case_digest import case_digest
 from hexapod_pin.simulation.run_settings import RunSettings
+from hexapod_pin.simulation.work_limits import WorkLimits
 
 if TYPE_CHECKING:
     from hexapod_pin.control.feedback import FeedbackController
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Case:
     """One run as data. Two cases are equal when they mean the same run.
@@ -41,6 +44,7 @@ class Case:
         step: as of `simulate` [s].
         sample: as of `simulate` [s].
         record: as of `simulate`; kept as a tuple, None where everything is recorded.
+        limits: as of `simulate`; no part of what the case means, and of no file.
 
     Raises:
         ParameterError: a setting is out of range, or they do not fit together.
@@ -63,6 +67,7 @@ class Case:
     step: float | None = field(default=None, kw_only=True)
     sample: float | None = field(default=None, kw_only=True)
     record: Sequence[str] | None = field(default=None, kw_only=True)
+    limits: WorkLimits | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         """Check the settings against each other."""
@@ -82,7 +87,7 @@ class Case:
     def _settings(self, duration: float) -> RunSettings:
         return RunSettings.of(
             duration, self.method, self.accuracy, self.step, self.sample, self.torque_accuracy,
-            self._estimated,
+            self._estimated, self.limits,
         )  # fmt: skip
 
     @property
@@ -117,6 +122,7 @@ class Case:
         method: str | None = None,
         step: float | None = None,
         sample: float | None = None,
+        limits: WorkLimits | None = None,
     ) -> Case:
         """Return the case with settings for those that it leaves open.
 
@@ -130,6 +136,8 @@ class Case:
             given["duration"] = duration
         if self.sample is None:
             given["sample"] = sample
+        if self.limits is None:
+            given["limits"] = limits
         if estimate is not None:
             given["estimate"] = estimate
         own = (self.method, self.accuracy, self.torque_accuracy, self.step)
@@ -218,6 +226,7 @@ class Case:
         return write_atomically(path, text.encode())
 
 
+@checked
 def load_case(path: str | Path) -> Case:
     """Read a case that `Case.save` wrote, or a text written like it.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from hexapod_pin.control.check_controller import check_controller
 from hexapod_pin.results.checkpoint import Checkpoint
@@ -13,8 +13,10 @@ from hexapod_pin.simulation.control_loop import ControlLoop, resume
 from hexapod_pin.simulation.controlled_run import ControlledRun
 from hexapod_pin.simulation.native_run import NativeRun, starting_point
 from hexapod_pin.simulation.session import live_run
+from hexapod_pin.simulation.work_forecast import check_work
 
 if TYPE_CHECKING:
+    from hexapod_pin.control.feedback import FeedbackController
     from hexapod_pin.simulation.case import Case
     from hexapod_pin.simulation.run_settings import RunSettings
 
@@ -75,8 +77,14 @@ def lock_step_runs(
 def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
     """Return the run of a case with a feedback controller, where it starts."""
     check_controller(case.controller)
-    scene, controller, initial = case.scene, case.controller, case.initial
+    scene, controller, initial = (
+        case.scene,
+        cast("FeedbackController", case.controller),
+        case.initial,
+    )
     begin = initial.time if isinstance(initial, Checkpoint) else 0.0
+    groups = case.record if record else how.compared_groups or case.record
+    check_work(how, scene, groups if record or how.controlled else (), tick=controller.period)
     posture = getattr(controller, "posture", None)
     start = starting_point(
         scene, scene.robot.posture if posture is None else posture(scene), initial
@@ -87,7 +95,7 @@ def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
         start,
         controller=described(controller),
         record=record or how.controlled,
-        groups=case.record if record else how.compared_groups or case.record,
+        groups=groups,
         gait=getattr(controller, "gait", None),
         end=begin + how.duration,
     )

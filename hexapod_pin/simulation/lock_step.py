@@ -10,7 +10,8 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.simulation.native_run import NativeRun, contact_names
+from hexapod_pin.simulation.native_run import NativeRun
+from hexapod_pin.simulation.run_failure import contact_names
 
 ROUNDING = 1e-9
 """How far a set-point may be beyond its range for rounding [rad, rad/s]."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from copy import copy
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -15,16 +16,18 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.check_controller import check_controller
 from hexapod_pin.drive.drive_law import torque_limit
-from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
+from hexapod_pin.errors import ParameterError, SimulationInterrupted
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
 from hexapod_pin.results.recording import left_out
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import ENERGIES
 from hexapod_pin.simulation.loaded_model import native_loads
-from hexapod_pin.simulation.methods import MethodSettings, check_supported
+from hexapod_pin.simulation.methods import check_supported
+from hexapod_pin.simulation.plan_parts import PlanParts, plan_of
 from hexapod_pin.simulation.plant import native_plant, standing_on
 from hexapod_pin.simulation.prescribed import native_acceleration, prescribed_start
+from hexapod_pin.simulation.run_failure import contact_names, failure
 from hexapod_pin.simulation.run_meta import (
     common_meta,
     plain_counters,
@@ -32,6 +35,7 @@ from hexapod_pin.simulation.run_meta import (
     run_numbers,
     run_summary,
 )
+from hexapod_pin.simulation.work_forecast import check_work
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -67,6 +71,7 @@ class NativeRun:
         controller: Mapping[str, Any] | None = None,
         record: bool = True,
         groups: Sequence[str] | None = None,
+        parts: PlanParts | None = None,
     ) -> None:
         """Check and set up; nothing is simulated yet.
 
@@ -78,6 +83,7 @@ class NativeRun:
             controller: for the trace: what controls the run, as TOML-able data.
             record: whether samples are kept.
             groups: of arrays that the samples hold, as of `recorded_groups`.
+            parts: what plans more than `set_points`, of which these are the first part.
         """
         check_supported(how.choice, scene)
         self.scene, self.how, self.set_points, self.start = scene, how, set_points, start
@@ -85,6 +91,7 @@ class NativeRun:
         self.trunk_points = native_loads(scene).trunk_points
         self.recorded = record
         self.omitted = left_out(groups)
+        self.parts = parts
         self.rollout = self._start(start, record)
         self.loop: Any = None
         self.case: Case | None = None  # what is run, where it is a case
@@ -118,6 +125,9 @@ class NativeRun:
             trunk=[(place, radius) for _, place, radius, _ in self.trunk_points],
             window=np.array(summary_window(points)),
             torque_limit=LIMITED_TORQUE_SHARE * torque_limit(self.scene.robot, self.scene.servos),
+            evaluations=how.evaluations,
+            smallest_step=how.limits.smallest_step,
+            wall_time=how.limits.wall_time,
         )  # fmt: skip
         if self.omitted:
             tables = [TABLES.get(array, (array,)) for array in self.omitted]
@@ -152,7 +162,10 @@ class NativeRun:
         try:
             while done < samples and self.good:
                 part = min(chunk, samples - done)
-                self.good = self.rollout.advance(part)
+                share = done / samples
+                if self.parts is not None:
+                    self.parts.extend(self.rollout, self.time + part * self.how.grid.sample)
+                self.good = self.rollout.advance(part, progress and partial(progress, share))
                 done += part
                 if progress is not None:
                     progress(done / samples)
@@ -226,27 +239,25 @@ class NativeRun:
         Raises:
             DivergenceError: as `require_good`.
         """
-        if self.good:
-            return
-        if self.recorded:
-            raise divergence(self.trace(), self.how.choice)
-        rate = self.rollout.checkpoint().v[6:]
-        culprits = _fastest_joint(rate, self.scene.robot.joint_names)
-        raise DivergenceError(_diverged(self.time, culprits, self.how.choice), None)
+        if not self.good:
+            raise failure(self, self.trace() if self.recorded else None)
 
     def require_good(self, trace: Trace | None = None) -> Trace:
         """Return the trace, or the one already made.
 
         Raises:
-            DivergenceError: the run left the finite world; names the joint and foot that led.
+            DivergenceError: the run left the finite world, or was ended by its limits; names the
+                joint and foot that led.
         """
         trace = self.trace() if trace is None else trace
         if self.good:
             return trace
-        raise divergence(trace, self.how.choice)
+        raise failure(self, trace)
 
 
-def open_loop_run(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
+def open_loop_run(
+    case: Case, how: RunSettings, *, record: bool = True, in_parts: bool = False
+) -> NativeRun:
     """Plan a case whose controller knows its whole trajectory, and set its run up.
 
     Args:
@@ -254,19 +265,26 @@ def open_loop_run(case: Case, how: RunSettings, *, record: bool = True) -> Nativ
         how: method, duration and sampling.
         record: whether the samples are kept that the case asks for; else those alone, of a run
             whose error is kept, that this takes.
+        in_parts: whether the run plans a long walk part by part, as `NativeRun.advance` can.
     """
     check_controller(case.controller)
     scene, initial = case.scene, case.initial
     begin = initial.time if isinstance(initial, Checkpoint) else 0.0
     check_supported(how.choice, scene)
+    groups = case.record if record else how.compared_groups
+    if record or how.controlled:
+        check_work(how, scene, groups)
     controller = cast("Controller", case.controller)
-    plan = controller.plan(scene.robot, begin + max(how.duration, how.grid.sample))
+    plan, parts = plan_of(
+        controller, scene.robot, begin, begin + max(how.duration, how.grid.sample),
+        how.limits.memory, in_parts=in_parts and not scene.prescribed,
+    )  # fmt: skip
     start = starting_point(scene, plan.q[0], initial, plan.start_pose)
     if scene.prescribed:
         start = prescribed_start(scene.robot, plan, start, given=initial is not None)
     run = NativeRun(
         scene, how, start, plan, controller=controller.to_dict(), record=record or how.controlled,
-        groups=case.record if record else how.compared_groups,
+        groups=groups, parts=parts,
     )  # fmt: skip
     run.case = case
     return run
@@ -303,42 +321,3 @@ def summary_window(points: JointTrajectory) -> tuple[float, float, float]:
 def samples_before(start: float, sample: float) -> int:
     """Return how many sampling intervals end by a time [s]."""
     return int(np.floor(start / sample * (1.0 + TIME_ROUNDING) + TIME_ROUNDING))
-
-
-def contact_names(scene: Scene) -> tuple[str, ...]:
-    """Return the names of all contact points: the feet, then those of the trunk, if it has any."""
-    body = native_loads(scene).body_points
-    return (*(foot.name for foot in scene.robot.feet), *(name for _, _, _, name in body))
-
-
-def divergence(trace: Trace, choice: MethodSettings) -> DivergenceError:
-    """Return the error of a run that left the finite world, with its samples."""
-    culprits = _fastest_joint(trace.v[-1, 6:], trace.joint_names)
-    if "contacts" in trace.recorded and trace.foot_names:
-        force = np.linalg.norm(trace.foot_force[-1], axis=1)
-        foot = int(force.argmax())
-        culprits.append(f"most loaded foot {trace.foot_names[foot]} with {force[foot]:.3g} N")
-    return DivergenceError(_diverged(trace.time[-1], culprits, choice), trace)
-
-
-def _diverged(time: float, culprits: list[str], choice: MethodSettings) -> str:
-    return f"the run diverged after t = {time:g} s ({'; '.join(culprits)}). {_advice(choice)}"
-
-
-def _fastest_joint(rate: Array, names: tuple[str, ...]) -> list[str]:
-    if not rate.size:
-        return []
-    joint = int(np.abs(rate).argmax())
-    return [f"fastest joint {names[joint]} at {abs(rate[joint]):.3g} rad/s"]
-
-
-def _advice(choice: MethodSettings) -> str:
-    if choice.method.adaptive:
-        return (
-            f"No step of {choice.method.name!r} kept {choice.accuracy:g}: try method='robust', "
-            "softer contact, or lower servo gains."
-        )
-    return (
-        f"Try a smaller step than {choice.step:g} s, method='robust', softer contact, or lower "
-        "servo gains."
-    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.control.planning_progress import planning_told_to
 from hexapod_pin.errors import SimulationInterrupted
@@ -12,6 +13,7 @@ from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.closed_loop import closed_loop_run, controlled_loop
 from hexapod_pin.simulation.controlled_run import ControlledRun
 from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
+from hexapod_pin.simulation.work_limits import chosen_limits
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
@@ -20,8 +22,10 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.state import State
     from hexapod_pin.simulation.run_settings import RunSettings
     from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.simulation.work_limits import WorkLimits
 
 
+@checked
 def simulate(
     scene: Scene,
     controller: Controller | FeedbackController,
@@ -35,6 +39,8 @@ def simulate(
     sample: float | None = None,
     record: Sequence[str] | None = None,
     initial: State | Checkpoint | None = None,
+    limits: WorkLimits | None = None,
+    allow: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Trace:
     """Run a scene under a controller.
@@ -64,22 +70,27 @@ def simulate(
             and torque budget need none of them.
         initial: state at t = 0; default standing at the controller's first set-point. Or a
             `Checkpoint` (`trace.checkpoint`) to go on from, at its own time.
+        limits: what the run may use, of memory, steps, evaluations and wall time; None: the usual.
+        allow: True, without `limits`: whatever it needs.
         progress: called with the finished fraction (0..1) now and then.
 
     Returns:
         The trace, with the first sample at the start.
 
     Raises:
-        ParameterError: a setting out of range, or a method that cannot do this scene.
+        ParameterError: a setting out of range, or a method that cannot do this scene, or a run
+            that would need more than its limits.
         GaitError, ReachError: the controller cannot do this on this robot.
         StateError: `initial` does not fit the robot.
         DivergenceError: the run left the finite world; `.trace` holds what was good.
+        WorkLimitError: it has reached a limit, such as steps that shrink for ever; `.trace` too.
         SimulationInterrupted: Ctrl-C; `.trace` holds what was done, None while planning.
     """
     case = Case(
         scene, controller, initial,
         duration=duration, accuracy=accuracy, torque_accuracy=torque_accuracy, estimate=estimate,
         method=method, step=step, sample=sample, record=record,
+        limits=chosen_limits(limits, allow),
     )  # fmt: skip
     return run_case(case, progress)
 
@@ -99,7 +110,7 @@ def run_case(
                 if case.settings.controlled:
                     return controlled_loop(case, progress).trace()
                 return closed_loop_run(case, case.settings, progress).require_good()
-            run = open_loop_run(case, case.settings)
+            run = open_loop_run(case, case.settings, in_parts=True)
     except KeyboardInterrupt:
         text = "interrupted while the run was being planned; nothing was simulated"
         raise SimulationInterrupted(text, None) from None

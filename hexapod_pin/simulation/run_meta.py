@@ -15,6 +15,7 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.summary_layout import from_native
 from hexapod_pin.simulation.case_data import run_to_toml
 from hexapod_pin.simulation.loaded_model import native_loads
+from hexapod_pin.simulation.run_failure import contact_names
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 
 def run_summary(run: NativeRun, meta: Mapping[str, Any]) -> Summary:
     """Return what a run has come to so far; `meta` is its `SUMMARY_META`."""
-    from hexapod_pin.simulation.native_run import contact_names
-
     return Summary.from_data(
         run_numbers(run),
         run.scene.robot.joint_names,

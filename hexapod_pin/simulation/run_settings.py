@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass, field, replace
 
 from hexapod_pin.simulation.methods import MethodSettings, resolve_method
 from hexapod_pin.simulation.time_grid import TimeGrid
+from hexapod_pin.simulation.work_limits import WorkLimits
 
 
 @dataclass(frozen=True)
@@ -17,12 +19,14 @@ class RunSettings:
         grid: samples and steps.
         duration: simulated time [s].
         controlled: whether the error of the whole run is estimated and kept.
+        limits: what it may use.
     """
 
     choice: MethodSettings
     grid: TimeGrid
     duration: float
     controlled: bool = False
+    limits: WorkLimits = field(default_factory=WorkLimits)
 
     @classmethod
     def of(
@@ -34,6 +38,7 @@ class RunSettings:
         sample: float | None,
         torque_accuracy: float | str | None = None,
         estimate: bool = True,
+        limits: WorkLimits | None = None,
     ) -> RunSettings:
         """Check the settings of `simulate` against each other.
 
@@ -46,7 +51,15 @@ class RunSettings:
             if choice.method.adaptive
             else TimeGrid.fixed(duration, choice.step, sample)
         )
-        return cls(choice, grid, duration, choice.method.adaptive and estimate)
+        controlled = choice.method.adaptive and estimate
+        return cls(choice, grid, duration, controlled, limits or WorkLimits())
+
+    @property
+    def evaluations(self) -> float:
+        """Evaluations that it may use; those of fixed steps are known before."""
+        if self.limits.evaluations is None and not self.choice.method.adaptive:
+            return math.inf
+        return self.limits.evaluations_of(self.duration)
 
     @property
     def compared_groups(self) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 SCHEMA = 1
 
 
+@checked
 @dataclass(frozen=True)
 class Scene:
     """Everything a simulation needs besides a controller.

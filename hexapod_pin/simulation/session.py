@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.control.sensors import Sensors
@@ -20,6 +22,8 @@ from hexapod_pin.simulation.native_run import NativeRun, starting_point
 from hexapod_pin.simulation.prescribed import refuse_commands
 from hexapod_pin.simulation.run_settings import RunSettings
 from hexapod_pin.simulation.set_points import waiting
+from hexapod_pin.simulation.work_forecast import check_work
+from hexapod_pin.simulation.work_limits import WorkLimits, chosen_limits
 
 if TYPE_CHECKING:
     from hexapod_pin.control.gait import Gait
@@ -30,6 +34,7 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene
 
 
+@checked
 class Session:
     """A scene under simulation; time passes when it is told to.
 
@@ -54,6 +59,8 @@ class Session:
         sample: float | None = None,
         record: Sequence[str] | None = None,
         sensors: Sensors | None = None,
+        limits: WorkLimits | None = None,
+        allow: bool = False,
     ) -> None:
         """Set a run up; arguments as of `simulate`.
 
@@ -67,12 +74,16 @@ class Session:
             record: groups of samples to keep, as of `simulate`; None for all.
             sensors: what `measure` reads through; None: ideal ones. A session has no ticks to be
                 late by: their delay must be 0.
+            limits: as of `simulate`; without, evaluations are not counted.
+            allow: as of `simulate`.
 
         Raises:
             ParameterError: a setting out of range, or a method that cannot do this scene.
             StateError: `initial` does not fit the robot.
         """
-        how = RunSettings.of(0.0, method, accuracy, step, sample)
+        chosen = limits or chosen_limits(None, allow).model_copy(update={"evaluations": math.inf})
+        how = RunSettings.of(0.0, method, accuracy, step, sample, limits=chosen)
+        check_work(how, scene, record)
         start = starting_point(scene, scene.robot.posture, initial)
         self._run = live_run(scene, how, start, groups=recorded_groups(record))
         self._together = LockStep([self._run])

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.robot.leg_length import leg_length
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ class AssumedInput:
         return f"{self.name}: {numbers} (assumed: {self.reason})"
 
 
+@checked
 def assumed_inputs(robot: Robot, *, prescribed: bool = False) -> tuple[AssumedInput, ...]:
     """Return *assumed* distributions of what is seldom known before a robot is built.
 

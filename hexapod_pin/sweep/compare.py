@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, SimulationInterrupted
 from hexapod_pin.results.compared_run import ComparedRun
 from hexapod_pin.results.comparison import Comparison
@@ -38,6 +39,7 @@ class PlannedRun:
     case: Case
 
 
+@checked
 def compare(
     scenes: Scene | Sequence[Scene] | Mapping[str, Scene | Sequence[Scene]],
     controllers: Mapping[str, AnyController],

@@ -10,6 +10,7 @@ import numpy as np
 import tomli_w
 from numpy.typing import ArrayLike
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.feasible_gait import DEFAULT_STROKE
 from hexapod_pin.control.gait import Gait, gaits_for
@@ -61,6 +62,7 @@ def study_gaits(legs: int = 6) -> dict[str, Gait]:
     }
 
 
+@checked
 def gait_energy(
     scenes: Scene | Mapping[str, Scene],
     gaits: Mapping[str, Gait] | None = None,

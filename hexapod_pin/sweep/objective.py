@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.summary import Summary
 
@@ -20,6 +21,7 @@ It is asked for all scenes together, and for each alone.
 Metric = Callable[[Summary], float]
 
 
+@checked
 @dataclass(frozen=True)
 class RelativeObjective:
     """Weighted mean of metrics over those of the baseline, then the mean over the scenes.

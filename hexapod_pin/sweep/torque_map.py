@@ -9,6 +9,7 @@ import numpy as np
 import tomli_w
 from numpy.typing import ArrayLike, NDArray
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.gait import Gait
@@ -25,7 +26,7 @@ from hexapod_pin.results.torque_map import GRID, LAYOUT, TorqueMap
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
-from hexapod_pin.simulation.native_run import contact_names
+from hexapod_pin.simulation.run_failure import contact_names
 from hexapod_pin.simulation.run_meta import package_versions, told_kinds
 from hexapod_pin.sweep.grid_runs import (
     GridRuns,
@@ -57,6 +58,7 @@ CHECKED_POINTS = 5
 """Points that are repeated at a tenth of the accuracy."""
 
 
+@checked
 def torque_map(
     scene: Scene,
     walk: str | Callable[[float, float], AnyController] = "arc",

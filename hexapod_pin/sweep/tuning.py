@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import (
     ParameterError,
     SimulationInterrupted,
@@ -26,6 +27,7 @@ SMALLEST_POPULATION = 5
 CANDIDATES_PER_PARAMETER = 8
 
 
+@checked
 def tune(
     make_controller: MakeController,
     start: Values,

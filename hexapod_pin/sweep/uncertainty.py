@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.summary_layout import LAYOUT
@@ -142,6 +143,7 @@ class Uncertainty:
         return data
 
 
+@checked
 def uncertainty(
     study: SweepStudy,
     values: Mapping[str, Any],

@@ -8,6 +8,7 @@ from collections import OrderedDict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import digest
 from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.control.foot_control.foot_force_sensing import FootForceSensing
@@ -43,6 +44,7 @@ NUMBERS = {
 """Its other settings, and what they may be."""
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class FootControl:
     """Walk a plan whose feet are moved by what they feel; inverse kinematics at every tick [S1].

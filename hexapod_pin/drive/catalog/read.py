@@ -9,6 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.drive.catalog.catalog import Catalog
 from hexapod_pin.drive.catalog.columns import BY_HEADER, HEADERS, TEXTS
 from hexapod_pin.drive.catalog.header import check_header
@@ -21,6 +22,7 @@ SAME_NUMBER = 0.005
 """Relative difference up to which a quantity stated in two units is stated once [-]."""
 
 
+@checked
 def load_catalog(path: str | Path | None = None) -> Catalog:
     """Read a catalogue of motors.
 

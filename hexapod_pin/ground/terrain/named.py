@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.contact.contact import Contact
 from hexapod_pin.ground.terrain.any_terrain import AnyTerrain
@@ -24,6 +25,7 @@ SOFT_STIFFNESS = 0.02  # factor on normal force
 SOFT_LENGTH = 0.3  # of a yielding patch [m]
 
 
+@checked
 def study_grounds(
     lift: float, *, seed: int, length: float
 ) -> dict[str, tuple[AnyTerrain, Contact | None]]:

@@ -12,6 +12,7 @@
 #include <nanobind/stl/tuple.h>
 
 #include "bindings/bindings.hpp"
+#include "bindings/signal_watch.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -26,11 +27,14 @@ class OwningBatch {
   ~OwningBatch() {  // waits for slices under way; they need no interpreter
     nb::gil_scoped_release released;
     batch_.reset();
+    for (const auto& [number, run] : held_) release(run);
   }
 
   long add(nb::object rollout, long samples, long slice) {
-    const long number = batch_->add(nb::cast<Rollout*>(rollout), samples, slice);
-    held_.emplace(number, std::move(rollout));
+    auto* run = nb::cast<Rollout*>(rollout);
+    watch_.put_on(run->monitor());
+    const long number = batch_->add(run, samples, slice);
+    held_.emplace(number, Held{run, std::move(rollout)});
     return number;
   }
 
@@ -40,12 +44,25 @@ class OwningBatch {
       nb::gil_scoped_release released;
       done = batch_->next_done(patience);
     }
-    held_.erase(done.number);
+    const auto returned = held_.find(done.number);
+    if (returned != held_.end()) {
+      release(returned->second);
+      held_.erase(returned);
+    }
+    watch_.raise();
     return {done.number, done.good, done.failure};
   }
 
  private:
-  std::map<long, nb::object> held_;  // by number; outlives the threads
+  struct Held {
+    Rollout* run;
+    nb::object owner;
+  };
+
+  static void release(const Held& held) { SignalWatch::take_off(held.run->monitor()); }
+
+  SignalWatch watch_;
+  std::map<long, Held> held_;  // by number; outlives the threads
   std::unique_ptr<Batch> batch_;
 };
 

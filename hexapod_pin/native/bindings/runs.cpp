@@ -15,10 +15,11 @@
 #include <cmath>
 #include <exception>
 #include <limits>
-#include <thread>
 
 #include "bindings/bindings.hpp"
+#include "bindings/signal_watch.hpp"
 #include "run/rollout.hpp"
+#include "run/thread_team.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -77,7 +78,7 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
                                const std::vector<std::pair<Vec3, double>>& trunk,
                                const Vec3& window, const VectorXd& torque_limit,
                                const KnotRows& acceleration, const std::vector<std::string>& omitted,
-                               double refinement) {
+                               double refinement, double evaluations, double smallest_step, double wall_time) {
   check_start(s, from);
   const auto columns = Eigen::Index(s.dynamics.tree().nv - 6);
   if (position.cols() != columns) throw std::invalid_argument("one set-point per joint needed");
@@ -85,9 +86,24 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
     if (limit->size() != 0 && limit->size() != columns)
       throw std::invalid_argument("one limit per joint needed");
   RunSetup setup{s, make_reference(time, position, rate, kind, acceleration), from, step, stride, sample,
-                 {tolerance, refinement, sample}, record, rate_limit, {window[0], window[1], window[2]}, torque_limit, {}, omitted};
+                 {tolerance, refinement, sample}, record, rate_limit, {window[0], window[1], window[2]}, torque_limit, {}, omitted,
+                 {evaluations, smallest_step, wall_time}};
   for (const auto& [offset, radius] : trunk) setup.trunk.push_back({offset, radius});
   return start_run(method, setup);
+}
+
+// More knots of a plan; the first one is the last that the run knows.
+void extend_plan(Rollout& run, const std::vector<double>& time, const KnotRows& position,
+                 const KnotRows& rate) {
+  Reference& reference = run.reference();
+  if (!reference.can_be_extended()) throw std::invalid_argument("only planned cubics can be extended");
+  const auto rows = Eigen::Index(time.size());
+  if (rows < 2 || position.rows() != rows || rate.rows() != rows ||
+      position.cols() != reference.joints() || rate.cols() != reference.joints())
+    throw std::invalid_argument("set-points must be (knots, joints), one row per time");
+  if (time.front() != reference.end() || !std::is_sorted(time.begin(), time.end()))
+    throw std::invalid_argument("set-points must begin where those before them end");
+  reference.extend(time, position, rate);
 }
 
 // Angles, rates and accelerations of set-points at a time, as runs take them: (3, joints).
@@ -121,7 +137,46 @@ nb::dict record(Rollout& rollout) {
 // Several runs at one time, row by row.
 using Runs = std::vector<Rollout*>;
 
-std::vector<bool> advance_together(const Runs& runs, double until, int threads) {
+// What `work` returns, the interpreter free meanwhile but for signals and `poll`, which may end the runs.
+template <class Work>
+auto watched(const Runs& runs, nb::handle poll, const Work& work) {
+  struct Watched {
+    Watched(const Runs& runs, nb::handle poll) : runs(runs), watch(poll) {
+      for (Rollout* run : runs) watch.put_on(run->monitor());
+    }
+    ~Watched() {
+      for (Rollout* run : runs) SignalWatch::take_off(run->monitor());
+    }
+    const Runs& runs;
+    SignalWatch watch;
+  } watched(runs, poll);
+  const auto result = [&] {
+    const nb::gil_scoped_release released;
+    return work();
+  }();
+  watched.watch.raise();
+  return result;
+}
+
+bool advance(Rollout& run, long samples, nb::handle poll) {
+  return watched({&run}, poll, [&] { return run.advance(samples); });
+}
+
+bool advance_to(Rollout& run, double time, nb::handle poll) {
+  return watched({&run}, poll, [&] { return run.advance_to(time); });
+}
+
+const char* ended_by(Rollout& run) {
+  switch (run.monitor().verdict()) {
+    case WorkMonitor::Verdict::evaluations: return "evaluations";
+    case WorkMonitor::Verdict::smallest_step: return "smallest_step";
+    case WorkMonitor::Verdict::wall_time: return "wall_time";
+    case WorkMonitor::Verdict::stopped: return "stopped";
+    default: return "";
+  }
+}
+
+std::vector<bool> advance_all(const Runs& runs, double until, int threads) {
   std::vector<char> good(runs.size());
   std::vector<std::exception_ptr> failure(runs.size());
   std::atomic<std::size_t> next{0};
@@ -134,14 +189,18 @@ std::vector<bool> advance_together(const Runs& runs, double until, int threads) 
       }
     }
   };
-  std::vector<std::thread> others;
-  for (std::size_t t = 1; t < std::min(std::size_t(std::max(threads, 1)), runs.size()); ++t)
-    others.emplace_back(work);
-  work();
-  for (std::thread& other : others) other.join();
+  {
+    ThreadTeam others;
+    others.begin(std::min(threads, int(runs.size())) - 1, work);
+    work();
+  }
   for (const std::exception_ptr& error : failure)
     if (error) std::rethrow_exception(error);
   return {good.begin(), good.end()};
+}
+
+std::vector<bool> advance_together(const Runs& runs, double until, int threads) {
+  return watched(runs, {}, [&] { return advance_all(runs, until, threads); });
 }
 
 void command_together(const Runs& runs, const RowMatrix& position, const RowMatrix& rate,
@@ -205,8 +264,7 @@ std::vector<Touch> trunk_touches(const Rollout& run) {
 
 void bind_several(nb::module_& m) {
   m.def("advance_together", &advance_together, "runs"_a, "until"_a, "threads"_a = 1,
-        nb::call_guard<nb::gil_scoped_release>(),
-        "All to one time [s], so many at a time; False: that run has diverged.");
+        "All to one time [s], so many at a time; False: that run has diverged or ended.");
   m.def("command_together", &command_together, "runs"_a, "position"_a, "rate"_a, "torque"_a,
         "arrival"_a, "A row of set-points for each run, from its time on.");
   m.def("first_outside", &first_outside, "values"_a, "lower"_a, "upper"_a,
@@ -229,12 +287,26 @@ void bind_runs(nb::module_& m) {
       .def_ro("command", &Checkpoint::command)
       .def_ro("impulse", &Checkpoint::impulse);
   nb::class_<Rollout>(m, "Rollout")
-      .def("advance", &Rollout::advance, "samples"_a, nb::call_guard<nb::gil_scoped_release>(),
-           "False where the run has diverged; the samples before stand.")
-      .def("advance_to", &Rollout::advance_to, "time"_a, nb::call_guard<nb::gil_scoped_release>(),
+      .def("advance", &advance, "samples"_a, "poll"_a = nb::none(),
+           nb::sig("def advance(self, samples: int, poll: object = None) -> bool"),
+           "False where the run has diverged or ended; the samples before stand. `poll` is called now "
+           "and then; what it raises ends the run.")
+      .def("advance_to", &advance_to, "time"_a, "poll"_a = nb::none(),
+           nb::sig("def advance_to(self, time: float, poll: object = None) -> bool"),
            "The same to a time [s], after which commands may follow.")
+      .def_prop_ro("ended_by", &ended_by,
+                   "What has ended the run before its end: evaluations, smallest_step, wall_time, stopped; empty: nothing.")
+      .def("trouble", [](Rollout& run) {
+        const Trouble trouble = run.trouble();
+        return std::make_tuple(trouble.step, trouble.coordinate, trouble.foot);
+      }, "Of a run that has ended early: the last step tried [s], the coordinate of v whose error kept it "
+         "small, the most loaded foot; -1: none.")
       .def_prop_ro("time", &Rollout::time)
       .def("set_points", &Rollout::set_points, "Joint angles the drives are told now [rad].")
+      .def("extend_plan", &extend_plan, "time"_a, "position"_a, "rate"_a,
+           "More knots of planned cubics; the first is the last that the run knows.")
+      .def_prop_ro("plan_end", [](Rollout& run) { return run.reference().end(); },
+                   "Time of the last knot [s].")
       .def("reserve", [](Rollout& rollout, std::size_t samples) { rollout.samples().reserve(samples); },
            "samples"_a, "Memory for so many more samples; without it, it grows.")
       .def("record", &record,
@@ -257,7 +329,9 @@ void bind_runs(nb::module_& m) {
         "rate_limit"_a = VectorXd(), "trunk"_a = std::vector<std::pair<Vec3, double>>(),
         "window"_a = Vec3(0.0, std::numeric_limits<double>::infinity(), 0.0),
         "torque_limit"_a = VectorXd(), "acceleration"_a = RowMatrix(),
-        "omitted"_a = std::vector<std::string>(), "refinement"_a = 1.0);
+        "omitted"_a = std::vector<std::string>(), "refinement"_a = 1.0,
+        "evaluations"_a = std::numeric_limits<double>::infinity(), "smallest_step"_a = 0.0,
+        "wall_time"_a = std::numeric_limits<double>::infinity());
   m.def("set_points_at", &set_points_at, "time"_a, "position"_a, "rate"_a, "kind"_a, "acceleration"_a,
         "at"_a, "Angles, rates and accelerations of set-points at one time, (3, joints).");
   bind_several(m);

@@ -158,6 +158,14 @@ class ChartFlow {
     return norm(xi(error), v(error), z(error), h);
   }
 
+  // The coordinate of the velocity in which an error weighs most.
+  long worst_coordinate(const VectorXd& error, const ErrorNorm& norm, double h) const {
+    if (error.size() != size()) return -1;
+    Eigen::Index worst = -1;
+    xi(error).cwiseAbs().cwiseMax(norm.weight(h) * v(error).cwiseAbs()).maxCoeff(&worst);
+    return long(worst);
+  }
+
   Vec3 bristle(const VectorXd& y, int contact) const {
     return y.template segment<3>(2 * nv + 3 * contact);
   }

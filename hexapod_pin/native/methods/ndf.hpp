@@ -35,7 +35,7 @@ class NdfDriver {
 
   // From t to `stop`, in steps that may end beyond it but not beyond `horizon`, the set-points' next
   // jump. The plant is evaluated at (t, q, v) before and at `stop` after. False: no step of a
-  // reasonable size is accurate enough.
+  // reasonable size is accurate enough, or the run is to end.
   bool advance(double t, double stop, double horizon, VectorXd& q, VectorXd& v,
                EnergyLedger& ledger) {
     if (interpolated_) flow_.plant.restore_evaluation();
@@ -44,11 +44,18 @@ class NdfDriver {
     while (time_ < stop) {
       if (!memories_updated_) update_memories();
       if (restart_needed_) restart(ledger);
-      if (!take_step(horizon)) return false;
+      if (!take_step(horizon)) {
+        if (!goes_on_) sample(reached_ = std::min(time_, stop), q, v, ledger);
+        return false;
+      }
     }
     sample(stop, q, v, ledger);
     return true;
   }
+
+  double step() const { return h_; }           // s
+  double reached() const { return reached_; }  // of a run that was ended: time of its state, s
+  long worst_coordinate() const { return flow_.worst_coordinate(newton_.correction(), norm_, h_); }
 
   std::vector<double> memory() const { return {}; }  // a run that goes on starts anew, at order 1
 
@@ -154,7 +161,7 @@ class NdfDriver {
             continue;
           }
           accept(end, size, located > 0, end == horizon);
-          return flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed;
+          return goes_on_ && flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed;
         }
         ++rejected_;
         const double power = std::pow(size, -1.0 / (history_.order() + 1));
@@ -182,7 +189,7 @@ class NdfDriver {
     error_most_ = std::max(error_most_, local);
     error_sum_ += local;
     history_.accept(newton_.correction());
-    observer_.accepted(t, flow_.position(), flow_.velocity());
+    goes_on_ = observer_.accepted(t, flow_.position(), flow_.velocity());
     touch_.begin(flow_.plant);
     drives_.count(flow_.plant, h_);
     drives_.move_on();
@@ -267,10 +274,10 @@ class NdfDriver {
   TouchDownLocator touch_;
   BackwardDifferences history_;
   VectorXd y_, middle_, rate_, booked_works_, q_, v_;
-  double time_ = 0.0, h_ = 0.0, step_limit_ = 0.0;  // s
+  double time_ = 0.0, h_ = 0.0, step_limit_ = 0.0, reached_ = 0.0;  // s
   double strictness_ = 1.0;  // -, of orders 1 and 2
   int equal_steps_ = 0;                             // of this size and order
-  bool restart_needed_ = true, memories_updated_ = true;
+  bool restart_needed_ = true, memories_updated_ = true, goes_on_ = true;
   bool interpolated_ = false;  // the plant is evaluated at a sample, its last step's end is saved
   long steps_ = 0, rejected_ = 0, failed_ = 0, events_ = 0, restarts_ = 0, orders_ = 0;
   double error_most_ = 0.0, error_sum_ = 0.0;  // m and rad

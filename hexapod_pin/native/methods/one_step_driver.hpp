@@ -44,7 +44,7 @@ class OneStepDriver {
   }
 
   // From t to `stop`; the plant is evaluated at (t, q, v) before and at `stop` after. False: no step
-  // of a reasonable size is accurate enough. `horizon`: the set-points' next jump, not before `stop`.
+  // of a reasonable size is accurate enough, or the run is to end. `horizon`: the set-points' next jump, not before `stop`.
   bool advance(double t, double stop, double /*horizon*/, VectorXd& q, VectorXd& v,
                EnergyLedger& ledger) {
     drives_.start(flow_.plant, flow_.reference, t, q, v);
@@ -63,12 +63,17 @@ class OneStepDriver {
       t = done == rest ? stop : t + done;
       flow_.accept(y1_, q, v, ledger);
       drives_.accept(flow_.plant, flow_.reference, t, done, q, v);
-      observer_.accepted(t, q, v);
       ++steps_;
       largest_turn_ = std::max(largest_turn_, done * v.tail(v.size() - 3).cwiseAbs().maxCoeff());
+      reached_ = t;
+      if (!observer_.accepted(t, q, v)) return false;
     }
     return true;
   }
+
+  double step() const { return step_; }       // s
+  double reached() const { return reached_; }  // time of the last step accepted, s
+  long worst_coordinate() const { return flow_.worst_coordinate(error_, norm_, step_); }
 
   std::vector<double> memory() const {
     std::vector<double> all = method_.memory();
@@ -176,7 +181,7 @@ class OneStepDriver {
   ErrorNorm norm_;
   TouchDownLocator touch_;
   DriveEvents<PlantT> drives_;
-  double step_, watched_until_ = 0.0;  // s
+  double step_, watched_until_ = 0.0, reached_ = 0.0;  // s
   VectorXd y0_, y1_, error_;
   VectorXd start_torque_;  // of a prescribed motion, N m
   long steps_ = 0, rejected_ = 0, events_ = 0, refined_ = 0;

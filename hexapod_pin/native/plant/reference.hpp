@@ -53,6 +53,24 @@ class Reference {
     k_ = row_ = 0;
   }
 
+  // More knots of planned cubics; the first of them is the last that is known. Those that lie far behind
+  // are forgotten.
+  void extend(const std::vector<double>& time, const RowMatrix& position, const RowMatrix& rate) {
+    const std::size_t first = k_ > kKeptKnots ? k_ - kKeptKnots : 0, kept = time_.size() - first;
+    const Eigen::Index more = Eigen::Index(time.size()) - 1;
+    time_.erase(time_.begin(), time_.begin() + std::ptrdiff_t(first));
+    time_.insert(time_.end(), time.begin() + 1, time.end());
+    for (auto [own, added] : {std::pair{&position_, &position}, std::pair{&rate_, &rate}}) {
+      RowMatrix all(Eigen::Index(kept) + more, joints());
+      all << own->bottomRows(Eigen::Index(kept)), added->bottomRows(more);
+      *own = std::move(all);
+    }
+    k_ -= first;
+  }
+
+  bool can_be_extended() const { return kind_ == Interpolation::cubic && kinks_.empty(); }
+  double end() const { return time_.back(); }  // of the knots, s
+
   // Of a step and of all within it: what holds is what holds at its start, also at its very end.
   void begin_step(double t) {
     if (!smooth()) row_ = row_at(t);
@@ -160,6 +178,7 @@ class Reference {
   // Share of a joint's largest acceleration by which it may jump at a knot without a step's ending there:
   // cubics between knots of a smooth motion jump by less.
   static constexpr double kSharpJump = 0.05;
+  static constexpr std::size_t kKeptKnots = 1000;  // behind the one that acts: steps are interpolated
   static constexpr double kLeastJump = 1e-6;  // of the largest acceleration of any joint
 
   static double rounded_up(double t) { return t + kTimeRounding * std::max(1.0, std::abs(t)); }

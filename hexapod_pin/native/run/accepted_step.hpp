@@ -1,4 +1,4 @@
-// Told of every step that a method accepts.
+// Told of every step that a method accepts; may end the run.
 #pragma once
 
 #include "laws/vectors.hpp"
@@ -8,8 +8,8 @@ namespace hexapod {
 class AcceptedStep {
  public:
   virtual ~AcceptedStep() = default;
-  // A step has ended at t in (q, v), where the plant is evaluated.
-  virtual void accepted(double t, const VectorXd& q, const VectorXd& v) = 0;
+  // A step has ended at t in (q, v), where the plant is evaluated; false ends the run.
+  virtual bool accepted(double t, const VectorXd& q, const VectorXd& v) = 0;
 };
 
 }  // namespace hexapod

@@ -29,6 +29,10 @@ class AdaptiveRollout final : public SampledRollout<PlantT> {
 
   Checkpoint checkpoint() const override { return this->checkpoint_now(driver_.memory()); }
 
+  Trouble trouble() const override {
+    return {driver_.step(), driver_.worst_coordinate(), this->loaded_foot()};
+  }
+
   std::map<std::string, double> counters() const override {
     std::map<std::string, double> all = driver_.counters();
     all["evaluations"] = double(plant_.evaluations);
@@ -50,7 +54,10 @@ class AdaptiveRollout final : public SampledRollout<PlantT> {
       const double begin = time_, stop = this->next_stop(until);
       const double horizon = std::max(stop, this->horizon(no_step_beyond));
       reference_.begin_step(begin);
-      if (!driver_.advance(begin, stop, horizon, q_, v_, ledger_)) return false;
+      if (!driver_.advance(begin, stop, horizon, q_, v_, ledger_)) {
+        if (this->ended()) time_ = driver_.reached();
+        return false;
+      }
       if (stop == this->next_sample()) this->arrive_at_sample(stop);
       else time_ = stop;
       if (this->loads_change(begin)) {

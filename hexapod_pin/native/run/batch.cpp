@@ -3,26 +3,29 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
-#include <system_error>
 #include <utility>
 
 namespace hexapod {
 
 Batch::Batch(int threads) : window_(std::size_t(std::max(threads, 1)) + 1) {
-  pool_.reserve(std::size_t(std::max(threads, 1)));
   try {
-    for (int k = 1; k < threads; ++k) pool_.emplace_back([this] { work(); });
-  } catch (const std::system_error&) {  // no more threads to be had: those that started will do
+    pool_.begin(threads - 1, [this] { work(); });
+  } catch (...) {
+    stop();
+    throw;
   }
 }
 
-Batch::~Batch() {
+Batch::~Batch() { stop(); }
+
+void Batch::stop() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stopping_ = true;
+    for (const std::unique_ptr<Job>& job : jobs_) job->rollout->monitor().stop();
   }
   changed_.notify_all();
-  for (std::thread& thread : pool_) thread.join();
+  pool_.join();
 }
 
 long Batch::add(Rollout* rollout, long samples, long slice) {
@@ -75,6 +78,8 @@ void Batch::advance(Job& job, std::unique_lock<std::mutex>& lock) {
     good = job.rollout->advance(samples);
   } catch (const std::exception& error) {
     failure = error.what();
+  } catch (...) {
+    failure = "unknown failure of the core";
   }
   lock.lock();
   job.running = false;

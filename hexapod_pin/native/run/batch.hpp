@@ -7,10 +7,9 @@
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
-#include <vector>
 
 #include "run/rollout.hpp"
+#include "run/thread_team.hpp"
 
 namespace hexapod {
 
@@ -27,10 +26,10 @@ class Batch {
     std::string failure;  // of an exception: what it said
   };
 
-  // So many threads at a time, the caller of `next_done` being one of them; fewer where the system
+  // So many threads at a time, the caller of `next_done` being one of them. Throws where the system
   // refuses to start one.
   explicit Batch(int threads);
-  ~Batch();  // abandons what is not finished
+  ~Batch();  // ends what is not finished
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
 
@@ -52,6 +51,7 @@ class Batch {
   };
 
   void work();  // of the pool's threads
+  void stop();
   // With the mutex locked:
   Job* next_job();  // nullptr: nothing that a thread could take
   void advance(Job& job, std::unique_lock<std::mutex>& lock);
@@ -63,7 +63,7 @@ class Batch {
   std::mutex mutex_;
   std::condition_variable changed_;
   bool stopping_ = false;
-  std::vector<std::thread> pool_;
+  ThreadTeam pool_;
 };
 
 }  // namespace hexapod

@@ -32,13 +32,16 @@ class FixedStepRollout final : public SampledRollout<PlantT> {
       time_ = end;
       if (this->loads_change(begin)) this->begin_loads();
       evaluate(h_);
-      this->accepted(time_, q_, v_);
+      const bool goes_on = this->accepted(time_, q_, v_);
       if (whole && ++step_index_ % stride_ == 0) this->arrive_at_sample(time_);
+      if (!goes_on) return false;
     }
     return true;
   }
 
   Checkpoint checkpoint() const override { return this->checkpoint_now({}); }
+
+  Trouble trouble() const override { return {h_, -1, this->loaded_foot()}; }
 
   std::map<std::string, double> counters() const override {
     std::map<std::string, double> all = integrator_.counters();

@@ -14,6 +14,7 @@
 #include "run/recorder.hpp"
 #include "run/summary.hpp"
 #include "run/trunk_watch.hpp"
+#include "run/work_monitor.hpp"
 
 namespace hexapod {
 
@@ -49,6 +50,7 @@ struct RunSetup {
   VectorXd torque_limit;          // N m, from which a summary counts a joint at its limit; none: never
   std::vector<TrunkPoint> trunk;  // watched for touching the ground
   std::vector<std::string> omitted;  // tables of samples that are not kept
+  WorkLimits limits;
 };
 
 // A command to the drives: see `Reference::command`.
@@ -67,14 +69,22 @@ struct Reading {
   std::vector<char> loaded;
 };
 
+// Where a run that has ended early got stuck.
+struct Trouble {
+  double step;      // the last one tried, s
+  long coordinate;  // of the velocity, whose error kept the step small; -1: not known
+  long foot;        // the most loaded; -1: none touches
+};
+
 class Rollout {
  public:
   virtual ~Rollout() = default;
-  virtual bool advance(long samples) = 0;  // false: diverged; the samples before stand
-  // To a time between samples too, after which commands may follow. False: diverged.
+  virtual bool advance(long samples) = 0;  // false: diverged or ended; the samples before stand
+  // To a time between samples too, after which commands may follow. False: diverged or ended.
   virtual bool advance_to(double time) = 0;
   virtual double time() const = 0;
   virtual void command(const DriveCommand& command) = 0;  // at the time reached
+  virtual Reference& reference() = 0;
   virtual VectorXd set_points() = 0;                      // angles at the time reached, rad
   virtual void read(Reading& reading) = 0;                // at the time reached
   virtual SampleTables& samples() = 0;
@@ -83,6 +93,8 @@ class Rollout {
   virtual std::map<std::string, double> counters() const = 0;
   virtual Checkpoint checkpoint() const = 0;
   virtual const DriveCounters& drive_counters() const = 0;
+  virtual WorkMonitor& monitor() = 0;
+  virtual Trouble trouble() const = 0;
 };
 
 // One function per method, each compiled in a unit of its own.

@@ -27,6 +27,8 @@ class SampledRollout : public Rollout, protected AcceptedStep {
   const TrunkWatch& trunk() const override { return trunk_; }
   RunSummary& summary() override { return summary_; }
   double time() const override { return time_; }
+  Reference& reference() override { return reference_; }
+  WorkMonitor& monitor() override { return monitor_; }
 
   void command(const DriveCommand& c) override {
     torque_time_ = kNever;
@@ -91,6 +93,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
     reference_.restore(setup.start.command, time_);
     summary_.set_window(setup.window.begin, setup.window.end, setup.window.cycle);
     if (torque_limit_.size() > 0) summary_.set_limit(torque_limit_);
+    monitor_.start(setup.limits, time_);
   }
 
   // After the first evaluation: the sample of the start.
@@ -132,7 +135,10 @@ class SampledRollout : public Rollout, protected AcceptedStep {
     return Loads::reached(plant_.loads.next_change(before), time_);
   }
 
-  void accepted(double t, const VectorXd& q, const VectorXd& v) override { see(t, q, v); }
+  bool accepted(double t, const VectorXd& q, const VectorXd& v) override {
+    see(t, q, v);
+    return monitor_.goes_on(t, plant_.evaluations);
+  }
 
   Checkpoint checkpoint_now(std::vector<double> controller) const {
     Checkpoint c;
@@ -144,6 +150,19 @@ class SampledRollout : public Rollout, protected AcceptedStep {
     for (std::size_t i = 0; i < ledger_.impulse.size(); ++i)
       c.impulse.row(Eigen::Index(i)) = ledger_.impulse[i].transpose();
     return c;
+  }
+
+  bool ended() const { return monitor_.verdict() != WorkMonitor::Verdict::none; }
+
+  // The most loaded foot; -1: none touches.
+  long loaded_foot() const {
+    long most = -1;
+    double largest = 0.0;
+    for (std::size_t i = 0; i < plant_.feet.size(); ++i) {
+      const double force = plant_.feet[i].active ? plant_.feet[i].contact.force.norm() : 0.0;
+      if (force > largest) largest = force, most = long(plant_.foot_of(i));
+    }
+    return most;
   }
 
   PlantT plant_;
@@ -215,6 +234,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
                                rows(i, 4) != 0.0, rows(i, 5) != 0.0};
   }
 
+  WorkMonitor monitor_;
   Recorder recorder_;
   TrunkWatch trunk_;
   RunSummary summary_;

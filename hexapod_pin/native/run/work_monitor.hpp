@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <limits>
 
@@ -12,17 +13,17 @@ namespace hexapod {
 struct WorkLimits {
   double evaluations = std::numeric_limits<double>::infinity();  // of the right-hand side
   double smallest_step = 0.0;  // s, mean of the steps between two looks
+  double wall_time = std::numeric_limits<double>::infinity();  // s, since the first step
 };
 
 class WorkMonitor {
  public:
-  enum class Verdict { none, evaluations, smallest_step, stopped };
+  enum class Verdict { none, evaluations, smallest_step, wall_time, stopped };
 
   // From time t on [s].
   void start(const WorkLimits& limits, double t) {
     limits_ = limits;
-    last_time_ = t;
-    next_look_ = long(std::min(double(kLook), limits.evaluations));
+    time_ = t;
   }
 
   // Asked now and then in the thread that advances the run; false ends it.
@@ -40,14 +41,18 @@ class WorkMonitor {
   Verdict verdict() const { return verdict_; }
 
  private:
+  using Clock = std::chrono::steady_clock;
   static constexpr long kLook = 20000;  // evaluations between two looks, less than 0.1 s
 
   bool look(double t, long evaluations) {
-    const double mean = (t - last_time_) / double(steps_);
+    if (next_look_ == 0) begin_ = Clock::now();
+    const std::chrono::duration<double> spent = Clock::now() - begin_;
+    const double mean = (t - time_) / double(steps_);
     if (told_to_stop_ || (poll_ && !poll_())) verdict_ = Verdict::stopped;
     else if (double(evaluations) >= limits_.evaluations) verdict_ = Verdict::evaluations;
-    else if (mean < limits_.smallest_step) verdict_ = Verdict::smallest_step;
-    last_time_ = t, steps_ = 0;
+    else if (next_look_ > 0 && mean < limits_.smallest_step) verdict_ = Verdict::smallest_step;
+    else if (spent.count() > limits_.wall_time) verdict_ = Verdict::wall_time;
+    time_ = t, steps_ = 0;
     next_look_ = long(std::min(double(evaluations + kLook), std::max(limits_.evaluations, 1.0)));
     return verdict_ == Verdict::none;
   }
@@ -56,8 +61,9 @@ class WorkMonitor {
   std::function<bool()> poll_;
   std::atomic<bool> told_to_stop_{false};
   Verdict verdict_ = Verdict::none;
-  double last_time_ = 0.0;  // s
-  long steps_ = 0, next_look_ = kLook;
+  Clock::time_point begin_;
+  double time_ = 0.0;               // of the last look, s
+  long steps_ = 0, next_look_ = 0;  // since then; evaluations
 };
 
 }  // namespace hexapod

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.drive.catalog import MotorRecord
 from hexapod_pin.drive.derating import Derating
 from hexapod_pin.errors import ParameterError, UnknownNameError
@@ -102,6 +103,7 @@ class MotorBudget:
         return budget_text(self)
 
 
+@checked
 def motor_budget(
     demand: JointDemand | Trace,
     record: MotorRecord | Mapping[str, MotorRecord],

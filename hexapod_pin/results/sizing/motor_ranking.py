@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.results.budget_table import aligned
 from hexapod_pin.results.sizing.joint_demand import JointDemand
 from hexapod_pin.results.sizing.motor_budget import MotorBudget, motor_budget
@@ -78,6 +79,7 @@ class MotorRanking:
         }
 
 
+@checked
 def motor_ranking(
     run: Trace | JointDemand,
     records: Iterable[MotorRecord],

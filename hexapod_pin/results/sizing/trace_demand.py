@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_budget import joint_kinds
@@ -23,6 +24,7 @@ MOST_POSTURES = 32
 """Postures of a window in which holding torque and inertia are looked at."""
 
 
+@checked
 def joint_demand(trace: Trace, *, postures: int = MOST_POSTURES) -> JointDemand:
     """Return what the joints of a walk demand of any motor; see `JointDemand`.
 

@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, SimulationInterrupted, SweepInterrupted
 from hexapod_pin.sweep.runs.case_runs import case_outcomes
 from hexapod_pin.sweep.runs.distribution import Distribution
@@ -25,6 +26,7 @@ CHUNK = 4
 """Cases of a task for a worker: the most that the death of one worker loses."""
 
 
+@checked
 def run_sweep(
     study: SweepStudy,
     store: str | Path = "study.db",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.file_ending import NETCDF, check_ending
 from hexapod_pin.results.netcdf import Column, write_netcdf
@@ -133,6 +134,7 @@ def check_sweep_ending(path: str | Path) -> str:
     return check_ending(path, (*NETCDF, *CSV))
 
 
+@checked
 def open_sweep(path: str | Path) -> SweepResult:
     """Return what the store of a sweep holds, finished or not; it may be written to meanwhile.
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, SimulationInterrupted
 from hexapod_pin.results.motor_selection import MotorCandidate, MotorSelection
 from hexapod_pin.sweep.selection.confidence import UncertainInputs, confidence_of
@@ -27,6 +28,7 @@ Stage = Callable[[str], Callable[[float], None]]
 """Begins a stage of the work by its title, and returns what is told its finished fraction."""
 
 
+@checked
 def select_motors(
     text: str,
     folder: str | Path | None = None,

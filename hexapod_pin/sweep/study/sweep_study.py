@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.case_data import case_to_dict
@@ -24,6 +25,7 @@ MOST_CASES = 10_000_000
 """Most cases of a study."""
 
 
+@checked
 class SweepStudy:
     """The cases of a study file: a grid of its axes, crossed with samples of its uncertain inputs.
 
@@ -210,6 +212,7 @@ class SweepStudy:
             raise ParameterError(where, found, f"{MOST_CASES} cases at most")
 
 
+@checked
 def load_sweep(path: str | Path) -> SweepStudy:
     """Read a study file; relative paths in it start in its folder.
 

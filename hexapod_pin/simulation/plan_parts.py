@@ -1,0 +1,87 @@
+"""What the drives follow, planned in parts: of a long walk never more than one is in memory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.knot_table import MAX_KNOT_SPACING
+from hexapod_pin.control.sampled_trajectory import SampledTrajectory
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.simulation.work_forecast import LIFT
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
+    from hexapod_pin.robot.robot import Robot
+
+PART = 600.0
+"""Length of a part [s]: 17 MB for 18 joints."""
+
+KNOT_COPIES = 3.0
+"""Of a plan in memory while a run begins [-]."""
+
+MARGIN_CYCLES = 2.0
+"""By so many cycles a part goes on beyond the time that a run is to reach: its steps look ahead."""
+
+
+@dataclass(frozen=True)
+class PlanParts:
+    """A walk that repeats, planned from any time on.
+
+    Attributes:
+        controller: plans it.
+        robot: walks it.
+        end: of the whole walk [s].
+    """
+
+    controller: KinematicControl
+    robot: Robot
+    end: float
+
+    def extend(self, rollout: Any, time: float) -> None:
+        """Give a native run more knots where those it has do not reach a time [s]."""
+        stop = self.controller.stop_at
+        last = self.end if stop is None else min(self.end, stop)
+        while (known := rollout.plan_end) < min(time, last):
+            part = self.part(known)
+            new = part.time >= known
+            rollout.extend_plan(part.time[new].tolist(), part.q[new], part.v[new])
+
+    def part(self, since: float) -> JointTrajectory:
+        """Return the part that begins at an event not after a time [s]."""
+        margin = MARGIN_CYCLES * self.controller.gait.cycle_time
+        until = min(self.end, since + PART) + margin
+        return self.controller.plan_part(self.robot, self.end, since, until)
+
+
+def plan_of(
+    controller: Controller, robot: Robot, begin: float, end: float, memory: float, *, in_parts: bool
+) -> tuple[JointTrajectory, PlanParts | None]:
+    """Return what the drives follow from `begin` to `end` [s], or its first part and the rest.
+
+    Args:
+        controller: plans it.
+        robot: follows it.
+        begin: where the run begins [s].
+        end: where it ends [s].
+        memory: that a plan may take [bytes].
+        in_parts: whether the run can be given more later.
+
+    Raises:
+        GaitError, ReachError, ParameterError: as of the controller.
+    """
+    if in_parts and end - begin > PART and isinstance(controller, KinematicControl):
+        if controller.repeats(robot):
+            parts = PlanParts(controller, robot, end)
+            return parts.part(begin), parts
+    needed = KNOT_COPIES * 8.0 * (2 * len(robot.joint_names) + 1) * end / MAX_KNOT_SPACING
+    if needed > memory and not isinstance(controller, HoldPosture | SampledTrajectory):
+        raise ParameterError(
+            "duration", end, f"short enough for a plan of {memory / 1e9:.3g} GB; it would take "
+            f"{needed / 1e9:.3g} GB",
+            "Only a KinematicControl whose cycles repeat is planned in parts, by `simulate`. "
+            + LIFT,
+        )  # fmt: skip
+    return controller.plan(robot, end), None

@@ -1,0 +1,150 @@
+"""Arguments of public calls: a wrong kind ends in one error that names call and argument."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike
+
+import hexapod_pin as hp
+from hexapod_pin.arguments import checked
+from hexapod_pin.errors import ParameterError
+
+SCENE = hp.Scene(hp.load_robot("kharagpur"))
+
+
+@checked
+def call(
+    number: float = 0.0,
+    *,
+    count: int = 1,
+    truth: bool = False,
+    text: str = "",
+    path: str | Path = "",
+    several: Sequence[float] = (),
+    pair: tuple[float, str] = (0.0, ""),
+    table: Mapping[str, Sequence[int]] | None = None,
+    array: ArrayLike | None = None,
+    choice: Literal["a", "b"] = "a",
+    function: Callable[[], None] | None = None,
+    taken: Iterable[int] = (),
+    scene: hp.Scene | None = None,
+) -> float:
+    """Return the number."""
+    return number
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "allowed"),
+    [
+        ("number", "1", "a number"),
+        ("number", True, "a number"),
+        ("number", float("nan"), "finite"),
+        ("number", float("-inf"), "finite"),
+        ("number", 1j, "a number"),
+        ("count", 1.0, "a whole number"),
+        ("count", False, "a whole number"),
+        ("truth", 1, "True or False"),
+        ("text", b"x", "a text"),
+        ("path", b"x", "a path"),
+        ("path", "a\0b", "without a null character"),
+        ("several", "12", "several"),
+        ("several", 3.0, "several"),
+        ("several", {1.0: 2.0}, "several"),
+        ("pair", (1.0,), "2 values"),
+        ("table", [1], "a mapping"),
+        ("array", "12", "numbers"),
+        ("array", [[1.0], [1.0, 2.0]], "all rows of one length"),
+        ("array", [1.0, float("nan")], "NaN"),
+        ("choice", "c", "'a', 'b'"),
+        ("function", 3, "callable"),
+        ("taken", 3, "several"),
+        ("scene", "kharagpur", "a Scene"),
+    ],
+)
+def test_a_wrong_kind_is_named(name: str, value: object, allowed: str):
+    with pytest.raises(ParameterError) as caught:
+        call(**{name: value})
+    assert caught.value.name == f"call.{name}"
+    assert caught.value.value is value
+    assert allowed in caught.value.allowed
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "where"),
+    [
+        ("several", [1.0, 2.0, "3"], "call.several[2]"),
+        ("pair", ("x", "y"), "call.pair[0]"),
+        ("table", {"a": [1, 2.5]}, "call.table['a'][1]"),
+        ("table", {3: [1]}, "call.table key 3"),
+        ("taken", [1, None], "call.taken[1]"),
+    ],
+)
+def test_a_wrong_part_is_named_with_its_place(name: str, value: object, where: str):
+    with pytest.raises(ParameterError) as caught:
+        call(**{name: value})
+    assert caught.value.name == where
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("number", 1),
+        ("number", np.float32(1.0)),
+        ("count", np.int64(2)),
+        ("truth", np.bool_(True)),
+        ("path", Path("x")),
+        ("several", np.array([1.0, 2.0])),
+        ("table", None),
+        ("array", [[1, 2], [3, 4]]),
+        ("array", np.inf),
+        ("function", print),
+        ("taken", iter([1])),
+        ("scene", SCENE),
+    ],
+)
+def test_what_will_do_is_passed_on(name: str, value: object):
+    assert call(**{name: value}) == (value if name == "number" else 0.0)
+
+
+def test_an_iterator_is_not_used_up():
+    numbers = iter([1, 2])
+    call(taken=numbers)
+    assert list(numbers) == [1, 2]
+
+
+def test_an_argument_that_does_not_exist_is_pythons_own_error():
+    with pytest.raises(TypeError, match="unexpected keyword"):
+        call(numbre=1.0)
+
+
+def test_signature_and_documentation_stay():
+    assert list(inspect.signature(hp.simulate).parameters)[:2] == ["scene", "controller"]
+    assert "Run a scene under a controller" in (hp.simulate.__doc__ or "")
+
+
+NAMES_OF_CLASSES = {"State", "Scene", "Case", "Session", "HoldPosture", "KinematicControl"}
+
+
+def functions() -> list[str]:
+    """Return the names of all public functions."""
+    return [n for n in hp.__all__ if inspect.isfunction(getattr(hp, n, None)) and n[0].islower()]
+
+
+@pytest.mark.parametrize("name", [*functions(), *sorted(NAMES_OF_CLASSES)])
+def test_every_public_call_refuses_an_object_of_no_kind(name: str):
+    """The first argument that it requires is checked first."""
+    public = getattr(hp, name)
+    required = [
+        parameter.name
+        for parameter in inspect.signature(public).parameters.values()
+        if parameter.default is parameter.empty
+    ]
+    if required:
+        with pytest.raises(ParameterError, match=f"{name}.{required[0]}"):
+            public(**dict.fromkeys(required, object()))

@@ -1,0 +1,73 @@
+"""Long walks are planned part by part: the same knots, and no more of them in memory."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.simulation import plan_parts
+from hexapod_pin.simulation.native_run import open_loop_run
+from hexapod_pin.simulation.plan_parts import PlanParts, plan_of
+
+ROBOT = hp.load_robot("kharagpur")
+SCENE = hp.Scene(ROBOT)
+GAIT = hp.Gait.tripod(stroke=0.1, cycle_time=1.3)
+
+
+@pytest.mark.parametrize("stop_at", [None, 31.0])
+@pytest.mark.parametrize("since", [0.0, 3.1, 13.0, 26.4, 29.9])
+def test_a_part_has_the_bits_of_the_whole(since: float, stop_at: float | None):
+    control = hp.KinematicControl(GAIT, stop_at=stop_at)
+    whole = control.plan(ROBOT, 40.0)
+    part = control.plan_part(ROBOT, 40.0, since, min(since + 4.0, 40.0))
+    first = int(np.searchsorted(whole.time, part.time[0]))
+    rows = slice(first, first + len(part.time))
+    for name in ("time", "q", "v"):
+        assert np.array_equal(getattr(part, name), getattr(whole, name)[rows]), name
+    assert part.time[0] <= since
+    assert part.time[-1] >= min(since + 4.0, whole.time[-1])
+    assert (part.steady_from, part.steady_until) == (whole.steady_from, whole.steady_until)
+
+
+@pytest.mark.parametrize("method", ["extrapolated-euler", "ndf", "robust"])
+@pytest.mark.parametrize("stop_at", [None, 17.0])
+def test_a_walk_in_parts_has_the_bits_of_one_that_is_planned_at_once(
+    method: str, stop_at: float | None, monkeypatch: pytest.MonkeyPatch
+):
+    settings = {"step": 2e-3} if method == "robust" else {"accuracy": 1e-5, "estimate": False}
+    run = dict(duration=20.0, method=method, sample=0.1, **settings)
+    control = hp.KinematicControl(GAIT, stop_at=stop_at)
+    whole = hp.simulate(SCENE, control, **run)
+    monkeypatch.setattr(plan_parts, "PART", 3.0)
+    part = hp.simulate(SCENE, control, **run)
+    assert np.array_equal(part.q, whole.q)
+    assert np.array_equal(part.torque, whole.torque)
+    assert np.array_equal(part.q_ref, whole.q_ref)
+    assert part.counters == whole.counters
+
+
+def test_no_more_than_a_part_and_its_margin_is_planned():
+    case = hp.Case(SCENE, hp.KinematicControl(GAIT), duration=39000.0, sample=1.3)
+    run = open_loop_run(case, case.settings, in_parts=True)
+    assert plan_parts.PART <= run.rollout.plan_end <= plan_parts.PART + 4 * GAIT.cycle_time
+
+
+def test_a_run_far_from_the_start_plans_from_there():
+    begin = 500_000.0
+    plan, parts = plan_of(hp.KinematicControl(GAIT), ROBOT, begin, begin + 1e4, 1e9, in_parts=True)
+    assert isinstance(parts, PlanParts)
+    assert begin - GAIT.cycle_time <= plan.time[0] <= begin
+    early = hp.KinematicControl(GAIT).plan(ROBOT, 20.0)
+    phase = plan.time % GAIT.cycle_time
+    k = int(np.argmin(np.abs(early.time[early.time > 6.5] % GAIT.cycle_time - phase[0])))
+    assert plan.q[0] == pytest.approx(early.q[early.time > 6.5][k], abs=1e-9)
+
+
+def test_a_plan_too_large_for_memory_is_refused_with_its_size():
+    body = hp.BodyMotion(height=hp.Sine(amplitude=0.005, period=3.1))
+    control = hp.KinematicControl(GAIT, body=body)
+    with pytest.raises(ParameterError, match=r"duration = .*GB") as caught:
+        hp.simulate(SCENE, control, duration=1e5, sample=10.0)
+    assert "allow=True" in str(caught.value)

@@ -1,0 +1,196 @@
+"""What a run may use: refused before it starts, ended while it goes on, with what it has done."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.errors import ParameterError, SimulationInterrupted, WorkLimitError
+from hexapod_pin.simulation.work_forecast import WorkForecast
+from hexapod_pin.simulation.work_limits import chosen_limits
+
+ROBOT = hp.load_robot("kharagpur")
+SCENE = hp.Scene(ROBOT)
+HOLD = hp.HoldPosture()
+DROP = hp.State(np.concatenate([[0, 0, 0.5, 0, 0, 0, 1], ROBOT.posture]), np.zeros(24))
+
+
+def stiff() -> hp.Scene:
+    """Return a scene whose friction changes sign within 1e-18 m/s: no step can follow it."""
+    contact = hp.Contact.preset("s1")
+    friction = hp.TanhCoulomb(mu=0.7, slope=1e18)
+    return hp.Scene(ROBOT, contact=contact.model_copy(update={"friction": friction}))
+
+
+@pytest.mark.parametrize(
+    ("settings", "name", "told"),
+    [
+        ({"duration": 1e6}, "duration", "5e+08"),
+        ({"duration": 86400.0}, "sample", "43200000"),
+        ({"duration": 1e-3, "sample": 1e-9}, "sample", "1e-07 s"),
+        ({"duration": 1e-3, "step": 1e-9}, "step", "1e-07 s"),
+        ({"duration": 1e6, "method": "robust", "sample": 1.0, "record": ["motion"]}, "duration",
+         "1e+09"),
+    ],
+)  # fmt: skip
+def test_absurd_runs_are_refused_with_the_number_and_the_way_out(settings, name, told):
+    with pytest.raises(ParameterError) as caught:
+        hp.simulate(SCENE, HOLD, **settings)
+    assert caught.value.name == name
+    assert told in str(caught.value)
+    assert "allow=True (--force)" in str(caught.value)
+
+
+def test_what_is_allowed_runs():
+    trace = hp.simulate(SCENE, HOLD, duration=1e-8, step=1e-9, sample=1e-9, allow=True)
+    assert trace.time[-1] == pytest.approx(1e-8)
+
+
+def test_memory_is_that_of_the_samples():
+    """A trace's arrays have the bytes that were foretold, one of its three runs."""
+    case = hp.Case(SCENE, HOLD, duration=0.1, estimate=False)
+    trace = hp.simulate(SCENE, HOLD, duration=0.1, estimate=False)
+    names = ("time", "q", "v", "torque", "q_ref", "v_ref", "foot_position", "foot_force",
+             "foot_gap", "foot_normal", "foot_impulse", "com")  # fmt: skip
+    arrays = sum(getattr(trace, name).nbytes for name in names)
+    arrays += sum(array.nbytes for array in trace.energy.values())
+    foretold = WorkForecast.of(case.settings, SCENE, None).memory * 51 / 50  # and the first sample
+    assert foretold == pytest.approx(arrays, rel=0.02)
+
+
+def test_steps_that_shrink_for_ever_end_with_cause_and_samples():
+    with pytest.raises(WorkLimitError) as caught:
+        hp.simulate(stiff(), HOLD, duration=0.5, method="ndf", accuracy=1e-5, initial=DROP,
+                    estimate=False)  # fmt: skip
+    error = caught.value
+    assert error.limit == "smallest_step"
+    assert "HuntCrossley + TanhCoulomb" in str(error) and "_joint" in str(error)
+    assert 0.25 < error.trace.time[-1] < 0.29  # it has fallen on its feet
+    assert np.isfinite(error.trace.q).all()
+
+
+@pytest.mark.parametrize("method", ["extrapolated-euler", "dop853", "ndf", "robust"])
+def test_evaluations_end_a_run_at_its_next_look(method: str):
+    settings = {"step": 1e-4} if method == "robust" else {"accuracy": 1e-6, "estimate": False}
+    if method == "ndf":
+        settings["accuracy"] = 1e-7
+    limits = hp.WorkLimits(evaluations=2000)
+    with pytest.raises(WorkLimitError) as caught:
+        hp.simulate(SCENE, HOLD, duration=20.0, method=method, initial=DROP, limits=limits,
+                    **settings)  # fmt: skip
+    assert caught.value.limit == "evaluations"
+    assert 2000 <= caught.value.trace.counters["evaluations"] < 2200
+
+
+def test_wall_time_ends_a_run():
+    with pytest.raises(WorkLimitError) as caught:
+        hp.simulate(SCENE, HOLD, duration=1000.0, step=1e-4, sample=1.0,
+                    limits=hp.WorkLimits(wall_time=0.05))  # fmt: skip
+    assert caught.value.limit == "wall_time"
+
+
+def test_samples_before_the_end_are_those_of_a_run_without_limits():
+    settings = dict(duration=0.4, accuracy=1e-6, initial=DROP, estimate=False, sample=1e-3)
+    whole = hp.simulate(SCENE, HOLD, **settings)
+    with pytest.raises(WorkLimitError) as caught:
+        hp.simulate(SCENE, HOLD, **settings, limits=hp.WorkLimits(evaluations=1500))
+    part = caught.value.trace
+    assert 10 < len(part.time) < len(whole.time)
+    assert np.array_equal(part.q, whole.q[: len(part.q)])
+
+
+@pytest.mark.parametrize("method", ["extrapolated-euler", "ndf"])
+def test_a_run_goes_on_from_where_its_limit_ended_it(method: str):
+    accuracy, evaluations = {"extrapolated-euler": (1e-6, 1500), "ndf": (1e-8, 400)}[method]
+    settings = dict(accuracy=accuracy, method=method, estimate=False, sample=1e-3)
+    whole = hp.simulate(SCENE, HOLD, duration=0.4, initial=DROP, **settings)
+    with pytest.raises(WorkLimitError) as caught:
+        hp.simulate(SCENE, HOLD, duration=0.4, initial=DROP, **settings,
+                    limits=hp.WorkLimits(evaluations=evaluations))  # fmt: skip
+    start = caught.value.trace.checkpoint
+    assert 0.0 < start.time < 0.4
+    left = round((0.4 - start.time) / 1e-3 - 0.5) * 1e-3
+    rest = hp.simulate(SCENE, HOLD, duration=left, initial=start, **settings)
+    there = np.searchsorted(whole.time, rest.time[-1] - 1e-9)
+    assert rest.q[-1] == pytest.approx(whole.q[there], abs=10 * accuracy)
+
+
+def test_a_batch_gives_each_case_its_own_end():
+    cases = [hp.Case(stiff(), HOLD, DROP, duration=0.5, method="ndf", accuracy=1e-5),
+             hp.Case(SCENE, HOLD, duration=0.1)]  # fmt: skip
+    ended, whole = hp.simulate_batch(cases, threads=2, estimate=False)
+    assert isinstance(ended, WorkLimitError) and ended.limit == "smallest_step"
+    assert whole.time[-1] == pytest.approx(0.1)
+
+
+def test_a_controller_asked_too_often_is_refused():
+    class Still:
+        period = 1e-9
+
+        def start(self, scene, batch):
+            return None
+
+        def update(self, time, measurement, state):
+            return hp.Command(measurement.q), state
+
+    with pytest.raises(ParameterError, match=r"controller\.period"):
+        hp.simulate(SCENE, Still(), duration=0.01)
+
+
+def test_limits_are_chosen():
+    assert chosen_limits(None, False) == hp.WorkLimits()
+    assert chosen_limits(None, True) == hp.WorkLimits.none()
+    limits = hp.WorkLimits(wall_time=3.0)
+    assert chosen_limits(limits, True) is limits
+
+
+def test_session_has_limits_of_its_own():
+    session = hp.Session(SCENE, accuracy=1e-6, limits=hp.WorkLimits(evaluations=100))
+    with pytest.raises(WorkLimitError):
+        session.advance(1.0)
+
+
+@pytest.mark.parametrize("threads", [0, -1, 2000, True, 2.0, "2"])
+def test_threads_out_of_range(threads: object):
+    with pytest.raises(ParameterError, match="threads"):
+        hp.simulate_batch([hp.Case(SCENE, HOLD, duration=0.01)], threads=threads)
+
+
+def test_threads_that_cannot_start_are_an_error_not_an_abort():
+    code = """
+import resource, hexapod_pin as hp
+case = hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.01)
+used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + 200 * 2**20,) * 2)
+try:
+    hp.simulate_batch(iter([case] * 900), threads=900)
+except hp.errors.ParameterError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert "threads = 900" in done.stdout and "the system has started" in done.stdout
+
+
+def test_ctrl_c_is_seen_inside_a_long_sample():
+    """One sample of 1000 s takes seconds: the interruption does not wait for it."""
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(SimulationInterrupted) as caught:
+        hp.simulate(SCENE, HOLD, duration=1000.0, step=1e-4, sample=1000.0)
+    assert caught.value.trace.checkpoint.time < 900.0
+    assert len(caught.value.trace.time) == 1
+
+
+def test_ctrl_c_ends_a_batch_whose_run_is_stuck():
+    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+    cases = [hp.Case(SCENE, HOLD, duration=2000.0, step=1e-4, sample=1000.0)] * 3
+    with pytest.raises(SimulationInterrupted) as caught:
+        hp.simulate_batch(cases, threads=2)
+    assert caught.value.results == [None, None, None]
