@@ -74,6 +74,13 @@ class BatchRuns:
             pool = _native.Batch(self.threads)
         except RuntimeError as refusal:
             raise ParameterError("threads", self.threads, f"fewer: {refusal}") from None
+        try:
+            yield from self._results(pool)
+        finally:
+            pool.close()
+
+    def _results(self, pool: Any) -> Iterator[Result]:
+        """Yield the results of cases that a pool of the core runs, and of those with feedback."""
         under_way: dict[int, _Job] = {}
         more = True
         while more or self.waiting or under_way:

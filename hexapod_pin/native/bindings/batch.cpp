@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -24,13 +25,20 @@ namespace {
 class OwningBatch {
  public:
   explicit OwningBatch(int threads) : batch_(std::make_unique<Batch>(threads)) {}
-  ~OwningBatch() {  // waits for slices under way; they need no interpreter
-    nb::gil_scoped_release released;
-    batch_.reset();
+  ~OwningBatch() { close(); }
+
+  // Ends what is under way and waits for it, without the interpreter.
+  void close() {
+    {
+      nb::gil_scoped_release released;
+      batch_.reset();
+    }
     for (const auto& [number, run] : held_) release(run);
+    held_.clear();
   }
 
   long add(nb::object rollout, long samples, long slice) {
+    require_open();
     auto* run = nb::cast<Rollout*>(rollout);
     watch_.put_on(run->monitor());
     const long number = batch_->add(run, samples, slice);
@@ -39,6 +47,7 @@ class OwningBatch {
   }
 
   std::tuple<long, bool, std::string> next_done(double patience) {
+    require_open();
     Batch::Done done;
     {
       nb::gil_scoped_release released;
@@ -59,6 +68,10 @@ class OwningBatch {
     nb::object owner;
   };
 
+  void require_open() const {
+    if (!batch_) throw std::runtime_error("this batch is closed");
+  }
+
   static void release(const Held& held) { SignalWatch::take_off(held.run->monitor()); }
 
   SignalWatch watch_;
@@ -77,7 +90,8 @@ void bind_batch(nb::module_& m) {
            "Its number; it advances by `slice` samples at a time.")
       .def("next_done", &OwningBatch::next_done, "patience"_a,
            "Work until another one is done: its number, whether it did not diverge, what it failed "
-           "of. Number -1: none left; -2: not within `patience` [s], so that signals can be seen.");
+           "of. Number -1: none left; -2: not within `patience` [s], so that signals can be seen.")
+      .def("close", &OwningBatch::close, "Ends what is under way; nothing can be added after it.");
 }
 
 }  // namespace hexapod
