@@ -59,6 +59,7 @@ SHORT = {
         "2",
     ],
     "real_robots": ["--duration", "2.4"],
+    "killed_walk": ["--hours", "0.002", "--pieces", "2", "--kills", "1"],
     "one_hour": ["--cycles", "2"],
     "peak_sampling": [
         "--robots",

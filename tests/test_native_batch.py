@@ -41,8 +41,8 @@ def test_an_empty_batch_is_done() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="bounds the address space as Linux does")
-def test_threads_that_do_not_start_are_done_without() -> None:
-    """With room for a few stacks only: the batch ends, on the threads there are."""
+def test_threads_that_do_not_start_are_an_error() -> None:
+    """With room for a few stacks only: those that have begun end, and a smaller batch runs."""
     program = (
         "import resource\n"
         "from hexapod_pin import native\n"
@@ -51,7 +51,13 @@ def test_threads_that_do_not_start_are_done_without() -> None:
         "pages = int(open('/proc/self/statm').read().split()[0])\n"
         "room = pages * resource.getpagesize() + 200 * 2**20\n"
         "resource.setrlimit(resource.RLIMIT_AS, (room, room))\n"
-        "batch = native.Batch(5000)\n"
+        "try:\n"
+        "    native.Batch(5000)\n"
+        "except RuntimeError as error:\n"
+        "    assert 'of 4999 threads' in str(error), error\n"
+        "else:\n"
+        "    raise AssertionError('5000 threads have begun')\n"
+        "batch = native.Batch(2)\n"
         "batch.add(run.rollout, 100, 10)\n"
         "assert batch.next_done(60.0) == (0, True, '')\n"
         "assert batch.next_done(60.0)[0] == -1\n"

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
     from hexapod_pin.robot.robot import Robot
 
-PART = 600.0
-"""Length of a part [s]: 17 MB for 18 joints."""
+PART = 120.0
+"""Length of a part [s]: 4 MB for 18 joints."""
 
 KNOT_COPIES = 3.0
 """Of a plan in memory while a run begins [-]."""
