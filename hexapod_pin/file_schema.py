@@ -172,6 +172,15 @@ def json_object(name: str, array: npt.NDArray[Any] | None) -> dict[str, Any]:
     return found
 
 
+class _Shown(str):
+    """A value as it is shown, shortened."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
 class FileData(BaseModel):
     """Base of what a file's JSON or TOML parts must be; what is not named may be anything."""
 
@@ -194,9 +203,9 @@ def check_data(model: type[FileData], name: str, data: Any, **sizes: int) -> Non
         model.model_validate(data, context=sizes)
     except ValidationError as error:
         found = parameter_error(name, error)
-        value = found.value if isinstance(found.value, int | float) else None
-        shown = _short.repr(found.value) if value is None else value
-        raise ParameterError(found.name, shown, found.allowed, found.hint) from None
+        raise ParameterError(
+            found.name, _Shown(_short.repr(found.value)), found.allowed, found.hint
+        ) from None
     except (RecursionError, OverflowError) as error:
         raise ParameterError(name, type(data).__name__, f"plain data ({error})") from error
 

@@ -24,7 +24,7 @@ PATIENCE = 3.0
 REPEAT = 0.02
 """Wait before a signal is sent again whose exception was swallowed, as in a destructor [s]."""
 
-STARTING, RUNNING, TELLING, ENDED = "starting", "running", "telling", "ended"
+STARTING, RUNNING = "starting", "running"
 
 
 class StopSignal(KeyboardInterrupt):
@@ -49,7 +49,6 @@ class _State:
         self.since = 0.0
         self.depth = 0
         self.pending = False
-        self.told = False
 
 
 _state = _State()
@@ -71,9 +70,11 @@ def begin() -> None:
 
 
 def end() -> None:
-    """Say that all is saved and printed: a signal ends the process from now on."""
-    if _state.phase:
-        _state.phase = ENDED
+    """Say that all is saved: what is left to be done takes no time, and no signal cuts it."""
+    if not _state.phase:
+        return
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
 
 
 def received() -> int | None:
@@ -110,22 +111,8 @@ def check_stop() -> None:
         raise StopSignal(_state.first or signal.SIGINT)
 
 
-@contextmanager
-def last_words() -> Iterator[None]:
-    """Print the message that the process ends with: no signal comes between it and the end."""
-    if not _state.phase:
-        yield
-        return
-    _state.phase = TELLING
-    yield
-    _state.told = True
-    _state.phase = ENDED
-
-
 def _receive(number: int, _frame: FrameType | None) -> None:
-    if _state.phase == TELLING:
-        return
-    if _state.phase != RUNNING:
+    if _state.phase == STARTING:
         _leave(number)
     now, again = time.monotonic(), _state.first is not None
     if again and now - _state.since < PATIENCE:
@@ -138,10 +125,8 @@ def _receive(number: int, _frame: FrameType | None) -> None:
 
 
 def _leave(number: int) -> NoReturn:
-    """End the process at once, with one line where none was printed."""
-    when = " before anything was run" if _state.phase == STARTING else "; what was written is whole"
-    if not _state.told:
-        os.write(2, f"hexapod-pin: interrupted{when}\n".encode())
+    """End the process at once, with one line."""
+    os.write(2, b"hexapod-pin: interrupted before anything was run\n")
     os._exit(128 + number)
 
 

@@ -11,7 +11,7 @@ from typing import Any, NoReturn, TextIO
 
 from hexapod_pin import stop_signals
 from hexapod_pin.commands.app import main
-from hexapod_pin.commands.status import INTERRUPTED_TEXT, fail, interrupted_status
+from hexapod_pin.commands.status import FAILED, INTERRUPTED_TEXT, fail, interrupted_status
 from hexapod_pin.errors import TraceFileError
 
 
@@ -30,15 +30,19 @@ class _ForgivingFile(io.FileIO):
         try:
             return super().write(content)
         except BrokenPipeError:
-            nothing = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nothing, self.fileno())
-            os.close(nothing)
+            self._go_on_into_nothing()
             return len(content)
         except BlockingIOError:
             raise
         except OSError as error:
+            self._go_on_into_nothing()
             reason = error.strerror or str(error)
             raise TraceFileError(f"{self.name}: cannot be written ({reason}).") from error
+
+    def _go_on_into_nothing(self) -> None:
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nothing, self.fileno())
+        os.close(nothing)
 
 
 def forgiving(stream: TextIO) -> TextIO:
@@ -58,6 +62,8 @@ def run_process(argv: Sequence[str] | None = None) -> NoReturn:
         main(argv)
     except SystemExit as leaving:
         _end(_status(leaving))
+    except TraceFileError as error:
+        fail(str(error), FAILED)
     except BaseException:
         if stop_signals.received() is None:
             raise
@@ -76,7 +82,7 @@ def _end(status: Any) -> NoReturn:
     try:
         sys.stdout.flush()
     except TraceFileError as error:
-        sys.stdout = open(os.devnull, "w", encoding="utf-8")
-        fail(str(error), status or 2)
+        if not status:
+            fail(str(error), FAILED)
     stop_signals.end()
     sys.exit(status)

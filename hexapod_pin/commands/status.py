@@ -11,7 +11,7 @@ from typing import NoReturn
 
 import typer
 
-from hexapod_pin.stop_signals import last_words, received
+from hexapod_pin.stop_signals import end, received
 
 MISSED = 1
 FAILED = 2
@@ -31,6 +31,6 @@ def interrupted_status() -> int:
 
 def fail(message: str, status: int) -> NoReturn:
     """Print one message on stderr and exit."""
-    with last_words():
-        typer.echo(f"hexapod-pin: {message}", err=True)
+    end()
+    typer.echo(f"hexapod-pin: {message}", err=True)
     sys.exit(status)
