@@ -22,7 +22,8 @@ from hexapod_pin.results.trace_file import _stored_digest
 def trace() -> hp.Trace:
     gait = hp.Gait.tripod(stroke=0.04, cycle_time=0.3)
     scene = hp.Scene(hp.load_robot("kharagpur"))
-    return hp.Case(scene, hp.KinematicControl(gait), duration=0.9, accuracy=1e-4, sample=0.02).run()
+    control = hp.KinematicControl(gait)
+    return hp.Case(scene, control, duration=0.9, accuracy=1e-4, sample=0.02, estimate=True).run()
 
 
 def write(path: Path, name: str, value: Any) -> None:
