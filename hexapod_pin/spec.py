@@ -86,7 +86,7 @@ def read_toml(text: str, *, required: tuple[str, ...] = ()) -> dict[str, Any]:
 
     try:
         data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # of its syntax, or of a number without end
         raise ParameterError("TOML text", text[:40], f"valid TOML ({error})") from error
     for key in required:
         if key not in data:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.robot.description.paper_robots import PAPER_ROBOTS
 
 FOLDER = Path(__file__).resolve().parent.parent / "urdf"
@@ -24,7 +25,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             print(f"{path}: differs from its table; run scripts/build_urdf.py", file=sys.stderr)
         return 1 if stale else 0
     for path in _paths(options.folder):
-        path.write_text(PAPER_ROBOTS[path.stem].urdf(), encoding="utf-8")
+        write_atomically(path, PAPER_ROBOTS[path.stem].urdf())
         print(f"wrote {path}")
     return 0
 

@@ -11,6 +11,7 @@ import math
 import sys
 from collections.abc import Sequence
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.validation.case_result import CaseResult
 from hexapod_pin.validation.cases.registry import run_hard_cases
 from hexapod_pin.validation.expected_failures import REGISTRY, registry_data
@@ -22,7 +23,7 @@ def main() -> int:
     for one in results:
         if one.kind != "pass" and one.computed:
             print(f"{one.case}, {one.what}, {one.method}: {one.error:.1e}, {one.verdict}")
-    REGISTRY.write_text(json.dumps(updated(results), indent=1) + "\n", encoding="utf-8")
+    write_atomically(REGISTRY, json.dumps(updated(results), indent=1) + "\n")
     return int(any(one.failed and one.expected is None for one in results))
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.validation.rewriting.comparison import (
     CYCLES,
     FOOT_TOLERANCE,
@@ -51,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         failed = sum(not row.passed for row in rows)
         print(f"\r{k + 1} of {options.count}, {failed} failed", end="", flush=True, file=sys.stderr)
     print(file=sys.stderr)
-    options.out.write_text(report(rows, base, options.mend), encoding="utf-8")
+    write_atomically(options.out, report(rows, base, options.mend))
     print(f"{sum(row.passed for row in rows)} of {len(rows)} walk like the original; {options.out}")
     return 0 if all(row.passed for row in rows) else 1
 

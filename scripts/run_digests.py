@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 import hexapod_pin as hp
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.robot.description.urdf_file import read_urdf
 from hexapod_pin.robot.robot import robot_of
 
@@ -222,7 +223,7 @@ def main(argv: list[str] | None = None) -> int:
     print(f"{len(found)} runs, {len(diverged)} of them diverged (ndf on S2's stiff contact)")
     if options.write:
         head = f"# {platform.machine()}, Python {platform.python_version()}, NumPy {np.__version__}"
-        options.write.write_text("\n".join([head, *lines]) + "\n")
+        write_atomically(options.write, "\n".join([head, *lines]) + "\n")
     if options.check:
         known = [line for line in options.check.read_text().splitlines() if line[0] != "#"]
         known = [line for line in known if options.only in line]

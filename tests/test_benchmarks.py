@@ -41,6 +41,7 @@ SHORT = {
         "--controls",
         "both",
     ],
+    "command_kills": ["--kills", "1", "--signals", "0", "--only", "walk", "--duration", "1.5"],
     "constraint_drift": ["--duration", "0.02", "--rounds", "1"],
     "contact_cost": ["--duration", "0.05", "--rounds", "1"],
     "creep": ["--duration", "0.05"],

@@ -28,7 +28,7 @@ def trace() -> Trace:
     still = synthetic_trace(duration=0.05, effort_limit=[5.0] * 17 + [float("inf")])
     noise = np.random.default_rng(0)
     torque = noise.normal(size=still.torque.shape)
-    torque[0, :4] = np.nan, -0.0, 5e-324, np.inf
+    torque[0, :4] = 1e-300, -0.0, 5e-324, 1e150
     force = noise.normal(size=still.foot_force.shape)
     energy = {name: noise.normal(size=len(still.time)) for name in ENERGIES}
     return replace(still, torque=torque, foot_force=force, energy=energy)

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.validation.machine import Machine, load
 from hexapod_pin.validation.tables import Table
 
@@ -73,10 +74,10 @@ def run_study(study: Study, argv: Sequence[str] | None = None) -> int:
     command = " ".join(["python", f"benchmarks/{name}.py", *shown])
     text = study_page(found, command, f"{machine} At the end {load():.2f}.")
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{name}.md").write_text(text, encoding="utf-8")
+    write_atomically(folder / f"{name}.md", text)
     if found.data is not None:
         data = {"command": command, "machine": asdict(machine), **found.data}
-        (folder / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+        write_atomically(folder / f"{name}.json", json.dumps(data, indent=1) + "\n")
     print(text)
     return 0 if found.met and not found.failures else 1
 

@@ -22,12 +22,13 @@ from hexapod_pin.commands.option_names import in_options, option_names
 from hexapod_pin.commands.run import run
 from hexapod_pin.commands.select import select
 from hexapod_pin.commands.stability import stability
-from hexapod_pin.commands.status import FAILED, INTERRUPTED, fail
+from hexapod_pin.commands.status import FAILED, INTERRUPTED_TEXT, fail, interrupted_status
 from hexapod_pin.commands.sweep import sweep
 from hexapod_pin.commands.verify import verify
 from hexapod_pin.commands.view import view
 from hexapod_pin.commands.walk import walk
 from hexapod_pin.errors import HexapodError, SimulationInterrupted
+from hexapod_pin.stop_signals import begin, received
 
 
 class _Commands(TyperGroup):
@@ -35,14 +36,17 @@ class _Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was asked for."""
+        begin()
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
-            fail("interrupted; what was written before is whole", INTERRUPTED)
+            fail(INTERRUPTED_TEXT, interrupted_status())
         except HexapodError as error:
-            status = INTERRUPTED if isinstance(error, SimulationInterrupted) else FAILED
             command = self.get_command(ctx, ctx.invoked_subcommand or "")
-            fail(in_options(error, option_names(command)), status)
+            text = in_options(error, option_names(command))
+            if isinstance(error, SimulationInterrupted) or received() is not None:
+                fail(" ".join(text.split()), interrupted_status())
+            fail(text, FAILED)
 
 
 app = typer.Typer(

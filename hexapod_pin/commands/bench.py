@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Optional
 
 import typer
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.commands.options import (
     Feet,
     FootRadius,
@@ -200,7 +201,7 @@ def _hard(quick: bool, out: Path | None) -> None:
             parts.append(run(tick))
         typer.echo(f"\n{parts[-1].table.text()}\n{parts[-1].summary}")
     if out is not None:
-        out.write_text(suite_page(machine, parts), encoding="utf-8")
+        write_atomically(out, suite_page(machine, parts))
         typer.echo(f"wrote {out}")
     if any(part.failed for part in parts):
         missed = "; ".join(f"{one.table.title}: {one.summary}" for one in parts if one.failed)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.commands.motor_options import speed_limit, torque_limit
 from hexapod_pin.commands.options import (
     OptionalFloat,
@@ -71,9 +71,9 @@ def mend(
         fail(text, FAILED)
     written, moved = rebased(mended.file, finder, path, folders)
     if written is urdf and not read.expanded:
-        shutil.copyfile(file.expanduser(), path)
+        write_atomically(path, file.expanduser().read_bytes())
     else:
-        path.write_text(written.text, encoding="utf-8")
+        write_atomically(path, written.text)
     for line in [
         *(f"note: {text}" for text in read.notes),
         *_report(mended),

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import DivergenceError, SimulationInterrupted, TraceFileError
+from hexapod_pin.stop_signals import unbroken
 
 if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace
@@ -17,15 +18,24 @@ def writable(option: str, path: Path) -> Path:
     """Return the absolute path, refused now rather than after the simulation.
 
     Raises:
-        TraceFileError: the folder is missing or read-only, or the path is a folder.
+        TraceFileError: the folder is missing or read-only, the path is a folder, or the system
+            takes no such name.
     """
     path = path.expanduser().absolute()
-    if not path.parent.is_dir():
-        raise TraceFileError(f"{option} {path}: there is no folder {path.parent}.")
+    try:
+        path.lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise TraceFileError(f"{option} {path}: no name for a file ({reason}).") from error
+    folder = Path(os.path.realpath(path)).parent
+    if not folder.is_dir():
+        raise TraceFileError(f"{option} {path}: there is no folder {folder}.")
     if path.is_dir():
         raise TraceFileError(f"{option} {path}: is a folder; name a file in it.")
-    if not os.access(path.parent, os.W_OK):
-        raise TraceFileError(f"{option} {path}: the folder {path.parent} is not writable.")
+    if not os.access(folder, os.W_OK):
+        raise TraceFileError(f"{option} {path}: the folder {folder} is not writable.")
     return path
 
 
@@ -55,16 +65,19 @@ def distinct(first: Path, second: Path | None) -> None:
 def run_saving(job: Callable[[], Trace], out: Path) -> Trace:
     """Run a simulation and save its trace; of one that ends early, what there is.
 
+    Signals wait for the progress of the job, and until the file is written.
+
     Raises:
         DivergenceError, SimulationInterrupted: as the job does, the message telling the file.
     """
-    try:
-        trace = job()
-    except (DivergenceError, SimulationInterrupted) as error:
-        if error.trace is None:  # stopped before it began
-            raise
-        saved = error.trace.save(out)
-        kept = f"the {error.trace.time[-1]:g} s done so far are in {saved}"
-        raise type(error)(f"{error}\n{kept}", error.trace) from error
-    trace.save(out)
+    with unbroken():
+        try:
+            trace = job()
+        except (DivergenceError, SimulationInterrupted) as error:
+            if error.trace is None:  # stopped before it began
+                raise
+            saved = error.trace.save(out)
+            kept = f"the {error.trace.time[-1]:g} s done so far are in {saved}"
+            raise type(error)(f"{error}\n{kept}", error.trace) from error
+        trace.save(out)
     return trace

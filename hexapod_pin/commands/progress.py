@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from hexapod_pin.stop_signals import check_stop
+
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
@@ -20,12 +22,17 @@ class ProgressBar:
         self._show = self.stage(title)
 
     def __call__(self, fraction: float) -> None:
-        """Show how much is finished."""
+        """Show how much is finished; stop here where a signal asks for it."""
         self._show(fraction)
 
     def stage(self, title: str) -> Callable[[float], None]:
         """Return a callable that shows the finished fraction of something else."""
-        return lambda fraction: self._bar.update(self._task, description=title, completed=fraction)
+
+        def show(fraction: float) -> None:
+            self._bar.update(self._task, description=title, completed=fraction)
+            check_stop()
+
+        return show
 
 
 class TimeLeftBar:
@@ -44,6 +51,7 @@ class TimeLeftBar:
             self._first = fraction
         self._last = fraction
         self._bar.update(self._task, completed=fraction)
+        check_stop()
 
     @property
     def moved(self) -> float:

@@ -1,4 +1,4 @@
-"""Exit status: 0 done, 1 missed, 2 refused or failed, 3 ran with a bad result, 130 interrupted.
+"""Exit status: 0 done, 1 missed, 2 refused or failed, 3 ran with a bad result, 128 + n a signal.
 
 1: a row of a table that was run missed its number, or met one registered as an expected failure.
 3: a robot does not walk, or no motor passes. Each status but 0 leaves one message on stderr.
@@ -11,14 +11,26 @@ from typing import NoReturn
 
 import typer
 
+from hexapod_pin.stop_signals import end, received
+
 MISSED = 1
 FAILED = 2
 DOES_NOT_WALK = 3
 NONE_PASSES = 3
 INTERRUPTED = 130
+"""By Ctrl-C; other signals have their own: see `interrupted_status`."""
+
+INTERRUPTED_TEXT = "interrupted; what was written before is whole"
+
+
+def interrupted_status() -> int:
+    """Return 128 + n for the signal n that asked to stop."""
+    number = received()
+    return INTERRUPTED if number is None else 128 + number
 
 
 def fail(message: str, status: int) -> NoReturn:
     """Print one message on stderr and exit."""
+    end()
     typer.echo(f"hexapod-pin: {message}", err=True)
     sys.exit(status)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.commands.options import OptionalPath, OptionalText
 from hexapod_pin.commands.output_files import writable
 from hexapod_pin.commands.progress import progress_bar
@@ -39,7 +40,7 @@ def verify(
     table = result_table(results)
     typer.echo(f"{table.text()}\n{summary(results)}")
     if path is not None:
-        path.write_text(f"{table.markdown()}\n{summary(results)}\n", encoding="utf-8")
+        write_atomically(path, f"{table.markdown()}\n{summary(results)}\n")
         typer.echo(f"wrote {path}")
     if any(result.failed for result in results):
         fail(failures_text(results), MISSED)

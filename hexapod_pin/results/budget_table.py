@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from hexapod_pin.results.joint_budget import JointBudget, KindBudget
@@ -77,7 +78,7 @@ def joint_lines(joints: Sequence[JointBudget], per: str) -> list[str]:
             f"{row.positive_energy:.4g}",
             f"{row.negative_energy:.4g}",
             f"{row.peak_time:.3f}",
-            f"{row.effort_limit:.4g}",
+            "-" if math.isinf(row.effort_limit) else f"{row.effort_limit:.4g}",
             f"{100.0 * row.at_limit:.1f}",
         ]
         for row in joints

@@ -11,6 +11,8 @@ import numpy as np
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import StateError
+from hexapod_pin.file_schema import check_data
+from hexapod_pin.results.checkpoint_schema import CheckpointData
 from hexapod_pin.results.plain_state import from_plain, to_plain
 
 ARRAYS = ("q", "v", "contacts", "command", "impulse")
@@ -85,9 +87,28 @@ class Checkpoint:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Checkpoint:
-        """Rebuild a checkpoint from its dictionary."""
+        """Rebuild a checkpoint from its dictionary.
+
+        Raises:
+            ParameterError, StateError: it is none of `to_dict`; names the entry.
+        """
+        check_data(CheckpointData, "checkpoint", data)
         contacts = np.array(data["contacts"], dtype=float).reshape(-1, 6)
         more = {
-            name: from_plain(data[name]) for name in ("command", "impulse", "loop") if name in data
+            name: from_plain(data[name], f"checkpoint.{name}")
+            for name in ("command", "impulse", "loop")
+            if name in data
         }
+        for name, columns in (("command", None), ("impulse", 3)):
+            _require_table(f"checkpoint.{name}", more.get(name), columns)
         return cls(data["time"], data["q"], data["v"], contacts, tuple(data["controller"]), **more)
+
+
+def _require_table(name: str, values: Any, columns: int | None) -> None:
+    """Refuse what is no table of numbers with so many columns, None: any."""
+    if values is None:
+        return
+    if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu" or values.ndim != 2:
+        raise StateError(f"{name}: must be a table of numbers.")
+    if columns is not None and values.shape[1] != columns:
+        raise StateError(f"{name}: has {values.shape[1]} columns; must have {columns}.")

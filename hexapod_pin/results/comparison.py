@@ -8,8 +8,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.compared_run import ComparedRun, Outcome
 from hexapod_pin.results.estimate import CONFIDENCE, Estimate, mean_estimate, relative_change
 from hexapod_pin.results.file_ending import JSON, check_ending

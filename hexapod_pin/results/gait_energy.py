@@ -13,8 +13,10 @@ import numpy.typing as npt
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
+from hexapod_pin.file_schema import ArrayRule
 from hexapod_pin.results.accuracy_check import AccuracyCheck
 from hexapod_pin.results.grid_columns import (
+    check_grid,
     freeze_grid,
     grid_fields,
     grid_group,
@@ -45,6 +47,15 @@ LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
     "cycle_time": (GRID, "s", "cycle time of the gait"),
 }  # fmt: skip
 """Name: (axes, unit, meaning) of every array."""
+
+NAMES = ("scene", "gait")
+RULES = {
+    "speed": ArrayRule(("speed",), "m/s", least=0.0),
+    "duty": ArrayRule(("gait",), least=0.0),
+    "step_height": ArrayRule((), "m", least=0.0),
+    "copper_loss": ArrayRule(("motor",), "W/(N m)^2", least=0.0),
+}
+"""Names and numbers of a file besides the arrays of `LAYOUT`."""
 
 COSTS = (
     "cost_of_transport_positive", "cost_of_transport", "cost_of_transport_electrical",
@@ -288,6 +299,7 @@ class GaitEnergy:
         arrays, attributes = group
         require_schema(where, attributes, SCHEMA)
         try:
+            check_grid(arrays, LAYOUT, GRID, NAMES, RULES)
             return cls(
                 scenes=tuple(arrays["scene"]),
                 gaits=tuple(arrays["gait"]),
@@ -297,8 +309,8 @@ class GaitEnergy:
                 copper_loss=arrays["copper_loss"],
                 **grid_fields(arrays, LAYOUT),
             )
-        except (KeyError, ParameterError, ValueError) as error:
-            raise TraceFileError(f"{where}: damaged ({error!r}).") from error
+        except ParameterError as error:
+            raise TraceFileError(f"{where}: {error}") from error
 
     def save(self, path: str | Path) -> Path:
         """Write a netCDF-4 file, wholly or not at all, and return its path.

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.file_schema import ArrayRule, check_arrays, check_names, json_object
 from hexapod_pin.results.accuracy_check import AccuracyCheck
 from hexapod_pin.results.netcdf import Column, Group
 from hexapod_pin.results.trace_layout import described, frozen_json
@@ -86,6 +87,57 @@ def grid_group(
     return Group(columns, {"schema": schema[0], "schema_version": schema[1]})
 
 
+def check_grid(
+    arrays: Mapping[str, npt.NDArray[Any]],
+    layout: Layout,
+    grid: tuple[str, ...],
+    names: tuple[str, ...],
+    rules: Mapping[str, ArrayRule],
+) -> None:
+    """Check the variables of a sweep that `grid_group` wrote.
+
+    Args:
+        arrays: the variables.
+        layout: of the sweep's arrays; NaN where a point could not be walked.
+        grid: axes of the grid itself.
+        names: axes that have names.
+        rules: of the numbers along the axes.
+
+    Raises:
+        ParameterError: a variable is missing or breaks its rule.
+    """
+    sizes = {name: len(check_names(name, arrays.get(name))) for name in names}
+    for name, rule in rules.items():
+        sizes |= {axis: np.size(arrays.get(name, ())) for axis in rule.axes if axis not in sizes}
+    cells = {name: ArrayRule(axes, unit, nan=True) for name, (axes, unit, _) in layout.items()}
+    check_arrays(arrays, {**rules, **cells}, sizes)
+    _check_reasons(arrays.get("reason"), tuple(sizes[axis] for axis in grid))
+    json_object("meta", arrays.get("meta"))
+    if "check_change" in arrays:
+        _check_repeated(arrays, tuple(sizes[axis] for axis in grid))
+
+
+def _check_reasons(reason: npt.NDArray[Any] | None, shape: tuple[int, ...]) -> None:
+    if reason is None or reason.dtype.kind != "O" or reason.shape != shape:
+        found = None if reason is None else f"{reason.dtype} of shape {reason.shape}"
+        raise ParameterError("reason", found, f"texts of shape {shape}")
+
+
+def _check_repeated(arrays: Mapping[str, npt.NDArray[Any]], shape: tuple[int, ...]) -> None:
+    """Check the points that were run again at a tighter accuracy."""
+    count = len(check_names("check_quantity", arrays.get("check_quantity")))
+    points = arrays.get("check_point")
+    if points is None or points.dtype.kind != "i" or points.ndim != 2:
+        raise ParameterError("check_point", None if points is None else points.shape, "indices")
+    if points.shape[1] != len(shape) or (points < 0).any() or (points >= shape).any():
+        raise ParameterError("check_point", points.shape, f"places on a grid of {shape}")
+    rules = {
+        "check_accuracy": ArrayRule((), least=0.0),
+        "check_change": ArrayRule(("check", "check_quantity"), least=0.0, nan=True),
+    }
+    check_arrays(arrays, rules, {"check": len(points), "check_quantity": count})
+
+
 def grid_fields(arrays: Mapping[str, npt.NDArray[Any]], layout: Layout) -> dict[str, Any]:
     """Return the fields of a sweep that `grid_group` wrote.
 
@@ -121,8 +173,8 @@ def require_schema(where: str, attributes: Mapping[str, Any], schema: tuple[str,
     Raises:
         TraceFileError: says which.
     """
-    if attributes.get("schema") != schema[0]:
-        found = attributes.get("schema")
+    found = attributes.get("schema")
+    if not isinstance(found, str) or found != schema[0]:
         raise TraceFileError(f"{where}: schema {found!r} instead of {schema[0]!r}.")
     version = attributes.get("schema_version")
     if not isinstance(version, int | np.integer) or not 1 <= version <= schema[1]:

@@ -98,7 +98,7 @@ def summary_rows(summary: Summary) -> tuple[JointBudget, ...]:
             kind=kind,
             peak_torque=float(abs(summary.torque_peak[k])),
             peak_time=float(summary.torque_peak_time[k]),
-            effort_limit=float(limits[k]),
+            effort_limit=math.inf if limits[k] is None else float(limits[k]),
             at_limit=float(summary.at_limit[k]),
             p99_torque=float(summary.torque_p99[k]),
             rms_torque=float(summary.torque_rms[k]),

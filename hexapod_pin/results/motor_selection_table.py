@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.results.file_ending import check_ending
 from hexapod_pin.results.plain_json import without_non_finite
 

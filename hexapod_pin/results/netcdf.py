@@ -10,8 +10,8 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import TraceFileError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.file_ending import NETCDF, check_ending
 
 Result = TypeVar("Result")

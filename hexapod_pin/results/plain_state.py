@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,6 +11,10 @@ import numpy as np
 from hexapod_pin.errors import StateError
 
 ARRAY, TUPLE = "__array__", "__tuple__"
+
+KINDS = tuple(np.dtype(kind).str for kind in ("f8", "f4", "f2", "i8", "i4", "i2", "i1", "u8", "u4",
+                                              "u2", "u1", "?"))  # fmt: skip
+"""Types of numbers that an array may have."""
 
 
 def to_plain(value: Any, where: str = "state") -> Any:
@@ -36,14 +41,36 @@ def to_plain(value: Any, where: str = "state") -> Any:
     )
 
 
-def from_plain(value: Any) -> Any:
-    """Return what `to_plain` was given."""
+def from_plain(value: Any, where: str = "state") -> Any:
+    """Return what `to_plain` was given.
+
+    Raises:
+        StateError: `to_plain` has not made it; names where.
+    """
     if isinstance(value, list):
-        return [from_plain(item) for item in value]
+        return [from_plain(item, f"{where}[{k}]") for k, item in enumerate(value)]
     if not isinstance(value, Mapping):
         return value
     if ARRAY in value:
-        return np.array(value["data"], dtype=np.dtype(value[ARRAY])).reshape(value["shape"])
+        return _array(value, where)
     if TUPLE in value:
-        return tuple(from_plain(item) for item in value[TUPLE])
-    return {key: from_plain(item) for key, item in value.items()}
+        if not isinstance(value[TUPLE], list):
+            raise StateError(f"{where}: {TUPLE} must be a list.")
+        return tuple(from_plain(item, f"{where}[{k}]") for k, item in enumerate(value[TUPLE]))
+    return {key: from_plain(item, f"{where}.{key}") for key, item in value.items()}
+
+
+def _array(value: Mapping[str, Any], where: str) -> np.ndarray[Any, Any]:
+    kind, shape, data = value[ARRAY], value.get("shape"), value.get("data")
+    if kind not in KINDS:
+        raise StateError(f"{where}: {ARRAY} = {kind!r}: must be one of {', '.join(KINDS)}.")
+    if not isinstance(shape, list) or not all(type(n) is int and n >= 0 for n in shape):
+        raise StateError(f"{where}.shape = {shape!r}: must be whole numbers.")
+    if not isinstance(data, list) or math.prod(shape) != len(data):
+        raise StateError(f"{where}: must have as much data as its shape says.")
+    if not all(isinstance(item, int | float) for item in data):
+        raise StateError(f"{where}.data: must be numbers.")
+    try:
+        return np.array(data, dtype=np.dtype(kind)).reshape(shape)
+    except (OverflowError, ValueError) as error:
+        raise StateError(f"{where}.data: must be numbers of {kind} ({error}).") from error

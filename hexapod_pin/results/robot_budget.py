@@ -156,7 +156,7 @@ class TorqueBudget:
 
 def energy_per_way(energy: float, weight: float, distance: float | None) -> float | None:
     """Return an energy [J] over weight [N] and distance [m]: a cost of transport; None without."""
-    if distance is None or not distance > 0.0 or weight <= 0.0:
+    if distance is None or not distance > 0.0 or not weight > 0.0:
         return None
     return energy / (weight * distance)
 

@@ -65,8 +65,14 @@ def load_study(path: str | Path) -> dict[str, StudyPart]:
         TraceFileError: the file is missing, damaged, no study, or of a newer schema.
     """
     attributes = read_netcdf(path)[1]
-    if attributes.get("schema") != SCHEMA:
-        raise TraceFileError(f"{path}: not a study (schema {attributes.get('schema')!r}).")
+    schema = attributes.get("schema")
+    if not isinstance(schema, str) or schema != SCHEMA:
+        raise TraceFileError(f"{path}: not a study (schema {schema!r}).")
+    version = attributes.get("schema_version")
+    if version != SCHEMA_VERSION:
+        raise TraceFileError(
+            f"{path}: schema version {version}; this release reads {SCHEMA_VERSION}."
+        )
     return {name: _part(path, name) for name in netcdf_groups(path)}
 
 

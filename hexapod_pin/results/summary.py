@@ -16,13 +16,14 @@ import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.event import Event
 from hexapod_pin.results.file_ending import JSON, check_ending
 from hexapod_pin.results.joint_limits import JointLimits, joint_limits
 from hexapod_pin.results.plain_json import without_non_finite
+from hexapod_pin.results.run_schema import checked_summary
 from hexapod_pin.results.summary_layout import LAYOUT, SCHEMA, SCHEMA_VERSION, shape_of
 from hexapod_pin.results.way import distance_per_cycle
 
@@ -314,7 +315,7 @@ def load_summary(path: str | Path) -> Summary:
     """
     try:
         found = json.loads(Path(path).expanduser().read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise TraceFileError(f"{path}: cannot be read as JSON ({error}).") from error
     if not isinstance(found, dict) or found.get("schema") != SCHEMA:
         raise TraceFileError(f"{path}: not a summary.")
@@ -322,7 +323,7 @@ def load_summary(path: str | Path) -> Summary:
         raise TraceFileError(f"{path}: schema version {found.get('schema_version')}; this release "
                              f"reads {SCHEMA_VERSION}.")  # fmt: skip
     try:
-        names = tuple(found["joint_names"]), tuple(found["foot_names"])
-        return Summary.from_data(found["data"], *names, found["counters"], found["meta"])
-    except (KeyError, TypeError, ValueError) as error:
-        raise TraceFileError(f"{path}: damaged ({error}).") from error
+        names = checked_summary(found)
+    except ParameterError as error:
+        raise TraceFileError(f"{path}: {error}") from error
+    return Summary.from_data(found["data"], *names, found["counters"], found["meta"])

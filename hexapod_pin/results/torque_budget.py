@@ -6,6 +6,7 @@ comes on top.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -80,7 +81,7 @@ def _budget(
     gravity = np.asarray(meta.get("gravity", (0.0, 0.0, -9.81)), dtype=float)
     duration = (window.end - window.start) / window.parts
     nominal = meta.get("nominal_speed")
-    return TorqueBudget(
+    budget = TorqueBudget(
         robot=str(meta.get("robot_name", "robot")),
         window=window,
         joints=joints,
@@ -98,6 +99,25 @@ def _budget(
         turn=None if turn_rate is None else turn_rate * duration,
         nominal_turn=gait_turn_rate(meta) * duration,
     )
+    _require_numbers(budget)
+    return budget
+
+
+def _require_numbers(budget: TorqueBudget) -> None:
+    """Refuse a budget with numbers that are none, as of forged samples.
+
+    Raises:
+        ParameterError: names the joint, or the number of the whole robot.
+    """
+    whole = ("positive_energy", "negative_energy", "weight", "distance", "speed", "turn")
+    found = {name: getattr(budget, name) for name in whole}
+    for row in budget.joints:
+        for name in ("peak_torque", "rms_torque", "positive_energy", "negative_energy"):
+            found[f"{row.joint}.{name}"] = getattr(row, name)
+    for name, value in found.items():
+        if value is not None and not math.isfinite(value):
+            hint = "The samples, or the summary, that it is made of are no run's."
+            raise ParameterError(f"TorqueBudget.{name}", value, "finite", hint)
 
 
 def _sampled_distance(trace: Trace, window: Window) -> float | None:
@@ -125,16 +145,22 @@ def _sources(meta: Mapping[str, Any]) -> tuple[str, ...]:
     scene, control = _toml(meta.get("scene", "")), _toml(meta.get("controller", ""))
     contact, gait = scene.get("contact", {}), control.get("gait", {})
     laws = [contact.get(part, {}).get("kind") for part in ("normal", "friction")]
-    walk = [gait.get("name"), *(f"{k} {gait[k]:g}" for k in ("stroke", "cycle_time") if k in gait)]
+    walk = _walk_words(gait) if isinstance(gait, Mapping) else []
     step = meta.get("step")
     rows = {
         "robot": meta.get("provenance"),
-        "control": ", ".join(filter(None, [control.get("kind"), *walk])),
+        "control": ", ".join(map(str, filter(None, [control.get("kind"), *walk]))),
         "contact": " with ".join(filter(None, laws)),
         "method": meta.get("method")
         and f"{meta['method']}" + (f", step {step:g} s" if step else ""),
     }
     return tuple(f"{key}: {text}" for key, text in rows.items() if text)
+
+
+def _walk_words(gait: Mapping[str, Any]) -> list[Any]:
+    sizes = {name: gait.get(name) for name in ("stroke", "cycle_time")}
+    told = [f"{name} {x:g}" for name, x in sizes.items() if isinstance(x, int | float)]
+    return [gait.get("name"), *told]
 
 
 def _toml(text: str) -> Mapping[str, Any]:

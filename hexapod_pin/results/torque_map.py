@@ -13,8 +13,10 @@ import numpy.typing as npt
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
+from hexapod_pin.file_schema import ArrayRule, check_names
 from hexapod_pin.results.accuracy_check import AccuracyCheck
 from hexapod_pin.results.grid_columns import (
+    check_grid,
     freeze_grid,
     grid_fields,
     grid_group,
@@ -49,6 +51,13 @@ LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
     "phase_rms_error": (BY_PHASE, "N m", "how far sampling may have moved phase_rms"),
 }
 """Name: (axes, unit, meaning) of every array."""
+
+NAMES = ("joint", "foot", "phase")
+RULES = {
+    "stroke": ArrayRule(("stroke",), "m", least=0.0),
+    "cycle_time": ArrayRule(("cycle_time",), "s", least=0.0),
+}
+"""Names and numbers of a file besides the arrays of `LAYOUT`."""
 
 SUMMED = ("positive_energy", "negative_energy")
 """What a kind of joint has as the sum over its joints; of all else, that of the worst joint."""
@@ -195,6 +204,8 @@ class TorqueMap:
         arrays, attributes = group
         require_schema(where, attributes, SCHEMA)
         try:
+            check_grid(arrays, LAYOUT, GRID, NAMES, RULES)
+            check_names("kind", arrays.get("kind"), repeated=True)
             return cls(
                 stroke=arrays["stroke"],
                 cycle_time=arrays["cycle_time"],
@@ -203,8 +214,8 @@ class TorqueMap:
                 foot_names=tuple(arrays["foot"]),
                 **grid_fields(arrays, LAYOUT),
             )
-        except (KeyError, ParameterError, ValueError) as error:
-            raise TraceFileError(f"{where}: damaged ({error!r}).") from error
+        except ParameterError as error:
+            raise TraceFileError(f"{where}: {error}") from error
 
     def save(self, path: str | Path) -> Path:
         """Write a netCDF-4 file, wholly or not at all, and return its path.

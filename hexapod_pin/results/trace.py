@@ -5,7 +5,6 @@ A `Trace` knows neither the simulator that made it nor the viewers that show it.
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
@@ -18,8 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import NotRecordedError, ParameterError, UnknownNameError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
@@ -41,6 +40,7 @@ from hexapod_pin.results.trace_layout import (
     SCHEMA_VERSION,
     STATE_ENERGIES,
     described,
+    digest_of,
     frozen,
     frozen_json,
 )
@@ -364,16 +364,8 @@ class Trace:
 
     def digest_without(self, names: Collection[str]) -> str:
         """Return the digest as if these arrays were not there, as in files of an older schema."""
-        total = hashlib.sha256()
-        for name, values in self._arrays().items():
-            if name in names:
-                continue
-            total.update(f"{name}{values.shape}".encode())
-            total.update(values.astype("<f8").tobytes())
-        meta = {key: value for key, value in self.meta.items() if key != "wall_time"}
-        texts = [self.joint_names, self.foot_names, dict(self.counters), meta]
-        total.update(json.dumps(texts, sort_keys=True).encode())
-        return total.hexdigest()
+        arrays = {name: array for name, array in self._arrays().items() if name not in names}
+        return digest_of(arrays, self.joint_names, self.foot_names, self.counters, self.meta)
 
     def _arrays(self) -> dict[str, Array]:
         """Return the stored arrays by their names in a file."""

@@ -17,7 +17,10 @@ from hexapod_pin.results.file_ending import CSV, NETCDF, ending
 from hexapod_pin.results.netcdf import read_netcdf
 from hexapod_pin.results.recording import left_out, recorded_groups
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.trace_layout import LAYOUT, SCHEMA, SCHEMA_VERSION
+from hexapod_pin.results.trace_layout import LAYOUT, SCHEMA, SCHEMA_VERSION, digest_of
+from hexapod_pin.results.trace_schema import DERIVED, ENERGY, ERROR, checked_trace
+
+DAMAGED = "damaged: its content does not match its digest"
 
 ADDED = {2: ("foot_impulse",)}
 """Arrays by the schema they came with; earlier foot forces are means, which give the impulses."""
@@ -48,21 +51,36 @@ def trace_from_group(path: str, group: tuple[Mapping[str, Any], Mapping[str, Any
     arrays, attributes = group
     version = _schema_version(path, attributes)
     added = [name for since, names in ADDED.items() if version < since for name in names]
+    told = attributes.get("digest")
     try:
         trace = _from_arrays(arrays, _recorded(attributes), added)
-    except KeyError as error:
-        raise TraceFileError(f"{path}: variable {error.args[0]!r} is missing.") from error
-    except (ParameterError, ValueError, TypeError, AttributeError) as error:
-        raise TraceFileError(f"{path}: damaged ({error})") from error
-    if trace.digest_without(added) != attributes.get("digest"):
-        raise TraceFileError(f"{path}: damaged: its content does not match its digest.")
+    except (ParameterError, RecursionError) as error:
+        damage = "" if _stored_digest(arrays) == str(told) else f"{DAMAGED}; "
+        raise TraceFileError(f"{path}: {damage}{error}") from error
+    if trace.digest_without(added) != str(told):
+        raise TraceFileError(f"{path}: {DAMAGED}.")
     return trace
+
+
+def _stored_digest(arrays: Mapping[str, npt.NDArray[Any]]) -> str | None:
+    """Return the digest of what a file holds, fit for a trace or not; None where it has none."""
+    names = [name for name in LAYOUT if name in arrays]
+    names += sorted(name for name in arrays if name.startswith(ENERGY) and name != DERIVED)
+    names += [ERROR + name for name in QUANTITIES if ERROR + name in arrays]
+    try:
+        texts = (json.loads(arrays[name].item()) for name in ("counters", "meta"))
+        return digest_of(
+            {name: arrays[name] for name in names}, tuple(arrays["joint"]), tuple(arrays["foot"]),
+            *texts,
+        )  # fmt: skip
+    except (KeyError, ValueError, TypeError, AttributeError, RecursionError):
+        return None  # too far from a trace to have one
 
 
 def _schema_version(path: str | Path, attributes: Mapping[str, Any]) -> int:
     """Return a file's schema; refuse files that are no traces, and traces of a later schema."""
-    if attributes.get("schema") != SCHEMA:
-        found = attributes.get("schema")
+    found = attributes.get("schema")
+    if not isinstance(found, str) or found != SCHEMA:
         raise TraceFileError(f"{path}: not a trace (schema {found!r} instead of {SCHEMA!r}).")
     version = attributes.get("schema_version")
     if not isinstance(version, int | np.integer) or not 1 <= version <= SCHEMA_VERSION:
@@ -85,18 +103,21 @@ def _from_arrays(
     """Build a trace from the variables of a file and the groups that it holds, None for all.
 
     `added`: arrays that came with later schemas.
+
+    Raises:
+        ParameterError: a variable is missing or breaks its rule.
     """
-    prefix = "energy_"
-    stored = (name for name in arrays if name.startswith(prefix) and name != "energy_residual")
     absent = (*left_out(recorded), *added)
-    energy = {name[len(prefix) :]: arrays[name] for name in stored}
-    errors = {name: arrays[f"error_{name}"] for name in QUANTITIES if f"error_{name}" in arrays}
+    texts = checked_trace(arrays, absent)
+    stored = (name for name in arrays if name.startswith(ENERGY) and name != DERIVED)
+    energy = {name.removeprefix(ENERGY): arrays[name] for name in stored}
+    errors = {name: arrays[ERROR + name] for name in QUANTITIES if ERROR + name in arrays}
     return Trace(
         energy=None if "energy" in absent else energy,  # type: ignore[arg-type]
-        counters=json.loads(arrays["counters"].item()),
-        meta=json.loads(arrays["meta"].item()),
-        joint_names=tuple(arrays["joint"]),
-        foot_names=tuple(arrays["foot"]),
+        counters=texts.counters,
+        meta=texts.meta,
+        joint_names=texts.joint_names,
+        foot_names=texts.foot_names,
         error=ErrorEstimate(**errors) if errors else None,
         **{name: None if name in absent else arrays[name] for name in LAYOUT},  # type: ignore[arg-type]
     )

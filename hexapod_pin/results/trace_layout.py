@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -42,6 +43,24 @@ LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
         "of the foot forces since the sample before, world axes",
     ),
 }
+
+
+def digest_of(
+    arrays: Mapping[str, Any],
+    joint_names: tuple[str, ...],
+    foot_names: tuple[str, ...],
+    counters: Mapping[str, Any],
+    meta: Mapping[str, Any],
+) -> str:
+    """Return the SHA-256 over every bit of arrays, names and `meta` but the wall-clock time."""
+    total = hashlib.sha256()
+    for name, values in arrays.items():
+        total.update(f"{name}{values.shape}".encode())
+        total.update(values.astype("<f8").tobytes())
+    kept = {key: value for key, value in meta.items() if key != "wall_time"}
+    texts = [joint_names, foot_names, dict(counters), kept]
+    total.update(json.dumps(texts, sort_keys=True).encode())
+    return total.hexdigest()
 
 
 def described(units: str, meaning: str) -> dict[str, str]:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.arguments import checked
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.recording import recorded_groups
 from hexapod_pin.simulation.case_data import case_to_dict, read_case
 from hexapod_pin.simulation.case_digest import case_digest

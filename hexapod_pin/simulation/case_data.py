@@ -13,7 +13,9 @@ import numpy as np
 from hexapod_pin.arrays import read_only
 from hexapod_pin.control.registry import controller_to_dict, read_controller, table
 from hexapod_pin.errors import HexapodError, ParameterError
+from hexapod_pin.file_schema import check_data
 from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.results.recorded_settings import SceneData
 from hexapod_pin.robot.robot import PACKAGED
 from hexapod_pin.robot.state import State
 from hexapod_pin.simulation.scene import Scene
@@ -127,7 +129,7 @@ def within(section: str) -> Iterator[None]:
         raise ParameterError(name, error.value, error.allowed, error.hint) from error
     except HexapodError:
         raise
-    except (TypeError, ValueError, KeyError) as error:
+    except (TypeError, ValueError, KeyError, OverflowError) as error:
         raise ParameterError(section, None, f"readable ({error})") from error
 
 
@@ -136,6 +138,7 @@ def _read_scene(data: Any, folder: str | Path | None) -> Scene:
 
     known = tuple(field.name for field in fields(Scene))
     given = table(data, "scene", required=("robot",), optional=("schema", *known))
+    check_data(SceneData, "scene", given)
     robot = table(given["robot"], "scene.robot", required=("source",), optional=ROBOT)
     source = robot["source"]
     if not isinstance(source, str):

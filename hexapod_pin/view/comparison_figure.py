@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.estimate import CONFIDENCE
 from hexapod_pin.results.walk_metrics import METRICS
 from hexapod_pin.view.contact_figure import require_ending

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.contact import Contact, FrictionLaw, NormalLaw, Restitution
 from hexapod_pin.ground.contact.bounce import bounce
 from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, delivered_restitution
-from hexapod_pin.results.atomic_file import write_atomically
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,7 +6,7 @@ import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.atomic_file import write_atomically
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,4 +53,15 @@ def save_figure(figure: Figure, path: str | Path, ending: str) -> Path:
     """
     stream = io.BytesIO()
     figure.savefig(stream, format=ending, dpi=DPI)
+    return write_atomically(path, stream.getvalue())
+
+
+def write_svg(figure: Figure, path: Path) -> Path:
+    """Write a figure as SVG without a date, wholly or not at all, and return its path.
+
+    Raises:
+        TraceFileError: the file cannot be written.
+    """
+    stream = io.BytesIO()
+    figure.savefig(stream, format="svg", metadata={"Date": None})
     return write_atomically(path, stream.getvalue())

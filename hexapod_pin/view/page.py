@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ViewerError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.view.meshcat_commands import Command
 
 _POLICY = (

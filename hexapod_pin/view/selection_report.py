@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.file_ending import check_ending
 
 if TYPE_CHECKING:

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.benchmark.report.pages import BenchmarkReport, require_ending
 from hexapod_pin.benchmark.report.tables import has_engines
 from hexapod_pin.benchmark.work_precision.entry import OURS
 from hexapod_pin.benchmark.work_precision.tolerance_sweep import sweeps
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.validation.solver_setting import KEPT
 

@@ -11,12 +11,12 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.benchmark.report.tables import has_engines, tables
 from hexapod_pin.benchmark.work_precision.comparison import Comparison
 from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
 from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.atomic_file import write_atomically
 from hexapod_pin.results.plain_json import without_non_finite
 from hexapod_pin.spec import Spec
 from hexapod_pin.validation.machine import Machine

@@ -22,6 +22,7 @@ from hexapod_pin.formulations import maximal
 from hexapod_pin.validation.cases.flight import flying
 from hexapod_pin.validation.checks.maximal_twin import maximal_twin, position_difference
 from hexapod_pin.validation.tables import Table
+from hexapod_pin.view.figure_file import write_svg
 
 FIGURE = Path("docs") / "constraint_drift.svg"
 STEPS = (4e-3, 2e-3, 1e-3)
@@ -193,4 +194,4 @@ def draw(rows: Sequence[DriftRow], path: Path) -> None:
         *right.get_legend_handles_labels(), loc="outside lower center", ncols=len(STABILISATIONS)
     )
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, metadata={"Date": None})
+    write_svg(figure, path)

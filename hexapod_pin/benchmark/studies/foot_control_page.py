@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.validation.tables import Table
+from hexapod_pin.view.figure_file import write_svg
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,7 +28,7 @@ def save_figure(figure: Figure, path: Path) -> None:
     import matplotlib
 
     with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": path.stem}):
-        figure.savefig(path, metadata={"Date": None})
+        write_svg(figure, path)
 
 
 def write_page(
@@ -43,7 +45,7 @@ def write_page(
         INTERNAL, f"![Internal forces]({INTERNAL_FIGURE})", f"## {walks.title}", WALKS,
         walks.markdown(), "## More", MORE,
     ]  # fmt: skip
-    (folder / PAGE).write_text("\n\n".join(part.strip() for part in parts) + "\n", encoding="utf-8")
+    write_atomically(folder / PAGE, "\n\n".join(part.strip() for part in parts) + "\n")
 
 
 HEAD = """

@@ -28,6 +28,7 @@ from hexapod_pin.control.foot_control.stable_range import (
 from hexapod_pin.control.foot_control.stance_loop import spectral_radius
 from hexapod_pin.control.foot_control.virtual_suspension import VirtualSuspension
 from hexapod_pin.validation.tables import Table
+from hexapod_pin.view.figure_file import write_svg
 
 ROBOTS = ("kharagpur", "athena")
 QUANTITIES = ("suspension.stiffness", "suspension.frequency", "slip.ki")
@@ -233,4 +234,4 @@ def draw(found: Sequence[Border], path: Path, points: int) -> None:
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize="small")
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, metadata={"Date": None})
+    write_svg(figure, path)

@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.benchmark.studies.promise_forces import force_rows, force_table
 from hexapod_pin.benchmark.studies.promise_rows import PromiseRun, SceneResult, judge_scene
 from hexapod_pin.benchmark.studies.promise_runner import run_scenes
@@ -131,7 +132,7 @@ def promise_cases(
     felt = force_rows(forces)
     data = {"rows": [asdict(row) for row in rows], "forces": [asdict(row) for row in felt]}
     if record:
-        Path(record).write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+        write_atomically(record, json.dumps(data, indent=1) + "\n")
     known = _read(Path(before))
     parts: list[str | Table] = [
         "A cell holds the largest error over accuracy of the case's scenes (in brackets the least "

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.benchmark.studies.promise_rows import PromiseRun, judge_run
 from hexapod_pin.benchmark.studies.promise_truth import Truth, find_truth
 from hexapod_pin.benchmark.study import RESULTS, StudyReport
@@ -112,7 +113,7 @@ def promise_orders(
             rows.append(_row(name, method, runs, truth))
     data = {"rows": [asdict(row) for row in rows]}
     if record:
-        Path(record).write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+        write_atomically(record, json.dumps(data, indent=1) + "\n")
     met = all(row.converges for row in rows)
     return StudyReport("Orders where a scene switches", _parts(rows, asked, before), data, met)
 

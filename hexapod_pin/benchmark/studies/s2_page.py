@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.benchmark.studies import s2_words as words
 from hexapod_pin.benchmark.studies.s2_claims import claims
 from hexapod_pin.results.gait_energy import GaitEnergy
@@ -55,8 +56,7 @@ def write_page(
         "## Energy against speed", words.ENERGY, *_energy_tables(energy), "## More", words.MORE,
     ]  # fmt: skip
     page = folder / PAGE
-    page.write_text("\n\n".join(part.strip() for part in parts) + "\n", encoding="utf-8")
-    return page
+    return write_atomically(page, "\n\n".join(part.strip() for part in parts) + "\n")
 
 
 def claims_table(study: Mapping[str, StudyPart]) -> Table:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.benchmark.studies.many_walks import many_walks
 from hexapod_pin.benchmark.studies.simulated_workers import SimulatedSweep, simulated_sweep
 from hexapod_pin.benchmark.studies.sweep_forecast import SweepCosts, forecast
@@ -75,7 +76,7 @@ def sweep_scale(
         check_table(checks),
     ]  # fmt: skip
     text = scale_page(found, checks, tables, cases, memory, duration, str(Machine.here()))
-    page.write_text(text, encoding="utf-8")
+    write_atomically(page, text)
     intro = (
         f"Walks of {duration:g} s as of the cost of a sweep, seed {seed}. Times are processor "
         "time, so other load matters little; where parent, scheduler and simulated workers share "

@@ -6,10 +6,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.drive.catalog.motor_record import MotorRecord
 from hexapod_pin.drive.catalog.table import catalog_table
 from hexapod_pin.drive.catalog.write import catalog_text
-from hexapod_pin.errors import CatalogError, CatalogFault, ParameterError, UnknownNameError
+from hexapod_pin.errors import (
+    CatalogError,
+    CatalogFault,
+    ParameterError,
+    TraceFileError,
+    UnknownNameError,
+)
 
 SAME_VOLTAGE = 1e-6
 """Relative difference up to which two voltages are the same [-]."""
@@ -112,9 +119,9 @@ class Catalog:
         """
         path = Path(path)
         try:
-            path.write_text(catalog_text(self.records), encoding="utf-8")
-        except OSError as error:
-            fault = CatalogFault(0, "", str(path), f"a file that can be written ({error.strerror})")
+            write_atomically(path, catalog_text(self.records))
+        except TraceFileError as error:
+            fault = CatalogFault(0, "", str(path), f"a file that can be written ({error})")
             raise CatalogError(str(path), [fault]) from error
         return path
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.atomic_file import write_atomically
+from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.robot.loading.load_options import LoadOptions, hints_path
 from hexapod_pin.robot.recognition.directions import across_up
 from hexapod_pin.robot.recognition.layout import RobotLayout
@@ -32,14 +33,13 @@ def write_hints(urdf: str | Path, layout: RobotLayout, options: LoadOptions) -> 
     remarks = "".join(f"# inferred: {text}\n" for text in layout.inferred)
     text = HEAD + remarks + "\n" + tomli_w.dumps({**options.given(), **layout_hints(layout)})
     try:
-        with path.open("x", encoding="utf-8") as stream:
-            stream.write(text)
+        write_atomically(path, text, replace=False)
     except FileExistsError as error:
         raise ParameterError(
             "hints file", str(path), "absent: remove it to write it anew"
         ) from error
-    except OSError as error:
-        raise ParameterError("hints file", str(path), f"writable ({error.strerror})") from error
+    except TraceFileError as error:
+        raise ParameterError("hints file", str(path), f"writable ({error})") from error
     return path
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.results.atomic_file import write_atomically
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.results.file_ending import NETCDF, check_ending
 from hexapod_pin.results.netcdf import Column, write_netcdf
 from hexapod_pin.sweep.runs.dataset import (

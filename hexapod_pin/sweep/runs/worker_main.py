@@ -8,10 +8,14 @@ from __future__ import annotations
 import json
 import os
 import queue
+import signal
 import struct
 import sys
 import threading
 from typing import IO
+
+PR_SET_PDEATHSIG = 1
+"""Of prctl(2)."""
 
 HEAD = struct.Struct("<Q")
 """Length of a frame."""
@@ -40,8 +44,20 @@ def _listen(stream: IO[bytes], tasks: queue.SimpleQueue[bytes]) -> None:
     os._exit(0)
 
 
+def end_with_parent() -> None:
+    """Let the system kill this process when its parent dies, even in the middle of a run (Linux).
+
+    Elsewhere, and where the parent is gone already, the end of its pipe says so, a little later.
+    """
+    if sys.platform == "linux":
+        import ctypes
+
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
 def main() -> None:
     """Run tasks until the parent goes."""
+    end_with_parent()
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print must not mix with answers
     tasks: queue.SimpleQueue[bytes] = queue.SimpleQueue()

@@ -1,0 +1,192 @@
+"""Files are written wholly or not at all, and what killed writers leave is swept."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+from hexapod_pin import atomic_file
+from hexapod_pin.atomic_file import sweep, write_atomically
+from hexapod_pin.errors import TraceFileError
+
+WRITER = """
+import os, sys, time
+from hexapod_pin import atomic_file
+def stop(stream, content):
+    os.write(stream, b"part")
+    print("writing", flush=True)
+    time.sleep(60)
+atomic_file._write = stop
+atomic_file.write_atomically(sys.argv[1], b"whole")
+"""
+
+
+def left(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def writer(path: Path) -> subprocess.Popen[str]:
+    """Return a process that stays in the middle of writing."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE, text=True,
+        cwd=Path(atomic_file.__file__).parents[1],
+    )  # fmt: skip
+    assert process.stdout is not None
+    assert process.stdout.readline() == "writing\n"
+    return process
+
+
+@pytest.mark.parametrize("content", [b"new", "new", memoryview(b"new")], ids=["b", "s", "m"])
+def test_a_file_is_replaced_and_keeps_its_permissions(tmp_path: Path, content) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+    path.chmod(0o640)
+    assert write_atomically(path, content) == path
+    assert (path.read_text(), path.stat().st_mode & 0o777, left(tmp_path)) == (
+        "new", 0o640, ["a.txt"],
+    )  # fmt: skip
+
+
+def test_a_file_that_must_be_new_is_not_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    write_atomically(path, "first", replace=False)
+    with pytest.raises(FileExistsError):
+        write_atomically(path, "second", replace=False)
+    assert (path.read_text(), left(tmp_path)) == ("first", ["a.txt"])
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EIO])
+def test_a_full_disk_leaves_the_earlier_file(tmp_path: Path, monkeypatch, number: int) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+    real = os.write
+
+    def write(stream: int, content: bytes) -> int:
+        if len(content) > 4:
+            return real(stream, content[:4])
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(atomic_file.os, "write", write)
+    with pytest.raises(TraceFileError, match=f"{os.strerror(number)}.*needs 8 bytes"):
+        write_atomically(path, b"12345678")
+    assert (path.read_text(), left(tmp_path)) == ("old", ["a.txt"])
+
+
+def test_a_limit_on_file_sizes_is_told(tmp_path: Path) -> None:
+    code = (
+        "import resource, signal, sys; from hexapod_pin.atomic_file import write_atomically\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\n"
+        "write_atomically(sys.argv[1], bytes(5000))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "a")], capture_output=True, text=True,
+        cwd=Path(atomic_file.__file__).parents[1], check=False,
+    )  # fmt: skip
+    assert "TraceFileError" in done.stderr
+    assert "ulimit -f" in done.stderr
+    assert left(tmp_path) == []
+
+
+def test_a_folder_that_cannot_be_written_to(tmp_path: Path) -> None:
+    """As another user than root, who may write anywhere."""
+    folder = tmp_path / "locked"
+    folder.mkdir(mode=0o555)
+    code = (
+        "import os, sys; from hexapod_pin.atomic_file import _system, write_atomically\n"
+        "_system()\n"
+        "os.geteuid() or os.setuid(65534)\n"
+        "write_atomically(sys.argv[1], b'x')"
+    )
+    for path in (tmp_path, *tmp_path.parents[:2]):
+        path.chmod(0o755)
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(folder / "a")], capture_output=True, text=True,
+        cwd=Path(atomic_file.__file__).parents[1], check=False,
+    )  # fmt: skip
+    assert "TraceFileError" in done.stderr
+    assert "Permission denied" in done.stderr
+    assert left(folder) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("gone/a", "not a directory that can be written to"),
+        ("x" * 300, "File name too long.*shorter name"),
+        ("a\0b", "NUL"),
+        (".", "Is a directory"),
+        ("/dev/null", "no regular file"),
+        ("circle", "circle"),
+    ],
+)
+def test_names_that_cannot_be_written(tmp_path: Path, name: str, words: str) -> None:
+    (tmp_path / "circle").symlink_to("circle")
+    with pytest.raises(TraceFileError, match=f"cannot be written.*{words}"):
+        write_atomically(tmp_path / name, b"x")
+    assert left(tmp_path) == ["circle"]
+
+
+def test_symbolic_links_are_followed_dangling_ones_too(tmp_path: Path) -> None:
+    for name in ("there", "dangling"):
+        (tmp_path / f"link_{name}").symlink_to(tmp_path / name)
+    (tmp_path / "there").write_text("old")
+    for name in ("there", "dangling"):
+        write_atomically(tmp_path / f"link_{name}", "new")
+        assert (tmp_path / f"link_{name}").is_symlink()
+        assert (tmp_path / name).read_text() == "new"
+
+
+def test_the_longest_name_that_a_file_can_have(tmp_path: Path) -> None:
+    path = tmp_path / ("\u00e9" * 127)  # 254 bytes
+    write_atomically(path, "x")
+    assert left(tmp_path) == [path.name]
+
+
+def test_text_that_is_no_unicode_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(TraceFileError, match="UTF-8"):
+        write_atomically(tmp_path / "a", "\udcff")
+    assert left(tmp_path) == []
+
+
+def test_writers_of_one_name_leave_one_whole_file(tmp_path: Path) -> None:
+    path, contents = tmp_path / "a", [bytes([k]) * 200_000 for k in range(8)]
+    threads = [threading.Thread(target=write_atomically, args=(path, c)) for c in contents]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert path.read_bytes() in contents
+    assert left(tmp_path) == ["a"]
+
+
+def test_what_a_killed_writer_left_is_swept_and_a_living_one_is_not(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    with writer(path) as dead, writer(path) as living:
+        assert len(left(tmp_path)) == 2
+        dead.send_signal(signal.SIGKILL)
+        dead.wait()
+        write_atomically(path, "new")
+        assert path.read_text() == "new"
+        assert [f"-{living.pid}-" in name for name in left(tmp_path) if name != "a"] == [True]
+        living.kill()
+    assert len(sweep(path)) == 1
+    assert left(tmp_path) == ["a"]
+
+
+def test_files_of_other_machines_and_of_other_names_stay(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(atomic_file, "_system", lambda: "00000000")
+    other = atomic_file._prefix(tmp_path / "a") + "1-0.tmp"
+    monkeypatch.undo()
+    same = atomic_file._prefix(tmp_path / "b") + "1-0.tmp"
+    for name in (other, same):
+        (tmp_path / name).touch()
+    write_atomically(tmp_path / "a", "x")
+    assert left(tmp_path) == sorted([other, same, "a"])
