@@ -19,8 +19,14 @@ MAX_BYTES = 50_000_000
 LARGEST = 1e15
 """Masses, moments and lengths beyond count as no number [SI units]."""
 
+LARGEST_RADIUS = 100.0
+"""Largest radius of a foot [m]."""
+
 MAX_DEPTH = 100
 """Deepest nesting of elements that is read; URDFs have about six."""
+
+MAX_LINKS = 2000
+"""Most links, and most joints, of a file that is read."""
 
 MOVED = ("revolute", "continuous", "prismatic", "planar", "floating")
 JOINT_TYPES = (*MOVED, "fixed")
@@ -217,6 +223,10 @@ def parse_urdf(data: bytes, source: str, *, max_bytes: int = MAX_BYTES) -> UrdfF
     if root.tag != "robot":
         finding = f"the outermost element is <{root.tag}>: must be <robot>"
         raise UrdfError(source, [finding + advice_on(root)])
+    for kind in ("link", "joint"):
+        if (count := len(root.findall(kind))) > MAX_LINKS:
+            raise UrdfError(source, [f"{count} {kind}s: at most {MAX_LINKS} are read; leave out "
+                                     "what no leg needs"])  # fmt: skip
     return UrdfFile(source, text, root, repairs)
 
 

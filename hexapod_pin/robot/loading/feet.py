@@ -10,7 +10,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, UrdfError
-from hexapod_pin.robot.description.urdf_file import Sphere, UrdfFile
+from hexapod_pin.robot.description.urdf_file import LARGEST_RADIUS, Sphere, UrdfFile
 from hexapod_pin.robot.loading.limbs import Limbs
 from hexapod_pin.robot.loading.pin_model import placement
 
@@ -49,11 +49,11 @@ def place_feet(
         radius: radius of all feet [m]; None takes each link's collision sphere, else a point.
 
     Raises:
-        ParameterError: a radius that is negative or not finite.
+        ParameterError: a radius out of range.
         UrdfError: a collision sphere whose numbers are.
     """
-    if radius is not None and not (math.isfinite(radius) and radius >= 0):
-        raise ParameterError("foot_radius", radius, "finite and at least 0 m")
+    if radius is not None and not 0.0 <= radius <= LARGEST_RADIUS:
+        raise ParameterError("foot_radius", radius, f"from 0 to {LARGEST_RADIUS:g} m")
     owner = {leg.foot: leg.name for leg in limbs.legs}
     feet, points = [], []
     for name in limbs.feet:

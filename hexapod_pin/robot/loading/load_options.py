@@ -57,7 +57,10 @@ def read_hints(urdf: Path) -> LoadOptions:
         ParameterError: the file is not TOML, or has a key or a value that is not allowed.
     """
     path = hints_path(urdf)
-    if not path.is_file():
+    try:
+        if not path.is_file():
+            return LoadOptions()
+    except (OSError, ValueError):  # no name for a file: the robot's own is refused for it
         return LoadOptions()
     try:
         return LoadOptions(**read_toml(path.read_text(encoding="utf-8")))

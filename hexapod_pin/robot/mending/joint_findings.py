@@ -11,8 +11,8 @@ from hexapod_pin.robot.mending.finding import Finding
 AXIS_NORM_TOLERANCE = 1e-6
 """An axis shorter than this is zero; one off unit length by more is normalised with a note."""
 
-KEPT_NAME = "root_joint"
-"""Name of the floating base's joint in Pinocchio's models."""
+KEPT_NAMES = ("root_joint", "universe")
+"""Names of the floating base's joint and of the ground in Pinocchio's models."""
 
 JOINT_TYPE_REMEDY = {
     "continuous": "in a leg: revolute, with lower and upper limits",
@@ -67,11 +67,11 @@ def _of_moved(joint: Joint, where: str) -> Iterator[Finding]:
             JOINT_TYPE_REMEDY[joint.kind],
             MEND_OF_TYPE[joint.kind],
         )
-    if joint.name == KEPT_NAME:
+    if joint.name in KEPT_NAMES:
         yield Finding(
             "reserved name",
             where,
-            "this name is kept for the floating base",
+            "this name is kept for the floating base or the ground",
             "another name",
             "renamed",
         )

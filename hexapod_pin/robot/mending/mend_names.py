@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from hexapod_pin.robot.mending.draft import Draft
-from hexapod_pin.robot.mending.joint_findings import KEPT_NAME
+from hexapod_pin.robot.mending.joint_findings import KEPT_NAMES
 from hexapod_pin.robot.mending.structure_findings import unbound_prefixes
 
 NAMESPACE = "http://www.ros.org/wiki/"
@@ -48,7 +48,7 @@ def _separate_joints(draft: Draft) -> None:
     seen: set[str] = set()
     for element in draft.root.findall("joint"):
         name = element.get("name") or ""
-        if name in seen or name == KEPT_NAME:
+        if name in seen or name in KEPT_NAMES:
             new = free_name(draft, "joint", name, 2)
             element.set("name", new)
             draft.change(f"joint {name!r}", f"renamed to {new!r}: the name was taken")

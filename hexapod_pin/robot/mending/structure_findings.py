@@ -68,6 +68,14 @@ def _names(file: UrdfFile) -> Iterator[Finding]:
         ("joint", [x.name for x in file.joints]),
     ):
         for name, count in Counter(names).items():
+            if kind == "link" and name == GROUND:
+                yield Finding(
+                    "reserved name",
+                    f"link {name!r}",
+                    "this name is kept for the ground",
+                    "another name",
+                    "none: name it otherwise, in its joints too",
+                )
             if not name:
                 yield Finding(
                     f"{kind} without name",
@@ -161,5 +169,8 @@ def _world(file: UrdfFile) -> Iterator[Finding]:
             "suspicious",
         )
 
+
+GROUND = "universe"
+"""Name of the ground in Pinocchio's models."""
 
 SHAPES = ("visual", "collision")

@@ -32,6 +32,16 @@ class ResourceUri:
     parts: tuple[str, ...]
 
     @property
+    def leaves(self) -> bool:
+        """Whether the path leads out of its package."""
+        depth = 0
+        for part in self.parts:
+            depth += -1 if part == ".." else 1
+            if depth < 0:
+                return self.scheme == "package"
+        return False
+
+    @property
     def tail(self) -> tuple[str, ...]:
         """The path with its package in front and without "..": what a copy elsewhere ends with."""
         parts = tuple(part for part in self.parts if part != "..")

@@ -122,6 +122,8 @@ class ResourceFinder:
 
     def _places(self, uri: ResourceUri) -> Iterator[tuple[Path, tuple[str, ...]]]:
         """Yield folder and path below it, of every place where the name could stand."""
+        if uri.leaves:
+            return
         if uri.scheme == "package":
             for folder in self._packages.folders(uri.package):
                 yield folder, uri.parts

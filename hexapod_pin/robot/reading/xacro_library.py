@@ -16,6 +16,8 @@ from hexapod_pin.robot.description.urdf_file import checked_text
 from hexapod_pin.robot.reading.resources import ResourceFinder
 
 _PACKAGE = "package://"
+MAX_EXPONENT = 1000
+"""Largest constant in an exponent of an expression."""
 _FRAMES = re.compile(r"__|(?:gi|cr|ag|tb|f)_(?:frame|code|back|globals|locals|builtins|next)$")
 _PLAIN_FUNCTIONS = {
     function.__name__: function
@@ -136,8 +138,19 @@ def evaluate(expression: str, names: Any, local: Any = None) -> Any:
         name = getattr(node, "attr", None) or getattr(node, "id", None) or ""
         if isinstance(name, str) and _FRAMES.match(name):
             raise ValueError(f"the name {name!r} is not allowed in an expression")
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow | ast.LShift):
+            _refuse_huge(node.right)
     names.update(__builtins__={})
     return eval(compile(tree, "<expression>", "eval"), names, local)
+
+
+def _refuse_huge(exponent: ast.expr) -> None:
+    """Refuse powers of powers, and constants that make numbers of millions of digits."""
+    for node in ast.walk(exponent):
+        power = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow | ast.LShift)
+        value = node.value if isinstance(node, ast.Constant) else 0
+        if power or (isinstance(value, int | float) and abs(value) > MAX_EXPONENT):
+            raise ValueError(f"an exponent must be a number of at most {MAX_EXPONENT}")
 
 
 def _evaluate_argument(text: str, context: dict[str, Any]) -> str:

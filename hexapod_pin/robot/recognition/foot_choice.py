@@ -9,7 +9,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
-from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
+from hexapod_pin.robot.description.urdf_file import LARGEST_RADIUS, Joint, UrdfFile
 from hexapod_pin.robot.recognition.feet import (
     SAME,
     FoundFoot,
@@ -44,10 +44,10 @@ def provisional_feet(
     Raises:
         UrdfError: a leg without any sign of a foot; given feet that are not one on each leg.
         UnknownNameError: a given foot that is no link.
-        ParameterError: a radius that is negative or not finite.
+        ParameterError: a radius out of range.
     """
-    if radius is not None and not (np.isfinite(radius) and radius >= 0):
-        raise ParameterError("foot_radius", radius, "finite and at least 0 m")
+    if radius is not None and not 0.0 <= radius <= LARGEST_RADIUS:
+        raise ParameterError("foot_radius", radius, f"from 0 to {LARGEST_RADIUS:g} m")
     downs = [np.zeros(3) if body.empty else body.furthest() for body in legs.bodies]
     if given is not None:
         return _sized(_given_feet(file, legs, names, given), radius)

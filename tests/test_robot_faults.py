@@ -1,0 +1,140 @@
+"""Robots' files that would hang, crash or poison: refused at once, with what is wrong."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.errors import HexapodError, ParameterError, UrdfError
+from hexapod_pin.robot.reading.resource_uri import parse_resource_uri
+from hexapod_pin.robot.reading.resources import ResourceFinder
+
+BASE = hp.urdf_path("kharagpur").read_text(encoding="utf-8")
+XACRO = '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
+
+
+def links(count: int) -> str:
+    """Return links that are fixed to the trunk, with their joints."""
+    return "".join(
+        f'<link name="l{i}"/><joint name="j{i}" type="fixed"><parent link="base_link"/>'
+        f'<child link="l{i}"/></joint>'
+        for i in range(count)
+    )
+
+
+ENTITY = '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]><robot name="a">&x;</robot>'
+
+REFUSED = {
+    "ten thousand links": (BASE.replace("</robot>", links(10_000) + "</robot>"), "at most 2000"),
+    "a million levels": ("<a>" * 1_000_000 + "</a>" * 1_000_000, "nested deeper than 100"),
+    "external entity": (ENTITY, "DOCTYPE"),
+    "entity bomb": ('<!DOCTYPE r [<!ENTITY a "aa">]><robot name="&a;"/>', "DOCTYPE"),
+    "empty": ("", "not XML"),
+    "reserved joint": (BASE.replace('"lf_coxa_joint"', '"universe"'), "joint 'universe'"),
+    "reserved link": (BASE.replace('"base_link"', '"universe"'), "link 'universe'"),
+    "huge mass": (re.sub('mass value="[^"]*"', 'mass value="1e308"', BASE), "unreadable mass"),
+    "huge place": (re.sub('xyz="[^"]*"', 'xyz="1e308 0 0"', BASE), "unreadable origin"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_file_is_refused_with_what_is_wrong(name: str, tmp_path: Path):
+    text, told = REFUSED[name]
+    path = tmp_path / "robot.urdf"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(UrdfError, match=re.escape(told)):
+        hp.load_robot(path)
+
+
+def test_a_few_links_more_than_legs_need_are_read(tmp_path: Path):
+    path = tmp_path / "robot.urdf"
+    path.write_text(BASE.replace("</robot>", links(60) + "</robot>"), encoding="utf-8")
+    assert len(hp.load_robot(path).legs) == 6
+
+
+@pytest.mark.parametrize("data", [b"\xff\xfe\x00", BASE.encode().replace(b"S2", b"S\xe9", 1)])
+def test_text_that_is_not_utf8_is_told_with_its_byte(data: bytes, tmp_path: Path):
+    path = tmp_path / "robot.urdf"
+    path.write_bytes(data)
+    place = next(k for k, byte in enumerate(data) if byte >= 128)
+    with pytest.raises(UrdfError, match=rf"not UTF-8 text \(byte {place}\)"):
+        hp.load_robot(path)
+
+
+def test_names_that_no_file_has(tmp_path: Path):
+    with pytest.raises(UrdfError, match="File name too long"):
+        hp.load_robot(tmp_path / ("a" * 300 + ".urdf"))
+    with pytest.raises(UrdfError, match="no such file"):
+        hp.load_robot(tmp_path)
+    with pytest.raises(ParameterError, match="null character"):
+        hp.load_robot("a\0b.urdf")
+
+
+@pytest.mark.parametrize("radius", [1e308, 100.1, -1e-3])
+def test_foot_radii_out_of_range(radius: float):
+    with pytest.raises(ParameterError, match="foot_radius"):
+        hp.load_robot("kharagpur", foot_radius=radius)
+
+
+@pytest.mark.parametrize("name", ["effort", "velocity", "lower", "damping"])
+def test_huge_limits_end_in_a_result_or_a_refusal(name: str, tmp_path: Path):
+    path = tmp_path / "robot.urdf"
+    path.write_text(re.sub(f'{name}="[^"]*"', f'{name}="1e308"', BASE), encoding="utf-8")
+    try:
+        scene = hp.Scene(hp.load_robot(path))
+        trace = hp.simulate(scene, hp.HoldPosture(), duration=0.004)
+    except HexapodError:
+        return
+    assert np.isfinite(trace.q).all() and np.isfinite(trace.torque).all()
+
+
+@pytest.mark.parametrize(
+    "expression",
+    ["${9**9**9}", "${2**(2**40)}", "${1 &lt;&lt; 10**9}", "${10**1000000}",
+     "${__import__('os').getcwd()}", "${(1).__class__}"],
+)  # fmt: skip
+def test_expressions_that_take_for_ever_or_lead_out(expression: str, tmp_path: Path):
+    path = tmp_path / "robot.xacro"
+    path.write_text(XACRO.format(f'<link name="{expression}"/>'), encoding="utf-8")
+    with pytest.raises(UrdfError, match=r"exponent|not allowed"):
+        hp.load_robot(path)
+
+
+def test_powers_of_plain_numbers_are_evaluated(tmp_path: Path):
+    from hexapod_pin.robot.reading.robot_text import read_robot_text
+
+    path = tmp_path / "robot.xacro"
+    path.write_text(XACRO.format('<link name="a${2**3}"/>'), encoding="utf-8")
+    assert 'name="a8' in read_robot_text(path).text
+
+
+def test_a_package_is_not_left(tmp_path: Path):
+    """The file exists: it is beside the package, not in it."""
+    package = tmp_path / "robots" / "legs"
+    (package / "urdf").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>legs</name></package>", encoding="utf-8")
+    (tmp_path / "secret.stl").write_text("solid", encoding="utf-8")
+    (package / "own.stl").write_text("solid", encoding="utf-8")
+    finder = ResourceFinder(package / "urdf" / "legs.urdf")
+    assert finder.find("package://legs/own.stl") == package / "own.stl"
+    assert finder.find("package://legs/urdf/../own.stl") is not None
+    assert finder.find("package://legs/../../secret.stl") is None
+    assert finder.find("package://../secret.stl") is None
+
+
+@pytest.mark.parametrize(
+    ("uri", "leaves"),
+    [
+        ("package://a/b/../c", False),
+        ("package://a/../c", True),
+        ("package://a/b/../../c/d", True),
+        ("../meshes/c", False),
+    ],
+)
+def test_which_paths_leave_their_package(uri: str, leaves: bool):
+    parsed = parse_resource_uri(uri)
+    assert parsed is not None and parsed.leaves is leaves
