@@ -2,6 +2,7 @@
 #   make walk                      set up, walk the hexapod of S2 for 10 s, leave walk.nc and walk.html
 #   make test                      set up, run every test
 #   make sanitize                  the core under address, undefined-behaviour and thread sanitizers
+#   make fuzz                      a million odd inputs through every public door; hours
 #   make wheel                     build a wheel into dist/; wheel-smoke tries it where no compiler is
 #   make PYTHON=python3.12 CXX=clang++ walk
 
@@ -35,7 +36,7 @@ all(map(u.find_spec, ("venv", "ensurepip"))) or sys.exit("lacks venv/ensurepip: 
 os.path.exists(sysconfig.get_path("include") + "/Python.h") or sys.exit("lacks Python.h: install python3-dev")
 PROGRAM := \#include <optional>\nint main() { if constexpr (true) return *std::optional<int>(0); }\n
 
-.PHONY: walk test lint format types contracts check sanitize bench wheel wheel-smoke clean compiler FORCE
+.PHONY: walk test lint format types contracts check sanitize fuzz bench wheel wheel-smoke clean compiler FORCE
 
 walk: $(VENV)/.installed
 	@$(BIN)/hexapod-pin walk kharagpur --out walk.nc --html walk.html
@@ -68,6 +69,9 @@ check: lint types contracts test
 sanitize: $(VENV)/.dev
 	$(BIN)/python scripts/sanitize.py address,undefined
 	$(BIN)/python scripts/sanitize.py thread
+
+fuzz: $(VENV)/.test
+	$(BIN)/python scripts/fault_campaign.py --inputs 1000000
 
 bench: $(VENV)/.test
 	$(BIN)/python benchmarks/step_cost.py

@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar, overload
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.value_kinds import Check, WrongKindError, kind_of
@@ -18,19 +18,29 @@ from hexapod_pin.value_kinds import Check, WrongKindError, kind_of
 Public = TypeVar("Public", bound=Callable[..., Any])
 
 
-def checked(public: Public) -> Public:
+@overload
+def checked(public: Public) -> Public: ...
+@overload
+def checked(*, but: str) -> Callable[[Public], Public]: ...
+def checked(public: Public | None = None, *, but: str = "") -> Any:
     """Return a function or class whose arguments are checked by their annotations.
+
+    Args:
+        public: the function or class.
+        but: name of an argument that the call itself checks, with more to say.
 
     Raises:
         ParameterError: from each call with an argument of a wrong kind.
     """
+    if public is None:
+        return functools.partial(checked, but=but)
     if inspect.isclass(public):
-        public.__init__ = _checked(vars(public)["__init__"], public.__name__)  # type: ignore[method-assign]
+        public.__init__ = _checked(vars(public)["__init__"], public.__name__, but)  # type: ignore[method-assign]
         return public
-    return cast("Public", _checked(public, public.__name__))
+    return _checked(public, public.__name__, but)
 
 
-def _checked(function: Any, name: str) -> Any:
+def _checked(function: Any, name: str, but: str) -> Any:
     signature = inspect.signature(function)
     checks: dict[str, Check] = {}
 
@@ -40,6 +50,8 @@ def _checked(function: Any, name: str) -> Any:
             checks.update(_checks_of(function, signature))
         given = signature.bind(*args, **keywords).arguments
         for argument, value in given.items():
+            if argument == but:
+                continue
             check = checks[argument]
             try:
                 check(value)

@@ -19,6 +19,10 @@ Check = Callable[[Any], None]
 """Raises `WrongKindError` of a value that will not do."""
 
 
+LARGEST_WHOLE = 2**63
+"""Larger whole numbers are no numbers of the machine."""
+
+
 class WrongKindError(Exception):
     """A value is not of the kind that is asked for."""
 
@@ -101,6 +105,8 @@ def _nothing(value: Any) -> None:
 def _number(value: Any) -> None:
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise WrongKindError(value, "a number")
+    if isinstance(value, numbers.Integral) and abs(int(value)) > LARGEST_WHOLE:
+        raise WrongKindError(value, f"at most {LARGEST_WHOLE:g}")
     if not math.isfinite(value):
         raise WrongKindError(value, "finite")
 
@@ -112,7 +118,7 @@ def _whole_number(value: Any) -> None:
 
 def _truth(value: Any) -> None:
     if not isinstance(value, bool) and type(value).__name__ not in ("bool_", "bool"):
-        raise WrongKindError(value, "True or False")
+        raise WrongKindError(value, "true or false")
 
 
 def _text(value: Any) -> None:
@@ -151,8 +157,6 @@ def _arrays(value: Any) -> None:
         array = np.asarray(None)
     if array.dtype.kind not in "biuf":
         raise WrongKindError(value, "numbers, all rows of one length")
-    if array.dtype.kind == "f" and np.isnan(array).any():
-        raise WrongKindError(value, "numbers, none of them NaN")
 
 
 def _one_of(choices: tuple[Any, ...]) -> Check:
@@ -207,7 +211,7 @@ def _values(key_check: Check, check: Check) -> Check:
             raise WrongKindError(value, "a mapping, such as a dictionary")
         for key, one in value.items():
             _inside(key_check, key, f" key {key!r}")
-            _inside(check, one, f"[{key!r}]")
+            _inside(check, one, f"[{key}]")
 
     return check_all
 

@@ -70,7 +70,7 @@ class StubRun:
     def __init__(self, error: float, good: bool = True) -> None:
         """Take the error [m]."""
         self.good, self.wall_time = good, 0.0
-        self.rollout = SimpleNamespace(counters=lambda: {"evaluations": 10})
+        self.rollout = SimpleNamespace(counters=lambda: {"evaluations": 10}, ended_by="")
         self._error = error
 
     def samples(self) -> dict[str, Any]:

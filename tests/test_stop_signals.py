@@ -35,7 +35,7 @@ whole = bars.progress_bar
 def interrupting(title):
     with whole(title) as bar:
         def progress(fraction):
-            for _ in range(times):
+            for _ in range(times if fraction > 0.0 else 0):
                 os.kill(os.getpid(), number)
             bar(fraction)
         progress.stage = bar.stage

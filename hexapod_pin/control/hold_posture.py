@@ -34,7 +34,11 @@ class HoldPosture:
         if isinstance(self.q, Mapping):
             own: Any = {str(joint): float(angle) for joint, angle in self.q.items()}
         else:
-            own = None if self.q is None else tuple(np.asarray(self.q, dtype=float).tolist())
+            own = (
+                None
+                if self.q is None
+                else tuple(np.atleast_1d(np.asarray(self.q, dtype=float)).tolist())
+            )
         object.__setattr__(self, "q", own)
 
     def plan(self, robot: Robot, duration: float) -> JointTrajectory:

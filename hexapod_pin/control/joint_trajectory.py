@@ -25,8 +25,7 @@ class JointTrajectory:
     """An open-loop joint reference through knots.
 
     Attributes:
-        time: knot times, strictly increasing from 0, or from later in a part of a longer
-            trajectory [s]. Shape (K,).
+        time: knot times, strictly increasing from 0 [s]. Shape (K,).
         q: joint angles at the knots, `Robot.joint_names` order [rad]. Shape (K, n).
         v: joint rates at the knots [rad/s]. Shape (K, n).
         kind: what joins the knots. "cubic": C1 cubic Hermite curves. "held": each row of `q` holds
@@ -46,6 +45,7 @@ class JointTrajectory:
             knots [rad/s^2]: at a knot it may jump. Shape (K - 1, 2, n). "quintic" needs it; with
             "cubic" it may be given as what the planner knows, and the curves do not follow it;
             the other kinds have none.
+        is_part: whether it is a part of a longer trajectory, which may begin later than at 0.
 
     Raises:
         ParameterError: an unknown kind, arrays of unequal length, not finite, times not increasing
@@ -63,6 +63,7 @@ class JointTrajectory:
     kind: TrajectoryKind = "cubic"
     start_pose: Array | None = None
     acceleration: Array | None = None
+    is_part: bool = False
 
     @property
     def held(self) -> bool:
@@ -87,11 +88,11 @@ class JointTrajectory:
             raise ParameterError("JointTrajectory shapes", shapes, "(K,), (K, n) and (K, n)")
         if (
             len(self.time) < (2 if self.kind in CURVED else 1)
-            or self.time[0] < 0.0
+            or (self.time[0] != 0.0 and not self.is_part)
             or not (np.diff(self.time) > 0.0).all()
         ):
             raise ParameterError(
-                "JointTrajectory.time", "this series", "strictly increasing, from 0 or later"
+                "JointTrajectory.time", "this series", "strictly increasing from 0"
             )
         self._check_acceleration()
 

@@ -119,11 +119,13 @@ class KinematicControl:
     ) -> JointTrajectory:
         """Return what the drives follow through knots of a walk of so long [s]."""
         time, q, v = knots
+        later = bool(time[0] > 0.0)
         until = whole_cycles(min(end, path.steady_until), self.gait.cycle_time)
         return JointTrajectory(
             time=time,
             q=q,
             v=v,
+            is_part=later,
             cycle_time=self.gait.cycle_time if path.periodic else None,
             steady_from=path.steady_from if path.periodic else 0.0,
             steady_until=until if path.periodic else end,

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene
 
 
-@checked
+@checked(but="record")
 @dataclass(frozen=True, eq=False)
 class Case:
     """One run as data. Two cases are equal when they mean the same run.

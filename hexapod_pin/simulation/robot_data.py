@@ -44,7 +44,9 @@ def read_robot(data: Mapping[str, Any]) -> Robot:
         UrdfError: the file is not usable.
         UnknownNameError: there is no such robot.
     """
-    source = data["source"]
+    source = data.get("source")
+    if not isinstance(source, str):
+        raise ParameterError("robot.source", source, "the name of a robot or of its file")
     parts = (tuple(x) if isinstance(x := data.get(name), list) else x for name in OPTIONS)
     options = json.dumps(data["options"], sort_keys=True) if "options" in data else None
     robot = _loaded(source, _stamp(source), *parts, options)

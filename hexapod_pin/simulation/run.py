@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.work_limits import WorkLimits
 
 
-@checked
+@checked(but="record")
 def simulate(
     scene: Scene,
     controller: Controller | FeedbackController,

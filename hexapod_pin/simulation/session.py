@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.scene import Scene
 
 
-@checked
+@checked(but="record")
 class Session:
     """A scene under simulation; time passes when it is told to.
 
@@ -83,9 +83,10 @@ class Session:
         """
         chosen = limits or chosen_limits(None, allow).model_copy(update={"evaluations": math.inf})
         how = RunSettings.of(0.0, method, accuracy, step, sample, limits=chosen)
-        check_work(how, scene, record)
+        groups = recorded_groups(record)
+        check_work(how, scene, groups)
         start = starting_point(scene, scene.robot.posture, initial)
-        self._run = live_run(scene, how, start, groups=recorded_groups(record))
+        self._run = live_run(scene, how, start, groups=groups)
         self._together = LockStep([self._run])
         self._measured = int((start.loop or {}).get("measured", 0))
         self._reader = (sensors or Sensors()).start([0])
@@ -107,6 +108,7 @@ class Session:
         self._run.loop = {"measured": self._measured}
         return without_time(told, 0)
 
+    @checked
     def command(
         self,
         q: ArrayLike | None = None,
@@ -151,6 +153,7 @@ class Session:
             raise ParameterError(f"command.{name}", row.shape, allowed)
         return row
 
+    @checked
     def advance(self, until: float) -> None:
         """Simulate to a time [s].
 

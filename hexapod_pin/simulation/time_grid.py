@@ -74,18 +74,28 @@ class TimeGrid:
         return cls(sample, integer_ratio("duration/sample", duration, sample), 0.0, 1)
 
 
+MOST = 2.0**53
+"""Most samples or steps that can be counted in doubles."""
+
+
 def integer_ratio(name: str, total: float, part: float) -> int:
     """Return total/part, which must be a whole number to 1e-9 of itself.
 
     Raises:
         ParameterError: it is not.
     """
+    if not abs(total) <= MOST * part:
+        raise ParameterError(name, total / part if part else math.inf, f"at most {MOST:g}")
     count = round(total / part)
     if abs(count * part - total) > 1e-9 * max(abs(total), part) or (count < 1 and total > 0.0):
         raise ParameterError(
             name, total / part, f"a whole number ({total:g} s is not a multiple of {part:g} s)"
         )
     return count
+
+
+LONGEST = 1e15
+"""Longest time that a grid is made of [s]."""
 
 
 def _require_times(duration: float, sample: float | None) -> None:
@@ -97,5 +107,5 @@ def _require_times(duration: float, sample: float | None) -> None:
 
 
 def _require_time(name: str, value: float, *, smallest: float) -> None:
-    if not (math.isfinite(value) and value > smallest):
+    if not (math.isfinite(value) and smallest < value <= LONGEST):
         raise ParameterError(name, value, "positive and finite [s]")

@@ -41,7 +41,7 @@ class WorkLimits(Spec):
     step: Annotated[float, Field(ge=0.0)] = 1e-7
     sample: Annotated[float, Field(ge=0.0)] = 1e-7
     evaluations: Count | None = None
-    smallest_step: Annotated[float, Field(ge=0.0)] = 1e-11
+    smallest_step: Annotated[float, Field(ge=0.0)] = 1e-12
     wall_time: Count = math.inf
 
     @classmethod

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from hexapod_pin.arguments import checked
 from hexapod_pin.errors import DivergenceError, HexapodError, ParameterError, SimulationInterrupted
 from hexapod_pin.results.peak_judgement import judge_summaries
 from hexapod_pin.results.peak_verdict import PeakVerdicts
@@ -25,7 +24,6 @@ GIVEN_START = (
 )
 
 
-@checked
 def judge_peaks(
     run: Case | Trace,
     *,

@@ -38,8 +38,10 @@ class SolverSetting:
     def arguments(self) -> dict[str, Any]:
         """What `simulate` is given."""
         if self.adaptive:
-            return {"method": self.method, "accuracy": self.value, "estimate": self.kept}
-        return {"method": self.method, "step": self.value}
+            own: dict[str, Any] = {"accuracy": self.value, "estimate": self.kept}
+        else:
+            own = {"step": self.value}
+        return {"method": self.method, "allow": True, **own}
 
     @property
     def name(self) -> str:

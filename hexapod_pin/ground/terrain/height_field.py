@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, PositiveFloat, model_validator
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain.ground import MAX_FACE_ANGLE_RAD, Ground
 from hexapod_pin.ground.terrain.height_files import read_csv, read_image
@@ -72,6 +73,7 @@ class HeightField(Ground):
         return HeightGrid(self.origin, self.spacing, self.z)
 
     @classmethod
+    @checked
     def from_array(
         cls, z: ArrayLike, spacing: float | Lengths, origin: Lengths | None = None
     ) -> HeightField:
