@@ -124,7 +124,7 @@ class _Worker:
                 outcome: Outcome = self._pipe.recv()
                 self.task = None
                 return outcome
-        except EOFError:
+        except (EOFError, OSError):
             return self._lose("the process died")
         if time.monotonic() - self._since > PATIENCE:
             return self._lose(f"hangs for more than {PATIENCE:g} s")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
 import json
+import shutil
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -45,7 +47,9 @@ def trace() -> hp.Trace:
 @cache
 def folder() -> Path:
     """Return a folder for files of this process."""
-    return Path(tempfile.mkdtemp(prefix="hexapod-fuzz-"))
+    path = Path(tempfile.mkdtemp(prefix="hexapod-fuzz-"))
+    atexit.register(shutil.rmtree, path, ignore_errors=True)
+    return path
 
 
 @cache
