@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 
@@ -118,12 +119,17 @@ def test_a_package_is_not_left(tmp_path: Path):
     (package / "urdf").mkdir(parents=True)
     (package / "package.xml").write_text("<package><name>legs</name></package>", encoding="utf-8")
     (tmp_path / "secret.stl").write_text("solid", encoding="utf-8")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "secret.stl").write_text("solid", encoding="utf-8")
     (package / "own.stl").write_text("solid", encoding="utf-8")
     finder = ResourceFinder(package / "urdf" / "legs.urdf")
     assert finder.find("package://legs/own.stl") == package / "own.stl"
     assert finder.find("package://legs/urdf/../own.stl") is not None
     assert finder.find("package://legs/../../secret.stl") is None
     assert finder.find("package://../secret.stl") is None
+    assert finder.find("package://legs/../../out/secret.stl") is None
+    assert finder.find("package://legs/%2e%2e/%2e%2e/out/secret.stl") is None
+    assert "leads out of its package" in finder.why("package://legs/../../out/secret.stl")
 
 
 @pytest.mark.parametrize(
@@ -138,3 +144,22 @@ def test_a_package_is_not_left(tmp_path: Path):
 def test_which_paths_leave_their_package(uri: str, leaves: bool):
     parsed = parse_resource_uri(uri)
     assert parsed is not None and parsed.leaves is leaves
+
+
+def test_macros_that_call_each_other_ten_times_each_are_ended(tmp_path: Path):
+    macros = "".join(
+        f'<xacro:macro name="m{k}">{f"<xacro:m{k + 1}/>" * 10}</xacro:macro>' for k in range(8)
+    )
+    path = tmp_path / "robot.xacro"
+    last = '<xacro:macro name="m8"/>'
+    path.write_text(XACRO.format(macros + last + "<xacro:m0/>"), encoding="utf-8")
+    with pytest.raises(UrdfError, match="more than 5000 calls of macros"):
+        hp.load_robot(path)
+
+
+def test_an_include_that_is_no_regular_file_is_refused(tmp_path: Path):
+    os.mkfifo(tmp_path / "inc.xacro")
+    path = tmp_path / "robot.xacro"
+    path.write_text(XACRO.format('<xacro:include filename="inc.xacro"/>'), encoding="utf-8")
+    with pytest.raises(UrdfError, match="no regular file"):
+        hp.load_robot(path)

@@ -87,6 +87,10 @@ class ResourceFinder:
         """Return the same of `text`, which stands for the name `uri`."""
         if (parsed := parse_resource_uri(text)) is None:
             return None, f"{_short(uri)}: not the name of a file"
+        if any(
+            one is not None and one.leaves for one in (parsed, parse_resource_uri(unquote(text)))
+        ):
+            return None, f"{_short(uri)}: leads out of its package. Give a path inside of it"
         places = [*self._places(parsed)]
         if (found := self._first(places)) is not None:
             return found, ""
@@ -122,8 +126,6 @@ class ResourceFinder:
 
     def _places(self, uri: ResourceUri) -> Iterator[tuple[Path, tuple[str, ...]]]:
         """Yield folder and path below it, of every place where the name could stand."""
-        if uri.leaves:
-            return
         if uri.scheme == "package":
             for folder in self._packages.folders(uri.package):
                 yield folder, uri.parts

@@ -16,6 +16,8 @@ from hexapod_pin.robot.description.urdf_file import checked_text
 from hexapod_pin.robot.reading.resources import ResourceFinder
 
 _PACKAGE = "package://"
+MAX_MACRO_CALLS = 5000
+"""Most calls of macros in an expansion."""
 MAX_EXPONENT = 1000
 """Largest constant in an exponent of an expression."""
 _FRAMES = re.compile(r"__|(?:gi|cr|ag|tb|f)_(?:frame|code|back|globals|locals|builtins|next)$")
@@ -38,6 +40,18 @@ class FoundIncludes:
         self.finder, self.max_bytes = finder, max_bytes
         self.notes: list[str] = []
         self.plain_arguments: list[str] = []
+        self._macro_calls = 0
+
+    def count_macro_call(self) -> None:
+        """Count a call of a macro.
+
+        Raises:
+            UrdfError: there are more than any robot needs.
+        """
+        self._macro_calls += 1
+        if self._macro_calls > MAX_MACRO_CALLS:
+            told = f"more than {MAX_MACRO_CALLS} calls of macros: call them less often"
+            raise UrdfError(str(self.finder.urdf_path), [told])
 
     def path(self, name: str, beside: str | None) -> str:
         """Return the path of a file named in the file `beside`; it need not exist."""
@@ -73,6 +87,8 @@ class FoundIncludes:
 
     def document(self, path: str) -> minidom.Document:
         """Parse a file; a document type declaration is refused, as in a URDF."""
+        if os.path.exists(path) and not os.path.isfile(path):
+            raise UrdfError(path, ["no regular file"])
         with open(path, "rb") as stream:
             data = stream.read(self.max_bytes + 1)
         document = minidom.parseString(checked_text(data, path, self.max_bytes).encode())
@@ -101,12 +117,19 @@ def patched_xacro(includes: FoundIncludes) -> Iterator[None]:
             xacro.filestack.pop()
             raise xacro.XacroException(str(error), exc=error) from error
 
+    call_macro = xacro.handle_macro_call
+
+    def counted_macro(*call: Any) -> Any:
+        includes.count_macro_call()
+        return call_macro(*call)
+
     def beside() -> str | None:
         return xacro.filestack[-1] if xacro.filestack else None
 
     changes: list[tuple[Any, str, Any]] = [
         (xacro, "parse", parse),
         (xacro, "safe_eval", evaluate),
+        (xacro, "handle_macro_call", counted_macro),
         (xacro, "abs_filename_spec", lambda name: includes.path(str(name), beside())),
         (xacro, "filestack", None),
         (xacro, "macrostack", None),
