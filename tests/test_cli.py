@@ -293,8 +293,9 @@ def test_ctrl_c_during_the_simulation_keeps_what_was_done(
 
     @contextmanager
     def interrupting(_title: str) -> Iterator[Callable[[float], None]]:
-        def progress(_fraction: float) -> None:
-            signal.raise_signal(signal.SIGINT)
+        def progress(fraction: float) -> None:
+            if fraction > 0.0:
+                signal.raise_signal(signal.SIGINT)
 
         progress.stage = lambda _title: None  # type: ignore[attr-defined]
         yield progress

@@ -151,7 +151,7 @@ def test_a_bare_scene_or_a_list_will_do() -> None:
     [
         ({}, {"plain": PLAIN}, "scenes"),
         ({"a": []}, {"plain": PLAIN}, "scenes"),
-        ({"a": [3]}, {"plain": PLAIN}, r"scenes\['a'\]\[0\]"),
+        ({"a": [3]}, {"plain": PLAIN}, r"scenes\[a\]\[0\]"),
         (SCENE, {}, "controllers"),
         (SCENE, PLAIN, "controllers"),
     ],

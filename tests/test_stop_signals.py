@@ -21,6 +21,8 @@ from hexapod_pin import stop_signals as s
 number = int(sys.argv[1])
 def send(): os.kill(os.getpid(), number)
 signal.signal(signal.SIGINT, signal.default_int_handler)
+for each in (signal.SIGTERM, signal.SIGHUP):  # which this process may have been told to ignore
+    signal.signal(each, signal.SIG_DFL)
 """
 
 WALK = """

@@ -73,7 +73,7 @@ class HeightField(Ground):
         return HeightGrid(self.origin, self.spacing, self.z)
 
     @classmethod
-    @checked
+    @checked(but="z")
     def from_array(
         cls, z: ArrayLike, spacing: float | Lengths, origin: Lengths | None = None
     ) -> HeightField:
