@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 DEFAULT_ACCURACY = 1e-4
 """[m and rad]"""
 
-LOOSEST_TOLERANCE = 1e-3
-"""[m and rad]; looser ones hardly make a step longer."""
+LOOSEST_TOLERANCE = {"extrapolated-euler": 1e-3, "ndf": 2e-6, "dop853": 1e-3}
+"""Of one step [m and rad]: looser ones hardly make it longer, and mislead the history of ndf."""
 START_RATIO = 10.0
 """Tolerance of level 0 over the accuracy: [-]."""
 LEAST_TOLERANCE = {"extrapolated-euler": 1e-10, "ndf": 1e-13, "dop853": 1e-13}
@@ -102,10 +102,12 @@ class MethodSettings:
 
     @property
     def tolerance(self) -> float:
-        """What one step may lose [m and rad]."""
+        """What one step may lose [m and rad]; 0 for fixed steps."""
+        if not self.method.adaptive:
+            return 0.0
+        loosest = LOOSEST_TOLERANCE[self.method.name]
         if self.level is None:
-            return self.accuracy
-        loosest = min(LOOSEST_TOLERANCE, self.method.loosest)
+            return min(loosest, self.accuracy)
         return min(loosest, START_RATIO * self.accuracy) / self.refinement
 
     @property

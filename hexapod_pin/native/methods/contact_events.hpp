@@ -1,4 +1,4 @@
-// Switches of the contacts within a step: a bristle of two coefficients that breaks away or sticks again,
+// Switches of the contacts within a step: a bristle that breaks away or sticks again,
 // a foot that crosses the edge of a patch of ground. Each contact keeps its piece of the law within a
 // step, which makes the right-hand side smooth; the step ends shortly after the first switch, where
 // Plant::update_memories says which piece holds next.
@@ -22,7 +22,7 @@ class ContactEvents {
       : flow_(flow), norm_(norm), start_(flow.plant.feet.size()), end_(start_) {
     PlantT& plant = flow.plant;
     const FrictionLaw& law = plant.law.friction;
-    plant.bristles_frozen = law.has_bristle() && law.coefficient(true) != law.coefficient(false);
+    plant.bristles_frozen = law.has_bristle();
     plant.patches_frozen = !plant.terrain.patches.empty();
     idle_ = !plant.bristles_frozen && !plant.patches_frozen;
   }

@@ -229,7 +229,6 @@ class NdfDriver {
   // Updates what contacts remember at an accepted point; those that separate lose their bristle.
   void update_memories() {
     PlantT& plant = flow_.plant;
-    const FrictionLaw& law = plant.law.friction;
     y_ = history_.last();
     std::size_t sliding = 0, slid = 0;
     for (const auto& foot : plant.feet) slid += foot.memory.sliding;
@@ -239,8 +238,7 @@ class NdfDriver {
       sliding += plant.feet[i].memory.sliding;
       if (!plant.feet[i].active) history_.clear_rows(2 * flow_.nv + 3 * i, 3);
     }
-    const bool two_coefficients = law.coefficient(true) != law.coefficient(false);
-    restart_needed_ = restart_needed_ || (sliding != slid && two_coefficients);
+    restart_needed_ = restart_needed_ || sliding != slid;
     memories_updated_ = true;
   }
 
