@@ -9,9 +9,12 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from hexapod_pin.errors import ParameterError
+
+LARGEST_NUMBER = 1e30
+"""In SI units: powers and products of larger ones leave double precision."""
 
 
 class Spec(BaseModel):
@@ -30,9 +33,27 @@ class Spec(BaseModel):
         except ValidationError as error:
             raise parameter_error(type(self).__name__, error) from error
 
+    @model_validator(mode="before")
+    @classmethod
+    def _of_a_size(cls, fields: Any) -> Any:
+        """Refuse numbers beyond LARGEST_NUMBER."""
+        if isinstance(fields, Mapping):
+            for name, value in fields.items():
+                _require_size(f"{cls.__name__}.{name}", value)
+        return fields
+
     def __str__(self) -> str:
         """Return the call that builds this parameter set."""
         return repr(self)
+
+
+def _require_size(name: str, value: Any) -> None:
+    """Refuse a number, or one in a row of them, that is finite and beyond LARGEST_NUMBER."""
+    if isinstance(value, list | tuple):
+        for index, one in enumerate(value):
+            _require_size(f"{name}.{index}", one)
+    elif isinstance(value, float | int) and LARGEST_NUMBER < abs(value) < math.inf:
+        raise ParameterError(name, value, f"at most {LARGEST_NUMBER:g} in size")
 
 
 def parameter_error(owner: str, error: ValidationError) -> ParameterError:

@@ -189,6 +189,8 @@ def test_a_binary_stl_that_begins_with_solid(tmp_path: Path) -> None:
         ("short.stl", binary_stl([0] * 4)[:-7], "cannot be read|no triangles"),
         ("text.dae", b"no XML", "cannot be read as DAE"),
         ("bomb.dae", b"<!DOCTYPE x [<!ENTITY a 'b'>]><COLLADA/>", "DOCTYPE"),
+        ("wide.dae", "<!DOCTYPE x [<!ENTITY a 'b'>]><COLLADA/>".encode("utf-16"), "DOCTYPE"),
+        ("wider.dae", "<!DOCTYPE x [<!ENTITY a 'b'>]><COLLADA/>".encode("utf-32"), "DOCTYPE"),
         ("unit.dae", collada('<unit meter="0"/>').encode(), "unit"),
         ("none.obj", b"v 0 0 0\n", "no triangles|cannot be read"),
         ("nan.stl", binary_stl([0] * 4, corners=CORNERS * np.nan), "must be finite"),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.joint_limits import refuse_beyond_limits
 from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration, whole_cycles
@@ -42,6 +43,7 @@ REPEAT_TOLERANCE = 1e-9
 _FUNCTION: TypeAdapter[Any] = TypeAdapter(TimeFunction)
 
 
+@checked(but="motion")
 @dataclass(frozen=True)
 class JointMotion:
     """Joints move as given functions of time; the others keep their standing angles.

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 import numpy as np
+from pydantic import Field
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import Spec
@@ -16,6 +17,18 @@ if TYPE_CHECKING:
 
 MAX_FACE_ANGLE_RAD = float(np.radians(60.0)) + 1e-12
 """Largest slope of a face or field [rad]; steeper than that is a wall: use a riser."""
+
+FARTHEST_M = 1e6
+"""Largest coordinate of a ground [m]: there double precision resolves 0.1 nm."""
+
+Place = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
+"""A coordinate [m]."""
+
+Size = Annotated[float, Field(gt=0.0, le=FARTHEST_M)]
+"""A length [m]."""
+
+Heading = Annotated[float, Field(ge=-1e3, le=1e3)]
+"""A direction in the horizontal plane, from x to y [rad]."""
 
 CLEARANCE_TOLERANCE_M = 1e-12  # clearance that counts as none [m]
 

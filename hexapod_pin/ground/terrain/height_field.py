@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, PositiveFloat, model_validator
+from pydantic import Field, model_validator
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.ground.terrain.ground import MAX_FACE_ANGLE_RAD, Ground
+from hexapod_pin.ground.terrain.ground import FARTHEST_M, MAX_FACE_ANGLE_RAD, Ground, Place, Size
 from hexapod_pin.ground.terrain.height_files import read_csv, read_image
 from hexapod_pin.ground.terrain.height_grid import HeightGrid
 
@@ -44,8 +44,8 @@ class HeightField(Ground):
     """
 
     kind: Literal["height-field"] = "height-field"
-    origin: Lengths
-    spacing: tuple[PositiveFloat, PositiveFloat]
+    origin: tuple[Place, Place]
+    spacing: tuple[Size, Size]
     shape: tuple[Annotated[int, Field(ge=2)], Annotated[int, Field(ge=2)]]
     heights: str = Field(repr=False)
 
@@ -240,9 +240,11 @@ def _require_size(points: int) -> None:
 def _require_grid(z: Array, spacing: Any) -> None:
     """Refuse too many heights, ones that are not finite, and walls."""
     _require_size(z.size)
-    if not np.isfinite(z).all():
-        j, i = (int(k) for k in np.argwhere(~np.isfinite(z))[0])
-        raise ParameterError(f"HeightField.z[{j}, {i}]", float(z[j, i]), "finite [m]")
+    wrong = ~(np.abs(z) <= FARTHEST_M)
+    if wrong.any():
+        j, i = (int(k) for k in np.argwhere(wrong)[0])
+        allowed = f"finite, at most {FARTHEST_M:g} m up or down"
+        raise ParameterError(f"HeightField.z[{j}, {i}]", float(z[j, i]), allowed)
     for axis, step in ((1, spacing[0]), (0, spacing[1])):
         grade = np.abs(np.diff(z, axis=axis)) / step
         steepest = float(np.arctan(grade.max()))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
-from hexapod_pin.ground.terrain.ground import Ground, Surface
+from hexapod_pin.ground.terrain.ground import FARTHEST_M, Ground, Place, Surface
 from hexapod_pin.ground.terrain.height_field import HeightField
 from hexapod_pin.ground.terrain.plane import Flat, Slope
 from hexapod_pin.ground.terrain.profile import Groove, Ledge, Ramp, Stairs
@@ -34,8 +34,8 @@ class Patch(Spec):
             a patch with another stiffness gains or loses the difference in stored energy.
     """
 
-    low: tuple[float, float]
-    high: tuple[float, float]
+    low: tuple[Place, Place]
+    high: tuple[Place, Place]
     friction: NonNegativeFloat = 1.0
     stiffness: PositiveFloat = 1.0
 
@@ -95,7 +95,7 @@ class ShakingGround(Ground):
         Flat | Slope | Stairs | Ramp | Ledge | Groove | HeightField | PatchedGround,
         Field(discriminator="kind"),
     ] = Flat()
-    amplitude: NonNegativeFloat
+    amplitude: Annotated[float, Field(ge=0.0, le=FARTHEST_M)]
     frequency: PositiveFloat
 
     def surface(self) -> Surface:

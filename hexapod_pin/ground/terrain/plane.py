@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from hexapod_pin.ground.terrain.ground import MAX_FACE_ANGLE_RAD, Ground
+from hexapod_pin.ground.terrain.ground import MAX_FACE_ANGLE_RAD, Ground, Heading, Place
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -52,7 +52,7 @@ class Flat(Ground):
     """
 
     kind: Literal["flat"] = "flat"
-    height: float = 0.0
+    height: Place = 0.0
 
     def surface(self) -> Plane:
         """Return the plane."""
@@ -70,8 +70,8 @@ class Slope(Ground):
 
     kind: Literal["slope"] = "slope"
     angle: Angle
-    heading: float = 0.0
-    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    heading: Heading = 0.0
+    point: tuple[Place, Place, Place] = (0.0, 0.0, 0.0)
 
     def surface(self) -> Plane:
         """Return the plane."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field, PositiveFloat
+from pydantic import Field
 
-from hexapod_pin.ground.terrain.ground import MAX_FACE_ANGLE_RAD, Ground
+from hexapod_pin.ground.terrain.ground import MAX_FACE_ANGLE_RAD, Ground, Heading, Place, Size
 from hexapod_pin.ground.terrain.polyline import Polyline
 
 FaceAngle = Annotated[float, Field(gt=0.0, le=MAX_FACE_ANGLE_RAD)]
@@ -33,12 +33,12 @@ class Stairs(Ground):
     """
 
     kind: Literal["stairs"] = "stairs"
-    rise: PositiveFloat
-    run: PositiveFloat
+    rise: Size
+    run: Size
     count: Annotated[int, Field(ge=1, le=1000)]
-    start: float = 0.0
-    heading: float = 0.0
-    height: float = 0.0
+    start: Place = 0.0
+    heading: Heading = 0.0
+    height: Place = 0.0
 
     def surface(self) -> Polyline:
         """Return the polyline of risers and treads."""
@@ -62,10 +62,10 @@ class Ramp(Ground):
 
     kind: Literal["ramp"] = "ramp"
     angle: Annotated[float, Field(ge=-MAX_FACE_ANGLE_RAD, le=MAX_FACE_ANGLE_RAD)]
-    run: PositiveFloat
-    start: float = 0.0
-    heading: float = 0.0
-    height: float = 0.0
+    run: Size
+    start: Place = 0.0
+    heading: Heading = 0.0
+    height: Place = 0.0
 
     def surface(self) -> Polyline:
         """Return the polyline of the level parts and the slope."""
@@ -83,9 +83,9 @@ class Ledge(Ground):
     """
 
     kind: Literal["ledge"] = "ledge"
-    height: PositiveFloat
-    edge: float = 0.0
-    heading: float = 0.0
+    height: Size
+    edge: Place = 0.0
+    heading: Heading = 0.0
 
     def surface(self) -> Polyline:
         """Return the polyline of shelf, riser and ground."""
@@ -106,9 +106,9 @@ class Groove(Ground):
     kind: Literal["groove"] = "groove"
     angle_left: FaceAngle
     angle_right: FaceAngle
-    depth: PositiveFloat = 0.05
-    bottom: float = 0.0
-    heading: float = 0.0
+    depth: Size = 0.05
+    bottom: Place = 0.0
+    heading: Heading = 0.0
 
     def surface(self) -> Polyline:
         """Return the polyline of the two faces."""

@@ -205,7 +205,9 @@ def read_bytes(path: str | Path, *, max_bytes: int = MAX_BYTES) -> bytes:
     try:
         file = Path(path).expanduser()
         if not file.is_file():
-            raise UrdfError(source, ["no such file; give the path of a URDF"])
+            found = "a folder" if file.is_dir() else "no regular file"
+            told = found if file.exists() else "no such file"
+            raise UrdfError(source, [f"{told}; give the path of a URDF"])
         with file.open("rb") as stream:
             return stream.read(max_bytes + 1)
     except (OSError, ValueError, RuntimeError) as error:

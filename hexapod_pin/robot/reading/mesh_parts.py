@@ -84,7 +84,7 @@ def _bytes(path: Path) -> bytes:
 
 def _collada_unit(path: Path, data: bytes) -> float:
     """Return the <unit> of a COLLADA file [m]; refuses entities, which could grow without bound."""
-    if _ENTITY.search(data):
+    if _ENTITY.search(data.replace(b"\0", b"")):  # in UTF-16 and UTF-32 too
         raise MeshError(str(path), "has a <!DOCTYPE ...>: remove it (entities are not expanded)")
     found = _UNIT.search(data)
     try:

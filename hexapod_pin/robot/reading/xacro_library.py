@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import os
 import re
 from collections.abc import Iterator, Mapping
@@ -14,13 +13,11 @@ from xml.dom import minidom
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.urdf_file import checked_text
 from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.robot.reading.xacro_expression import value_of
 
 _PACKAGE = "package://"
 MAX_MACRO_CALLS = 5000
 """Most calls of macros in an expansion."""
-MAX_EXPONENT = 1000
-"""Largest constant in an exponent of an expression."""
-_FRAMES = re.compile(r"__|(?:gi|cr|ag|tb|f)_(?:frame|code|back|globals|locals|builtins|next)$")
 _PLAIN_FUNCTIONS = {
     function.__name__: function
     for function in (abs, bool, dict, float, int, len, list, map, max, min, round, str, sum)
@@ -76,6 +73,19 @@ class FoundIncludes:
             ],
         )
 
+    def regular(self, name: str, beside: str | None) -> str:
+        """Return the path of a file as `path` does.
+
+        Raises:
+            UrdfError: it is a folder, a device or a pipe, or too large.
+        """
+        path = self.path(name, beside)
+        if os.path.exists(path) and not os.path.isfile(path):
+            raise UrdfError(path, ["no regular file"])
+        if os.path.isfile(path) and os.path.getsize(path) > self.max_bytes:
+            raise UrdfError(path, [f"larger than {self.max_bytes} bytes"])
+        return path
+
     def _elsewhere(self, name: str, beside: str | None) -> str | None:
         """Return the file by the end of its path, unless that is the file that asks."""
         found = self.finder.find(name)
@@ -101,7 +111,7 @@ class FoundIncludes:
 
 @contextmanager
 def patched_xacro(includes: FoundIncludes) -> Iterator[None]:
-    """Let the library find files by `includes` and evaluate expressions without builtins.
+    """Let the library find files by `includes`, and find the values of expressions by walking them.
 
     The library keeps its state in its module: not for two threads at once.
     """
@@ -130,7 +140,7 @@ def patched_xacro(includes: FoundIncludes) -> Iterator[None]:
         (xacro, "parse", parse),
         (xacro, "safe_eval", evaluate),
         (xacro, "handle_macro_call", counted_macro),
-        (xacro, "abs_filename_spec", lambda name: includes.path(str(name), beside())),
+        (xacro, "abs_filename_spec", lambda name: includes.regular(str(name), beside())),
         (xacro, "filestack", None),
         (xacro, "macrostack", None),
         (xacro, "verbosity", 0),
@@ -151,41 +161,24 @@ def patched_xacro(includes: FoundIncludes) -> Iterator[None]:
 
 
 def evaluate(expression: str, names: Any, local: Any = None) -> Any:
-    """Evaluate a Python expression with these names and nothing else.
+    """Return the value of an expression with these names and nothing else.
 
     Raises:
-        ValueError: a name in it could lead out of the expression.
+        ValueError: a part of it is not allowed, or would grow without end.
     """
-    tree = ast.parse(expression.strip(), "<expression>", "eval")
-    for node in ast.walk(tree):
-        name = getattr(node, "attr", None) or getattr(node, "id", None) or ""
-        if isinstance(name, str) and _FRAMES.match(name):
-            raise ValueError(f"the name {name!r} is not allowed in an expression")
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow | ast.LShift):
-            _refuse_huge(node.right)
-    names.update(__builtins__={})
-    return eval(compile(tree, "<expression>", "eval"), names, local)
-
-
-def _refuse_huge(exponent: ast.expr) -> None:
-    """Refuse powers of powers, and constants that make numbers of millions of digits."""
-    for node in ast.walk(exponent):
-        power = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow | ast.LShift)
-        value = node.value if isinstance(node, ast.Constant) else 0
-        if power or (isinstance(value, int | float) and abs(value) > MAX_EXPONENT):
-            raise ValueError(f"an exponent must be a number of at most {MAX_EXPONENT}")
+    return value_of(expression, local, names)
 
 
 def _evaluate_argument(text: str, context: dict[str, Any]) -> str:
-    """Evaluate what stands in $(eval ...): as the library does, but without builtins."""
+    """Evaluate what stands in $(eval ...): as the library does, but by walking it."""
     from xacro import substitution_args as arguments
 
     values: Mapping[str, str] = context.get("arg", {})
 
-    def value_of(name: str) -> Any:
+    def argument(name: str) -> Any:
         return arguments.convert_value(arguments._eval_arg(name, args=values), "auto")
 
-    functions = {**arguments._eval_dict, **_PLAIN_FUNCTIONS, "arg": value_of}
+    functions = {**arguments._eval_dict, **_PLAIN_FUNCTIONS, "arg": argument}
     return str(evaluate(text, {}, arguments._DictWrapper(values, functions)))
 
 

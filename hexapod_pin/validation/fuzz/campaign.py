@@ -5,6 +5,7 @@ from __future__ import annotations
 import faulthandler
 import multiprocessing
 import random
+import re
 import time
 import traceback
 import warnings
@@ -18,8 +19,17 @@ from hexapod_pin.validation.fuzz.doors import DOORS
 PATIENCE = 5.0
 """An input that takes longer hangs [s]."""
 
+LONGEST_START = 120.0
+"""Of a process that tries inputs [s]."""
+
 MEMORY = 6 * 2**30
 """Address space of a process that tries inputs [bytes]."""
+
+_WRONG_CALL = re.compile(
+    r"missing \d+ required|unexpected keyword|takes .* positional|multiple values for|"
+    r"missing a required|too many positional"
+)
+"""Python's own words where an argument is missing or there is no such keyword."""
 
 USED, REFUSED, FAULT = "used", "refused", "FAULT"
 
@@ -55,8 +65,8 @@ def attempt(door: str, seed: int) -> Outcome:
         kind = REFUSED
     except Exception as error:
         kind, told = FAULT, _described(error)
-        if isinstance(error, TypeError) and "argument" in told.split(" at ")[0]:
-            kind = REFUSED  # Python's own: an argument is missing, or there is no such keyword
+        if isinstance(error, TypeError) and _WRONG_CALL.search(str(error)):
+            kind = REFUSED
     return Outcome(door, seed, kind, told, time.perf_counter() - begin)
 
 
@@ -107,6 +117,9 @@ class _Worker:
         self._process = context.Process(target=_serve, args=(other,), daemon=True)
         self._process.start()
         other.close()
+        if not self._pipe.poll(LONGEST_START):
+            self.end()
+            raise TimeoutError(f"a process did not start in {LONGEST_START:g} s")
         self._pipe.recv()  # it has imported what it needs
         self.task: tuple[str, int] | None = None
         self.lost, self._since = False, 0.0

@@ -72,6 +72,66 @@ def urdf_text() -> str:
     return hp.urdf_path("kharagpur").read_text(encoding="utf-8")
 
 
+HINTS_TEXT = """forward = "x"
+foot_radius = 0.01
+mend = false
+mass = 2.0
+
+[posture]
+"""
+"""Hints about a robot."""
+
+
+STUDY_TEXT = """schema = 1
+name = "friction and payload"
+[base]
+robot = "kharagpur"
+gait = "tripod"
+duration = 1.0
+accuracy = 1e-4
+[[vary]]
+input = "stroke"
+values = [0.06, 0.1]
+[[vary]]
+input = "friction"
+distribution = "uniform"
+low = 0.4
+high = 0.9
+[design]
+kind = "sobol"
+samples = 4
+seed = 7
+"""
+"""A study."""
+
+
+@cache
+def catalog_text() -> str:
+    """Return a catalogue."""
+    from hexapod_pin.drive.catalog.write import catalog_text
+
+    return catalog_text(hp.load_catalog().records[:6])
+
+
+@cache
+def xacro_text() -> str:
+    """Return a xacro file: a robot's body with properties, a macro and expressions."""
+    head = '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+    own = """<xacro:arg name="size" default="2"/>
+<xacro:property name="half" value="${$(arg size) / 4.0}"/>
+<xacro:macro name="marker" params="name mass:=0.01 *origin">
+  <link name="${name}"><inertial><mass value="${mass * half}"/>
+    <inertia ixx="${1e-6 * 2**2}" ixy="0" ixz="0" iyy="4e-6" iyz="0" izz="4e-6"/></inertial></link>
+  <joint name="${name}_joint" type="fixed"><xacro:insert_block name="origin"/>
+    <parent link="base_link"/><child link="${name}"/></joint>
+</xacro:macro>
+<xacro:if value="${half > 0}"><xacro:marker name="m${len('abc')}" mass="0.02">
+  <origin xyz="0 0 ${sin(pi / 6)}" rpy="0 ${radians(30)} 0"/></xacro:marker></xacro:if>
+"""
+    body = urdf_text()
+    return head + own + body[body.index(">", body.index("<robot")) + 1 :]
+
+
 def used(robot_or_scene: Any) -> None:
     """Run what was accepted for a moment."""
     where = robot_or_scene

@@ -1,0 +1,85 @@
+"""The door of the command line: odd words for commands that end quickly."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import random
+from functools import cache
+from typing import Any
+
+from hexapod_pin.errors import HexapodError
+from hexapod_pin.validation.fuzz import material
+from hexapod_pin.validation.fuzz.shown import require_finite
+from hexapod_pin.validation.fuzz.values import NUMBERS, odd_text
+
+WORDS = ("", "x", "nan", "-", "--", "a\0b", "é" * 300, "/", "/dev/null", "..", "*", "1e-4", "0.01")
+
+STATUSES = {0, 1, 2, 3}
+"""Done, failed, used wrongly, does not walk."""
+
+
+def command_line(dice: random.Random) -> None:
+    """A command with odd options."""
+    from hexapod_pin.commands.app import main
+
+    name, *words = dice.choice(_commands())
+    options = [one for one in _options()[name] if one not in ("--help", "--force", "--show")]
+    for option in dice.sample(options, min(len(options), dice.choice((1, 1, 2, 3)))):
+        words.append(option)
+        if dice.random() < 0.8:
+            words.append(str(dice.choice(dice.choice((NUMBERS, WORDS)))))
+    if dice.random() < 0.2:
+        k = dice.randrange(len(words))
+        words[k] = odd_text(words[k], dice)
+    shown, status = io.StringIO(), 0
+    with _in_own_folder(), contextlib.redirect_stdout(shown), contextlib.redirect_stderr(shown):
+        try:
+            main([name, *words])
+        except SystemExit as end:
+            status = int(end.code or 0)
+    if status not in STATUSES:
+        raise ArithmeticError(f"status {status} of {name} {words}")
+    require_finite(shown.getvalue(), *words)
+    if status in (1, 2):
+        raise HexapodError(f"{name} {words} is refused")
+
+
+@cache
+def _commands() -> list[tuple[str, ...]]:
+    """Return commands with what they need."""
+    trace = str(material.trace().save(material.folder() / "sound.nc"))
+    case = material.folder() / "sound.toml"
+    case.write_text(material.case_text(), encoding="utf-8")
+    urdf = material.folder() / "sound.urdf"
+    urdf.write_text(material.urdf_text(), encoding="utf-8")
+    walk = ("walk", "kharagpur", "--duration", "0.02", "--quick", "--no-html")
+    return [walk, walk, ("run", str(case), "--no-html"), ("budget", trace), ("stability", trace),
+            ("check", str(urdf)), ("mend", str(urdf)), ("contact", "s1")]  # fmt: skip
+
+
+@cache
+def _options() -> dict[str, list[str]]:
+    """Return the options of each command."""
+    import typer
+
+    from hexapod_pin.commands.app import app
+
+    group: Any = typer.main.get_command(app)
+    return {
+        name: [option for one in command.params for option in one.opts if option.startswith("--")]
+        for name, command in group.commands.items()
+    }
+
+
+@contextlib.contextmanager
+def _in_own_folder() -> Any:
+    """Work in a folder of this process."""
+    before, folder = os.getcwd(), material.folder() / f"{os.getpid()}.files"
+    folder.mkdir(exist_ok=True)
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(before)

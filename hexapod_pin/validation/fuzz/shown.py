@@ -1,0 +1,36 @@
+"""What is shown to people must be finite."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+import hexapod_pin as hp
+
+_NOT_FINITE = re.compile(r"(?<![\w.-])[-+]?(?:nan|inf)(?![\w.-])", re.IGNORECASE)
+
+
+def require_finite(text: str, *given: str) -> None:
+    """Refuse a text with nan or inf in it, unless they were given.
+
+    Raises:
+        ArithmeticError: there is one.
+    """
+    if any(_NOT_FINITE.search(one) for one in given):
+        return
+    found = _NOT_FINITE.search(text)
+    if found:
+        near = text[max(0, found.start() - 40) : found.end() + 20]
+        raise ArithmeticError(f"shows {found[0]!r}: ...{near!r}...")
+
+
+def require_finite_data(trace: hp.Trace) -> None:
+    """Refuse a trace whose motion is not finite.
+
+    Raises:
+        ArithmeticError: as told.
+    """
+    for name in ("time", "q", "v", "torque", "foot_force", "com"):
+        if not np.isfinite(getattr(trace, name)).all():
+            raise ArithmeticError(f"{name} of a run is not finite")
