@@ -45,6 +45,7 @@ class ArrayRule:
         axes: names of its axes; arrays with an axis in common have its length in common.
         unit: for messages.
         least: smallest value; None: none.
+        most: largest value; None: `LARGEST`.
         nan: whether NaN may stand for what is not known.
         ascending: whether each value along the first axis must be greater than the one before;
             "weakly": not smaller.
@@ -54,6 +55,7 @@ class ArrayRule:
     axes: tuple[str, ...]
     unit: str = ""
     least: float | None = None
+    most: float | None = None
     nan: bool = False
     ascending: bool | str = False
     unit_vector: tuple[int, int] | None = None
@@ -93,6 +95,8 @@ def _check_array(
     if rule.least is not None:
         fits = ~(array < rule.least)
         _require(name, array, fits, f"at least {rule.least:g}{unit}")
+    if rule.most is not None:
+        _require(name, array, ~(array > rule.most), f"at most {rule.most:g}{unit}")
     if rule.ascending and len(array) > 1:
         step = np.diff(array, axis=0)
         rises = step >= 0.0 if rule.ascending == "weakly" else step > 0.0

@@ -15,7 +15,10 @@ def import_file(option: str, path: Path) -> None:
     Raises:
         ParameterError: no such Python file, or it cannot be imported; names the option.
     """
-    spec = spec_from_file_location(path.stem, path) if path.is_file() else None
+    try:
+        spec = spec_from_file_location(path.stem, path) if path.is_file() else None
+    except (OSError, ValueError) as error:
+        raise ParameterError(option, str(path), "the path of a Python file", str(error)) from error
     if spec is None or spec.loader is None:
         raise ParameterError(option, str(path), "an existing Python file (.py)")
     module = module_from_spec(spec)

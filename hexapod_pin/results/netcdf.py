@@ -13,6 +13,7 @@ import numpy as np
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import TraceFileError
 from hexapod_pin.results.file_ending import NETCDF, check_ending
+from hexapod_pin.results.file_seal import is_broken, seal_of
 
 Result = TypeVar("Result")
 
@@ -21,6 +22,9 @@ ZLIB = 1
 
 CHUNK_ROWS = 1 << 16
 """Rows of a column that are compressed together."""
+
+MOST_GROWTH = 1100
+"""An array is at most so many times as large as its file, by the limit of the compression [-]."""
 
 LEAST_COMPRESSED = 1 << 14
 """Smaller arrays are stored as they are [bytes]."""
@@ -69,6 +73,8 @@ def write_netcdf(
         _write_group(file, Group(columns, attributes))
         for name, group in (groups or {}).items():
             _write_group(file.create_group(name), group)
+    image.seek(0, io.SEEK_END)
+    image.write(seal_of(image.getvalue()))
     return write_atomically(path, image.getbuffer())
 
 
@@ -155,8 +161,12 @@ def _read(path: str | Path, read: Callable[[Any], Result]) -> Result:
     if not os.path.isfile(path):
         raise TraceFileError(f"{path}: no such file.")
     try:
+        if is_broken(path):
+            raise TraceFileError(f"{path}: damaged: its bytes do not match its checksum.")
         with h5py.File(path, "r") as file:
             return read(file)
+    except TraceFileError:
+        raise
     except Exception as error:  # HDF5 reports damage by many types, OSError to UnicodeError
         raise TraceFileError(f"{path}: {_damage(Path(path), error)}") from error
 
@@ -177,6 +187,10 @@ def _scalar(value: Any) -> Any:
 
 def _read_column(variable: Any) -> np.ndarray[Any, Any]:
     """Return one variable's array, text decoded."""
+    if variable.size * variable.dtype.itemsize > MOST_GROWTH * os.path.getsize(
+        variable.file.filename
+    ):
+        raise ValueError(f"{variable.name} is said to be of shape {variable.shape}")
     values = np.asarray(variable[()])
     if values.dtype.kind != "O":
         return values

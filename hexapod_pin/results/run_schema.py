@@ -14,7 +14,6 @@ from hexapod_pin.file_schema import (
     Name,
     NotNegative,
     Number,
-    Positive,
     check_data,
     per,
 )
@@ -62,7 +61,7 @@ class RunData(FileData):
     sample: NotNegative | None = None
     events: list[EventData] = []
     drive: DriveData | None = None
-    cycle_time: Positive | None = None
+    cycle_time: Annotated[Number, Field(ge=1e-6)] | None = None
     steady_from: Bound | None = None
     steady_until: Bound | None = None
     travel_direction: Pair | None = None

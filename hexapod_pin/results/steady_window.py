@@ -51,8 +51,9 @@ def steady_window(trace: Trace) -> Window:
     Raises:
         ParameterError: the run is too short for one whole cycle; says how long it must be.
     """
-    begin = float(trace.meta.get("steady_from") or 0.0)
-    until = min(float(trace.meta.get("steady_until") or math.inf), float(trace.time[-1]))
+    end = float(trace.time[-1])
+    begin = min(float(trace.meta.get("steady_from") or 0.0), end)
+    until = min(float(trace.meta.get("steady_until") or math.inf), end)
     cycle = trace.meta.get("cycle_time")
     if cycle is None:
         begin, cycles, length = 0.5 * (begin + until), None, 0.5 * (until - begin)

@@ -30,10 +30,13 @@ ENERGY, ERROR = "energy_", "error_"
 DERIVED = "energy_residual"
 """Follows from the others; not read."""
 
+LATEST = 1e10
+"""Of a sample's time [s]: three centuries."""
+
 RULES: dict[str, ArrayRule] = {
     name: ArrayRule(axes, unit) for name, (axes, unit, _) in LAYOUT.items()
 } | {
-    "time": ArrayRule(("time",), "s", least=0.0, ascending=True),
+    "time": ArrayRule(("time",), "s", least=0.0, most=LATEST, ascending=True),
     "q": ArrayRule(("time", "q_name"), "m, 1, rad", unit_vector=(3, 7)),
     "foot_normal": ArrayRule(("time", "foot", "axis"), "1", unit_vector=(0, 3)),
 }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,9 @@ if TYPE_CHECKING:
 
 MAX_CONTACT_TIME_RATIO = 1e5
 """Time after which a foot that has not left is said to stick, in units of depth over speed."""
+
+LEAST, MOST = 1e-9, 1e9
+"""Of mass [kg] and speed [m/s]."""
 
 
 @dataclass(frozen=True)
@@ -46,14 +48,14 @@ def bounce(law: NormalLaw, *, mass: float, speed: float) -> Bounce:
         speed: of approach [m/s].
 
     Raises:
-        ParameterError: mass or speed is not positive.
+        ParameterError: mass or speed is not within LEAST and MOST.
     """
     import numpy as np
     from scipy.integrate import solve_ivp
 
     for name, value in (("mass", mass), ("speed", speed)):
-        if not (math.isfinite(value) and value > 0.0):
-            raise ParameterError(name, value, "positive and finite (SI)")
+        if not LEAST <= value <= MOST:
+            raise ParameterError(name, value, f"{LEAST:g} to {MOST:g} (SI)")
     power = law.exponent + 1.0
     depth = (power * mass * speed**2 / (2.0 * law.stiffness)) ** (1.0 / power)
     native, scale = law.native(), depth / (mass * speed**2)

@@ -107,7 +107,8 @@ def _read(trace: hp.Trace) -> None:
     """Show all that is told of a trace."""
     for use in (hp.stability, hp.walk_verdict, hp.phase_torques, hp.torque_budget):
         try:
-            shown = str(use(trace))
+            found = use(trace)
+            shown = found.table() if hasattr(found, "table") else str(found)
         except hp.errors.HexapodError:
             continue
         require_finite(shown)
