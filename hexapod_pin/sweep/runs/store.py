@@ -16,6 +16,7 @@ from hexapod_pin.sweep.runs.outcome import Outcome
 from hexapod_pin.sweep.runs.store_file import DONE, FAILED, connect, make_single, store_errors
 from hexapod_pin.sweep.runs.store_inputs import write_inputs
 from hexapod_pin.sweep.runs.store_lock import StoreLock
+from hexapod_pin.sweep.runs.store_schema import checked_meta
 
 if TYPE_CHECKING:
     from hexapod_pin.sweep.study import SweepStudy
@@ -111,6 +112,7 @@ class SweepStore:
     def _require_same(self, study: SweepStudy) -> None:
         """Refuse to mix cases that are not of one study, or whose bits would differ."""
         meta = dict(self.connection.execute("SELECT key, value FROM meta"))
+        checked_meta(meta)
         if meta["digest"] != study.digest:
             raise OtherStudyError(
                 str(self.path), f"holds the study {meta['name']!r} with the digest "

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from hexapod_pin.errors import StoreFullError, StoreLockedError, SweepStoreError
+from hexapod_pin.errors import ParameterError, StoreFullError, StoreLockedError, SweepStoreError
 
 APPLICATION_ID = 0x48585357
 """Of SQLite's header: "HXSW"."""
@@ -135,6 +135,8 @@ def store_errors(path: Path, kept: int | None = None) -> Iterator[None]:
     """
     try:
         yield
+    except (ParameterError, UnicodeDecodeError) as error:
+        raise _damaged(path, str(error)) from error
     except sqlite3.Error as error:
         text = str(error)
         if "full" in text:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from hexapod_pin.sweep.runs.store_schema import checked_input, read_json
+
 if TYPE_CHECKING:
     from hexapod_pin.sweep.study import SweepStudy
 
@@ -52,15 +54,19 @@ def write_inputs(connection: sqlite3.Connection, study: SweepStudy) -> None:
         )
 
 
-def read_inputs(connection: sqlite3.Connection) -> list[InputColumn]:
-    """Return the inputs that a store holds."""
+def read_inputs(connection: sqlite3.Connection, count: int) -> list[InputColumn]:
+    """Return the inputs that the store of so many cases holds.
+
+    Raises:
+        ParameterError: they break a rule of `store_schema`.
+    """
+    found = []
     rows = connection.execute("SELECT about, numbers, texts FROM inputs ORDER BY place")
-    return [
-        InputColumn(
-            json.loads(about),
-            np.array(json.loads(texts), dtype=object)
-            if numbers is None
-            else np.frombuffer(numbers, dtype="<f8").astype(float),
-        )
-        for about, numbers, texts in rows
-    ]
+    for about, numbers, texts in rows:
+        if isinstance(numbers, bytes) and len(numbers) == 8 * count:
+            values = np.frombuffer(numbers, dtype="<f8").astype(float)
+        else:
+            values = np.array(read_json("inputs.texts", texts), dtype=object)
+        told = checked_input(read_json("inputs.about", about), values, count)
+        found.append(InputColumn(told, values))
+    return found

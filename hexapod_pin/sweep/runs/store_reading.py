@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sqlite3
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,10 +11,20 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.file_schema import check_data
 from hexapod_pin.sweep.runs.case_numbers import WAY_COLUMNS, Quantity, shape_of, sizes_of
 from hexapod_pin.sweep.runs.store import row_sum
 from hexapod_pin.sweep.runs.store_file import DONE, connect, nothing_yet, store_errors
 from hexapod_pin.sweep.runs.store_inputs import InputColumn, read_inputs
+from hexapod_pin.sweep.runs.store_schema import (
+    CounterText,
+    ListText,
+    check_row,
+    checked_labels,
+    checked_meta,
+    checked_numbers,
+    read_json,
+)
 
 NOT_RUN = "not run"
 """Reason of a case that has no row yet."""
@@ -103,36 +112,53 @@ def read_meta(connection: sqlite3.Connection) -> dict[str, str]:
 
 
 def _read(connection: sqlite3.Connection, meta: dict[str, str]) -> StoredSweep:
-    count = int(meta["cases"])
-    stored = {
-        name: Quantity(tuple(axes), unit, meaning)
-        for name, axes, unit, meaning in json.loads(meta["quantities"])
-    }
+    count, stored = checked_meta(meta)
     found = StoredSweep(
-        meta, read_inputs(connection), stored, [NOT_RUN] * count, [""] * count,
+        meta, read_inputs(connection, count), stored, [NOT_RUN] * count, [""] * count,
         np.full(count, np.nan),
     )  # fmt: skip
-    texts = {k: json.loads(text) for k, text in connection.execute("SELECT id, text FROM texts")}
+    texts = _Texts(connection)
     assumed: dict[str, None] = {}
     rows = connection.execute(
         "SELECT number, digest, counters, numbers, sum, state, reason, verdict, labels, assumed, "
         "wall_time FROM cases ORDER BY number"
     )
     for number, digest, counters, numbers, total, state, reason, *rest in rows:
-        if row_sum(digest, counters, numbers) != total:
+        check_row(number, state, (digest, counters, reason, rest[0]), rest[3], count)
+        if not isinstance(numbers, bytes) or row_sum(digest, counters, numbers) != total:
             found.reason[number] = DAMAGED
             continue
         found.reason[number] = reason
         if state != DONE:
             continue
         found.verdict[number] = rest[0]
-        found.labels[number] = texts[rest[1]]
-        assumed.update(dict.fromkeys(texts[rest[2]]))
+        found.labels[number] = texts.labels(rest[1])
+        assumed.update(dict.fromkeys(texts.assumed(rest[2])))
         found.wall_time[number] = rest[3]
-        found.values[number] = np.frombuffer(numbers, dtype="<f8")
-        found.counters[number] = json.loads(counters)
+        found.values[number] = checked_numbers(number, numbers, found.labels[number], stored)
+        found.counters[number] = read_json(f"cases[{number}].counters", counters)
+        check_data(CounterText, f"cases[{number}]", {"counters": found.counters[number]})
     found.assumed = list(assumed)
     return found
+
+
+class _Texts:
+    """Texts that many cases share, each checked once."""
+
+    def __init__(self, connection: sqlite3.Connection) -> None:
+        rows = connection.execute("SELECT id, text FROM texts")
+        self._known = {k: read_json(f"texts[{k}]", text) for k, text in rows}
+        self._labels: dict[Any, Labels] = {}
+
+    def labels(self, key: Any) -> Labels:
+        if key not in self._labels:
+            self._labels[key] = checked_labels(self._known.get(key))
+        return self._labels[key]
+
+    def assumed(self, key: Any) -> list[str]:
+        found: list[str] = self._known.get(key)  # type: ignore[assignment]
+        check_data(ListText, "assumed", {"texts": found})
+        return found
 
 
 def columns(found: StoredSweep) -> dict[str, Array]:

@@ -15,8 +15,8 @@ DOORS: Mapping[str, Door] = {
     for door in (
         file_doors.urdf, file_doors.xacro, file_doors.hints, file_doors.scene, file_doors.case,
         file_doors.study, file_doors.catalog, file_doors.damaged_trace, file_doors.forged_trace,
-        file_doors.checkpoint, file_doors.summary, call_doors.parameters, call_doors.settings,
-        call_doors.arguments, call_doors.height_field, call_doors.session, call_doors.extremes,
+        file_doors.sweep_store, file_doors.checkpoint, file_doors.summary, call_doors.parameters,
+        call_doors.settings, call_doors.arguments, call_doors.height_field, call_doors.session, call_doors.extremes,
         command_line,
     )
 }  # fmt: skip

@@ -67,14 +67,28 @@ def catalog(dice: random.Random) -> None:
     require_finite(hp.load_catalog(path).table())
 
 
-def damaged_trace(dice: random.Random) -> None:
-    """A trace's file with bytes changed or cut off."""
-    data = bytearray(material.trace_bytes())
+def _damaged(sound: bytes, dice: random.Random) -> bytes:
+    """Return bytes of which some are changed or cut off."""
+    data = bytearray(sound)
     if dice.random() < 0.3:
         data = data[: dice.randrange(len(data))]
     for _ in range(dice.choice((0, 1, 4, 30))):
         if data:
             data[dice.randrange(len(data))] = dice.randrange(256)
+    return bytes(data)
+
+
+def sweep_store(dice: random.Random) -> None:
+    """The store of a sweep with bytes changed or cut off."""
+    path = _own_file("db")
+    path.write_bytes(_damaged(material.store_bytes(), dice))
+    found = hp.open_sweep(path)
+    str((found.dataset, found.reasons, found.pending, found.case_time))
+
+
+def damaged_trace(dice: random.Random) -> None:
+    """A trace's file with bytes changed or cut off."""
+    data = _damaged(material.trace_bytes(), dice)
     path = _own_file("nc")
     path.write_bytes(data)
     _read(hp.load_trace(path))

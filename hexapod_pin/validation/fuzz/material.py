@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import json
+import os
 import shutil
 import tempfile
 from functools import cache
@@ -103,6 +104,15 @@ samples = 4
 seed = 7
 """
 """A study."""
+
+
+@cache
+def store_bytes() -> bytes:
+    """Return the store of a sweep."""
+    study = hp.SweepStudy.from_toml(STUDY_TEXT.replace("duration = 1.0", "duration = 4.0"))
+    path = folder() / f"{os.getpid()}.sound.db"
+    hp.run_sweep(study, path)
+    return path.read_bytes()
 
 
 @cache
