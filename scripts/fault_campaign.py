@@ -14,7 +14,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from hexapod_pin.validation.fuzz import DOORS, Outcome, run_campaign
+from hexapod_pin.fuzz import DOORS, Outcome, run_campaign
 from hexapod_pin.validation.tables import Table
 
 

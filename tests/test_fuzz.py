@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings, strategies
 
 import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError
-from hexapod_pin.validation.fuzz import DOORS, attempt, material, run_campaign
+from hexapod_pin.fuzz import DOORS, attempt, material, run_campaign
 
 INPUTS = 15
 """Of each door; `make fuzz` tries a million with seeds of the clock."""
@@ -79,7 +79,7 @@ def test_what_once_was_a_fault_is_refused(call: Callable[[], Any], told: str):
 
 
 def test_what_dies_is_a_fault_and_another_process_goes_on(monkeypatch: pytest.MonkeyPatch):
-    from hexapod_pin.validation.fuzz import campaign
+    from hexapod_pin.fuzz import campaign
 
     monkeypatch.setattr(campaign._Worker, "begin", kill_the_first(campaign._Worker.begin))
     found = run_campaign([("parameters", 1), ("parameters", 2)], processes=1)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hexapod_pin.errors import HexapodError
-from hexapod_pin.validation.fuzz.doors import DOORS
+from hexapod_pin.fuzz.doors import DOORS
 
 PATIENCE = 5.0
 """An input that takes longer hangs [s]."""

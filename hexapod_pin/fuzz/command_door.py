@@ -10,9 +10,9 @@ from functools import cache
 from typing import Any
 
 from hexapod_pin.errors import HexapodError
-from hexapod_pin.validation.fuzz import material
-from hexapod_pin.validation.fuzz.shown import require_finite
-from hexapod_pin.validation.fuzz.values import NUMBERS, odd_text
+from hexapod_pin.fuzz import material
+from hexapod_pin.fuzz.shown import require_finite
+from hexapod_pin.fuzz.values import NUMBERS, odd_text
 
 WORDS = ("", "x", "nan", "-", "--", "a\0b", "é" * 300, "/", "/dev/null", "..", "*", "1e-4", "0.01")
 

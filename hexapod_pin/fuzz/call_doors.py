@@ -7,10 +7,10 @@ import random
 from typing import Any
 
 import hexapod_pin as hp
+from hexapod_pin.fuzz import material
+from hexapod_pin.fuzz.shown import require_finite_data
+from hexapod_pin.fuzz.values import odd_value
 from hexapod_pin.spec import Spec
-from hexapod_pin.validation.fuzz import material
-from hexapod_pin.validation.fuzz.shown import require_finite_data
-from hexapod_pin.validation.fuzz.values import odd_value
 
 
 def parameters(dice: random.Random) -> None:

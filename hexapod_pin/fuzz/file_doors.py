@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import hexapod_pin as hp
-from hexapod_pin.validation.fuzz import material
-from hexapod_pin.validation.fuzz.shown import require_finite
-from hexapod_pin.validation.fuzz.values import odd_data, odd_text
+from hexapod_pin.fuzz import material
+from hexapod_pin.fuzz.shown import require_finite
+from hexapod_pin.fuzz.values import odd_data, odd_text
 
 
 def urdf(dice: random.Random) -> None:
