@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from typer.testing import CliRunner
 
 from hexapod_pin.commands import app as cli
 from hexapod_pin.commands.status import MISSED
-from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.errors import SimulationInterrupted, UnknownNameError
 from hexapod_pin.formulations.maximal import constraints, kinematics
 from hexapod_pin.formulations.maximal.joint_vectors import JOINT_POINT
 from hexapod_pin.formulations.rigid import impact, model
@@ -190,3 +192,33 @@ def test_planted_errors_make_it_fail(plant, monkeypatch) -> None:
     assert stop.value.code == MISSED
     monkeypatch.undo()
     assert found(name).passed
+
+
+def test_ctrl_c_writes_the_checks_that_are_done(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The first check is in the table and in the file; the status is that of Ctrl-C."""
+    first = all_checks()[0]
+
+    def stopping(names=None, everything=False, progress=None):
+        stopper = replace(first, run=lambda: (_ for _ in ()).throw(KeyboardInterrupt))
+        return run_cases([replace(first, run=lambda: 0.0), stopper], quick=True, progress=progress)
+
+    monkeypatch.setattr("hexapod_pin.validation.checks.registry.run_checks", stopping)
+    page = tmp_path / "page.md"
+    result = CliRunner().invoke(cli.app, ["verify", "--out", str(page)])
+    told = "interrupted; 1 of 2 cases are done"
+    assert result.exit_code == 130 and told in result.output
+    assert first.name in page.read_text("utf-8") and told in page.read_text("utf-8")
+
+
+def test_ctrl_c_is_no_failed_check() -> None:
+    """An interrupted simulation is an error of the package, but no finding."""
+    first = all_checks()[0]
+
+    def interrupted() -> float:
+        raise SimulationInterrupted("interrupted", None)
+
+    with pytest.raises(SimulationInterrupted) as stopped:
+        run_cases([replace(first, run=interrupted)], quick=True)
+    assert stopped.value.results == []

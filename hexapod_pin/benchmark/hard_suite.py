@@ -13,6 +13,7 @@ from hexapod_pin.benchmark.studies.tolerance_calibration import (
     largest_cost_ratio,
     random_tasks,
 )
+from hexapod_pin.errors import SimulationInterrupted
 from hexapod_pin.validation.case_result import CaseResult
 from hexapod_pin.validation.cases.registry import HARD_CASES, run_hard_cases
 from hexapod_pin.validation.expected_failures import unused_entries
@@ -63,11 +64,15 @@ Tick = Callable[[float], None]
 
 @dataclass(frozen=True)
 class SuitePart:
-    """One part of the suite: its table, one line that sums it up, and how many results failed."""
+    """One part of the suite: its table, one line that sums it up, and how many results failed.
+
+    `interrupted`: what ended the part before its time, if anything did.
+    """
 
     table: Table
     summary: str
     failed: int
+    interrupted: SimulationInterrupted | None = None
 
 
 def suite_parts(quick: bool) -> Iterator[tuple[str, Callable[[Tick], SuitePart]]]:
@@ -79,11 +84,16 @@ def suite_parts(quick: bool) -> Iterator[tuple[str, Callable[[Tick], SuitePart]]
 
 
 def _cases(size: SuiteSize, tick: Tick) -> SuitePart:
-    results = run_hard_cases(quick=size.quick, progress=tick)
-    if not size.quick:
+    stopped = None
+    try:
+        results = run_hard_cases(quick=size.quick, progress=tick)
+    except SimulationInterrupted as error:
+        results, stopped = list(error.results or ()), error
+    if not size.quick and stopped is None:
         results += entries_without_row(results)
     failed = sum(result.failed for result in results)
-    return SuitePart(result_table(worst_results(results), "Hard cases"), summary(results), failed)
+    told = summary(results) + ("" if stopped is None else f"; {stopped}")
+    return SuitePart(result_table(worst_results(results), "Hard cases"), told, failed, stopped)
 
 
 def entries_without_row(results: Sequence[CaseResult]) -> list[CaseResult]:

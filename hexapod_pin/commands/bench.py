@@ -196,13 +196,22 @@ def _hard(quick: bool, out: Path | None) -> None:
         out = writable("--out", out)
     machine, parts = Machine.here(), []
     typer.echo(str(machine))
-    for title, run in suite_parts(quick):
-        with progress_bar(title) as tick:
-            parts.append(run(tick))
-        typer.echo(f"\n{parts[-1].table.text()}\n{parts[-1].summary}")
-    if out is not None:
+    stopped: BaseException | None = None
+    try:
+        for title, run in suite_parts(quick):
+            with progress_bar(title) as tick:
+                parts.append(run(tick))
+            typer.echo(f"\n{parts[-1].table.text()}\n{parts[-1].summary}")
+            if parts[-1].interrupted is not None:
+                raise parts[-1].interrupted
+    except (KeyboardInterrupt, SimulationInterrupted) as error:
+        stopped = error
+    if out is not None and parts:
         write_atomically(out, suite_page(machine, parts))
         typer.echo(f"wrote {out}")
+    if stopped is not None:
+        told = f"interrupted; {len(parts)} of the suite's parts were begun and are above"
+        raise SimulationInterrupted(told, None) from stopped
     if any(part.failed for part in parts):
         missed = "; ".join(f"{one.table.title}: {one.summary}" for one in parts if one.failed)
         fail(f"rows of the tables missed. {missed}", MISSED)

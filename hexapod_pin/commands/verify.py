@@ -11,6 +11,7 @@ from hexapod_pin.commands.options import OptionalPath, OptionalText
 from hexapod_pin.commands.output_files import writable
 from hexapod_pin.commands.progress import progress_bar
 from hexapod_pin.commands.status import MISSED, fail
+from hexapod_pin.errors import SimulationInterrupted
 
 
 def verify(
@@ -35,12 +36,19 @@ def verify(
 
     path = None if out is None else writable("--out", out)
     names = None if only is None else [name.strip() for name in only.split(",")]
-    with progress_bar("verifying") as progress:
-        results = run_checks(names=names, everything=everything, progress=progress)
-    table = result_table(results)
-    typer.echo(f"{table.text()}\n{summary(results)}")
+    stopped = None
+    try:
+        with progress_bar("verifying") as progress:
+            results = run_checks(names=names, everything=everything, progress=progress)
+    except SimulationInterrupted as error:
+        results, stopped = list(error.results or ()), error
+    table, told = result_table(results), summary(results)
+    told += "" if stopped is None else f"\n{stopped}"
+    typer.echo(f"{table.text()}\n{told}")
     if path is not None:
-        write_atomically(path, f"{table.markdown()}\n{summary(results)}\n")
+        write_atomically(path, f"{table.markdown()}\n{told}\n")
         typer.echo(f"wrote {path}")
+    if stopped is not None:
+        raise stopped
     if any(result.failed for result in results):
         fail(failures_text(results), MISSED)

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from hexapod_pin.errors import HexapodError, UnknownNameError
+from hexapod_pin.errors import HexapodError, SimulationInterrupted, UnknownNameError
 from hexapod_pin.validation.case_result import CaseResult, ExpectedValue
 from hexapod_pin.validation.expected_failures import expected_failure
 from hexapod_pin.validation.solver_setting import TIGHT, SolverSetting
@@ -58,6 +58,8 @@ class Trial:
                             case, value.what, method, value.error, value.tolerance, value.unit,
                             value.note, expected_failure(case, value.what, method),
                         )  # fmt: skip
+                except SimulationInterrupted:
+                    raise
                 except FAILURES as error:
                     what = f"{self.run.__name__.strip('_').replace('_', ' ')} {variant or ''}"
                     note = f"{type(error).__name__}: {error}"
@@ -115,6 +117,8 @@ class Check:
         error, note = math.inf, ""
         try:
             error = float(self.run())
+        except SimulationInterrupted:
+            raise
         except FAILURES as failure:
             note = f"{type(failure).__name__}: {failure}"
         yield CaseResult(
@@ -149,16 +153,30 @@ def run_cases(
 
     Returns:
         All results, in order, each with the time it took.
+
+    Raises:
+        SimulationInterrupted: Ctrl-C, or a signal that ends the process; `.results` holds what was
+            found before.
     """
     found: list[CaseResult] = []
-    for done, case in enumerate(cases, start=1):
-        begin = time.perf_counter()
-        for result in case.results(quick):
-            now = time.perf_counter()
-            found.append(replace(result, seconds=now - begin))
-            begin = now
-        if progress is not None:
-            progress(done / len(cases))
+    try:
+        for done, case in enumerate(cases, start=1):
+            found += _timed(case.results(quick))
+            if progress is not None:
+                progress(done / len(cases))
+    except (KeyboardInterrupt, SimulationInterrupted) as error:
+        told = f"interrupted; {done - 1} of {len(cases)} cases are done"
+        raise SimulationInterrupted(told, None, results=found) from error
+    return found
+
+
+def _timed(results: Iterator[CaseResult]) -> list[CaseResult]:
+    """Return the results of a case, each with the time it took."""
+    found, begin = [], time.perf_counter()
+    for result in results:
+        now = time.perf_counter()
+        found.append(replace(result, seconds=now - begin))
+        begin = now
     return found
 
 
