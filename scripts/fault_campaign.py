@@ -54,7 +54,9 @@ class _Teller:
     def __call__(self, outcome: Outcome) -> None:
         """Count an outcome."""
         self.done += 1
-        self.faults += outcome.kind == "FAULT"
+        if outcome.kind == "FAULT":
+            self.faults += 1
+            print(f"{outcome.door} {outcome.seed}: {outcome.told}", file=sys.stderr, flush=True)
         if self.done % 500 == 0 or self.done == self.total:
             told = f"{self.done} of {self.total} inputs, {self.faults} faults"
             print(told, file=sys.stderr, flush=True)

@@ -111,7 +111,7 @@ def store_bytes() -> bytes:
     """Return the store of a sweep."""
     study = hp.SweepStudy.from_toml(STUDY_TEXT.replace("duration = 1.0", "duration = 4.0"))
     path = folder() / f"{os.getpid()}.sound.db"
-    hp.run_sweep(study, path)
+    str(hp.run_sweep(study, path).dataset)  # imports what a store is read with
     return path.read_bytes()
 
 
