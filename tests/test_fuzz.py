@@ -65,6 +65,8 @@ PAST: dict[str, tuple[Callable[[], Any], str]] = {
     "a run of 1e308 s": (
         lambda: hp.simulate(material.scene(), material.control(), duration=1e308), "duration"),
     "ground at 1e308 m": (lambda: hp.Flat(height=-1e308), "Flat.height"),
+    "hills of no seed": (lambda: hp.HeightField.random(-1), "seed = -1"),
+    "a robot of 1e18 kg": (lambda: hp.load_robot("athena", mend=True, mass=1e18), "mass"),
     "no file": (lambda: hp.load_robot(""), "give the path"),
     "a tuple for a time": (lambda: hp.JointMotion({}, cycle_time=()), "cycle_time"),
     "1e308 V": (lambda: hp.MotorRecord(model="a", voltage=1e308, stall_torque=1), "voltage"),

@@ -156,6 +156,8 @@ class HeightField(Ground):
             ParameterError: a length is not positive, the hills are steeper than 60 degrees, or
                 nothing of them is left beside the level place.
         """
+        if seed < 0:
+            raise ParameterError("seed", seed, "0 or more")
         extent = _pair("size", size)
         for name, value in (("wavelength", wavelength), ("size", extent[0]), ("size", extent[1])):
             if not (np.isfinite(value) and value > 0.0):

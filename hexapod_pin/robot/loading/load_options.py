@@ -22,19 +22,19 @@ class LoadOptions(RobotHints):
         package_path: folders in which packages and meshes are looked for, before anywhere else.
         xacro_args: arguments of a xacro file.
         mend: whether the file's faults are mended before anything else.
-        mass: of the whole robot, for a mend [kg], 1e6 at most.
-        density: of its parts, for a mend [kg/m^3], 1e5 at most.
-        effort: of all joints, for a mend [N m], 1e6 at most.
-        velocity: of all joints, for a mend [rad/s], 1e4 at most.
+        mass: of the whole robot, for a mend [kg], 1e-6 to 1e6.
+        density: of its parts, for a mend [kg/m^3], 1e-3 to 1e5.
+        effort: of all joints, for a mend [N m], 1e-9 to 1e6.
+        velocity: of all joints, for a mend [rad/s], 1e-9 to 1e4.
     """
 
     package_path: tuple[str, ...] = ()
     xacro_args: dict[str, str] = Field(default_factory=dict)
     mend: bool = False
-    mass: float | None = Field(default=None, gt=0.0, le=1e6)
-    density: float | None = Field(default=None, gt=0.0, le=1e5)
-    effort: float | None = Field(default=None, gt=0.0, le=1e6)
-    velocity: float | None = Field(default=None, gt=0.0, le=1e4)
+    mass: float | None = Field(default=None, ge=1e-6, le=1e6)
+    density: float | None = Field(default=None, ge=1e-3, le=1e5)
+    effort: float | None = Field(default=None, ge=1e-9, le=1e6)
+    velocity: float | None = Field(default=None, ge=1e-9, le=1e4)
 
     def given(self) -> dict[str, Any]:
         """Return what differs from the defaults, as TOML-able data."""
