@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, given, settings, strategies
 import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.fuzz import DOORS, attempt, material, run_campaign
+from hexapod_pin.robot.mending.options import MendOptions
 
 INPUTS = 15
 """Of each door; `make fuzz` tries a million with seeds of the clock."""
@@ -66,7 +67,7 @@ PAST: dict[str, tuple[Callable[[], Any], str]] = {
         lambda: hp.simulate(material.scene(), material.control(), duration=1e308), "duration"),
     "ground at 1e308 m": (lambda: hp.Flat(height=-1e308), "Flat.height"),
     "hills of no seed": (lambda: hp.HeightField.random(-1), "seed = -1"),
-    "a robot of 1e18 kg": (lambda: hp.load_robot("athena", mend=True, mass=1e18), "mass"),
+    "a robot of 1e18 kg": (lambda: MendOptions(mass=1e18), "MendOptions.mass"),
     "no file": (lambda: hp.load_robot(""), "give the path"),
     "a tuple for a time": (lambda: hp.JointMotion({}, cycle_time=()), "cycle_time"),
     "1e308 V": (lambda: hp.MotorRecord(model="a", voltage=1e308, stall_torque=1), "voltage"),
