@@ -8,7 +8,8 @@ import numpy as np
 
 import hexapod_pin as hp
 
-_NOT_FINITE = re.compile(r"(?<![\w.-])[-+]?(?:nan|inf)(?![\w.-])", re.IGNORECASE)
+_NOT_FINITE = re.compile(r"(?<![\w.'-])[-+]?(?:nan|inf)(?![\w.'-])", re.IGNORECASE)
+"""Between quotes it is a text: a name, or what was given."""
 
 
 def require_finite(text: str, *given: str) -> None:
