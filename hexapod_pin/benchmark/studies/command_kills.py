@@ -118,7 +118,8 @@ def command_kills(
                 tally = _stopped(command, folder, number, share, taken[command.name], dice)
                 rows.append(tally.row(command.name, number))
                 findings += [f"{command.name}, {number.name}: {text}" for text in tally.findings]
-                print(*rows[-1], file=sys.stderr, flush=True)
+                told = [" ".join(rows[-1]), *tally.findings]
+                print(*told, sep="\n  ", file=sys.stderr, flush=True)
     heads = ["command", "signal", "stopped at work", "after its end", "part of a trace saved",
              "broken files", "finished cases lost", "other status", "not one line",
              "processes left", "temporary files left", "after the next run", "result"]  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -9,6 +10,7 @@ from pathlib import Path
 
 from hexapod_pin.benchmark.studies.promise_rows import SceneResult
 from hexapod_pin.errors import SimulationInterrupted
+from hexapod_pin.sweep.runs.worker_main import end_with_parent
 
 Judge = Callable[[str], SceneResult]
 """Runs the scene of a key."""
@@ -59,11 +61,13 @@ def _each(keys: Sequence[str], judge: Judge, processes: int) -> Iterator[SceneRe
     if processes <= 1:
         yield from map(judge, keys)
         return
-    with ProcessPoolExecutor(processes) as pool:
+    with ProcessPoolExecutor(processes, initializer=end_with_parent) as pool:
         waiting = [pool.submit(judge, key) for key in keys]
         try:
             for future in as_completed(waiting):
                 yield future.result()
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
+            for child in multiprocessing.active_children():
+                child.terminate()
             raise
