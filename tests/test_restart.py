@@ -99,3 +99,21 @@ def test_a_checkpoint_that_does_not_fit_is_refused() -> None:
     broken = hp.Checkpoint(stand.time, stand.q[:-1], stand.v, stand.contacts, stand.controller)
     with pytest.raises(hp.errors.StateError, match="shape"):
         hp.simulate(base_run().scene, hp.HoldPosture(), duration=0.01, sample=0.01, initial=broken)
+
+
+@pytest.mark.parametrize("way", [SAME_BITS[0], SAME_BITS[1], SAME_BITS[4]], ids=str)
+def test_a_gait_in_parts_whose_ends_are_ends_of_its_plan(way: SolverSetting) -> None:
+    """The time of a last step, 3.6 + 1e-3 + ..., is rounded: past the last knot by a bit."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    gait = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=0.3))
+
+    def walked(duration: float, start: hp.Checkpoint | None = None) -> hp.Trace:
+        return hp.simulate(
+            scene, gait, duration=duration, initial=start, sample=0.05, **way.arguments,
+        )  # fmt: skip
+
+    whole, part = walked(1.8), None
+    for cycle in range(6):
+        part = walked(0.3, None if part is None else part.checkpoint)
+        assert np.array_equal(part.q[-1], whole.q[6 * (cycle + 1)])
+        assert np.array_equal(part.v[-1], whole.v[6 * (cycle + 1)])

@@ -19,6 +19,10 @@ enum class Interpolation { cubic, quintic, held, linear };
 // Times this close to a knot belong to what follows it, s and of the time.
 constexpr double kTimeRounding = 1e-9;
 
+// Of times that are sums of rounded ones: so close after a knot is at it, so that what holds there does
+// not depend on whether more knots follow. Of the time.
+constexpr double kInstant = 1e-14;
+
 class Reference {
  public:
   // `acceleration` of quintic segments: a row for each, joints at its start, then joints at its end.
@@ -119,6 +123,7 @@ class Reference {
     if (t <= time_.front() || last == 0) return at_knot(0, t == time_.front(), position, rate);
     if (t >= time_.back()) return at_knot(last, t <= time_.back() + kTimeRounding, position, rate);
     seek(t);
+    if (t - time_[k_] <= kInstant * t) t = time_[k_];
     const double h = time_[k_ + 1] - time_[k_], s = (t - time_[k_]) / h;
     if (kind_ == Interpolation::quintic) return on_segment(s, position, rate, unused_);
     const double s2 = s * s, s3 = s2 * s;
@@ -138,8 +143,9 @@ class Reference {
       acceleration.setZero(joints());
       return;
     }
-    const double inside = std::clamp(t, time_.front(), std::min(limit_, time_.back()));
+    double inside = std::clamp(t, time_.front(), std::min(limit_, time_.back()));
     seek(inside);
+    if (inside - time_[k_] <= kInstant * inside) inside = time_[k_];
     if (time_[k_] >= limit_) --k_;
     on_segment((inside - time_[k_]) / (time_[k_ + 1] - time_[k_]), position, rate, acceleration);
   }
