@@ -178,6 +178,38 @@ def test_a_full_disk_under_the_standard_output_is_one_line() -> None:
     assert done.stderr == "hexapod-pin: <stdout>: cannot be written (No space left on device).\n"
 
 
+def test_a_signal_that_is_taken_for_the_end_is_told() -> None:
+    """As by `view`, or where a destructor swallows it and the command is done before it is back."""
+    code = """
+from hexapod_pin.commands import process
+def all_but_done(argv):
+    s.begin()
+    try:
+        send()
+    except KeyboardInterrupt:
+        sys.exit(0)
+process.main = all_but_done
+s.install()
+process.run_process([])
+"""
+    done = run(PLAIN + code, signal.SIGTERM)
+    assert done.returncode == 128 + signal.SIGTERM
+    assert done.stderr == "hexapod-pin: asked to stop at its end; what it was to do is done\n"
+    assert (run(PLAIN + code, signal.SIGINT).returncode, done.stdout) == (0, "")
+
+
+def test_a_signal_while_a_command_ends_is_one_line() -> None:
+    code = """
+from hexapod_pin.commands import process
+process.main, process._end = (lambda argv: sys.exit(0)), (lambda status: send())
+s.install(); s.begin()
+process.run_process([])
+"""
+    done = run(PLAIN + code, signal.SIGHUP)
+    assert done.returncode == 128 + signal.SIGHUP
+    assert done.stderr == "hexapod-pin: asked to stop at its end; what it was to do is done\n"
+
+
 def test_nothing_cuts_the_end() -> None:
     """Neither the last message nor the end of the interpreter."""
     code = """

@@ -11,7 +11,13 @@ from typing import Any, NoReturn, TextIO
 
 from hexapod_pin import stop_signals
 from hexapod_pin.commands.app import main
-from hexapod_pin.commands.status import FAILED, INTERRUPTED_TEXT, fail, interrupted_status
+from hexapod_pin.commands.status import (
+    DONE_TEXT,
+    FAILED,
+    INTERRUPTED_TEXT,
+    fail,
+    interrupted_status,
+)
 from hexapod_pin.errors import TraceFileError
 
 
@@ -59,22 +65,24 @@ def run_process(argv: Sequence[str] | None = None) -> NoReturn:
     """Run a command and exit; its status tells of a signal, whatever the signal cut short."""
     sys.stdout, sys.stderr = forgiving(sys.stdout), forgiving(sys.stderr)
     try:
+        _run(argv)
+    except stop_signals.StopSignal:  # while it was ending
+        fail(DONE_TEXT, interrupted_status())
+
+
+def _run(argv: Sequence[str] | None) -> NoReturn:
+    try:
         main(argv)
     except SystemExit as leaving:
-        _end(_status(leaving))
+        if not leaving.code and stop_signals.received() not in (None, signal.SIGINT):
+            fail(DONE_TEXT, interrupted_status())
+        _end(leaving.code)
     except TraceFileError as error:
         fail(str(error), FAILED)
     except BaseException:
         if stop_signals.received() is None:
             raise
         fail(INTERRUPTED_TEXT, interrupted_status())
-
-
-def _status(leaving: SystemExit) -> Any:
-    """Return the status: that of a signal which the command took for its regular end, too."""
-    if not leaving.code and stop_signals.received() not in (None, signal.SIGINT):
-        return interrupted_status()
-    return leaving.code
 
 
 def _end(status: Any) -> NoReturn:

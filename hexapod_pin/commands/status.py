@@ -22,6 +22,9 @@ INTERRUPTED = 130
 
 INTERRUPTED_TEXT = "interrupted; what was written before is whole"
 
+DONE_TEXT = "asked to stop at its end; what it was to do is done"
+"""Of a signal that came too late, or that a command took for its regular end."""
+
 
 def interrupted_status() -> int:
     """Return 128 + n for the signal n that asked to stop."""
