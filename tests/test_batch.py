@@ -142,6 +142,25 @@ def test_feedback_controllers_run_beside_open_loop_ones() -> None:
     assert summaries[5].data == results[5].summary.data
 
 
+@pytest.mark.parametrize("keep", ["summary", "trace"])
+@pytest.mark.parametrize("estimate", [False, True])
+def test_ctrl_c_in_a_case_with_feedback_is_no_result_of_it(keep: str, estimate: bool) -> None:
+    """It was an error of the case where no samples are kept, and the batch went on."""
+    gait = hp.Gait.tripod(stroke=0.04, cycle_time=0.3)
+    control = hp.FootControl(hp.KinematicControl(gait))
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    case = hp.Case(scene, control, duration=600.0, accuracy=1e-4, estimate=estimate)
+    timer = threading.Timer(0.3, signal.raise_signal, (signal.SIGINT,))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        timer.start()
+        with pytest.raises(SimulationInterrupted, match="0 of 1"):
+            hp.simulate_batch([case], keep=keep)
+    finally:
+        timer.join()
+        signal.signal(signal.SIGINT, before)
+
+
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     """A real signal, after the third result; the rest is None, and the threads end."""
     cases = [walk(0.02), walk(0.02), walk(0.02), walk(0.02, duration=3000.0)]

@@ -175,11 +175,10 @@ class NativeRun:
         self.wall_time += time.perf_counter() - begin
 
     def interrupted(self) -> SimulationInterrupted:
-        """Return the error of a run that Ctrl-C has ended, with its samples."""
-        trace = self.trace()
-        return SimulationInterrupted(
-            f"interrupted after {trace.time[-1]:g} s of simulated time", trace
-        )
+        """Return the error of a run that Ctrl-C has ended, with its samples where it keeps them."""
+        trace = self.trace() if self.recorded else None
+        end = self.time if trace is None else trace.time[-1]
+        return SimulationInterrupted(f"interrupted after {end:g} s of simulated time", trace)
 
     def checkpoint(self) -> Checkpoint:
         """Return where the run stands."""
