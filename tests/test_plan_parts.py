@@ -65,6 +65,14 @@ def test_a_run_far_from_the_start_plans_from_there():
     assert plan.q[0] == pytest.approx(early.q[early.time > 6.5][k], abs=1e-9)
 
 
+@pytest.mark.parametrize("duration", [1e9, 1e18, 1e300])
+def test_a_plan_too_long_to_be_made_at_once_is_refused(duration):
+    """It took 1.5 TB, or ended in an IndexError, where `plan` or `bench` was asked directly."""
+    control = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=0.3))
+    with pytest.raises(hp.errors.ParameterError, match="at most 5e\\+05 s planned at once"):
+        control.plan(hp.load_robot("kharagpur"), duration)
+
+
 def test_a_plan_too_large_for_memory_is_refused_with_its_size():
     body = hp.BodyMotion(height=hp.Sine(amplitude=0.005, period=3.1))
     control = hp.KinematicControl(GAIT, body=body)

@@ -21,6 +21,7 @@ from hexapod_pin.control.knot_table import (
 from hexapod_pin.control.planning_progress import tell_planned
 from hexapod_pin.control.six_legs import SixLegs
 from hexapod_pin.control.walk_schedule import TRANSIENT_CYCLES
+from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
     from hexapod_pin.control.body_motion import BodyMotion
@@ -28,6 +29,12 @@ if TYPE_CHECKING:
 
 KEPT_STOPS = 16
 """How many ends of walks that stop are remembered."""
+
+LEAST_EVENTS = 4
+"""Of the foot paths in a cycle: two groups of legs that lift and touch down."""
+
+MOST_KNOTS = 5e7
+"""Most knots planned at once: 15 GB for 18 joints."""
 
 BLOCK_KNOTS = 20_000
 """Knots of a walk that does not repeat are made in blocks of about this number."""
@@ -50,11 +57,24 @@ def walk_knots(
 
     Raises:
         ReachError: a leg cannot follow.
+        ParameterError: more knots than `MOST_KNOTS`.
     """
+    _require_few(end - since, path.gait.cycle_time)
     knots = _repeated(six, path, end, since) if path.periodic else _unrepeated(six, path, end)
     for array in knots:
         array.setflags(write=False)  # so that a trajectory keeps them without copying
     return knots
+
+
+def _require_few(length: float, period: float) -> None:
+    """Refuse a plan too long to be made at once; a cycle has a knot at each event at least."""
+    longest = MOST_KNOTS * min(MAX_KNOT_SPACING, period / LEAST_EVENTS)
+    if length > longest:
+        raise ParameterError(
+            "duration", length, f"at most {longest:.3g} s planned at once",
+            "A longer walk is simulated from checkpoint to checkpoint (initial=trace.checkpoint); "
+            "`simulate` plans one whose cycles repeat in parts.",
+        )  # fmt: skip
 
 
 def _repeated(six: SixLegs, path: FootPath, end: float, since: float) -> tuple[Array, Array, Array]:

@@ -20,12 +20,25 @@ STATUSES = {0, 1, 2, 3}
 """Done, failed, used wrongly, does not walk."""
 
 
+LEFT_OUT = {"--help", "--force", "--show", "--hard", "--all", "--engines", "--peers", "--rounds"}
+"""Options that ask for long work, or say what is said anyway."""
+
+
 def command_line(dice: random.Random) -> None:
-    """A command with odd options."""
+    """A command on one run with odd options."""
+    _with_odd_options(dice.choice(_commands()), dice)
+
+
+def study_line(dice: random.Random) -> None:
+    """A command on many runs with odd options."""
+    _with_odd_options(dice.choice(_study_commands()), dice)
+
+
+def _with_odd_options(command: tuple[str, ...], dice: random.Random) -> None:
     from hexapod_pin.commands.app import main
 
-    name, *words = dice.choice(_commands())
-    options = [one for one in _options()[name] if one not in ("--help", "--force", "--show")]
+    name, *words = command
+    options = [one for one in _options()[name] if one not in LEFT_OUT]
     for option in dice.sample(options, min(len(options), dice.choice((1, 1, 2, 3)))):
         words.append(option)
         if dice.random() < 0.8:
@@ -57,6 +70,22 @@ def _commands() -> list[tuple[str, ...]]:
     walk = ("walk", "kharagpur", "--duration", "0.02", "--quick", "--no-html")
     return [walk, walk, ("run", str(case), "--no-html"), ("budget", trace), ("stability", trace),
             ("check", str(urdf)), ("mend", str(urdf)), ("contact", "s1")]  # fmt: skip
+
+
+@cache
+def _study_commands() -> list[tuple[str, ...]]:
+    """Return commands on many runs, with what they need."""
+    case = material.folder() / "sound.toml"
+    case.write_text(material.case_text(), encoding="utf-8")
+    study = material.folder() / "study.toml"
+    short = material.STUDY_TEXT.replace("duration = 1.0", "duration = 0.02")
+    study.write_text(short, encoding="utf-8")
+    bench = ("bench", "kharagpur", "--quick", "--methods", "rk4", "--duration", "0.02",
+             "--rounds", "1")  # fmt: skip
+    compare = ("compare", str(case), "--controllers", "conventional,slip")
+    return [compare, compare, ("compare", str(case), "--bumps", "0.01", "--seeds", "1"),
+            ("sweep", str(study)), ("sweep", str(study), "--resume"), bench,
+            ("verify", "--only", "gait-form")]  # fmt: skip
 
 
 @cache

@@ -6,7 +6,7 @@ import random
 from collections.abc import Callable, Mapping
 
 from hexapod_pin.fuzz import call_doors, file_doors
-from hexapod_pin.fuzz.command_door import command_line
+from hexapod_pin.fuzz.command_door import command_line, study_line
 
 Door = Callable[[random.Random], None]
 
@@ -17,7 +17,7 @@ DOORS: Mapping[str, Door] = {
         file_doors.study, file_doors.catalog, file_doors.damaged_trace, file_doors.forged_trace,
         file_doors.sweep_store, file_doors.checkpoint, file_doors.summary, call_doors.parameters,
         call_doors.settings, call_doors.arguments, call_doors.height_field, call_doors.session,
-        call_doors.extremes, command_line,
+        call_doors.extremes, command_line, study_line,
     )
 }  # fmt: skip
 """All doors by name."""

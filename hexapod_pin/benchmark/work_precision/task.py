@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.state import State
     from hexapod_pin.simulation.scene import Scene
 
+LONGEST = 1e4
+"""Longest task, every method of which is held against runs far tighter [s]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Task:
@@ -71,8 +74,10 @@ def standing_task(
 
     Raises:
         GaitError, ReachError: the controller cannot do this on this robot.
-        ParameterError: the times do not fit each other.
+        ParameterError: the times do not fit each other, or more than `LONGEST`.
     """
+    if duration > LONGEST:
+        raise ParameterError("duration", duration, f"at most {LONGEST:g} s")
     plan = controller.plan(scene.robot, duration)
     first = standing_on(scene, plan.q[0], plan.start_pose) if initial is None else initial
     return Task(name, scene, controller, first, duration, sample, about=about)
