@@ -197,7 +197,15 @@ def test_a_worker_that_refuses_ends_the_sweep(tmp_path: Path, monkeypatch: Any) 
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"threads": 0}, {"chunk": True}, {"processes": -1}, {"processes": 1, "scheduler": "tcp://x"}],
+    [
+        {"threads": 0},
+        {"threads": 2**70},
+        {"chunk": True},
+        {"chunk": 2**70},
+        {"processes": -1},
+        {"processes": 2**70},
+        {"processes": 1, "scheduler": "tcp://x"},
+    ],  # fmt: skip
 )
 def test_arguments_out_of_range(tmp_path: Path, wrong: dict[str, Any]) -> None:
     with pytest.raises(ParameterError, match=next(iter(wrong))):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, SimulationInterrupted, SweepInterrupted
+from hexapod_pin.simulation.batch import check_threads
 from hexapod_pin.sweep.runs.case_runs import case_outcomes
 from hexapod_pin.sweep.runs.distribution import Distribution
 from hexapod_pin.sweep.runs.executors import DaskWorkers, PoolWorkers, Workers
@@ -24,6 +25,12 @@ THREADS = 2
 
 CHUNK = 4
 """Cases of a task for a worker: the most that the death of one worker loses."""
+
+MOST_PROCESSES = 1024
+"""Worker processes of one machine [-]."""
+
+MOST_CHUNK = 100_000
+"""Cases of one task [-]."""
 
 
 @checked
@@ -109,11 +116,14 @@ class _Report:
 
 
 def _check(threads: int | None, processes: int | None, chunk: int) -> None:
-    for name, value in (("threads", threads), ("processes", processes), ("chunk", chunk)):
-        if value is not None and (
-            isinstance(value, bool) or not isinstance(value, int) or value < 1
-        ):
-            raise ParameterError(name, value, "a whole number of at least 1")
+    if threads is not None:
+        check_threads(threads)
+    for name, value, most in (
+        ("processes", processes, MOST_PROCESSES), ("chunk", chunk, MOST_CHUNK)
+    ):  # fmt: skip
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        if value is not None and not (whole and 1 <= value <= most):
+            raise ParameterError(name, value, f"a whole number from 1 to {most}")
 
 
 def _run_here(study: SweepStudy, store: SweepStore, threads: int, report: _Report) -> None:
