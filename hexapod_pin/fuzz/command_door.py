@@ -23,6 +23,9 @@ STATUSES = {0, 1, 2, 3}
 LEFT_OUT = {"--help", "--force", "--show", "--hard", "--all", "--engines", "--peers", "--rounds"}
 """Options that ask for long work, or say what is said anyway."""
 
+STIFF = {"--kp", "--kd", "--duration", "--advise", "--contact", "--cycle"}
+"""Options of `bench` that make its references long work."""
+
 
 def command_line(dice: random.Random) -> None:
     """A command on one run with odd options."""
@@ -38,7 +41,8 @@ def _with_odd_options(command: tuple[str, ...], dice: random.Random) -> None:
     from hexapod_pin.commands.app import main
 
     name, *words = command
-    options = [one for one in _options()[name] if one not in LEFT_OUT]
+    left_out = LEFT_OUT | STIFF if name == "bench" else LEFT_OUT
+    options = [one for one in _options()[name] if one not in left_out]
     for option in dice.sample(options, min(len(options), dice.choice((1, 1, 2, 3)))):
         words.append(option)
         if dice.random() < 0.8:
