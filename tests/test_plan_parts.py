@@ -79,3 +79,13 @@ def test_a_plan_too_large_for_memory_is_refused_with_its_size():
     with pytest.raises(ParameterError, match=r"duration = .*GB") as caught:
         hp.simulate(SCENE, control, duration=1e5, sample=10.0)
     assert "allow=True" in str(caught.value)
+
+
+def test_a_short_run_from_a_late_checkpoint_plans_no_more_than_it_needs():
+    """It was planned from 0 on: 8 GB for a cycle after a day."""
+    control = hp.KinematicControl(GAIT)
+    begin, end = 86400.0, 86403.0
+    plan, parts = plan_of(control, ROBOT, begin, end, 4e9, in_parts=True)
+    assert isinstance(parts, PlanParts)
+    assert begin - GAIT.cycle_time <= plan.time[0] <= begin
+    assert end <= plan.time[-1] < end + 4.0 * GAIT.cycle_time

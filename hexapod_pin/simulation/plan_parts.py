@@ -72,7 +72,7 @@ def plan_of(
     Raises:
         GaitError, ReachError, ParameterError: as of the controller.
     """
-    if in_parts and end - begin > PART and isinstance(controller, KinematicControl):
+    if in_parts and end > PART and isinstance(controller, KinematicControl):
         if controller.repeats(robot):
             parts = PlanParts(controller, robot, end)
             return parts.part(begin), parts
