@@ -11,7 +11,7 @@ namespace {
 template <class System, bool kFlatFirst>
 std::unique_ptr<Rollout> start_with(const RunSetup& setup) {
   using PlantT = Plant<System>;
-  return std::make_unique<FixedStepRollout<PlantT, RobustStep<PlantT, kFlatFirst>>>(
+  return start_run_of<FixedStepRollout<PlantT, RobustStep<PlantT, kFlatFirst>>>(
       setup.plant.make<System>(), setup);
 }
 

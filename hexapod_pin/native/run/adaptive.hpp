@@ -80,7 +80,7 @@ template <template <class> class Driver>
 std::unique_ptr<Rollout> start_adaptive(const RunSetup& setup) {
   return setup.plant.with_plant([&](auto plant) -> std::unique_ptr<Rollout> {
     using PlantT = decltype(plant);
-    return std::make_unique<AdaptiveRollout<PlantT, Driver<PlantT>>>(std::move(plant), setup);
+    return start_run_of<AdaptiveRollout<PlantT, Driver<PlantT>>>(std::move(plant), setup);
   });
 }
 

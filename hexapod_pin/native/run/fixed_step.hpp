@@ -91,7 +91,7 @@ template <template <class> class Integrator>
 std::unique_ptr<Rollout> start_fixed_step(const RunSetup& setup) {
   return setup.plant.with_plant([&](auto plant) -> std::unique_ptr<Rollout> {
     using PlantT = decltype(plant);
-    return std::make_unique<FixedStepRollout<PlantT, Integrator<PlantT>>>(std::move(plant), setup);
+    return start_run_of<FixedStepRollout<PlantT, Integrator<PlantT>>>(std::move(plant), setup);
   });
 }
 

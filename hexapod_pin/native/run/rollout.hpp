@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "methods/resolution.hpp"
@@ -76,7 +77,9 @@ struct Trouble {
   long foot;        // the most loaded; -1: none touches
 };
 
-class Rollout {
+// As strictly aligned as any run is: Python's side frees a run as a Rollout, and must give its memory back
+// in the way in which it was taken.
+class alignas(64) Rollout {
  public:
   virtual ~Rollout() = default;
   virtual bool advance(long samples) = 0;  // false: diverged or ended; the samples before stand
@@ -106,5 +109,11 @@ std::unique_ptr<Rollout> start_extrapolated_euler(const RunSetup& setup);
 std::unique_ptr<Rollout> start_ndf(const RunSetup& setup);
 std::unique_ptr<Rollout> start_dop853(const RunSetup& setup);
 std::unique_ptr<Rollout> start_run(const std::string& method, const RunSetup& setup);
+
+template <class Run, class PlantT>
+std::unique_ptr<Rollout> start_run_of(PlantT plant, const RunSetup& setup) {
+  static_assert(alignof(Run) == alignof(Rollout));
+  return std::make_unique<Run>(std::move(plant), setup);
+}
 
 }  // namespace hexapod
