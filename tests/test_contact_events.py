@@ -164,6 +164,45 @@ def test_a_mass_meets_ground_that_shakes(method: str, height: float) -> None:
     assert trace.q[-1, 2] == pytest.approx(expected, rel=0, abs=2.0 * accuracy)
 
 
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("accuracy", [1e-5, 1e-7])
+def test_a_mass_leaves_where_its_damper_would_pull(method: str, accuracy: float) -> None:
+    """On a spring and a damper until K d + c d' = 0, with depth left; then it flies.
+
+    A step over that place is wrong at every accuracy: the force has a kink there.
+    """
+    stiffness, damping, drop, end = 4000.0, 40.0, 0.1, 0.22
+    touch = math.sqrt(2.0 * drop / G)
+    matrix = np.array([[-damping, stiffness], [-1.0, 0.0]])  # of upward speed and depth, 1 kg
+    rates, modes = np.linalg.eig(matrix)
+    rest = np.linalg.solve(matrix, np.array([G, 0.0]))
+    parts = np.linalg.solve(modes, np.array([-G * touch, 0.0]) - rest)
+
+    def contact(t: float) -> tuple[float, float]:
+        speed, depth = rest + (modes @ (np.exp(rates * t) * parts)).real
+        return float(speed), float(depth)
+
+    def force(t: float) -> float:
+        speed, depth = contact(t)
+        return stiffness * depth - damping * speed
+
+    release = brentq(force, 0.02, 0.055, xtol=1e-15)
+    speed, depth = contact(release)
+    left = end - touch - release
+    assert depth > 1e-3 and left > 1e-3
+    robot = bodies.particle()
+    scene = bodies.on_ground(
+        robot, hp.KelvinVoigt(stiffness=stiffness, damping=damping, exponent=1.0)
+    )
+    trace = hp.simulate(
+        scene, hp.HoldPosture(), duration=end, initial=bodies.state(robot, (0.0, 0.0, drop)),
+        method=method, accuracy=accuracy, sample=end, estimate=False,
+    )  # fmt: skip
+    assert trace.q[-1, 2] == pytest.approx(
+        -depth + speed * left - 0.5 * G * left**2, rel=0, abs=accuracy
+    )
+
+
 FLAPS = """<robot name="flaps">
 <link name="base"><inertial><mass value="1"/><inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0"
  ixz="0" iyz="0"/></inertial></link>

@@ -91,3 +91,25 @@ def test_a_law_that_jumps_decides_at_touch_whether_a_bristle_sticks(
     assert (trace.v[-1, 0] == pytest.approx(stuck, abs=1e-6)) == sticks
     if not sticks:  # 0.1 of the normal force slows it less than half a stuck bristle does
         assert stuck < trace.v[-1, 0] < speed
+
+
+@pytest.mark.parametrize("method", ["extrapolated-euler", "ndf", "dop853", "implicit-euler"])
+@pytest.mark.parametrize("away", [-0.05, 0.05])
+def test_a_point_foot_beside_a_ledge_lands_as_on_flat_ground(method: str, away: float) -> None:
+    """The ledge's face is near, never touched: the speed remembered is that on the ground below."""
+    robot = bodies.particle()
+    height = 0.02
+    ledge = hp.Ledge(height=height, edge=0.0)
+    how: dict[str, float] = {"step": 1e-4} if method == "implicit-euler" else {"accuracy": 1e-7}
+
+    def places(terrain: hp.Terrain, ground: float) -> np.ndarray:
+        start = bodies.state(robot, (away, 0.0, ground + 0.01), (-2.0 * away, 0.0, -0.5))
+        scene = bodies.on_ground(robot, RESTITUTION, terrain=terrain)
+        trace = hp.simulate(
+            scene, hp.HoldPosture(), duration=0.05, initial=start, sample=0.05, method=method,
+            estimate=False, **how,
+        )  # fmt: skip
+        return trace.q[-1, :3] - np.array([0.0, 0.0, ground])
+
+    level = height if away < 0.0 else 0.0  # the shelf is before the edge
+    assert places(ledge, level) == pytest.approx(places(hp.Flat(), 0.0), rel=0, abs=1e-9)

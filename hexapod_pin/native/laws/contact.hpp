@@ -41,15 +41,19 @@ inline TangentialForce sliding_force(const FrictionLaw& law, double scale, doubl
 
 // Force at a contact with the given gap and contact-point velocity u (relative to the ground); W
 // keeps the normal-to-friction coupling and is not symmetric. The scales multiply mu and K (patches).
-// `piece_frozen`: a bristle stays stuck or sliding, as it remembers.
+// `pieces_frozen`: the contact keeps pressing or is released, and its bristle stays stuck or sliding, as it
+// remembers.
 inline ContactForce contact_force(const ContactLaw& law, const GroundPoint& ground, const Vec3& u,
                                   const ContactMemory& memory, double implicit_dt, double mu_scale,
-                                  double k_scale, bool piece_frozen = false) {
+                                  double k_scale, bool pieces_frozen = false) {
   ContactForce out;
   const Vec3& n = ground.normal;
   const double un = n.dot(u);
-  NormalForce normal = law.normal(-ground.gap, -un, memory.touch_speed);
-  if (normal.force <= 0.0) return out;
+  const NormalPiece pressing = !pieces_frozen    ? NormalPiece::by_force
+                               : memory.released ? NormalPiece::released
+                                                 : NormalPiece::pressing;
+  NormalForce normal = law.normal(-ground.gap, -un, memory.touch_speed, pressing);
+  if (pressing != NormalPiece::pressing && normal.force <= 0.0) return out;
   if (k_scale != 1.0) {
     normal.force *= k_scale;
     normal.d_depth *= k_scale;
@@ -58,7 +62,7 @@ inline ContactForce contact_force(const ContactLaw& law, const GroundPoint& grou
   const Vec3 ut = u - un * n;
   const Mat3 plane = Mat3::Identity() - n * n.transpose();
   const FrictionLaw& friction = law.friction;
-  const BristlePiece piece = !piece_frozen     ? BristlePiece::by_force
+  const BristlePiece piece = !pieces_frozen   ? BristlePiece::by_force
                              : memory.sliding ? BristlePiece::sliding
                                               : BristlePiece::stuck;
   const TangentialForce t =

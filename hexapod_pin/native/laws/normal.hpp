@@ -7,11 +7,15 @@
 namespace hexapod {
 
 struct NormalForce {
-  double force = 0.0;    // N, never negative
+  double force = 0.0;    // N, not negative unless the piece of the law is frozen
   double elastic = 0.0;  // N, the part that stores energy
   double d_depth = 0.0;  // dF/dd, N/m
   double d_rate = 0.0;   // dF/dd', N s/m
 };
+
+// Which piece of the law holds: the one that the force asks for, or one that is frozen and holds beyond
+// its ends too, so that the force is smooth: pressing, where it may pull, or released, where it is zero.
+enum class NormalPiece { by_force, pressing, released };
 
 enum class NormalKind { hunt_crossley, restitution, kelvin_voigt, adams_impact };
 
@@ -63,19 +67,30 @@ struct NormalLaw {
     return depth > 0.0 ? spring_energy(stiffness * power(depth), depth) : 0.0;
   }
 
-  NormalForce operator()(double depth, double rate, double touch_speed = 0.0) const {
+  // Whether its damper can pull, so that the force is cut off at zero while the contact still has depth.
+  bool can_release() const {
+    return kind == NormalKind::hunt_crossley ? dissipation > 0.0
+           : kind == NormalKind::restitution ? eta > 0.0
+                                             : damping > 0.0;
+  }
+
+  NormalForce operator()(double depth, double rate, double touch_speed = 0.0,
+                         NormalPiece piece = NormalPiece::by_force) const {
     if (!(depth > 0.0)) return {};
     const double spring = stiffness * power(depth);
+    const auto ends = [piece](double sign) {
+      return piece == NormalPiece::released || (piece == NormalPiece::by_force && !(sign > 0.0));
+    };
     const double slope = exponent * (spring / depth);
     if (damping_follows_spring()) {
       const double gain = damping_gain(touch_speed), factor = 1.0 + gain * rate;
-      if (!(factor > 0.0)) return {0.0, spring, 0.0, 0.0};
+      if (ends(factor)) return {0.0, spring, 0.0, 0.0};
       return {spring * factor, spring, slope * factor, gain * spring};
     }
     const double s = kind == NormalKind::kelvin_voigt ? 1.0 : std::min(depth / damping_depth, 1.0);
     const double c = damping * s * s * (3.0 - 2.0 * s);
     const double force = spring + c * rate;
-    if (!(force > 0.0)) return {0.0, spring, 0.0, 0.0};
+    if (ends(force)) return {0.0, spring, 0.0, 0.0};
     return {force, spring, slope + 6.0 * damping * s * (1.0 - s) / damping_depth * rate, c};
   }
 

@@ -125,7 +125,7 @@ class ChartFlow {
     for (int i = 0; i < nz / 3; ++i) {
       auto& foot = plant.feet[i];
       foot.memory.stretch = bristle(y, i);
-      if (foot.active && !plant.bristles_frozen)
+      if (foot.active && !plant.pieces_frozen)
         foot.memory.sliding = at_cone(plant.law.friction, foot.mu_scale, foot.ground.normal,
                                       foot.contact.force, foot.memory.sliding);
     }

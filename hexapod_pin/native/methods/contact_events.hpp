@@ -1,7 +1,8 @@
-// Switches of the contacts within a step: a bristle that breaks away or sticks again,
-// a foot that crosses the edge of a patch of ground. Each contact keeps its piece of the law within a
-// step, which makes the right-hand side smooth; the step ends shortly after the first switch, where
-// Plant::update_memories says which piece holds next.
+// Switches of the contacts within a step: a foot that stops pressing before it has left the ground, because
+// its damper would pull, or presses again, a bristle that breaks away or sticks again, a foot that crosses
+// the edge of a patch of ground. Each contact keeps its piece of the law within a step, which makes the
+// right-hand side smooth; the step ends shortly after the first switch, where Plant::update_memories says
+// which piece holds next.
 #pragma once
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 
 #include "methods/chart_flow.hpp"
 #include "methods/error_control.hpp"
+#include "methods/release_scan.hpp"
 #include "methods/switch_root.hpp"
 
 namespace hexapod {
@@ -21,10 +23,11 @@ class ContactEvents {
   ContactEvents(ChartFlow<PlantT>& flow, const ErrorNorm& norm)
       : flow_(flow), norm_(norm), start_(flow.plant.feet.size()), end_(start_) {
     PlantT& plant = flow.plant;
-    const FrictionLaw& law = plant.law.friction;
-    plant.bristles_frozen = law.has_bristle();
-    plant.patches_frozen = !plant.terrain.patches.empty();
-    idle_ = !plant.bristles_frozen && !plant.patches_frozen;
+    bristles_ = plant.law.friction.has_bristle();
+    patches_ = !plant.terrain.patches.empty();
+    releases_ = plant.law.normal.can_release();
+    idle_ = plant.feet.empty() || !(bristles_ || patches_ || releases_);
+    plant.pieces_frozen = !idle_;
   }
 
   bool idle() const { return idle_; }        // nothing can switch
@@ -34,7 +37,7 @@ class ContactEvents {
   bool any_sliding() const {
     const auto sliding = [](const auto& foot) { return foot.active && foot.memory.sliding; };
     const auto& feet = flow_.plant.feet;
-    return flow_.plant.bristles_frozen && std::any_of(feet.begin(), feet.end(), sliding);
+    return bristles_ && std::any_of(feet.begin(), feet.end(), sliding);
   }
 
   // A step begins at the state where the plant is evaluated.
@@ -86,6 +89,7 @@ class ContactEvents {
   static constexpr double kNeverReached = 1e300;
   // Share of the velocity tolerance that the wrong piece behind a switch may cost.
   static constexpr double kOvershootShare = 1e-3;
+  static constexpr double kReleaseShare = 1e-2;  // where a force passes through zero
   static constexpr double kIterateErrors = 30.0;  // tolerances
   static constexpr double kLeastAim = 1e-3, kMostAim = 0.5;  // of what is left of the step behind a switch
 
@@ -95,12 +99,14 @@ class ContactEvents {
     double normal_force = 0.0;  // N
     int patch = -1;             // where it is
     double x = 0.0, y = 0.0;    // m
+    GapState foot;              // along the normal
+    double pressing = 0.0;      // normal force that may pull, N
   };
   struct Crossing {
     double share = 1.0, value = 0.0, step = 0.0;
     int contact = -1, kind = -1;
   };
-  enum Kind { kBristle, kPatch };
+  enum Kind { kBristle, kPatch, kRelease };
 
   // Whether some contact may be in another piece within the errors of an iterate.
   bool near_switch() const {
@@ -109,13 +115,22 @@ class ContactEvents {
     const double force = place * law.bristle_stiffness + speed * law.bristle_gain(0.0);
     for (std::size_t i = 0; i < end_.size(); ++i) {
       if (!start_[i].active && !end_[i].active) continue;
-      if (flow_.plant.bristles_frozen && end_[i].margin < force) return true;
-      if (!flow_.plant.patches_frozen) continue;
+      if (bristles_ && end_[i].margin < force) return true;
+      if (releases_ && near_release(end_[i], flow_.plant.feet[i], place, speed)) return true;
+      if (!patches_) continue;
       if (end_[i].patch != flow_.plant.feet[i].memory.patch) return true;
       for (const Patch& patch : flow_.plant.terrain.patches)
         if (std::abs(patch.depth(end_[i].x, end_[i].y)) < place) return true;
     }
     return false;
+  }
+
+  template <class Contact>
+  bool near_release(const Look& at, const Contact& foot, double place, double speed) const {
+    if (!at.active) return true;
+    const NormalForce slopes = flow_.plant.law.normal(-at.foot.gap, -at.foot.rate, foot.memory.touch_speed,
+                                                      NormalPiece::pressing);
+    return std::abs(slopes.force) < place * std::abs(slopes.d_depth) + speed * slopes.d_rate;
   }
 
   bool is_evaluated(const VectorXd& y) const {
@@ -132,8 +147,13 @@ class ContactEvents {
       now.active = foot.active;
       now.sliding = foot.memory.sliding;
       now.normal_force = foot.active ? foot.ground.normal.dot(foot.contact.force) : 0.0;
-      if (plant.bristles_frozen) now.margin = plant.piece_margin(foot);
-      if (!plant.patches_frozen) continue;
+      if (bristles_) now.margin = plant.piece_margin(foot);
+      if (releases_) {
+        now.foot.gap = foot.ground.gap;
+        now.foot.rate = foot.ground.gap < kFarAway ? foot.ground.normal.dot(foot.velocity) : 0.0;
+        now.pressing = now.active ? plant.pressing_force(foot) : 0.0;
+      }
+      if (!patches_) continue;
       now.x = plant.center(foot).x(), now.y = plant.center(foot).y();
       now.patch = plant.terrain.patch_at(now.x, now.y);
     }
@@ -146,12 +166,14 @@ class ContactEvents {
     bool any = false;
     for (std::size_t i = 0; i < end.size(); ++i) {
       if (!start_[i].active && !end[i].active) continue;
-      if (plant.bristles_frozen && end[i].margin < 0.0) {
+      if (bristles_ && end[i].margin < 0.0) {
         any = true;
         offer(i, kBristle, start_[i].margin, end[i].margin, jump_at_end(i, end[i]), h, most, first);
       }
+      if (releases_ && start_[i].active && end[i].foot.gap < kFarAway)
+        any |= offer_release(i, end[i], h, most, first);
       const int patch = plant.feet[i].memory.patch;
-      if (plant.patches_frozen && end[i].patch != patch) {
+      if (patches_ && end[i].patch != patch) {
         any = true;
         const auto [before, after] = edge_margins(patch, start_[i], end[i]);
         offer(i, kPatch, before, after, patch_jump(patch, end[i]), h, most, first);
@@ -189,10 +211,25 @@ class ContactEvents {
              Crossing& first) const {
     const bool again = last_.contact == int(i) && last_.kind == int(kind);
     const double root = switch_root(before, after, h, again ? EarlierTry{last_.step, last_.value} : EarlierTry());
+    offer_root(i, kind, root, after, jump, h, most, first);
+  }
+
+  void offer_root(std::size_t i, Kind kind, double root, double after, double jump, double h, double most,
+                  Crossing& first) const {
     const double rest = 1.0 - root, excess = jump * mobility(i) * rest * h;
     if (!(excess > most)) return;
     const double share = root + std::clamp(0.5 * most / excess, kLeastAim, kMostAim) * rest;
     if (share < first.share) first = {share, after, h, int(i), int(kind)};
+  }
+
+  // Whether contact i stops pressing, or presses again, within h; where it stays out of its piece.
+  bool offer_release(std::size_t i, const Look& end, double h, double most, Crossing& first) const {
+    const auto& foot = flow_.plant.feet[i];
+    const Release found = find_release(flow_.plant.law.normal, foot.memory.touch_speed,
+                                       foot.memory.released, start_[i].foot, end.foot);
+    const double wrong = kOvershootShare / kReleaseShare * foot.k_scale * found.force;
+    if (found.share < 1.0) offer_root(i, kRelease, found.share, end.pressing, wrong, h, most, first);
+    return end.active && (end.pressing > 0.0) == foot.memory.released;
   }
 
   // Velocity of a foot per impulse on it, no joint being coupled to another, 1/kg.
@@ -212,6 +249,7 @@ class ContactEvents {
   std::vector<Look> start_, end_, inside_;
   double begin_ = 0.0, seen_inside_ = kNeverReached;
   Crossing last_;
+  bool bristles_ = false, patches_ = false, releases_ = false;  // that can switch in this scene
   bool idle_ = false, changed_ = false;
 };
 

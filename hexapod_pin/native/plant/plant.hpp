@@ -102,7 +102,7 @@ class Plant {
         foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
       if (!foot.active) foot.memory.free_gap = foot.ground.gap;
     }
-    if (bristles_frozen || patches_frozen) update_pieces();
+    if (pieces_frozen) update_pieces();
   }
 
   // Force of the law on a contact at the evaluated state, whatever step a method takes forces over, N: it
@@ -111,6 +111,13 @@ class Plant {
     if (!foot.active) return Vec3::Zero();
     return contact_force(law, foot.ground, foot.velocity, foot.memory, 0.0, foot.mu_scale, foot.k_scale)
         .force;
+  }
+
+  // Normal force of an active contact at the evaluated state, were it not cut off at zero, N.
+  double pressing_force(const Contact& foot) const {
+    const double rate = -foot.ground.normal.dot(foot.velocity);
+    return foot.k_scale *
+           law.normal(-foot.ground.gap, rate, foot.memory.touch_speed, NormalPiece::pressing).force;
   }
 
   // Margin of the piece of the law that a bristle is in, N; without a normal force it slides.
@@ -314,8 +321,8 @@ class Plant {
   std::vector<StopTorque> stop;  // of each joint, at the evaluated state
   std::vector<DriveMode> mode;   // of each joint, as last found
   bool modes_frozen = false;     // motors and stops stay in their modes beyond the modes' ends
-  bool bristles_frozen = false;  // they stay stuck or sliding, as the contacts remember
-  bool patches_frozen = false;   // feet stay on the patch that their contacts remember
+  // Contacts keep pressing or are released, stuck or sliding, and on their patch, as they remember.
+  bool pieces_frozen = false;
   VectorXd holding;              // torque that stuck joints must hold, N m
   DriveCounters drive_counters;
   Vec3 ground_velocity = Vec3::Zero();
@@ -327,14 +334,16 @@ class Plant {
     bool changed = false;
     for (Contact& foot : feet) {
       const ContactMemory old = foot.memory;
-      if (patches_frozen) {
+      if (!terrain.patches.empty()) {
         foot.memory.patch = terrain.patch_at(center(foot).x(), center(foot).y());
         std::tie(foot.mu_scale, foot.k_scale) = terrain.patch_factors(foot.memory.patch);
       }
-      if (bristles_frozen)
+      if (law.friction.has_bristle())
         foot.memory.sliding =
             foot.active ? old.sliding == (piece_margin(foot) >= 0.0) : would_slide(foot);
-      changed |= foot.memory.patch != old.patch || foot.memory.sliding != old.sliding;
+      foot.memory.released = foot.active && !(pressing_force(foot) > 0.0);
+      changed |= foot.memory.patch != old.patch || foot.memory.sliding != old.sliding ||
+                 foot.memory.released != old.released;
     }
     if (!changed) return;
     for (Contact& foot : feet)
@@ -355,7 +364,10 @@ class Plant {
     const Vec3 center = dynamics.point(mount.joint, mount.offset), world = q.head<3>() + center;
     GroundPoints points;
     terrain.find_contacts(world, mount.radius, t, points);
-    if (per_foot == 2) keep_order(feet[2 * f], feet[2 * f + 1], points);
+    if (per_foot == 2) {
+      put_treads_first(points);
+      keep_order(feet[2 * f], feet[2 * f + 1], points);
+    }
     for (std::size_t k = 0; k < per_foot; ++k) {
       Contact& foot = feet[f * per_foot + k];
       foot.center = center;
@@ -367,6 +379,14 @@ class Plant {
         differentiate_contact(dynamics, mount, columns_[f], v, ground_velocity, foot);
       if (foot.active) find_force(foot, world, implicit_dt);
     }
+  }
+
+  // The first place is that of the more level face, the second that of the steeper one: a face has the
+  // same place with and without the other, seen from above the ground and from below it.
+  static void put_treads_first(GroundPoints& points) {
+    const bool single = points[1].gap == kFarAway;
+    const double other = single ? kSteep : points[1].normal.z();
+    if (points[0].normal.z() < other) std::swap(points[0], points[1]);
   }
 
   // A contact that goes on keeps its place, and with it its memory, when the faces change.
@@ -383,11 +403,11 @@ class Plant {
     if (!foot.memory.touching && foot.memory.touch_speed <= 0.0)  // never seen free
       foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
     if (!terrain.patches.empty()) {
-      if (!patches_frozen) foot.memory.patch = terrain.patch_at(world.x(), world.y());
+      if (!pieces_frozen) foot.memory.patch = terrain.patch_at(world.x(), world.y());
       std::tie(foot.mu_scale, foot.k_scale) = terrain.patch_factors(foot.memory.patch);
     }
     foot.contact = contact_force(law, foot.ground, foot.velocity, foot.memory, implicit_dt,
-                                 foot.mu_scale, foot.k_scale, bristles_frozen);
+                                 foot.mu_scale, foot.k_scale, pieces_frozen);
   }
 
   // What a joint at rest does, by what it must hold or by how it has been found to accelerate.
@@ -417,6 +437,7 @@ class Plant {
   }
 
   static constexpr int kBlockPasses = 4;
+  static constexpr double kSteep = 0.5;  // of a normal, upwards
 
   PushForce pushes_;
   VectorXd push_force_;
