@@ -71,6 +71,8 @@ def main() -> int:
         "-p",
         "no:xdist",
         "--capture=sys",
+        "-m",
+        "not little_memory",
         *tests,
     ]  # what a sanitizer says goes by the descriptor
     listed = build / "suppressed.txt"

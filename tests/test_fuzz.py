@@ -81,6 +81,7 @@ def test_what_once_was_a_fault_is_refused(call: Callable[[], Any], told: str):
         call()
 
 
+@pytest.mark.little_memory
 def test_what_dies_is_a_fault_and_another_process_goes_on(monkeypatch: pytest.MonkeyPatch):
     from hexapod_pin.fuzz import campaign
 

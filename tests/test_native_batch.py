@@ -40,6 +40,7 @@ def test_an_empty_batch_is_done() -> None:
     assert hp.simulate_batch([], duration=0.1, threads=4) == []
 
 
+@pytest.mark.little_memory
 @pytest.mark.skipif(sys.platform != "linux", reason="bounds the address space as Linux does")
 def test_threads_that_do_not_start_are_an_error() -> None:
     """With room for a few stacks only: those that have begun end, and a smaller batch runs."""

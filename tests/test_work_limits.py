@@ -164,6 +164,7 @@ def test_threads_out_of_range(threads: object):
         hp.simulate_batch([hp.Case(SCENE, HOLD, duration=0.01)], threads=threads)
 
 
+@pytest.mark.little_memory
 def test_threads_that_cannot_start_are_an_error_not_an_abort():
     code = """
 import resource, hexapod_pin as hp
