@@ -160,6 +160,40 @@ def test_errors_that_stay_are_kept_within_the_accuracy(spin, accuracy):
     assert found[accuracy].counters["runs"] >= 2
 
 
+def test_errors_of_a_robot_that_is_pushed_off_are_seen():
+    """It slides from then on, and the error of its speed stays: both runs had the same steps."""
+    push = hp.Push(
+        link="base_link", position=(-0.045, -0.011, -0.032), force=(2.7, -13.1, 17.6),
+        start=0.0681, duration=0.1026,
+    )  # fmt: skip
+    other = hp.Push(
+        link="base_link", position=(0.036, -0.046, 0.025), force=(3.3, 6.7, -19.6),
+        start=0.0707, duration=0.0552,
+    )  # fmt: skip
+    contact = hp.Contact(
+        normal=hp.Restitution(
+            stiffness=2e5, exponent=1.5, restitution=0.19, model="lankarani-nikravesh"
+        ),
+        friction=hp.StickSlip(mu=0.42, mu_dynamic=0.29, stiffness=12200.0, damping=58.0),
+    )
+    scene = hp.Scene(
+        hp.load_robot("kharagpur"), terrain=hp.Slope(angle=0.252, heading=1.123),
+        contact=contact, loads=(push, other),
+    )  # fmt: skip
+
+    def run(method: str, accuracy: float, estimate: bool) -> hp.Trace:
+        return hp.simulate(
+            scene, hp.HoldPosture(), duration=0.5, sample=0.01, method=method, accuracy=accuracy,
+            estimate=estimate,
+        )  # fmt: skip
+
+    truth = run("dop853", 1e-9, False)
+    for accuracy in (1e-3, 1e-4, 1e-5):
+        trace = run("extrapolated-euler", accuracy, True)
+        error = np.abs(trace.q - truth.q).max()
+        assert error <= min(accuracy, trace.error_estimate)
+
+
 def test_an_unkept_accuracy_says_from_when_on():
     """The last sample within it is told."""
     robot = hp.load_robot("athena")

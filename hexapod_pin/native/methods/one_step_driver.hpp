@@ -99,6 +99,7 @@ class OneStepDriver {
   static constexpr double kTorqueAim = 0.6;        // of that share, in the next try or step
   static constexpr double kLeastTorqueStep = 1e-5;  // s
   static constexpr double kLeastEventStep = 1e-11;  // s, and of the time
+  static constexpr double kSlideSpeed = 3.0;  // of the friction law's speed scale
   static constexpr double kLeastShare = 1e-3;  // of a step: where the ground has a jump, the gap has no root
 
   // What one step may lose, by the method and by what this scene needs, m and rad.
@@ -108,12 +109,19 @@ class OneStepDriver {
     return DriveEvents<PlantT>::hard(plant, reference) ? kHardDriveShare * own : own;
   }
 
-  // Whether feet and servos hold the robot: errors do not stay there as they do in flight, and steps that
-  // end at samples may be the same in a finer run.
+  // Whether feet and servos hold the robot: errors do not stay there as they do in flight and where feet
+  // slide, and steps that end at samples may be the same in a finer run.
   bool stands() const {
     const auto& feet = flow_.plant.feet;
-    return flow_.plant.joints() > 0 &&
-           std::count_if(feet.begin(), feet.end(), [](const auto& foot) { return foot.active; }) >= 3;
+    const auto holds = [this](const auto& foot) { return foot.active && !slides(foot); };
+    return flow_.plant.joints() > 0 && std::count_if(feet.begin(), feet.end(), holds) >= 3;
+  }
+
+  template <class Contact>
+  bool slides(const Contact& foot) const {
+    const FrictionLaw& law = flow_.plant.law.friction;
+    if (law.has_bristle()) return foot.memory.sliding;
+    return law.steepness() * in_plane(foot.ground.normal, foot.velocity).norm() > kSlideSpeed;
   }
 
   // Accepts a step of h, shorter where the error or a touch-down requires it, and leaves the plant
