@@ -16,14 +16,17 @@ if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
     from hexapod_pin.robot.robot import Robot
 
-PART = 120.0
-"""Length of a part [s]: 4 MB for 18 joints."""
+PART = 15.0
+"""Length of a part [s]: with its margin of 4.8 s 1.2 MB for 18 joints and a cycle of 2.4 s."""
 
 KNOT_COPIES = 3.0
 """Of a plan in memory while a run begins [-]."""
 
 MARGIN_CYCLES = 2.0
-"""By so many cycles a part goes on beyond the time that a run is to reach: its steps look ahead."""
+"""By so many cycles a part goes on beyond its length."""
+
+AHEAD_CYCLES = 1.0
+"""So far the knots go on beyond the time that a run is to reach: multistep methods pass over it."""
 
 
 @dataclass(frozen=True)
@@ -41,10 +44,11 @@ class PlanParts:
     end: float
 
     def extend(self, rollout: Any, time: float) -> None:
-        """Give a native run more knots where those it has do not reach a time [s]."""
+        """Give a native run more knots where those it has do not reach well beyond a time [s]."""
         stop = self.controller.stop_at
         last = self.end if stop is None else min(self.end, stop)
-        while (known := rollout.plan_end) < min(time, last):
+        needed = time + AHEAD_CYCLES * self.controller.gait.cycle_time
+        while (known := rollout.plan_end) < min(needed, last):
             part = self.part(known)
             new = part.time >= known
             rollout.extend_plan(part.time[new].tolist(), part.q[new], part.v[new])

@@ -34,12 +34,10 @@ class Hour:
         bad: numbers in the samples that are not finite.
         norm: largest | |quaternion| - 1 |.
         late: largest difference of a time stamp from k times the sample [s].
-        kept: memory of the samples at the end [MB].
+        kept: memory of the samples after the first minute [MB].
+        growth: resident memory at the end less that after the first minute and `kept` [MB].
+        most: largest resident memory after the first minute, less the same [MB].
         base: resident memory after the first minute [MB].
-        first: the most beyond `base` and the samples in the first quarter of the walk: two parts
-            of its plan, of two minutes each, where one takes over from the other [MB].
-        growth: that of the last quarter less `first` [MB].
-        most: that of the whole walk less `first` [MB].
         peaks: largest relative difference of the joints' torque peaks between a cycle after the
             hour and the third, and the tenth.
         distance: how far it walked [m].
@@ -52,10 +50,9 @@ class Hour:
     norm: float
     late: float
     kept: float
-    base: float
-    first: float
     growth: float
     most: float
+    base: float
     peaks: tuple[float, float]
     distance: float
     turned: float
@@ -96,12 +93,10 @@ def walk(method: str, cycles: int) -> Hour:
         progress=lambda _: memory.append(resident()),
     )  # fmt: skip
     wall = time.perf_counter() - begin
-    arrays = (array for array in vars(trace).values() if isinstance(array, np.ndarray))
-    kept = sum(array.nbytes for array in arrays) / 1e6
     minute = min(round(60.0 / CYCLE), cycles - 1)
-    beyond = np.array(memory) - kept * np.linspace(0.0, 1.0, len(memory))
-    quarter = len(beyond) // 4 + 1
-    first = float(beyond[:quarter].max())
+    settled = memory[minute:]
+    arrays = (array for array in vars(trace).values() if isinstance(array, np.ndarray))
+    kept = sum(array.nbytes for array in arrays) / 1e6 * (1.0 - minute / cycles)
     early = hp.simulate(
         scene, control, duration=11.0 * CYCLE, method=method, step=STEP, sample=STEP
     )
@@ -119,10 +114,9 @@ def walk(method: str, cycles: int) -> Hour:
             abs(float(last.time[-1]) - (cycles + 6) * CYCLE),
         ),
         kept=kept,
-        base=memory[minute],
-        first=first - float(beyond[minute]),
-        growth=float(beyond[-quarter:].max()) - first,
-        most=float(beyond.max()) - first,
+        growth=settled[-1] - settled[0] - kept,
+        most=max(settled) - settled[0] - kept,
+        base=settled[0],
         peaks=tuple(float(np.abs(late / _peaks(early, k) - 1.0).max()) for k in (3, 10)),  # type: ignore[arg-type]
         distance=float(np.linalg.norm(trace.q[-1, :2] - trace.q[0, :2])),
         turned=_yaw(trace.q[-1]) - _yaw(trace.q[0]),
@@ -153,10 +147,14 @@ ROWS: tuple[tuple[str, Callable[[Hour], float], str, str], ...] = (
     ("quaternion norm less 1", lambda h: h.norm, "{:.1e}", f"{MAX_NORM_ERROR:g}"),
     ("time stamps off by [s]", lambda h: h.late, "{:.1e}", f"{MAX_TIME_ERROR:g}"),
     ("memory of the samples [MB]", lambda h: h.kept, "{:.2f}", "-"),
+    (
+        "memory at the end, over that after 60 s and of samples [MB]",
+        lambda h: h.growth,
+        "{:.2f}",
+        "5",
+    ),
+    ("memory at most, over the same [MB]", lambda h: h.most, "{:.2f}", "5"),
     ("memory after 60 s [MB]", lambda h: h.base, "{:.0f}", "-"),
-    ("most beyond that and the samples, first quarter [MB]", lambda h: h.first, "{:.2f}", "-"),
-    ("the same in the last quarter, over the first [MB]", lambda h: h.growth, "{:.2f}", "5"),
-    ("the same at any time, over the first quarter [MB]", lambda h: h.most, "{:.2f}", "5"),
     ("torque peaks, a later cycle to third", lambda h: h.peaks[0], "{:.1e}", "-"),
     ("torque peaks, a later cycle to tenth", lambda h: h.peaks[1], "{:.1e}", "-"),
     ("walked [m]", lambda h: h.distance, "{:.3f}", "-"),
