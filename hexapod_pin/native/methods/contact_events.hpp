@@ -87,7 +87,7 @@ class ContactEvents {
 
  private:
   static constexpr double kNeverReached = 1e300;
-  // Share of the velocity tolerance that the wrong piece behind a switch may cost.
+  // Shares of the velocity tolerance that the wrong piece behind a switch may cost.
   static constexpr double kOvershootShare = 1e-3;
   static constexpr double kReleaseShare = 1e-2;  // where a force passes through zero
   static constexpr double kIterateErrors = 30.0;  // tolerances
@@ -162,7 +162,8 @@ class ContactEvents {
   // The first switch between the start of the step and a state h later; whether there is any.
   bool find_first(const std::vector<Look>& end, double h, Crossing& first) const {
     const PlantT& plant = flow_.plant;
-    const double most = kOvershootShare * norm_.tolerance / norm_.weight(h);  // m/s
+    const double allowed = norm_.tolerance / norm_.weight(h);  // m/s
+    const double most = kOvershootShare * allowed;
     bool any = false;
     for (std::size_t i = 0; i < end.size(); ++i) {
       if (!start_[i].active && !end[i].active) continue;
@@ -171,7 +172,7 @@ class ContactEvents {
         offer(i, kBristle, start_[i].margin, end[i].margin, jump_at_end(i, end[i]), h, most, first);
       }
       if (releases_ && start_[i].active && end[i].foot.gap < kFarAway)
-        any |= offer_release(i, end[i], h, most, first);
+        any |= offer_release(i, end[i], h, kReleaseShare * allowed, first);
       const int patch = plant.feet[i].memory.patch;
       if (patches_ && end[i].patch != patch) {
         any = true;
@@ -227,7 +228,7 @@ class ContactEvents {
     const auto& foot = flow_.plant.feet[i];
     const Release found = find_release(flow_.plant.law.normal, foot.memory.touch_speed,
                                        foot.memory.released, start_[i].foot, end.foot);
-    const double wrong = kOvershootShare / kReleaseShare * foot.k_scale * found.force;
+    const double wrong = foot.k_scale * found.force;
     if (found.share < 1.0) offer_root(i, kRelease, found.share, end.pressing, wrong, h, most, first);
     return end.active && (end.pressing > 0.0) == foot.memory.released;
   }

@@ -41,7 +41,7 @@ class TouchDownLocator {
   // `tolerance` of places [m]. `speed_remembered`: the law depends on the speed at each first touch, so
   // that a foot which leaves and comes back within a step meets another law.
   TouchDownLocator(std::size_t contacts, double tolerance, bool speed_remembered, bool lift_off = false)
-      : gap_(contacts), rate_(contacts), normal_(contacts), slack_(std::clamp(1e-3 * tolerance, 1e-12, 1e-7)),
+      : gap_(contacts), rate_(contacts), slack_(std::clamp(1e-3 * tolerance, 1e-12, 1e-7)),
         speed_remembered_(speed_remembered), lift_off_(lift_off) {}
 
   // Stores the gaps at the start of a step; the plant is evaluated there, separated feet too.
@@ -50,7 +50,6 @@ class TouchDownLocator {
     for (std::size_t i = 0; i < gap_.size(); ++i) {
       gap_[i] = plant.feet[i].ground.gap;
       rate_[i] = rate(plant.feet[i]);
-      normal_[i] = plant.feet[i].ground.normal;
     }
   }
 
@@ -60,11 +59,10 @@ class TouchDownLocator {
     double first = 1.0;
     for (std::size_t i = 0; i < gap_.size(); ++i) {
       const double end = plant.feet[i].ground.gap;
-      const std::size_t k = gap_[i] > slack_ && end < kFarAway ? same_face(plant, i) : i;  // at the start
-      if (gap_[k] > slack_ && gap_[k] < kFarAway && end < -slack_)
-        first = std::min(first, hermite_root(gap_[k], h * rate_[k], end, h * rate(plant.feet[i])));
-      if (gap_[k] > slack_ && end > slack_ && end < kFarAway)
-        first = std::min(first, crossed_between({gap_[k], h * rate_[k], end, h * rate(plant.feet[i])}));
+      if (gap_[i] > slack_ && gap_[i] < kFarAway && end < -slack_)
+        first = std::min(first, hermite_root(gap_[i], h * rate_[i], end, h * rate(plant.feet[i])));
+      if (gap_[i] > slack_ && end > slack_ && end < kFarAway)
+        first = std::min(first, crossed_between({gap_[i], h * rate_[i], end, h * rate(plant.feet[i])}));
       if (speed_remembered_ && gap_[i] < -slack_ && end < -slack_)
         first = std::min(first, left_between(i, end, h, rate(plant.feet[i])));
       if (lift_off_ && gap_[i] < -slack_ && end > slack_ && end < kFarAway)
@@ -108,28 +106,12 @@ class TouchDownLocator {
     return crossed_between({clear - gap_[i], -h * rate_[i], clear - end, -h * end_rate});
   }
 
-  // The contact of the same foot, in the air at the start, whose normal there is most like that of contact i
-  // now: those change places where another face comes near.
-  template <class PlantT>
-  std::size_t same_face(const PlantT& plant, std::size_t i) const {
-    std::size_t best = i;
-    const auto likeness = [&](std::size_t k) {
-      const bool in_the_air = gap_[k] > slack_ && gap_[k] < kFarAway;
-      return in_the_air ? normal_[k].dot(plant.feet[i].ground.normal) : -2.0;
-    };
-    const std::size_t first = plant.foot_of(i) * plant.per_foot;
-    for (std::size_t k = first; k < first + plant.per_foot; ++k)
-      if (likeness(k) > likeness(best)) best = k;
-    return best;
-  }
-
   template <class Foot>
   static double rate(const Foot& foot) {
     return foot.ground.gap < kFarAway ? foot.ground.normal.dot(foot.velocity) : 0.0;
   }
 
   std::vector<double> gap_, rate_;
-  std::vector<Vec3> normal_;
   double slack_;
   bool speed_remembered_, lift_off_;
 };

@@ -10,6 +10,7 @@
 #include "laws/drive.hpp"
 #include "laws/terrain.hpp"
 #include "plant/contact_kinematics.hpp"
+#include "plant/contact_order.hpp"
 #include "plant/contact_state.hpp"
 #include "plant/drive_counters.hpp"
 #include "plant/dynamics.hpp"
@@ -381,24 +382,6 @@ class Plant {
     }
   }
 
-  // The first place is that of the more level face, the second that of the steeper one: a face has the
-  // same place with and without the other, seen from above the ground and from below it.
-  static void put_treads_first(GroundPoints& points) {
-    const bool single = points[1].gap == kFarAway;
-    const double other = single ? kSteep : points[1].normal.z();
-    if (points[0].normal.z() < other) std::swap(points[0], points[1]);
-  }
-
-  // A contact that goes on keeps its place, and with it its memory, when the faces change.
-  static void keep_order(const Contact& first, const Contact& second, GroundPoints& points) {
-    const auto similarity = [](const Contact& old, const GroundPoint& point) {
-      return old.memory.touching && point.gap < kFarAway ? old.ground.normal.dot(point.normal) : -1.0;
-    };
-    const double kept = similarity(first, points[0]) + similarity(second, points[1]);
-    const double swapped = similarity(first, points[1]) + similarity(second, points[0]);
-    if (swapped > kept) std::swap(points[0], points[1]);
-  }
-
   void find_force(Contact& foot, const Vec3& world, double implicit_dt) {
     if (!foot.memory.touching && foot.memory.touch_speed <= 0.0)  // never seen free
       foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
@@ -437,7 +420,6 @@ class Plant {
   }
 
   static constexpr int kBlockPasses = 4;
-  static constexpr double kSteep = 0.5;  // of a normal, upwards
 
   PushForce pushes_;
   VectorXd push_force_;
