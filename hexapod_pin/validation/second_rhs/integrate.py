@@ -14,6 +14,7 @@ from hexapod_pin.simulation.loads import LostLeg, Push
 from hexapod_pin.validation.second_rhs.right_hand_side import Evaluation, Modes, RightHandSide
 from hexapod_pin.validation.second_rhs.set_point_curve import curve_between, knots_within
 from hexapod_pin.validation.second_rhs.switch import SecondRun, Switch, changes
+from hexapod_pin.validation.second_rhs.within_steps import first_within
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
@@ -81,26 +82,30 @@ class _Interval:
         tries = 0
         y, modes = self.settle(t, y, modes, PROBE_TIME)
         while t < end:
-            asked = times[(times > t) & (times <= end)]
-            found = solve_ivp(
-                lambda s, x, m=modes: self.evaluate(s, x, m).rate, (t, end), y, method="DOP853",
-                rtol=self.tolerance, atol=ATOL_SHARE * self.tolerance, max_step=self.longest,
-                first_step=min(FIRST_STEP, end - t), events=self._events(t, y, modes),
-                t_eval=np.union1d(asked, [end]),
-            )  # fmt: skip
-            if found.status < 0:
-                raise DivergenceError(f"SciPy at t = {t:g} s: {found.message}", None)
-            rows += [x for s, x in zip(found.t, np.transpose(found.y), strict=True) if s in asked]
-            if found.status == 0:
-                return found.y[:, -1], modes, rows
-            k = next(k for k, hits in enumerate(found.t_events) if len(hits))
-            t_new, y = float(found.t_events[k][0]), found.y_events[k][0]
+            solution, t_new = self._to_switch(t, end, y, modes)
+            rows += [solution(s) for s in times[(times > t) & (times <= t_new)]]
+            y = solution(t_new)
+            if t_new == end:
+                return y, modes, rows
             y, settled = self.settle(t_new, y, modes, PROBE_TIME * 100.0**tries)
             tries = 0 if not settled.same(modes) else tries + 1
             if tries > MOST_TRIES:
-                raise DivergenceError(f"switch {k} at t = {t_new!r} s changes nothing", None)
+                raise DivergenceError(f"a switch at t = {t_new!r} s changes nothing", None)
             t, modes = t_new, settled
         return y, modes, rows
+
+    def _to_switch(self, t: float, end: float, y: Array, modes: Modes) -> tuple[Any, float]:
+        """Return the solution from t on and the time of the first switch, or the end [s]."""
+        events = self._events(t, y, modes)
+        found = solve_ivp(
+            lambda s, x: self.evaluate(s, x, modes).rate, (t, end), y, method="DOP853",
+            rtol=self.tolerance, atol=ATOL_SHARE * self.tolerance, max_step=self.longest,
+            first_step=min(FIRST_STEP, end - t), events=events, dense_output=True,
+        )  # fmt: skip
+        if found.status < 0:
+            raise DivergenceError(f"SciPy at t = {t:g} s: {found.message}", None)
+        within = first_within(found.sol, events)
+        return found.sol, float(found.t[-1]) if within is None else within
 
     def _events(self, time: float, y: Array, modes: Modes) -> list[Callable[..., float]]:
         """Return a terminal event for every switching function, not below 0 at the start."""
@@ -131,7 +136,8 @@ def integrate(
         initial: where it starts.
         tolerance: rtol of SciPy's DOP853; atol is a hundredth of it in SI units.
         sample: [s].
-        longest_step: of the integrator [s]: switches there and back within one may be missed.
+        longest_step: of the integrator [s]: switches there and back within a quarter of one may be
+            missed.
 
     Raises:
         ParameterError: something in the scene that is not written here, or a duration that is not

@@ -95,11 +95,19 @@ class NormalForce:
             return force, force
         if isinstance(law, AdamsImpact):
             force = spring + self._adams_damping(law, max(depth, 0.0), deep) * rate
-            return force, force
+            return force, force if deep else self._adams_push(law, max(depth, 0.0), rate)
         gain = self._gain
         if isinstance(law, Restitution):
             gain /= max(touch_speed, law.speed_floor)
         return spring * (1.0 + gain * rate), 1.0 + gain * rate
+
+    @staticmethod
+    def _adams_push(law: AdamsImpact, depth: float, rate: float) -> float:
+        """Return the force over d^min(n, 2): it keeps its sign down to d = 0, and beyond it."""
+        common = min(law.exponent, 2.0)
+        damping = law.damping * (3.0 - 2.0 * depth / law.damping_depth) / law.damping_depth**2
+        stiffness = law.stiffness * depth ** (law.exponent - common)
+        return float(stiffness + damping * depth ** (2.0 - common) * rate)
 
     @staticmethod
     def _adams_damping(law: AdamsImpact, depth: float, deep: bool) -> float:
