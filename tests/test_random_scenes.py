@@ -132,7 +132,7 @@ def test_a_run_of_scenes_goes_on_where_it_ended(tmp_path) -> None:
         labels = dict.fromkeys(("kind", "robot", "normal", "friction", "terrain", "drive"), "x")
         return SceneResult(key, labels, 1.0, "a; b", 1e-9, 0.0, (), (run(5e-7, 1e-6),))
 
-    path = tmp_path / "rows.jsonl"
+    path = tmp_path / "new" / "rows.jsonl"
     results, whole = run_scenes(["1/0", "1/1", "1/2"], judge, path=path)
     assert not whole and [r.key for r in results] == ["1/0", "1/1"] == [
         r.key for r in read_results(path)
@@ -140,3 +140,6 @@ def test_a_run_of_scenes_goes_on_where_it_ended(tmp_path) -> None:
     asked.clear()
     assert run_scenes(["1/0", "1/1"], judge, path=path) == (results, True)
     assert asked == []
+    path.write_text(path.read_text()[:-9])  # killed while it wrote the second
+    assert run_scenes(["1/0", "1/1"], judge, path=path) == (results, True)
+    assert asked == ["1/1"] and read_results(path) == results

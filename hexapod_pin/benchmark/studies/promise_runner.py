@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -45,8 +46,7 @@ def run_scenes(
         for result in _each(missing, judge, processes):
             done[result.key] = result
             if path is not None:
-                with path.open("a", encoding="utf-8") as file:
-                    file.write(result.to_json() + "\n")
+                _append(path, result.to_json())
             left = sum(key not in done for key in keys)
             worst = max((run.ratio for run in result.runs if run.counted), default=None)
             told = "none counted" if worst is None else f"x{worst:.2g}"
@@ -54,6 +54,16 @@ def run_scenes(
     except (KeyboardInterrupt, SimulationInterrupted):
         print("interrupted; what is done is kept", file=sys.stderr)
     return [done[key] for key in keys if key in done], all(key in done for key in keys)
+
+
+def _append(path: Path, line: str) -> None:
+    """Append a line, on one of its own where a killed writer has left half of one."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a+b") as file:
+        if file.tell() > 0:
+            file.seek(-1, os.SEEK_END)
+            line = line if file.read(1) == b"\n" else f"\n{line}"
+        file.write(f"{line}\n".encode())
 
 
 def _each(keys: Sequence[str], judge: Judge, processes: int) -> Iterator[SceneResult]:
