@@ -16,7 +16,6 @@ from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.native_run import NativeRun
 from hexapod_pin.simulation.resolution import (
     COARSER_SHARE,
-    FIRST_LEVELS,
     LARGEST_JUMP,
     Comparison,
     finer_share,
@@ -83,8 +82,9 @@ class AccuracyControl:
         Raises:
             DivergenceError: a run and a finer one have left the finite world.
         """
-        if self._level < FIRST_LEVELS[-1]:
-            return FIRST_LEVELS[-1]
+        second = self.how.choice.first_levels[1]
+        if self._level < second:
+            return second
         finest = self.how.choice.finest_level
         if self._diverged and self._diverged[-1].rollout.ended_by:  # a finer one would be too
             if not self._ended:

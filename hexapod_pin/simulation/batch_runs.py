@@ -18,7 +18,6 @@ from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.closed_loop import controlled_loop, lock_step_runs
 from hexapod_pin.simulation.native_run import PROGRESS_INTERVAL, NativeRun, open_loop_run
-from hexapod_pin.simulation.resolution import FIRST_LEVELS
 
 Result = tuple[int, Trace | Summary | Exception]
 """Index of a case, and what it came to."""
@@ -203,7 +202,7 @@ class _Job:
     index: int
     run: NativeRun
     control: AccuracyControl | None
-    level: int = FIRST_LEVELS[0]
+    level: int = 0
     begin: float = 0.0
 
 

@@ -14,7 +14,6 @@ from threading import Event
 
 from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.native_run import NativeRun
-from hexapod_pin.simulation.resolution import FIRST_LEVELS
 from hexapod_pin.simulation.run_settings import RunSettings
 
 Progress = Callable[[float], None]
@@ -42,21 +41,21 @@ class ControlledRun:
         """
         control = AccuracyControl(self._how)
         begin = time.perf_counter()
-        coarser, finer_run = self._first_two()
-        control.take(FIRST_LEVELS[0], coarser, 0.0)
-        control.take(FIRST_LEVELS[1], finer_run, time.perf_counter() - begin)
+        coarse, fine = self._how.choice.first_levels
+        coarser, finer_run = self._side_by_side(coarse, fine)
+        control.take(coarse, coarser, 0.0)
+        control.take(fine, finer_run, time.perf_counter() - begin)
         while (finer := control.next_level()) is not None:
             control.take(finer, self._at(finer))
         return control
 
-    def _first_two(self) -> tuple[NativeRun, NativeRun]:
+    def _side_by_side(self, coarse: int, fine: int) -> tuple[NativeRun, NativeRun]:
         stop = Event()
 
         def check(_: float) -> None:
             if stop.is_set():
                 raise _StoppedError
 
-        coarse, fine = FIRST_LEVELS
         with ThreadPoolExecutor(1) as pool:
             companion = pool.submit(self._run, self._how.at_level(coarse), check)
             try:

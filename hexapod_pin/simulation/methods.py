@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.simulation.resolution import FIRST_LEVELS, LEVELS_PER_DECADE, MOST_LEVELS
+from hexapod_pin.simulation.resolution import LEVELS_PER_DECADE, MOST_LEVELS
 
 if TYPE_CHECKING:
     from hexapod_pin.results.error_estimate import ErrorEstimate
@@ -22,6 +22,10 @@ START_RATIO = 10.0
 """Tolerance of level 0 over the accuracy: [-]."""
 LEAST_TOLERANCE = {"extrapolated-euler": 1e-10, "ndf": 1e-13, "dop853": 1e-13}
 """Of one step [m and rad]: below it round-off takes over, or steps become too many."""
+
+SECOND_LEVEL = {"extrapolated-euler": 4, "ndf": 6, "dop853": 4}
+"""Level of the run that is compared with that of level 0 first. Steps of ndf are often bound by its
+history: with a tenth of the tolerance its error may stay as it is, and be taken for none."""
 
 DEFAULT_STEP = 1e-3
 """[s]"""
@@ -116,12 +120,17 @@ class MethodSettings:
         return float(10.0 ** ((self.level or 0) / LEVELS_PER_DECADE))
 
     @property
+    def first_levels(self) -> tuple[int, int]:
+        """Levels of the first two runs of an adaptive method."""
+        return 0, SECOND_LEVEL[self.method.name]
+
+    @property
     def finest_level(self) -> int:
         """The finest level: where round-off takes over."""
         coarsest = replace(self, level=0).tolerance
         decades = math.log10(coarsest / LEAST_TOLERANCE[self.method.name])
         return max(
-            FIRST_LEVELS[-1], min(MOST_LEVELS, math.floor(LEVELS_PER_DECADE * decades + 1e-9))
+            self.first_levels[-1], min(MOST_LEVELS, math.floor(LEVELS_PER_DECADE * decades + 1e-9))
         )
 
     def excess(self, error: ErrorEstimate, largest_torque: float) -> float:

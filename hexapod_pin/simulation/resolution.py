@@ -13,9 +13,6 @@ from dataclasses import dataclass
 LEVELS_PER_DECADE = 4
 """Levels of resolution by which tolerances fall to a tenth."""
 
-FIRST_LEVELS = (0, 4)
-"""Of the first two runs."""
-
 COARSER_SHARE = 2.2
 """Error of the coarser of two runs over their difference, at most [-]."""
 
