@@ -32,7 +32,8 @@ class Checkpoint:
         q: configuration, Pinocchio order (base m and quaternion xyzw, joints rad). Shape (nq,).
         v: velocity (base twist in body axes m/s and rad/s, joints rad/s). Shape (nv,).
         contacts: per contact: touch speed [m/s], stretch of the bristle, world axes [m] (3),
-            touching, sliding (0 or 1). Shape (C, 6).
+            touching, sliding (0 or 1), normal of the face it stands on [-] (3), 0: not known.
+            Shape (C, 9); (C, 6), without the normals, is taken too.
         controller: what an adaptive method's next step depends on; empty where there is none.
         command: the command that acts: its time and arrival [s], angles from and to [rad], rates
             until and after [rad/s], torque [N m], a row each; empty where set-points are planned.
@@ -93,7 +94,7 @@ class Checkpoint:
             ParameterError, StateError: it is none of `to_dict`; names the entry.
         """
         check_data(CheckpointData, "checkpoint", data)
-        contacts = np.array(data["contacts"], dtype=float).reshape(-1, 6)
+        contacts = _memories(data["contacts"])
         more = {
             name: from_plain(data[name], f"checkpoint.{name}")
             for name in ("command", "impulse", "loop")
@@ -102,6 +103,17 @@ class Checkpoint:
         for name, columns in (("command", None), ("impulse", 3)):
             _require_table(f"checkpoint.{name}", more.get(name), columns)
         return cls(data["time"], data["q"], data["v"], contacts, tuple(data["controller"]), **more)
+
+
+def _memories(rows: list[list[float]]) -> Array:
+    """Return what contacts remember as an array.
+
+    Raises:
+        StateError: the rows are not of one length.
+    """
+    if len({len(row) for row in rows}) > 1:
+        raise StateError("checkpoint.contacts: its rows must be of one length.")
+    return np.array(rows, dtype=float).reshape(len(rows), len(rows[0]) if rows else 0)
 
 
 def _require_table(name: str, values: Any, columns: int | None) -> None:

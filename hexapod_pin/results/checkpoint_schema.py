@@ -24,6 +24,12 @@ def _configuration(values: list[float], info: ValidationInfo) -> list[float]:
     return values
 
 
+def _memory(values: list[float]) -> list[float]:
+    if len(values) not in (6, 9):
+        raise ValueError("9 numbers, or 6 without the normal of the face it stands on")
+    return values
+
+
 class CheckpointData(FileData):
     """`Checkpoint.to_dict()`."""
 
@@ -32,7 +38,7 @@ class CheckpointData(FileData):
     time: Annotated[NotNegative, Field(le=LATEST)]
     q: Annotated[list[Number], AfterValidator(_configuration)]
     v: list[Number]
-    contacts: list[Annotated[list[Number], Field(min_length=6, max_length=6)]]
+    contacts: list[Annotated[list[Number], AfterValidator(_memory)]]
     controller: list[Number]
     command: Any = None
     impulse: Any = None

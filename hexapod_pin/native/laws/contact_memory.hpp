@@ -13,12 +13,13 @@ struct ContactMemory {
   bool touching = false;
   bool sliding = false;  // the bristle ended the last step on the cone
   bool released = false;  // the damper would pull, the normal force is 0; where that is frozen within a step
+  Vec3 face = Vec3::Zero();  // normal of the face of the ground it stands on; 0: none, or not known
   int patch = -1;        // of the ground it stands on, where that is frozen within a step; -1: none
   // Height of the last accepted state out of the ground, m; found again at any state out of it.
   double free_gap = std::numeric_limits<double>::infinity();
 
   // After separation; the touch speed is that of the last touch until the foot is seen free again.
-  void reset() { *this = ContactMemory{touch_speed, Vec3::Zero(), false, false, false, patch, free_gap}; }
+  void reset() { *this = ContactMemory{touch_speed, Vec3::Zero(), false, false, false, Vec3::Zero(), patch, free_gap}; }
 };
 
 }  // namespace hexapod

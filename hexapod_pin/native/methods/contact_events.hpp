@@ -1,6 +1,7 @@
 // Switches of the contacts within a step: a foot that stops pressing before it has left the ground, because
 // its damper would pull, or presses again, a bristle that breaks away or sticks again, a foot that crosses
-// the edge of a patch of ground. Each contact keeps its piece of the law within a step, which makes the
+// the edge of a patch of ground, a face of the ground that begins or ends to hold a foot which is deep in it.
+// Each contact keeps its piece of the law within a step, which makes the
 // right-hand side smooth; the step ends shortly after the first switch, where Plant::update_memories says
 // which piece holds next.
 #pragma once
@@ -26,8 +27,9 @@ class ContactEvents {
     bristles_ = plant.law.friction.has_bristle();
     patches_ = !plant.terrain.patches.empty();
     releases_ = plant.law.normal.can_release();
-    idle_ = plant.feet.empty() || !(bristles_ || patches_ || releases_);
-    plant.pieces_frozen = !idle_;
+    faces_ = plant.per_foot > 1;
+    plant.pieces_frozen = !plant.feet.empty() && (bristles_ || patches_ || releases_);
+    idle_ = plant.feet.empty() || !(plant.pieces_frozen || faces_);
   }
 
   bool idle() const { return idle_; }        // nothing can switch
@@ -91,6 +93,10 @@ class ContactEvents {
   static constexpr double kOvershootShare = 1e-3;
   static constexpr double kReleaseShare = 1e-2;  // where a force passes through zero
   static constexpr double kIterateErrors = 30.0;  // tolerances
+  // A face is taken for another where its normal has turned by more, and by more than a sphere turns it that
+  // rolls over a corner.
+  static constexpr double kSharpTurn = 0.05, kTimesRolling = 3.0;  // rad, -
+  static constexpr double kFaceAim = 0.25;  // of the step: where in it the face has changed is not known
   static constexpr double kLeastAim = 1e-3, kMostAim = 0.5;  // of what is left of the step behind a switch
 
   struct Look {  // at one contact
@@ -101,12 +107,15 @@ class ContactEvents {
     double x = 0.0, y = 0.0;    // m
     GapState foot;              // along the normal
     double pressing = 0.0;      // normal force that may pull, N
+    bool near = false;          // there is a face, touched or not
+    double force = 0.0;         // N
+    Vec3 normal = Vec3::Zero();
   };
   struct Crossing {
     double share = 1.0, value = 0.0, step = 0.0;
     int contact = -1, kind = -1;
   };
-  enum Kind { kBristle, kPatch, kRelease };
+  enum Kind { kBristle, kPatch, kRelease, kFace };
 
   // Whether some contact may be in another piece within the errors of an iterate.
   bool near_switch() const {
@@ -153,6 +162,11 @@ class ContactEvents {
         now.foot.rate = foot.ground.gap < kFarAway ? foot.ground.normal.dot(foot.velocity) : 0.0;
         now.pressing = now.active ? plant.pressing_force(foot) : 0.0;
       }
+      if (faces_) {
+        now.near = foot.ground.gap < kFarAway;
+        now.force = foot.active ? foot.contact.force.norm() : 0.0;
+        now.normal = foot.ground.normal;
+      }
       if (!patches_) continue;
       now.x = plant.center(foot).x(), now.y = plant.center(foot).y();
       now.patch = plant.terrain.patch_at(now.x, now.y);
@@ -173,6 +187,7 @@ class ContactEvents {
       }
       if (releases_ && start_[i].active && end[i].foot.gap < kFarAway)
         any |= offer_release(i, end[i], h, kReleaseShare * allowed, first);
+      if (faces_) any |= offer_face(i, end[i], h, most, first);
       const int patch = plant.feet[i].memory.patch;
       if (patches_ && end[i].patch != patch) {
         any = true;
@@ -233,6 +248,25 @@ class ContactEvents {
     return end.active && (end.pressing > 0.0) == foot.memory.released;
   }
 
+  // Whether contact i stands on another face than at the start, or on none, deep as it is.
+  bool offer_face(std::size_t i, const Look& end, double h, double most, Crossing& first) const {
+    const Look& start = start_[i];
+    double jump = 0.0;  // N
+    if (!start.near || !end.near) jump = std::max(start.force, end.force);
+    else if (start.active && end.active) jump = end.force * sharp_turn(i, start, end, h);
+    if (jump * mobility(i) * h > most && kFaceAim < first.share) first = {kFaceAim, jump, h, int(i), int(kFace)};
+    return jump > 0.0;
+  }
+
+  // By how much the normal has turned, rad; 0 where that is what rolling over a corner does.
+  double sharp_turn(std::size_t i, const Look& start, const Look& end, double h) const {
+    const PlantT& plant = flow_.plant;
+    const auto& foot = plant.feet[i];
+    const double turn = (end.normal - start.normal).norm();
+    const double distance = plant.mounts[plant.foot_of(i)].radius + std::abs(foot.ground.gap);
+    return turn > kSharpTurn && turn * distance > kTimesRolling * h * foot.velocity.norm() ? turn : 0.0;
+  }
+
   // Velocity of a foot per impulse on it, no joint being coupled to another, 1/kg.
   double mobility(std::size_t i) const {
     const PlantT& plant = flow_.plant;
@@ -250,7 +284,7 @@ class ContactEvents {
   std::vector<Look> start_, end_, inside_;
   double begin_ = 0.0, seen_inside_ = kNeverReached;
   Crossing last_;
-  bool bristles_ = false, patches_ = false, releases_ = false;  // that can switch in this scene
+  bool bristles_ = false, patches_ = false, releases_ = false, faces_ = false;  // that can switch in this scene
   bool idle_ = false, changed_ = false;
 };
 

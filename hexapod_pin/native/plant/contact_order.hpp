@@ -17,11 +17,12 @@ inline void put_treads_first(GroundPoints& points) {
   if (points[0].normal.z() < other) std::swap(points[0], points[1]);
 }
 
-// A contact that goes on keeps its place when the faces change.
+// A contact that goes on keeps its place when the faces change. Contacts are known by the faces that they
+// remember: those of the last accepted state, whatever states a method has looked at since.
 template <class Contact>
 void keep_order(const Contact& first, const Contact& second, GroundPoints& points) {
   const auto similarity = [](const Contact& old, const GroundPoint& point) {
-    return old.memory.touching && point.gap < kFarAway ? old.ground.normal.dot(point.normal) : -1.0;
+    return old.memory.touching && point.gap < kFarAway ? old.memory.face.dot(point.normal) : -1.0;
   };
   const double kept = similarity(first, points[0]) + similarity(second, points[1]);
   const double swapped = similarity(first, points[1]) + similarity(second, points[0]);

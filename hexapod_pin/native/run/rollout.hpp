@@ -21,12 +21,16 @@ namespace hexapod {
 
 constexpr double kDivergedSpeed = 1e4;  // rad/s and m/s: beyond it a run has diverged
 
+constexpr int kMemoryColumns = 9, kMemoryColumnsWithoutFace = 6;  // of a checkpoint's contacts
+
 // A run at one time: all that its continuation depends on.
 struct Checkpoint {
   long first = 0;      // samples up to here: the next is at (first + 1) * sample interval
   double time = 0.0;   // s, not before first * sample interval
   VectorXd q, v;
-  RowMatrix contacts;  // a row per contact: touch speed, stretch (3), touching, sliding; none: all new
+  // A row per contact: touch speed, stretch (3), touching, sliding, face (3); none: all new. Earlier
+  // releases did not keep the faces.
+  RowMatrix contacts;
   std::vector<double> controller;  // what an adaptive method's next step depends on; none: new
   RowMatrix command;               // the command that acts, as `Reference::pending`; none: planned
   RowMatrix impulse;               // of each contact since the last sample, N s; none: zero

@@ -219,19 +219,21 @@ class SampledRollout : public Rollout, protected AcceptedStep {
   }
 
   RowMatrix contact_memories() const {
-    RowMatrix rows(plant_.feet.size(), 6);
+    RowMatrix rows(plant_.feet.size(), kMemoryColumns);
     for (std::size_t i = 0; i < plant_.feet.size(); ++i) {
       const ContactMemory& m = plant_.feet[i].memory;
       rows.row(i) << m.touch_speed, m.stretch.x(), m.stretch.y(), m.stretch.z(),
-          double(m.touching), double(m.sliding);
+          double(m.touching), double(m.sliding), m.face.x(), m.face.y(), m.face.z();
     }
     return rows;
   }
 
   void restore_memories(const RowMatrix& rows) {
-    for (std::size_t i = 0; i < std::size_t(rows.rows()); ++i)
-      plant_.feet[i].memory = {rows(i, 0), rows.row(i).segment<3>(1).transpose(),
-                               rows(i, 4) != 0.0, rows(i, 5) != 0.0};
+    for (std::size_t i = 0; i < std::size_t(rows.rows()); ++i) {
+      ContactMemory& m = plant_.feet[i].memory;
+      m = {rows(i, 0), rows.row(i).segment<3>(1).transpose(), rows(i, 4) != 0.0, rows(i, 5) != 0.0};
+      if (rows.cols() == kMemoryColumns) m.face = rows.row(i).tail<3>().transpose();
+    }
   }
 
   WorkMonitor monitor_;

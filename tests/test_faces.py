@@ -1,0 +1,83 @@
+"""A sphere on two faces of the ground, deep in both: what each of them remembers is its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.validation.cases import bodies
+
+Fall = tuple[float, float, float, tuple[float, float, float], float]
+
+FALLS: list[Fall] = [
+    (701.0, 0.46, 0.014, (0.4, -0.21, -0.53), -18.0),
+    (416.1, 0.225, -0.0054, (0.287, -0.224, -0.652), 14.0),
+]
+"""Stiffness [N/m], angle of the ramp [rad], place [m], velocity [m/s], spin [rad/s] of a 1 kg ball.
+
+It sinks by more than its radius: its centre comes below the surface. Where contacts were told
+apart by the state that a method had looked at last, methods differed by 3e-4 to 3e-3 m."""
+
+
+def rolled(fall: Fall, **how: object) -> hp.Trace:
+    """Return how a ball falls into the corner before a ramp."""
+    stiffness, angle, place, speed, spin = fall
+    radius = 0.02
+    robot = bodies.ball(radius, inertia=0.4 * radius**2)
+    contact = hp.Contact(
+        normal=hp.HuntCrossley(stiffness=stiffness, exponent=1.0, dissipation=0.2),
+        friction=hp.StickSlip(mu=0.5, stiffness=2e3, damping=10.0),
+    )
+    scene = hp.Scene(robot, terrain=hp.Ramp(angle=angle, run=0.5, start=0.0), contact=contact)
+    start = bodies.state(robot, (place, 0.0, 0.035), speed, spin=(0.0, spin, 0.0))
+    settings = {"duration": 0.3, "initial": start, "sample": 0.01, **how}
+    return hp.simulate(scene, hp.HoldPosture(), **settings)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("fall", FALLS)
+@pytest.mark.parametrize(
+    ("method", "accuracy", "allowed"),
+    [("extrapolated-euler", 1e-8, 1e-7), ("ndf", 1e-9, 1e-8)],
+)
+def test_methods_agree_where_a_face_begins_or_ends_to_hold_a_ball_that_is_deep_in_it(
+    fall: Fall, method: str, accuracy: float, allowed: float
+) -> None:  # fmt: skip
+    """The normal force jumps there; the bristle of the other face goes on.
+
+    Methods look at states behind and before the change in different orders.
+    """
+    truth = rolled(fall, method="dop853", accuracy=1e-11, estimate=False)
+    found = rolled(fall, method=method, accuracy=accuracy, estimate=False)
+    jumps = np.abs(np.diff(truth.foot_force[:, 0, 2]))
+    assert jumps.max() > 3.0  # it does jump
+    assert np.abs(found.q - truth.q).max() < allowed
+
+
+@pytest.mark.parametrize("how", [{"accuracy": 1e-6, "estimate": False}, {"step": 1e-4}])
+def test_a_run_cut_where_two_faces_hold_has_the_bits_of_one_without_a_cut(
+    how: dict[str, float],
+) -> None:
+    """A checkpoint knows on which face each contact stands."""
+    whole = rolled(FALLS[0], **how)
+    for cut in (0.05, 0.08, 0.1, 0.15, 0.2):
+        first = rolled(FALLS[0], duration=cut, **how)
+        rest = round(0.3 - cut, 3)
+        second = rolled(FALLS[0], duration=rest, initial=first.checkpoint, **how)
+        assert np.array_equal(np.concatenate([first.q, second.q[1:]]), whole.q)
+        assert first.checkpoint.contacts.shape == (2, 9)
+
+
+def test_a_checkpoint_without_faces_is_taken() -> None:
+    """Those of earlier releases have six numbers per contact; rows must be of one length."""
+    kept = rolled(FALLS[0], duration=0.05, step=1e-4).checkpoint.to_dict()
+    earlier = {**kept, "contacts": [row[:6] for row in kept["contacts"]]}
+    again = hp.Checkpoint.from_dict(earlier)
+    assert again.contacts.shape == (2, 6)
+    assert rolled(FALLS[0], duration=0.05, initial=again, step=1e-4).time[-1] == 0.1
+    mixed = {**kept, "contacts": [kept["contacts"][0], kept["contacts"][1][:6]]}
+    with pytest.raises(hp.errors.StateError, match=r"checkpoint\.contacts: .* one length"):
+        hp.Checkpoint.from_dict(mixed)
+    short = {**kept, "contacts": [row[:5] for row in kept["contacts"]]}
+    with pytest.raises(hp.errors.ParameterError, match=r"contacts.*9 numbers"):
+        hp.Checkpoint.from_dict(short)
