@@ -100,7 +100,7 @@ def test_a_point_foot_beside_a_ledge_lands_as_on_flat_ground(method: str, away: 
     robot = bodies.particle()
     height = 0.02
     ledge = hp.Ledge(height=height, edge=0.0)
-    how: dict[str, float] = {"step": 1e-4} if method == "implicit-euler" else {"accuracy": 1e-7}
+    how: dict[str, float] = {"step": 1e-4} if method == "implicit-euler" else {"accuracy": 1e-8}
 
     def places(terrain: hp.Terrain, ground: float) -> np.ndarray:
         start = bodies.state(robot, (away, 0.0, ground + 0.01), (-2.0 * away, 0.0, -0.5))

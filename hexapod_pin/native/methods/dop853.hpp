@@ -17,7 +17,6 @@ class DormandPrince853 {
   static constexpr double kLeastVelocityWeight = 0.01;  // s, of velocity errors
   static constexpr double kHardVelocityWeight = 0.1;  // s, where a joint is at its torque limit or slides
   static constexpr bool kWeightFollowsFriction = false;
-  static constexpr bool kLocatesLiftOff = true;   // its error estimate misjudges a step across one
   static constexpr int kMemorySize = 0;
 
   static double tolerance_share(double) { return 0.3; }  // of the accuracy, for one step

@@ -99,7 +99,7 @@ class DriveEvents final : public InsideStep {
   // Those that a stop leaves stay until the joint is at the next. `floor`, `hard`: the least weights of
   // velocities without and with such joints or feet, s.
   void weigh(const PlantT& plant, double floor, double hard, ErrorNorm& norm) const {
-    norm.floor = contacts_.any_sliding() || (!idle_ && any_hard(plant)) ? hard : floor;
+    norm.floor = nothing_damps(plant) || contacts_.any_sliding() || (!idle_ && any_hard(plant)) ? hard : floor;
     if (!idle_) norm.floor = std::max(norm.floor, stop_weight(plant));
   }
 
@@ -157,6 +157,12 @@ class DriveEvents final : public InsideStep {
   static constexpr double kOvershootShare = 1e-3;
   static constexpr double kStopVelocityWeight = 1.0;  // s
   static constexpr double kLeastAim = 2e-3, kMostAim = 0.5;  // of what is left of the step behind a switch
+
+  // Whether errors of the trunk's velocity stay: of a body without joints, and in flight.
+  static bool nothing_damps(const PlantT& plant) {
+    const auto touches = [](const auto& foot) { return foot.active; };
+    return plant.joints() == 0 || std::none_of(plant.feet.begin(), plant.feet.end(), touches);
+  }
 
   static bool any_hard(const PlantT& plant) {
     const auto hard = [](const DriveMode& mode) {

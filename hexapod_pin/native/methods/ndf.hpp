@@ -85,6 +85,8 @@ class NdfDriver {
   static constexpr double kRestartStrictness = 8.0;
   static constexpr double kTouchTolerances = 10.0;  // a foot has landed within a hundredth of a tolerance
   static constexpr double kLeastStep = 1e-14;      // s, and of the time
+  static constexpr double kJumpStep = 1e-13;       // s, and of the time; across the jump of a damper's force at
+                                                   // touch-down no step is accurate, and so short a one will do
   static constexpr double kMaxTurn = 0.5;          // rad, of the chart
   static constexpr double kMaxGrowth = 10.0;       // of the step size
   static constexpr double kLimitGrowth = 1.2;      // of the step limit, per step after a failure
@@ -138,11 +140,12 @@ class NdfDriver {
       if (h != h_) resize(h);
       if (!(h > kLeastStep * std::max(1.0, std::abs(time_)) || h == rest)) return false;
       const double end = h == rest ? horizon : time_ + h;
-      const TouchDownLocator* touch = located < kMaxEventTries ? &touch_ : nullptr;
+      const double least = kLeastEventStep * std::max(1.0, std::abs(time_));
+      const TouchDownLocator* touch = located < kMaxEventTries && h > least ? &touch_ : nullptr;
       const typename Newton::NewtonOutcome outcome = newton_.solve(end, h_, history_, touch, y_);
       if (outcome == Newton::NewtonOutcome::touched_down) {
         ++located;
-        resize(h * newton_.touch_share());
+        resize(std::max(least, h * newton_.touch_share()));
       } else if (outcome == Newton::NewtonOutcome::failed) {
         ++failed_;
         resize(0.5 * h);
@@ -151,16 +154,17 @@ class NdfDriver {
       } else {
         const double strictness = history_.order() < 3 ? strictness_ : 1.0;
         const double size = strictness * error_of(history_.order(), newton_.correction());
-        if (size <= 1.0) {
+        const bool jump = size > 1.0 && h <= kJumpStep * std::max(1.0, std::abs(time_));
+        if (size <= 1.0 || jump) {
           if (flow_.plant.dry) flow_.evaluate(end, y_);
           look_inside(end, h);
           const double share = drives_.share(end, y_, h);
-          if (share < 1.0 && switched < kMaxSwitchTries && h > kLeastEventStep * std::max(1.0, end)) {
+          if (share < 1.0 && switched < kMaxSwitchTries && h > least) {
             ++switched;
             resize(h * share);
             continue;
           }
-          accept(end, size, located > 0, end == horizon);
+          accept(end, size, located > 0 || jump, end == horizon);
           return goes_on_ && flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed;
         }
         ++rejected_;

@@ -14,6 +14,7 @@
 #include "methods/chart_flow.hpp"
 #include "methods/drive_events.hpp"
 #include "methods/resolution.hpp"
+#include "methods/step_control.hpp"
 #include "methods/touch_down_locator.hpp"
 #include "run/accepted_step.hpp"
 #include "run/rollout.hpp"
@@ -35,12 +36,12 @@ class OneStepDriver {
                   ? resolution.refinement * plant.law.friction.steepness()
                   : 0.0},
         touch_(plant.feet.size(), norm_.tolerance, plant.law.normal.needs_touch_speed(),
-               Method::kLocatesLiftOff),
-        drives_(flow_, norm_),
-        step_(kFirstStep) {
-    if (memory.size() != 2 + Method::kMemorySize) return;
-    step_ = memory[0], watched_until_ = memory[1];
-    method_.restore(memory.data() + 2);
+               true),
+        drives_(flow_, norm_) {
+    if (memory.size() != 1 + StepControl::kMemorySize + Method::kMemorySize) return;
+    watched_until_ = memory[0];
+    control_.restore(memory.data() + 1);
+    method_.restore(memory.data() + 1 + StepControl::kMemorySize);
   }
 
   // From t to `stop`; the plant is evaluated at (t, q, v) before and at `stop` after. False: no step
@@ -48,13 +49,14 @@ class OneStepDriver {
   bool advance(double t, double stop, double /*horizon*/, VectorXd& q, VectorXd& v,
                EnergyLedger& ledger) {
     drives_.start(flow_.plant, flow_.reference, t, q, v);
+    if (flow_.reference.may_jump_at(t)) control_.jump();
     while (t < stop) {
       flow_.begin(q, v, y0_);
       touch_.begin(flow_.plant);
       const double rest = stop - t;
       double longest = touch_.longest_step(flow_.plant);
       if (!stands()) longest = std::min(longest, resolution_.longest_step(rest));
-      const double h = fit_step(std::min(step_, longest), rest);
+      const double h = fit_step(std::min(control_.step(), longest), rest);
       drives_.weigh(flow_.plant, Method::kLeastVelocityWeight, Method::kHardVelocityWeight, norm_);
       if (PlantT::kPrescribed && t < watched_until_) start_torque_ = flow_.reaction_torque(t);
       method_.begin(flow_, t, y0_);
@@ -71,13 +73,14 @@ class OneStepDriver {
     return true;
   }
 
-  double step() const { return step_; }       // s
+  double step() const { return control_.step(); }  // s
   double reached() const { return reached_; }  // time of the last step accepted, s
-  long worst_coordinate() const { return flow_.worst_coordinate(error_, norm_, step_); }
+  long worst_coordinate() const { return flow_.worst_coordinate(error_, norm_, step()); }
 
   std::vector<double> memory() const {
-    std::vector<double> all = method_.memory();
-    all.insert(all.begin(), {step_, watched_until_});
+    std::vector<double> all{watched_until_};
+    for (const auto& part : {control_.memory(), method_.memory()})
+      all.insert(all.end(), part.begin(), part.end());
     return all;
   }
 
@@ -89,7 +92,6 @@ class OneStepDriver {
   }
 
  private:
-  static constexpr double kFirstStep = 1e-4;  // s
   static constexpr double kHardDriveShare = 0.1;  // of the usual tolerance, with hard drives
   static constexpr int kMaxTries = 60, kMaxEventTries = 4, kMaxSwitchTries = 8;
   // Steps show the peaks of torques that touch-downs leave: for a while, a torque changes in one of them
@@ -127,7 +129,7 @@ class OneStepDriver {
   // Accepts a step of h, shorter where the error or a touch-down requires it, and leaves the plant
   // evaluated at its end; returns its length, or -1.
   double step_from(double t, double h) {
-    const bool cut = h < step_;  // by the grid: it must not shrink the remembered step
+    const bool cut = h < control_.step();  // by the grid: it must not shrink the remembered step
     int located = 0, switched = 0;
     const double least = kLeastEventStep * std::max(1.0, std::abs(t));
     for (int tries = 0; tries < kMaxTries && t + h > t; ++tries) {
@@ -136,17 +138,17 @@ class OneStepDriver {
       const double size = y1_.allFinite() ? found : std::numeric_limits<double>::infinity();
       if (!(size <= 1.0)) {
         ++rejected_;
-        h = step_ = next_step(h, size, method_.order(), false);
+        h = control_.reject(h, size, method_.order());
       } else {
         flow_.evaluate(t + h, y1_);
-        const double touch = located < kMaxEventTries ? touch_.share(flow_.plant, h) : 1.0;
+        const double touch = located < kMaxEventTries && h > least ? touch_.share(flow_.plant, h) : 1.0;
         double drive = drives_.share(t + h, y1_, h);
         if (switched == kMaxSwitchTries || h < least) drive = 1.0;
         const double change =
             t < watched_until_ ? torque_change(t + h) / kMostTorqueChange : 0.0;
         if (change > 1.0 && h > kLeastTorqueStep) {
           ++refined_;
-          h = step_ = h * std::max(0.25, kTorqueAim / change);
+          control_.shorten(h *= std::max(0.25, kTorqueAim / change));
           flow_.restore_evaluation(t, y0_);
           continue;
         }
@@ -154,7 +156,7 @@ class OneStepDriver {
         if (first == 1.0) {
           accept(h, size, cut, located + switched > 0);
           if (located > 0) watched_until_ = t + h + kWatchedTime;
-          if (change > kTorqueAim) step_ = std::min(step_, h * kTorqueAim / change);
+          if (change > kTorqueAim) control_.bound(h * kTorqueAim / change);
           return h;
         }
         ++(drive < touch ? switched : located);
@@ -174,9 +176,8 @@ class OneStepDriver {
   }
 
   void accept(double h, double size, bool cut, bool located) {
-    const double next = next_step(h, size, method_.order(), true);
-    if (located) ++events_;
-    else step_ = cut ? std::max(step_, next) : next;
+    control_.accept(h, size, method_.order(), cut, located);
+    events_ += located;
     const double local = flow_.xi(error_).cwiseAbs().maxCoeff();
     error_most_ = std::max(error_most_, local);
     error_sum_ += local;
@@ -189,7 +190,8 @@ class OneStepDriver {
   ErrorNorm norm_;
   TouchDownLocator touch_;
   DriveEvents<PlantT> drives_;
-  double step_, watched_until_ = 0.0, reached_ = 0.0;  // s
+  StepControl control_;
+  double watched_until_ = 0.0, reached_ = 0.0;  // s
   VectorXd y0_, y1_, error_;
   VectorXd start_torque_;  // of a prescribed motion, N m
   long steps_ = 0, rejected_ = 0, events_ = 0, refined_ = 0;

@@ -117,6 +117,11 @@ class Reference {
     return row + 1 < time_.size() ? time_[row + 1] : std::numeric_limits<double>::infinity();
   }
 
+  // Whether t is at a knot where the set-points may jump.
+  bool may_jump_at(double t) const {
+    return !smooth() && rounded_up(time_[row_at(t)]) >= t;
+  }
+
   void at(double t, VectorXd& position, VectorXd& rate) {
     if (!smooth()) return along_row(t, position, rate);
     const std::size_t last = time_.size() - 1;
