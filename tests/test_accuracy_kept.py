@@ -52,6 +52,31 @@ def test_a_coarser_run_will_do_where_its_bound_is_within():
     assert [finer_share(k) for k in (1, 7, 40)] == [FINER_SHARE[4], FINER_SHARE[6], FINER_SHARE[12]]
 
 
+@pytest.mark.parametrize("decay", [10.0**-0.25, 0.7, 0.85])
+@pytest.mark.parametrize("levels", [4, 6, 12])
+def test_bounds_are_wider_where_errors_fall_more_slowly_than_tolerances(decay: float, levels: int):
+    """Errors 3 r^n: three runs give r; both bounds hold, with margins as at r = 10^(-1/4)."""
+    errors = [3.0 * decay**n for n in (0, 4, 4 + levels)]
+    first = Comparison.after([], 0, 4, errors[0] - errors[1])
+    last = Comparison.after([first], 4, 4 + levels, errors[1] - errors[2])
+    if levels == 4:
+        assert last.decay == pytest.approx(decay, rel=1e-12)
+    assert last.coarser_excess >= errors[1] and last.finer_excess >= errors[2]
+    usual = Comparison(4, 4 + levels, last.difference)
+    assert last.finer_excess >= usual.finer_excess and last.coarser_excess >= usual.coarser_excess
+    assert last.share * last.difference == (
+        last.coarser_excess if last.takes_coarser else last.finer_excess
+    )
+
+
+def test_a_difference_that_grows_widens_the_bounds_by_a_finite_factor():
+    """And one without an earlier one beside it, or with none at all, is as usual."""
+    grown = Comparison.after([Comparison(0, 4, 1.0)], 4, 8, 2.0)
+    assert 10.0 < grown.finer_excess / Comparison(4, 8, 2.0).finer_excess < 100.0
+    assert Comparison.after([Comparison(0, 4, 0.0)], 4, 8, 2.0) == Comparison(4, 8, 2.0)
+    assert Comparison.after([], 0, 4, 0.0).kept
+
+
 def test_two_runs_without_gain_end_the_search():
     """A motion that amplifies any error is not run finer for ever."""
     flat = [Comparison(4 * k, 4 * k + 4, 50.0) for k in range(3)]

@@ -48,9 +48,15 @@ def test_x3_keeps_what_it_is_asked_for(kind: str, accuracy: float) -> None:
 
 @pytest.mark.parametrize("kind", CASES)
 def test_looser_never_costs_more(kind: str) -> None:
-    costs = [hc40(kind, accuracy=a).counters["evaluations"] for a in (1e-2, 1e-3, 1e-4, 1e-5)]
-    for looser, tighter in zip(costs, costs[1:], strict=False):
-        assert looser <= 1.2 * tighter
+    """Of single runs; where the error is kept, from 1e-4 on: looser first runs are alike."""
+    single = [
+        hc40(kind, accuracy=a, estimate=False).counters["evaluations"]
+        for a in (1e-2, 1e-3, 1e-4, 1e-5)
+    ]
+    kept = [hc40(kind, accuracy=a).counters["evaluations_of_all_runs"] for a in (1e-4, 1e-5, 1e-6)]
+    for costs in (single, kept):
+        for looser, tighter in zip(costs, costs[1:], strict=False):
+            assert looser <= 1.2 * tighter
 
 
 def test_touch_downs_are_ends_of_steps() -> None:
@@ -140,3 +146,33 @@ def test_touch_speed_does_not_depend_on_the_step(height: float) -> None:
     exact = fallen("dop853", 1e-10)
     assert np.abs(fallen("dop853", 1e-12) - exact).max() < 1e-10  # a step too late: 1e-7
     assert np.abs(fallen("ndf", 1e-9) - exact).max() < 1e-9  # 9e-9
+
+
+def test_few_steps_are_given_up_where_set_points_jump() -> None:
+    """A hundred jumps a second: the step after one is as long as that after the one before.
+
+    Found anew at every jump, 2.4 tries of four steps were given up; 0.13 of a step are now.
+    """
+    from hexapod_pin.benchmark.work_precision import scenes
+
+    walk = scenes.walk(0.5)
+    trace = hp.simulate(
+        walk.scene, walk.controller, duration=0.5, sample=walk.sample, initial=walk.initial,
+        accuracy=1e-4, estimate=False,
+    )  # fmt: skip
+    counters = trace.counters
+    assert counters["steps"] > 300
+    assert counters["rejected"] < 0.18 * counters["steps"]
+
+
+def test_keeping_the_error_of_a_walk_costs_little_beside_a_single_run() -> None:
+    """Evaluations of all runs over the 8154 that a single run took before errors were kept."""
+    from hexapod_pin.benchmark.work_precision import scenes
+
+    walk = scenes.walk(1.0)
+    trace = hp.simulate(
+        walk.scene, walk.controller, duration=1.0, sample=walk.sample, initial=walk.initial,
+        accuracy=1e-4,
+    )  # fmt: skip
+    assert trace.accuracy_kept
+    assert trace.counters["evaluations_of_all_runs"] < 1.25 * 8154

@@ -15,10 +15,8 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.native_run import NativeRun
 from hexapod_pin.simulation.resolution import (
-    COARSER_SHARE,
     LARGEST_JUMP,
     Comparison,
-    finer_share,
     next_level,
 )
 from hexapod_pin.simulation.run_settings import RunSettings
@@ -74,7 +72,9 @@ class AccuracyControl:
             excess = self.how.choice.excess(
                 self._difference, float(np.abs(torque).max(initial=0.0))
             )
-            self.comparisons.append(Comparison(coarser.level, finer.level, excess))
+            self.comparisons.append(
+                Comparison.after(self.comparisons, coarser.level, finer.level, excess)
+            )
 
     def next_level(self) -> int | None:
         """Return the level of the next run; None where there is to be none.
@@ -120,9 +120,7 @@ class AccuracyControl:
     @property
     def _share(self) -> float:
         """Of the difference, that the chosen run's error is at most [-]."""
-        if self._takes_coarser:
-            return COARSER_SHARE
-        return finer_share(self.comparisons[-1].finer - self.comparisons[-1].coarser)
+        return self.comparisons[-1].share
 
     @property
     def _error(self) -> ErrorEstimate | None:

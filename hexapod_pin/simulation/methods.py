@@ -27,6 +27,11 @@ SECOND_LEVEL = {"extrapolated-euler": 4, "ndf": 6, "dop853": 4}
 """Level of the run that is compared with that of level 0 first. Steps of ndf are often bound by its
 history: with a tenth of the tolerance its error may stay as it is, and be taken for none."""
 
+FURTHER_LEVELS = {"extrapolated-euler": 2, "ndf": 0, "dop853": 0}
+"""By how much the second level is finer still where level 0 is held at `LOOSEST_TOLERANCE`, an
+accuracy ten times as loose being asked for: two runs that loose may both be wrong about which foot
+slides."""
+
 DEFAULT_STEP = 1e-3
 """[s]"""
 
@@ -122,7 +127,9 @@ class MethodSettings:
     @property
     def first_levels(self) -> tuple[int, int]:
         """Levels of the first two runs of an adaptive method."""
-        return 0, SECOND_LEVEL[self.method.name]
+        name = self.method.name
+        held = min(1.0, math.log10(START_RATIO * self.accuracy / LOOSEST_TOLERANCE[name]))
+        return 0, SECOND_LEVEL[name] + math.ceil(FURTHER_LEVELS[name] * max(0.0, held - 1e-9))
 
     @property
     def finest_level(self) -> int:

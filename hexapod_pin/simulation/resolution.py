@@ -2,12 +2,13 @@
 
 Two runs of one case, the second finer, differ by the error of the first less that of the second.
 The factors below turn this difference into bounds of both; they were found over random scenes of
-all laws, grounds and kinds of motion (docs/accuracy.md).
+all laws, grounds and kinds of motion (docs/accuracy.md). Three runs tell how fast errors fall:
+where that is slower than tolerances do, the bounds are wider, as in Richardson's extrapolation.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 LEVELS_PER_DECADE = 4
@@ -16,8 +17,17 @@ LEVELS_PER_DECADE = 4
 COARSER_SHARE = 2.2
 """Error of the coarser of two runs over their difference, at most [-]."""
 
-FINER_SHARE = {4: 1.0, 5: 0.7, 6: 0.45, 8: 0.22, 10: 0.11, 12: 0.06}
+FINER_SHARE = {4: 1.0, 5: 0.7, 6: 0.45, 8: 0.25, 10: 0.2, 12: 0.15}
 """Error of the finer one over their difference, at most [-], by the levels between them."""
+
+USUAL_DECAY = 10.0 ** (-1.0 / LEVELS_PER_DECADE)
+"""Error of a run over that of one a level coarser: it follows the tolerance [-]."""
+
+SLOWEST_DECAY = 0.9
+"""Of what is found by three runs: slower is no gain [-]."""
+
+DECAY_SLACK = 1.5
+"""How much larger the share that follows from a decay may be than the usual, uncounted [-]."""
 
 LARGEST_JUMP = max(FINER_SHARE)
 """Levels to the next run, at most."""
@@ -43,21 +53,39 @@ class Comparison:
         coarser: level of the first.
         finer: level of the second.
         difference: of the two, over what was asked [-].
+        decay: of the error from level to level, from this and the comparison before [-].
     """
 
     coarser: int
     finer: int
     difference: float
+    decay: float = USUAL_DECAY
+
+    @classmethod
+    def after(
+        cls, earlier: Sequence[Comparison], coarser: int, finer: int, difference: float
+    ) -> Comparison:
+        """Return the comparison that follows others, with the decay found by the last two."""
+        last = earlier[-1] if earlier else None
+        if last is None or not (last.difference > 0.0 and coarser > last.coarser):
+            return cls(coarser, finer, difference)
+        decay = (difference / last.difference) ** (1.0 / (coarser - last.coarser))
+        return cls(coarser, finer, difference, decay)
+
+    @property
+    def share(self) -> float:
+        """Error of the run that will do, or of the finer one, over the difference, at most [-]."""
+        return self._coarser_share if self.takes_coarser else self._finer_share
 
     @property
     def coarser_excess(self) -> float:
         """Bound of the coarser run's error over what was asked [-]."""
-        return COARSER_SHARE * self.difference
+        return self._coarser_share * self.difference
 
     @property
     def finer_excess(self) -> float:
         """Bound of the finer run's error over what was asked [-]."""
-        return finer_share(self.finer - self.coarser) * self.difference
+        return self._finer_share * self.difference
 
     @property
     def kept(self) -> bool:
@@ -68,6 +96,22 @@ class Comparison:
     def takes_coarser(self) -> bool:
         """Whether the coarser one will do: its bound is the sharper one."""
         return self.coarser_excess <= 1.0
+
+    @property
+    def _coarser_share(self) -> float:
+        levels = self.finer - self.coarser
+        return COARSER_SHARE * _slower(self.decay, lambda r: 1.0 / (1.0 - r**levels))
+
+    @property
+    def _finer_share(self) -> float:
+        levels = self.finer - self.coarser
+        return finer_share(levels) * _slower(self.decay, lambda r: r**levels / (1.0 - r**levels))
+
+
+def _slower(decay: float, share: Callable[[float], float]) -> float:
+    """Return by how much a share that follows from the decay is larger than usual, at least 1."""
+    found = share(min(max(decay, USUAL_DECAY), SLOWEST_DECAY))
+    return max(1.0, found / (DECAY_SLACK * share(USUAL_DECAY)))
 
 
 def finer_share(levels: int) -> float:
