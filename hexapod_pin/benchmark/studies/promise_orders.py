@@ -1,9 +1,9 @@
 """Where a scene switches: error against accuracy, and the observed order, before and after.
 
 Every run is a single one: what is asked for is what its steps may lose, and nothing corrects it.
-The exponent is that of error = const accuracy^p, by least squares over the logarithms of errors
-above the truth's uncertainty: near 1 where the error follows the accuracy, near 0 where a switch
-is met by chance.
+The exponent is that of error = const tolerance^p, by least squares over the logarithms of errors
+above the truth's uncertainty: near 1 where the error follows what a step may lose, near 0 where a
+switch is met by chance. The tolerance is the accuracy, held at the method's loosest.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.benchmark.studies.promise_rows import PromiseRun, judge_run
 from hexapod_pin.benchmark.studies.promise_truth import Truth, find_truth
 from hexapod_pin.benchmark.study import RESULTS, StudyReport
-from hexapod_pin.simulation.methods import METHODS
+from hexapod_pin.simulation.methods import METHODS, resolve_method
 from hexapod_pin.validation.random_scenes.switching import SWITCHING
 from hexapod_pin.validation.solver_setting import SolverSetting
 from hexapod_pin.validation.tables import Table
@@ -31,7 +31,10 @@ ACCURACIES = "1e-4,1e-5,1e-6,1e-7,1e-8,1e-9"
 ADAPTIVE = "extrapolated-euler,ndf,dop853"
 
 LEAST_EXPONENT = 0.7
-"""Exponent from which a method counts as following the accuracy."""
+"""Exponent from which a method counts as following the tolerance."""
+
+LISTS = ("accuracies", "errors", "tolerances")
+"""Entries of a row that are lists in a file."""
 
 SURE = 3.0
 """Errors count from this many times the truth's uncertainty on."""
@@ -46,6 +49,7 @@ class OrderRow:
         accuracies: asked for [m, rad].
         errors: got [m, rad]; nan where a run did not end.
         uncertainty: of the truth [m, rad].
+        tolerances: of a step [m, rad]; empty: the accuracies.
     """
 
     scene: str
@@ -53,19 +57,20 @@ class OrderRow:
     accuracies: tuple[float, ...]
     errors: tuple[float, ...]
     uncertainty: float
+    tolerances: tuple[float, ...] = ()
 
     @property
     def exponent(self) -> float:
-        """Observed p of error = const accuracy^p; nan with fewer than three sure errors."""
+        """Observed p of error = const tolerance^p; nan with fewer than three sure errors."""
         pairs = [
-            (math.log(asked), math.log(error))
-            for asked, error in zip(self.accuracies, self.errors, strict=True)
+            (math.log(lost), math.log(error))
+            for lost, error in zip(self.tolerances or self.accuracies, self.errors, strict=True)
             if error > max(SURE * self.uncertainty, 1e-13)
         ]
         if len(pairs) < 3:
             return math.nan
-        asked, error = np.array(pairs).T
-        return float(np.polyfit(asked, error, 1)[0])
+        lost, error = np.array(pairs).T
+        return float(np.polyfit(lost, error, 1)[0])
 
     @property
     def worst(self) -> float:
@@ -120,7 +125,8 @@ def promise_orders(
 
 def _row(name: str, method: str, runs: Sequence[PromiseRun], truth: Truth) -> OrderRow:
     asked, errors = (tuple(getattr(run, one) for run in runs) for one in ("accuracy", "error"))
-    return OrderRow(name, method, asked, errors, truth.uncertainty)
+    tolerances = tuple(resolve_method(method, one, None).tolerance for one in asked)
+    return OrderRow(name, method, asked, errors, truth.uncertainty, tolerances)
 
 
 def _parts(rows: Sequence[OrderRow], asked: Sequence[float], before: str) -> list[str | Table]:
@@ -142,8 +148,9 @@ def _parts(rows: Sequence[OrderRow], asked: Sequence[float], before: str) -> lis
     )
     error_head = ("scene", "method", *(f"{one:.0e}" for one in asked), "truth's uncertainty")
     return [
-        "Exponent of the error in the accuracy (in brackets the largest error over accuracy), "
-        "of single runs, before and after. 1: the error follows the accuracy.",
+        "Exponent of the error in what a step may lose (the accuracy, held at the method's "
+        "loosest; in brackets the largest error over accuracy), of single runs, before and after. "
+        "1: the error follows it.",
         Table("Observed exponent", head, lines),
         Table("Error [m, rad] by accuracy asked for", error_head, errors),
     ]
@@ -155,7 +162,7 @@ def _read(path: Path) -> Mapping[tuple[str, str], OrderRow]:
         return {}
     data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     rows = [
-        OrderRow(**{**row, **{k: tuple(row[k]) for k in ("accuracies", "errors")}})
+        OrderRow(**{**row, **{k: tuple(row.get(k, ())) for k in LISTS}})
         for row in data["rows"]
     ]
     return {(row.scene, row.method): row for row in rows}
