@@ -32,8 +32,8 @@ class Checkpoint:
         q: configuration, Pinocchio order (base m and quaternion xyzw, joints rad). Shape (nq,).
         v: velocity (base twist in body axes m/s and rad/s, joints rad/s). Shape (nv,).
         contacts: per contact: touch speed [m/s], stretch of the bristle, world axes [m] (3),
-            touching, sliding (0 or 1), normal of the face it stands on [-] (3), 0: not known.
-            Shape (C, 9); (C, 6), without the normals, is taken too.
+            touching, sliding (0 or 1), normal of the face it stands on [-] (3), 0: not known, and
+            the gap to it [m]. Shape (C, 10); (C, 6), without the faces, is taken too.
         controller: what an adaptive method's next step depends on; empty where there is none.
         command: the command that acts: its time and arrival [s], angles from and to [rad], rates
             until and after [rad/s], torque [N m], a row each; empty where set-points are planned.

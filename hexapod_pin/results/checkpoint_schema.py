@@ -25,8 +25,8 @@ def _configuration(values: list[float], info: ValidationInfo) -> list[float]:
 
 
 def _memory(values: list[float]) -> list[float]:
-    if len(values) not in (6, 9):
-        raise ValueError("9 numbers, or 6 without the normal of the face it stands on")
+    if len(values) not in (6, 10):
+        raise ValueError("10 numbers, or 6 without the face that it stands on")
     return values
 
 

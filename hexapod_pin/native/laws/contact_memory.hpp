@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "laws/ground.hpp"
 #include "laws/vectors.hpp"
 
 namespace hexapod {
@@ -14,12 +15,18 @@ struct ContactMemory {
   bool sliding = false;  // the bristle ended the last step on the cone
   bool released = false;  // the damper would pull, the normal force is 0; where that is frozen within a step
   Vec3 face = Vec3::Zero();  // normal of the face of the ground it stands on; 0: none, or not known
+  double face_gap = 0.0;     // to that face, m
   int patch = -1;        // of the ground it stands on, where that is frozen within a step; -1: none
   // Height of the last accepted state out of the ground, m; found again at any state out of it.
   double free_gap = std::numeric_limits<double>::infinity();
 
+  void stand_on(const GroundPoint& ground) {
+    touching = true;
+    face = ground.normal, face_gap = ground.gap;
+  }
+
   // After separation; the touch speed is that of the last touch until the foot is seen free again.
-  void reset() { *this = ContactMemory{touch_speed, Vec3::Zero(), false, false, false, Vec3::Zero(), patch, free_gap}; }
+  void reset() { *this = ContactMemory{touch_speed, Vec3::Zero(), false, false, false, Vec3::Zero(), 0.0, patch, free_gap}; }
 };
 
 }  // namespace hexapod

@@ -63,6 +63,8 @@ class TouchDownLocator {
         first = std::min(first, hermite_root(gap_[i], h * rate_[i], end, h * rate(plant.feet[i])));
       if (gap_[i] > slack_ && end > slack_ && end < kFarAway)
         first = std::min(first, crossed_between({gap_[i], h * rate_[i], end, h * rate(plant.feet[i])}));
+      if (std::abs(gap_[i]) <= slack_ && end < -slack_)
+        first = std::min(first, returned_between({gap_[i], h * rate_[i], end, h * rate(plant.feet[i])}));
       if (speed_remembered_ && gap_[i] < -slack_ && end < -slack_)
         first = std::min(first, left_between(i, end, h, rate(plant.feet[i])));
       if (lift_off_ && gap_[i] < -slack_ && end > slack_ && end < kFarAway)
@@ -97,6 +99,15 @@ class TouchDownLocator {
     const double least = hermite_minimum(e.a, e.da, e.b, e.db, where);
     if (!(least < -slack_)) return 1.0;
     return where * hermite_root(e.a, where * e.da, least, 0.0);
+  }
+
+  // The same for one that begins at the surface, its foot on the way out, and ends in the ground.
+  double returned_between(const Ends& e) const {
+    if (!(e.da > 0.0) || !(e.db < 0.0)) return 1.0;
+    double where = 0.0;
+    const double most = -hermite_minimum(-e.a, -e.da, -e.b, -e.db, where), rest = 1.0 - where;
+    if (!(most > 2.0 * slack_)) return 1.0;
+    return where + rest * hermite_root(most, 0.0, e.b, rest * e.db);
   }
 
   // The same for one that begins and ends in the ground: where it is clear of it by two slacks, so that

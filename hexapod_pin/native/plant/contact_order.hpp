@@ -2,6 +2,8 @@
 // while other faces come near and go.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "laws/ground.hpp"
@@ -21,8 +23,11 @@ inline void put_treads_first(GroundPoints& points) {
 // remember: those of the last accepted state, whatever states a method has looked at since.
 template <class Contact>
 void keep_order(const Contact& first, const Contact& second, GroundPoints& points) {
+  constexpr double kGapsApart = 0.1;  // m, of parallel faces, that count as much as normals across
   const auto similarity = [](const Contact& old, const GroundPoint& point) {
-    return old.memory.touching && point.gap < kFarAway ? old.memory.face.dot(point.normal) : -1.0;
+    if (!old.memory.touching || point.gap == kFarAway) return -1.0;
+    const double apart = std::abs(point.gap - old.memory.face_gap) / kGapsApart;
+    return old.memory.face.dot(point.normal) - std::min(apart, 1.0);
   };
   const double kept = similarity(first, points[0]) + similarity(second, points[1]);
   const double swapped = similarity(first, points[1]) + similarity(second, points[0]);

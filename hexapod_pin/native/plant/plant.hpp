@@ -97,7 +97,7 @@ class Plant {
     for (Contact& foot : feet) {
       const bool located = foot.active && !foot.memory.touching &&
                            -foot.ground.gap < std::min(kLocatedTouchDepth, foot.memory.free_gap);
-      if (foot.active) foot.memory.touching = true, foot.memory.face = foot.ground.normal;
+      if (foot.active) foot.memory.stand_on(foot.ground);
       else if (foot.memory.touching) foot.memory.reset();
       if ((!foot.active || located) && law.normal.needs_touch_speed() && foot.ground.gap < kFarAway)
         foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));

@@ -21,14 +21,14 @@ namespace hexapod {
 
 constexpr double kDivergedSpeed = 1e4;  // rad/s and m/s: beyond it a run has diverged
 
-constexpr int kMemoryColumns = 9, kMemoryColumnsWithoutFace = 6;  // of a checkpoint's contacts
+constexpr int kMemoryColumns = 10, kMemoryColumnsWithoutFace = 6;  // of a checkpoint's contacts
 
 // A run at one time: all that its continuation depends on.
 struct Checkpoint {
   long first = 0;      // samples up to here: the next is at (first + 1) * sample interval
   double time = 0.0;   // s, not before first * sample interval
   VectorXd q, v;
-  // A row per contact: touch speed, stretch (3), touching, sliding, face (3); none: all new. Earlier
+  // A row per contact: touch speed, stretch (3), touching, sliding, face (3) and gap to it; none: all new. Earlier
   // releases did not keep the faces.
   RowMatrix contacts;
   std::vector<double> controller;  // what an adaptive method's next step depends on; none: new

@@ -223,7 +223,7 @@ class SampledRollout : public Rollout, protected AcceptedStep {
     for (std::size_t i = 0; i < plant_.feet.size(); ++i) {
       const ContactMemory& m = plant_.feet[i].memory;
       rows.row(i) << m.touch_speed, m.stretch.x(), m.stretch.y(), m.stretch.z(),
-          double(m.touching), double(m.sliding), m.face.x(), m.face.y(), m.face.z();
+          double(m.touching), double(m.sliding), m.face.x(), m.face.y(), m.face.z(), m.face_gap;
     }
     return rows;
   }
@@ -232,7 +232,9 @@ class SampledRollout : public Rollout, protected AcceptedStep {
     for (std::size_t i = 0; i < std::size_t(rows.rows()); ++i) {
       ContactMemory& m = plant_.feet[i].memory;
       m = {rows(i, 0), rows.row(i).segment<3>(1).transpose(), rows(i, 4) != 0.0, rows(i, 5) != 0.0};
-      if (rows.cols() == kMemoryColumns) m.face = rows.row(i).tail<3>().transpose();
+      if (rows.cols() < kMemoryColumns) continue;
+      m.face = rows.row(i).segment<3>(6).transpose();
+      m.face_gap = rows(i, 9);
     }
   }
 
