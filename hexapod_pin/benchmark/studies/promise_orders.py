@@ -162,7 +162,6 @@ def _read(path: Path) -> Mapping[tuple[str, str], OrderRow]:
         return {}
     data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     rows = [
-        OrderRow(**{**row, **{k: tuple(row.get(k, ())) for k in LISTS}})
-        for row in data["rows"]
+        OrderRow(**{**row, **{k: tuple(row.get(k, ())) for k in LISTS}}) for row in data["rows"]
     ]
     return {(row.scene, row.method): row for row in rows}
