@@ -357,6 +357,7 @@ def test_two_runs_of_ndf_that_are_wrong_alike_are_not_taken_for_right(index: int
         (841333962, 299, 1e-3, "two loose runs wrong alike about which foot slides: x6.5"),
         (760322070, 372, 1e-4, "a foot that leaves and is back within a step: x2.2"),
         (760322070, 504, 1e-3, "the same: x1.0, a third of it estimated"),
+        (123352390, 229, 1e-4, "a body without joints that barely leaves: x2.6"),
     ],
 )
 def test_scenes_that_were_once_missed_without_a_word(

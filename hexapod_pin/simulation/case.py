@@ -111,7 +111,9 @@ class Case:
         """
         if self.duration is None:
             raise ParameterError("Case.duration", None, "given [s]")
-        return self._settings(self.duration)
+        how = self._settings(self.duration)
+        jointless = not self.scene.robot.joint_names
+        return replace(how, choice=replace(how.choice, jointless=jointless))
 
     def with_defaults(
         self,

@@ -28,9 +28,9 @@ SECOND_LEVEL = {"extrapolated-euler": 4, "ndf": 6, "dop853": 4}
 history: with a tenth of the tolerance its error may stay as it is, and be taken for none."""
 
 FURTHER_LEVELS = {"extrapolated-euler": 2, "ndf": 0, "dop853": 0}
-"""By how much the second level is finer still where level 0 is held at `LOOSEST_TOLERANCE`, an
-accuracy ten times as loose being asked for: two runs that loose may both be wrong about which foot
-slides."""
+"""By how much the second level is finer still for a body without joints, and where level 0 is held
+at `LOOSEST_TOLERANCE`, an accuracy ten times as loose being asked for: two such runs may both be
+wrong about which foot slides, or whether one touches."""
 
 DEFAULT_STEP = 1e-3
 """[s]"""
@@ -99,6 +99,7 @@ class MethodSettings:
         level: of an adaptive method whose global error is kept: how finely the run is resolved;
             tolerances fall to a tenth with four of them. None: `accuracy` is what one step may
             lose, and nothing is known of the whole run.
+        jointless: whether it is of a body without joints: nothing damps what it does wrong.
     """
 
     method: Method
@@ -108,6 +109,7 @@ class MethodSettings:
     torque_share: float = 0.0
     positions: bool = True
     level: int | None = None
+    jointless: bool = False
 
     @property
     def tolerance(self) -> float:
@@ -128,8 +130,9 @@ class MethodSettings:
     def first_levels(self) -> tuple[int, int]:
         """Levels of the first two runs of an adaptive method."""
         name = self.method.name
-        held = min(1.0, math.log10(START_RATIO * self.accuracy / LOOSEST_TOLERANCE[name]))
-        return 0, SECOND_LEVEL[name] + math.ceil(FURTHER_LEVELS[name] * max(0.0, held - 1e-9))
+        held = math.log10(START_RATIO * self.accuracy / LOOSEST_TOLERANCE[name])
+        share = 1.0 if self.jointless else min(1.0, max(0.0, held - 1e-9))
+        return 0, SECOND_LEVEL[name] + math.ceil(FURTHER_LEVELS[name] * share)
 
     @property
     def finest_level(self) -> int:
