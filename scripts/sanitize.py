@@ -25,7 +25,8 @@ TESTS = {
         "test_native.py", "test_method_matrix.py", "test_fused.py", "test_ndf.py",
         "test_stick_slip.py", "test_restart.py", "test_terrain.py", "test_robust_step.py",
         "test_work_limits.py", "test_plan_parts.py", "test_foot_control_parts.py",
-        "test_prismatic.py", "test_drive.py", "test_fuzz.py",
+        "test_prismatic.py", "test_drive.py", "test_contact_events.py", "test_faces.py",
+        "test_fuzz.py",
     ),
     "thread": ("test_native_batch.py", "test_batch.py", "test_threads.py", "test_work_limits.py"),
 }  # fmt: skip
