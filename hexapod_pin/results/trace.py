@@ -5,7 +5,6 @@ A `Trace` knows neither the simulator that made it nor the viewers that show it.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -21,25 +20,26 @@ from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import NotRecordedError, ParameterError, UnknownNameError
 from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.checkpoint import Checkpoint
-from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
+from hexapod_pin.results.error_estimate import ErrorEstimate
 from hexapod_pin.results.event import Event
 from hexapod_pin.results.file_ending import CSV, NETCDF, check_ending
 from hexapod_pin.results.joint_limits import JointLimits, joint_limits
-from hexapod_pin.results.netcdf import Column, Group, write_netcdf
+from hexapod_pin.results.netcdf import Group, write_netcdf
 from hexapod_pin.results.recording import ALWAYS, GROUP_OF, GROUPS
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.summary_layout import SUMMARY_META
+from hexapod_pin.results.trace_columns import (
+    axis_labels,
+    estimated_errors,
+    trace_attributes,
+    trace_columns,
+)
 from hexapod_pin.results.trace_csv import csv_bytes
 from hexapod_pin.results.trace_layout import (
-    BASE_Q,
-    BASE_V,
     ENERGIES,
     LAYOUT,
     LOSSES,
-    SCHEMA,
-    SCHEMA_VERSION,
     STATE_ENERGIES,
-    described,
     digest_of,
     frozen,
     frozen_json,
@@ -134,7 +134,7 @@ class Trace:
 
     def _shapes(self) -> dict[str, tuple[int, ...]]:
         """Return the shape that each array must have."""
-        sizes = {axis: len(labels) for axis, labels in self._labels().items()}
+        sizes = {axis: len(labels) for axis, labels in axis_labels(self).items()}
         if np.ndim(self.time) != 1 or sizes["time"] == 0:
             raise ParameterError("Trace.time", np.shape(self.time), "a 1-D array of >= 1 times [s]")
         held = {name: row for name, row in LAYOUT.items() if name in vars(self)}
@@ -180,17 +180,6 @@ class Trace:
         """The groups of arrays that it holds: "motion", and of the others what was recorded."""
         held = vars(self)
         return tuple(group for group, arrays in GROUPS.items() if arrays[0] in held)
-
-    def _labels(self) -> dict[str, Any]:
-        """Return the labels of every axis."""
-        return {
-            "time": self.time,
-            "q_name": (*BASE_Q, *self.joint_names),
-            "v_name": (*BASE_V, *self.joint_names),
-            "joint": self.joint_names,
-            "foot": self.foot_names,
-            "axis": ("x", "y", "z"),
-        }
 
     def _frozen_energy(self) -> Mapping[str, Array]:
         """Return the energies, checked and read-only."""
@@ -372,59 +361,7 @@ class Trace:
         arrays = {name: getattr(self, name) for name in LAYOUT if name in vars(self)}
         energy = vars(self).get("energy", {})
         arrays |= {f"energy_{name}": energy[name] for name in sorted(energy)}
-        return arrays | {f"error_{name}": e for name, e in self._errors().items()}
-
-    def _errors(self) -> dict[str, Array]:
-        """Return the estimated errors by name."""
-        return {} if self.error is None else self.error.arrays
-
-    def _columns(self) -> dict[str, Column]:
-        """Return everything, with what follows from it, as labelled columns."""
-        columns = {
-            axis: Column((axis,), np.array(labels, dtype=object), {})
-            for axis, labels in self._labels().items()
-            if axis != "time"
-        }
-        for name, (dims, units, meaning) in LAYOUT.items():
-            if name in vars(self):
-                columns[name] = Column(dims, getattr(self, name), described(units, meaning))
-        if "energy" in self.recorded:
-            columns |= self._energy_columns()
-        if "contacts" in self.recorded:
-            columns |= self._contact_columns()
-        for name, values in self._errors().items():
-            units, meaning = QUANTITIES[name]
-            about = described(units, f"estimated error so far of {meaning}")
-            columns[f"error_{name}"] = Column(("time",), values, about)
-        for name in ("meta", "counters"):
-            text = json.dumps(dict(getattr(self, name)))
-            columns[name] = Column((), np.array(text, dtype=object), {"long_name": "JSON"})
-        return columns
-
-    def _energy_columns(self) -> dict[str, Column]:
-        """Return the energies and what is missing from their balance."""
-        values = {f"energy_{name}": (self.energy[name], name) for name in sorted(self.energy)}
-        values["energy_residual"] = (self.energy_residual, "energy that the method lost or made")
-        return {
-            name: Column(("time",), array, described("J", meaning.replace("_", " ")))
-            for name, (array, meaning) in values.items()
-        }
-
-    def _contact_columns(self) -> dict[str, Column]:
-        """Return what follows from the foot forces and the ground's normals."""
-        feet = ("time", "foot")
-        about = described("N", "foot force within the ground, world axes")
-        return {
-            "normal_force": Column(feet, self.normal_force, described("N", "along normal")),
-            "tangential_force": Column((*feet, "axis"), self.tangential_force, about),
-            "contact": Column(feet, self.contact, described("1", "the ground pushes")),
-        }
-
-    def _attributes(self) -> dict[str, Any]:
-        """Return the attributes of the file; `recorded` where it does not hold everything."""
-        held = self.recorded
-        some = {} if len(held) == len(GROUPS) else {"recorded": ", ".join(held)}
-        return {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, "digest": self.digest, **some}
+        return arrays | {f"error_{name}": e for name, e in estimated_errors(self).items()}
 
     def to_dataset(self) -> xarray.Dataset:
         """Return an xarray.Dataset: named axes, units, and what follows from the samples.
@@ -433,10 +370,10 @@ class Trace:
         """
         import xarray
 
-        columns = self._columns()
+        columns = trace_columns(self)
         rows = {name: (c.dims, c.values, dict(c.attributes)) for name, c in columns.items()}
-        coords = {name: rows.pop(name) for name in self._labels()}
-        return xarray.Dataset(rows, coords=coords, attrs=self._attributes())
+        coords = {name: rows.pop(name) for name in axis_labels(self)}
+        return xarray.Dataset(rows, coords=coords, attrs=trace_attributes(self))
 
     def save(self, path: str | Path) -> Path:
         """Write the trace to a file, wholly or not at all, and return its path.
@@ -450,12 +387,12 @@ class Trace:
                 was.
         """
         if check_ending(path, (*NETCDF, *CSV)) in CSV:
-            return write_atomically(path, csv_bytes(path, self._columns()))
+            return write_atomically(path, csv_bytes(path, trace_columns(self)))
         return write_netcdf(path, *self.group())
 
     def group(self) -> Group:
         """Return everything as columns and attributes of a file."""
-        return Group(self._columns(), self._attributes())
+        return Group(trace_columns(self), trace_attributes(self))
 
 
 def _index(kind: str, name: str, names: tuple[str, ...]) -> int:
