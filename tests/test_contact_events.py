@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hexapod_pin as hp
@@ -205,6 +206,52 @@ def test_a_mass_leaves_where_its_damper_would_pull(method: str, accuracy: float)
     assert trace.q[-1, 2] == pytest.approx(
         -depth + speed * left - 0.5 * G * left**2, rel=0, abs=accuracy
     )
+
+
+def lift_off(stiffness: float, damping: float, ramp: float, speed: float) -> tuple[float, float]:
+    """Duration [s] of an impact of 1 kg by AdamsImpact, and the speed that it leaves with [m/s]."""
+
+    def change(_: float, y: np.ndarray) -> list[float]:
+        depth, rate = y
+        share = min(max(depth, 0.0) / ramp, 1.0)
+        force = stiffness * max(depth, 0.0) ** 1.5 + damping * share**2 * (3 - 2 * share) * rate
+        return [rate, G - max(0.0, force)]
+
+    def out(_: float, y: np.ndarray) -> float:
+        return y[0]
+
+    out.terminal, out.direction = True, -1.0  # type: ignore[attr-defined]
+    found = solve_ivp(
+        change, (0.0, 1.0), [1e-18, speed], method="DOP853", events=out, rtol=1e-13, atol=1e-16,
+        max_step=2e-7,
+    )  # fmt: skip
+    return float(found.t[-1]), float(-found.y[1, -1])
+
+
+@pytest.mark.parametrize("drop", [0.02, 0.025])
+@pytest.mark.parametrize(
+    ("method", "accuracy"), [("extrapolated-euler", 1e-8), ("ndf", 1e-10), ("dop853", 1e-10)]
+)
+def test_a_mass_presses_once_more_before_it_leaves_where_its_damper_fades(
+    method: str, accuracy: float, drop: float
+) -> None:
+    """The damper of AdamsImpact would pull with depth left; just below the surface the spring wins.
+
+    A step that is long beside that depth must not pass over the last push.
+    """
+    stiffness, damping, ramp = 4e8, 2500.0, 5e-5
+    touch = math.sqrt(2.0 * drop / G)
+    contact, speed = lift_off(stiffness, damping, ramp, G * touch)
+    end = round(touch + contact + 0.02, 3)
+    law = hp.AdamsImpact(stiffness=stiffness, exponent=1.5, damping=damping, damping_depth=ramp)
+    robot = bodies.particle()
+    trace = hp.simulate(
+        bodies.on_ground(robot, law), hp.HoldPosture(), duration=end, sample=end, method=method,
+        initial=bodies.state(robot, (0.0, 0.0, drop)), accuracy=accuracy, estimate=False,
+    )  # fmt: skip
+    left = end - touch - contact
+    expected = speed * left - 0.5 * G * left**2
+    assert trace.q[-1, 2] == pytest.approx(expected, rel=0, abs=accuracy)
 
 
 @pytest.mark.parametrize("drop", [0.05, 0.1, 0.2])

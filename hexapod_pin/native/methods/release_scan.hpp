@@ -23,7 +23,7 @@ struct Release {
 // The first change of a contact that is in the ground at the start of the step.
 inline Release find_release(const NormalLaw& law, double touch_speed, bool released, const GapState& start,
                             const GapState& end) {
-  constexpr int kPoints = 12;
+  constexpr int kPoints = 12, kNearSurface = 12;
   const auto force = [&](double gap, double rate) {
     return law(-gap, -rate, touch_speed, NormalPiece::pressing).force;
   };
@@ -35,16 +35,28 @@ inline Release find_release(const NormalLaw& law, double touch_speed, bool relea
   Release found;
   const double fastest = std::max(start.rate, end.rate);
   if (!released && force(start.gap, fastest) > 0.0 && force(end.gap, fastest) > 0.0) return found;
-  for (int k = 0; k <= kPoints; ++k) {
-    const double s = double(k) / kPoints, now = wrong(s);
+  double before = 0.0;
+  const auto look = [&](double s) {
+    const double now = wrong(s);
     found.force = std::max(found.force, now);
-    if (!(now > 0.0) || found.share < 1.0) continue;
-    double low = std::max(0.0, s - 1.0 / kPoints), high = s;
-    for (int i = 0; i < 40; ++i) {
-      const double middle = 0.5 * (low + high);
-      (wrong(middle) > 0.0 ? high : low) = middle;
+    if (now > 0.0 && found.share == 1.0) {
+      double low = before, high = s;
+      for (int i = 0; i < 40; ++i) {
+        const double middle = 0.5 * (low + high);
+        (wrong(middle) > 0.0 ? high : low) = middle;
+      }
+      found.share = high;
     }
-    found.share = high;
+    before = s;
+  };
+  for (int k = 0; k <= kPoints; ++k) look(double(k) / kPoints);
+  // Just below the surface a damper that fades with depth is weaker than the spring: there a contact presses
+  // once more before it ends, in depths that are small beside those of the step.
+  before = 0.0;
+  double gap = start.gap;
+  for (int k = 0; k < kNearSurface && gap < end.gap; ++k) {
+    look((start.gap - gap) / (start.gap - end.gap));
+    gap *= 0.25;
   }
   return found;
 }

@@ -92,15 +92,17 @@ class Plant {
 
   // At an accepted state: contacts that have begun or ended change their memory. The touch speed is
   // that of the last state out of the ground, or of the first in it where that is a located touch-down and
-  // nearer to the surface.
+  // nearer to the surface, or where the face was not there before.
   void update_memories() {
     for (Contact& foot : feet) {
-      const bool located = foot.active && !foot.memory.touching &&
-                           -foot.ground.gap < std::min(kLocatedTouchDepth, foot.memory.free_gap);
+      const bool begun = foot.active && !foot.memory.touching, unseen = !(foot.memory.free_gap < kFarAway);
+      const bool located =
+          begun && (unseen || -foot.ground.gap < std::min(kLocatedTouchDepth, foot.memory.free_gap));
       if (foot.active) foot.memory.stand_on(foot.ground);
       else if (foot.memory.touching) foot.memory.reset();
-      if ((!foot.active || located) && law.normal.needs_touch_speed() && foot.ground.gap < kFarAway)
-        foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
+      if ((!foot.active || located) && law.normal.needs_touch_speed())
+        foot.memory.touch_speed =
+            foot.ground.gap < kFarAway ? std::max(0.0, -foot.ground.normal.dot(foot.velocity)) : 0.0;
       if (!foot.active) foot.memory.free_gap = foot.ground.gap;
     }
     if (pieces_frozen) update_pieces();
