@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 import numpy as np
@@ -18,12 +19,20 @@ def require_finite(text: str, *given: str) -> None:
     Raises:
         ArithmeticError: there is one.
     """
-    if any(_NOT_FINITE.search(one) for one in given):
+    if any(_NOT_FINITE.search(one) or _is_read_as_not_finite(one) for one in given):
         return
     found = _NOT_FINITE.search(text)
     if found:
         near = text[max(0, found.start() - 40) : found.end() + 20]
         raise ArithmeticError(f"shows {found[0]!r}: ...{near!r}...")
+
+
+def _is_read_as_not_finite(word: str) -> bool:
+    """Tell whether a word is a number that is not finite, such as 1e999: a refusal quotes it."""
+    try:
+        return not math.isfinite(float(word))
+    except ValueError:
+        return False
 
 
 def require_finite_data(trace: hp.Trace) -> None:

@@ -217,8 +217,8 @@ def _stopped(
 
 def _judge(tally: Tally, ending: Ending, number: signal.Signals) -> None:
     """Judge how a process ended that was sent a signal at work."""
-    if number != signal.SIGKILL and ending.status == 0:
-        tally.late += 1  # it was ending when the signal came
+    if ending.status == 0:
+        tally.late += 1  # it was ending, or had ended, when the signal came
         return
     tally.stops += 1
     wanted = -number if number == signal.SIGKILL else 128 + number
