@@ -113,6 +113,7 @@ def test_a_scene_file_and_a_gait_name_a_task(tmp_path: Path):
         ("walk", SceneOptions(duration=1.5), ParameterError, "at most 1 s"),
         ("walk", SceneOptions(sample=-0.01), ParameterError, "sample"),
         ("kharagpur", SceneOptions(sample=0.0), ParameterError, "--sample"),
+        ("kharagpur", SceneOptions(sample=1e-9, duration=0.02), ParameterError, "sample.*200000"),
         ("kharagpur", SceneOptions(gait="hold", stroke=0.1), ParameterError, "--stroke"),
         ("kharagpur", SceneOptions(gait="gallop"), UnknownNameError, "tetrapod"),
         ("nothing", SceneOptions(), UnknownNameError, "hc40-soft"),

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 LONGEST = 1e4
 """Longest task, every method of which is held against runs far tighter [s]."""
 
+MOST_SAMPLES = 200_000
+"""Of a task: each of its many runs keeps them all, and no step is longer than their distance."""
+
 
 @dataclass(frozen=True, eq=False)
 class Task:
@@ -51,9 +54,13 @@ class Task:
         """Check the times.
 
         Raises:
-            ParameterError: the duration is not a whole number of samples.
+            ParameterError: the duration is not a whole number of samples, or of more than
+                `MOST_SAMPLES`.
         """
-        integer_ratio("duration/sample", self.duration, self.sample)
+        samples = integer_ratio("duration/sample", self.duration, self.sample)
+        if samples > MOST_SAMPLES:
+            least = f"at least {self.duration / MOST_SAMPLES:g} s: {MOST_SAMPLES} samples at most"
+            raise ParameterError("sample", self.sample, least)
 
     @property
     def samples(self) -> int:
