@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
@@ -75,3 +76,11 @@ def single_runs_of_studies(request: pytest.FixtureRequest) -> Iterator[None]:
     finer = _module(request) != STUDIES or "sweep" in request.node.name
     with nullcontext() if finer else _single_runs():
         yield
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Ctrl-C raises KeyboardInterrupt, also where the tests run in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

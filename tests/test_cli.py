@@ -277,14 +277,6 @@ def test_run_that_ends_early_keeps_its_trace(
     assert hp.load_trace("part.nc") == partial
 
 
-@pytest.fixture
-def interruptible() -> Iterator[None]:
-    """Ctrl-C raises KeyboardInterrupt, also where the tests run in the background."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
 @pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_during_the_simulation_keeps_what_was_done(
     run: Run, monkeypatch: pytest.MonkeyPatch

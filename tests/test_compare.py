@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -159,14 +159,6 @@ def test_a_bare_scene_or_a_list_will_do() -> None:
 def test_nothing_to_compare_is_refused(scenes: Any, controllers: Any, culprit: str) -> None:
     with pytest.raises(ParameterError, match=culprit):
         hp.compare(scenes, controllers, duration=DURATION)
-
-
-@pytest.fixture
-def interruptible() -> Iterator[None]:
-    """Ctrl-C raises KeyboardInterrupt, also where the tests run in the background."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.usefixtures("interruptible")
