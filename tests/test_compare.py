@@ -277,6 +277,7 @@ def test_own_scenes_and_bumps(run: Run) -> None:
         (("plain.toml", "--level", "0.1"), "--level"),
         (("plain.toml", "--bumps", "0.01", "--level", "-1"), "flat_radius"),
         (("plain.toml", "--bumps", "0.01", "--length", "-1"), "--length"),
+        (("plain.toml", "--bumps", "0.01", "--length", "1e308"), "--length = 1e+308"),
         (("plain.toml", "--bumps", "0.01", "--own-scenes"), "--bumps"),
         (("plain.toml", "--figure", "bars.svg"), "--figure"),
         (("plain.toml", "fast.toml", "--figure", "bars.gif"), ".png"),

@@ -107,6 +107,7 @@ def bumpy(
         ParameterError: an option of bumps without bumps, bumps with scenes of their own, or a
             number out of range.
     """
+    from hexapod_pin.ground.terrain.ground import FARTHEST_M
     from hexapod_pin.sweep.random_bumps import random_bumps
 
     name, first = next(iter(cases.items()))
@@ -123,8 +124,8 @@ def bumpy(
         raise ParameterError("--seeds", seeds, "at least 1")
     spacing = DEFAULT_WAVELENGTH if wavelength is None else wavelength
     way = max(map(planned_way, cases.values())) if length is None else length
-    if not (np.isfinite(way) and way > 0.0):
-        raise ParameterError("--length", way, "positive and finite [m]")
+    if not 0.0 < way <= FARTHEST_M:
+        raise ParameterError("--length", way, f"positive and at most {FARTHEST_M:g} m")
     numbers = range(DEFAULT_SEEDS if seeds is None else seeds)
     drawn = random_bumps(
         first.scene,
