@@ -274,6 +274,7 @@ def test_own_scenes_and_bumps(run: Run) -> None:
         (("plain.toml", "plain.toml"), "two of 'plain'"),
         (("plain.toml", "--seeds", "3"), "--seeds"),
         (("plain.toml", "--bumps", "0.01", "--seeds", "0"), "--seeds"),
+        (("plain.toml", "--bumps", "0.01", "--seeds", str(2**70)), "from 1 to 1000"),
         (("plain.toml", "--level", "0.1"), "--level"),
         (("plain.toml", "--bumps", "0.01", "--level", "-1"), "flat_radius"),
         (("plain.toml", "--bumps", "0.01", "--length", "-1"), "--length"),

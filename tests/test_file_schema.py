@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +87,7 @@ FORGERIES = {
     "counters.steps = -1": with_meta("counters", "steps", value=-1),
     "meta.method = 3": with_meta("meta", "method", value=3),
     "meta.cycle_time = 0": with_meta("meta", "cycle_time", value=0.0),
+    "meta.steady_from = inf": with_meta("meta", "steady_from", value=float("inf")),
     "meta.gravity = .*: must be .* 3 items": with_meta("meta", "gravity", value=[0.0]),
     "meta.effort_limit = .*: must be 18 values": with_meta("meta", "effort_limit", value=[1.0]),
     "meta.drive.limit_time.4 = -1": with_meta("meta", "drive", "limit_time", 4, value=-1.0),
@@ -112,6 +114,16 @@ def test_damage_is_told_from_forgery(words: str, trace: hp.Trace, tmp_path: Path
         hp.load_trace(path)
     readable = _stored_digest(read_netcdf(path)[0]) is not None
     assert ("damaged" in str(caught.value)) != readable
+
+
+def test_a_summary_or_checkpoint_of_null_is_none(trace: hp.Trace, tmp_path: Path) -> None:
+    meta = {**trace.meta, "summary": None, "checkpoint": None}
+    again = hp.load_trace(replace(trace, meta=meta).save(tmp_path / "walk.nc"))
+    for name in ("summary", "checkpoint"):
+        with pytest.raises(hp.errors.ParameterError, match=f"given with a {name}"):
+            getattr(again, name)
+    from_samples = hp.walk_verdict(again)
+    assert (from_samples.robot, from_samples.holds) == ("kharagpur", hp.walk_verdict(trace).holds)
 
 
 def test_a_value_that_breaks_no_rule_is_damage_all_the_same(

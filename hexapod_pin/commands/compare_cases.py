@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 DEFAULT_WAVELENGTH = 0.4  # m
 DEFAULT_SEEDS = 8
+MOST_SEEDS = 1000
 
 
 def read_cases(paths: Sequence[Path]) -> dict[str, Case]:
@@ -120,8 +121,8 @@ def bumpy(
         return {f"scene of {name}": [first.scene]}
     if own_scenes:
         raise ParameterError("--bumps", amplitude, "given without --own-scenes")
-    if seeds is not None and seeds < 1:
-        raise ParameterError("--seeds", seeds, "at least 1")
+    if seeds is not None and not 1 <= seeds <= MOST_SEEDS:
+        raise ParameterError("--seeds", seeds, f"from 1 to {MOST_SEEDS}")
     spacing = DEFAULT_WAVELENGTH if wavelength is None else wavelength
     way = max(map(planned_way, cases.values())) if length is None else length
     if not 0.0 < way <= FARTHEST_M:

@@ -62,7 +62,7 @@ class RunData(FileData):
     events: list[EventData] = []
     drive: DriveData | None = None
     cycle_time: Annotated[Number, Field(ge=1e-6)] | None = None
-    steady_from: Bound | None = None
+    steady_from: Number | None = None
     steady_until: Bound | None = None
     travel_direction: Pair | None = None
     nominal_speed: Number | None = None

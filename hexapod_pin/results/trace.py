@@ -290,7 +290,7 @@ class Trace:
         Raises:
             ParameterError: the trace was not made by a simulation that left one.
         """
-        if "checkpoint" not in self.meta:
+        if self.meta.get("checkpoint") is None:
             raise ParameterError("Trace.meta", sorted(self.meta), "given with a checkpoint")
         return Checkpoint.from_dict(self.meta["checkpoint"])
 
@@ -322,7 +322,7 @@ class Trace:
         Raises:
             ParameterError: the trace was not made by a simulation that gathered one.
         """
-        if "summary" not in self.meta:
+        if self.meta.get("summary") is None:
             raise ParameterError("Trace.meta", sorted(self.meta), "given with a summary")
         kept = {key: self.meta[key] for key in SUMMARY_META if key in self.meta}
         return Summary.from_data(

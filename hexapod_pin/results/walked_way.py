@@ -97,7 +97,7 @@ def settings_of(meta: Mapping[str, Any], part: str) -> Mapping[str, Any]:
 
 def _over_cycles(trace: Trace) -> WalkedWay:
     """Return the way over whole cycles: distance and speed are those of the torque budget."""
-    known = "summary" in trace.meta
+    known = trace.meta.get("summary") is not None
     window = summary_window(trace.summary, trace.time) if known else steady_window(trace)
     budget, cycles = torque_budget(trace), window.cycles or 1
     time = window.end - window.start
