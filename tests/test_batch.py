@@ -142,6 +142,7 @@ def test_feedback_controllers_run_beside_open_loop_ones() -> None:
     assert summaries[5].data == results[5].summary.data
 
 
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("keep", ["summary", "trace"])
 @pytest.mark.parametrize("estimate", [False, True])
 def test_ctrl_c_in_a_case_with_feedback_is_no_result_of_it(keep: str, estimate: bool) -> None:
@@ -151,16 +152,15 @@ def test_ctrl_c_in_a_case_with_feedback_is_no_result_of_it(keep: str, estimate: 
     scene = hp.Scene(hp.load_robot("kharagpur"))
     case = hp.Case(scene, control, duration=600.0, accuracy=1e-4, estimate=estimate)
     timer = threading.Timer(0.3, signal.raise_signal, (signal.SIGINT,))
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    timer.start()
     try:
-        timer.start()
         with pytest.raises(SimulationInterrupted, match="0 of 1"):
             hp.simulate_batch([case], keep=keep)
     finally:
         timer.join()
-        signal.signal(signal.SIGINT, before)
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     """A real signal, after the third result; the rest is None, and the threads end."""
     cases = [walk(0.02), walk(0.02), walk(0.02), walk(0.02, duration=3000.0)]
@@ -169,10 +169,6 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
         if fraction == 0.75:
             threading.Timer(0.05, signal.raise_signal, (signal.SIGINT,)).start()
 
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(SimulationInterrupted, match="3 of 4") as caught:
-            hp.simulate_batch(cases, threads=2, keep="summary", progress=after_third)
-    finally:
-        signal.signal(signal.SIGINT, before)
+    with pytest.raises(SimulationInterrupted, match="3 of 4") as caught:
+        hp.simulate_batch(cases, threads=2, keep="summary", progress=after_third)
     assert [type(r) for r in caught.value.results] == [hp.Summary] * 3 + [type(None)]

@@ -285,13 +285,8 @@ def test_a_given_start_is_noted() -> None:
     assert any("given state" in note for note in hp.judge_peaks(case).notes)
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_is_a_typed_error() -> None:
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(SimulationInterrupted, match="no verdict on the peaks: inter") as caught:
-            hp.judge_peaks(
-                walk(calm_scene()), progress=lambda _: signal.raise_signal(signal.SIGINT)
-            )
-    finally:
-        signal.signal(signal.SIGINT, before)
+    with pytest.raises(SimulationInterrupted, match="no verdict on the peaks: inter") as caught:
+        hp.judge_peaks(walk(calm_scene()), progress=lambda _: signal.raise_signal(signal.SIGINT))
     assert caught.value.results is not None and len(caught.value.results) == 4

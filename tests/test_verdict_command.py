@@ -70,11 +70,11 @@ def test_a_trace_of_ones_own_controller_needs_its_file(run: Run, tmp_path: Path)
     assert done.status == 0 and "Peaks with a verdict" in done.out
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_during_the_verdict_leaves_the_walk(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Status 130, one message; table and trace are there."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
 
     @contextmanager
     def interrupting(title: str) -> Iterator[Callable[[float], None]]:
@@ -88,10 +88,7 @@ def test_ctrl_c_during_the_verdict_leaves_the_walk(
         yield progress
 
     monkeypatch.setattr("hexapod_pin.commands.progress.progress_bar", interrupting)
-    try:
-        done = run(*WALK, *QUICK, *STEADY, "--verdict")
-    finally:
-        signal.signal(signal.SIGINT, before)
+    done = run(*WALK, *QUICK, *STEADY, "--verdict")
     assert done.status == 130
     assert done.err.startswith("hexapod-pin: no verdict on the peaks: interrupted after 1 of 3")
     assert "Torque budget of" in done.out

@@ -30,7 +30,7 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.summary_layout import SUMMARY_META
 from hexapod_pin.results.trace_columns import (
     axis_labels,
-    estimated_errors,
+    stored_arrays,
     trace_attributes,
     trace_columns,
 )
@@ -353,15 +353,8 @@ class Trace:
 
     def digest_without(self, names: Collection[str]) -> str:
         """Return the digest as if these arrays were not there, as in files of an older schema."""
-        arrays = {name: array for name, array in self._arrays().items() if name not in names}
+        arrays = {name: array for name, array in stored_arrays(self).items() if name not in names}
         return digest_of(arrays, self.joint_names, self.foot_names, self.counters, self.meta)
-
-    def _arrays(self) -> dict[str, Array]:
-        """Return the stored arrays by their names in a file."""
-        arrays = {name: getattr(self, name) for name in LAYOUT if name in vars(self)}
-        energy = vars(self).get("energy", {})
-        arrays |= {f"energy_{name}": energy[name] for name in sorted(energy)}
-        return arrays | {f"error_{name}": e for name, e in estimated_errors(self).items()}
 
     def to_dataset(self) -> xarray.Dataset:
         """Return an xarray.Dataset: named axes, units, and what follows from the samples.

@@ -38,7 +38,7 @@ def trace_columns(trace: Trace) -> dict[str, Column]:
         columns |= _energy_columns(trace)
     if "contacts" in trace.recorded:
         columns |= _contact_columns(trace)
-    for name, values in estimated_errors(trace).items():
+    for name, values in _estimated_errors(trace).items():
         units, meaning = QUANTITIES[name]
         about = described(units, f"estimated error so far of {meaning}")
         columns[f"error_{name}"] = Column(("time",), values, about)
@@ -60,9 +60,17 @@ def axis_labels(trace: Trace) -> dict[str, Any]:
     }
 
 
-def estimated_errors(trace: Trace) -> dict[str, Array]:
+def _estimated_errors(trace: Trace) -> dict[str, Array]:
     """Return the estimated errors by name; none where the run was not compared with another."""
     return {} if trace.error is None else trace.error.arrays
+
+
+def stored_arrays(trace: Trace) -> dict[str, Array]:
+    """Return the arrays that are stored, by their names in a file."""
+    arrays = {name: getattr(trace, name) for name in LAYOUT if name in vars(trace)}
+    energy = vars(trace).get("energy", {})
+    arrays |= {f"energy_{name}": energy[name] for name in sorted(energy)}
+    return arrays | {f"error_{name}": e for name, e in _estimated_errors(trace).items()}
 
 
 def trace_attributes(trace: Trace) -> dict[str, Any]:
