@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -358,6 +359,8 @@ def test_two_runs_of_ndf_that_are_wrong_alike_are_not_taken_for_right(index: int
         (760322070, 372, 1e-4, "a foot that leaves and is back within a step: x2.2"),
         (760322070, 504, 1e-3, "the same: x1.0, a third of it estimated"),
         (123352390, 229, 1e-4, "a body without joints that barely leaves: x2.6"),
+        (352663886, 335, 1e-4, "a foot that comes to rest sticks, or just does not: x3.4"),
+        (352663886, 416, 1e-4, "a thrown box: x1.7"),
     ],
 )
 def test_scenes_that_were_once_missed_without_a_word(
@@ -373,3 +376,18 @@ def test_scenes_that_were_once_missed_without_a_word(
     run = drawn.run(accuracy=accuracy, estimate=True)
     error = PositionError.between(run.q, truth.q).q
     assert error <= run.error_estimate <= accuracy, once
+
+
+@pytest.mark.parametrize(("mu_dynamic", "second"), [(0.5, 4), (0.4, 8)])
+def test_friction_that_drops_where_a_foot_breaks_away_asks_for_a_finer_second_run(
+    mu_dynamic: float, second: int
+) -> None:
+    """Whether a foot that comes to rest sticks is up to any error: a hundredth of tolerance."""
+    friction = hp.StickSlip(mu=0.5, mu_dynamic=mu_dynamic, stiffness=2e4, damping=60.0)
+    contact = hp.Contact(normal=hp.Contact.accurate().normal, friction=friction)
+    scene = hp.Scene(hp.load_robot("athena"), contact=contact)
+    assert scene.sensitive == (second == 8)
+    choice = hp.Case(scene, hp.HoldPosture(), duration=0.1).settings.choice
+    assert choice.first_levels == (0, second)
+    coarse, fine = (replace(choice, level=level).tolerance for level in choice.first_levels)
+    assert fine == pytest.approx(coarse * 10.0 ** (-second / 4), rel=1e-12)

@@ -112,8 +112,7 @@ class Case:
         if self.duration is None:
             raise ParameterError("Case.duration", None, "given [s]")
         how = self._settings(self.duration)
-        jointless = not self.scene.robot.joint_names
-        return replace(how, choice=replace(how.choice, jointless=jointless))
+        return replace(how, choice=replace(how.choice, sensitive=self.scene.sensitive))
 
     def with_defaults(
         self,

@@ -27,10 +27,13 @@ SECOND_LEVEL = {"extrapolated-euler": 4, "ndf": 6, "dop853": 4}
 """Level of the run that is compared with that of level 0 first. Steps of ndf are often bound by its
 history: with a tenth of the tolerance its error may stay as it is, and be taken for none."""
 
-FURTHER_LEVELS = {"extrapolated-euler": 2, "ndf": 0, "dop853": 0}
-"""By how much the second level is finer still for a body without joints, and where level 0 is held
-at `LOOSEST_TOLERANCE`, an accuracy ten times as loose being asked for: two such runs may both be
-wrong about which foot slides, or whether one touches."""
+HELD_LEVELS = {"extrapolated-euler": 2, "ndf": 0, "dop853": 0}
+"""By how much the second level is finer still where level 0 is held at `LOOSEST_TOLERANCE`, an
+accuracy ten times as loose being asked for: two such runs may both be wrong about which foot
+slides, or whether one touches."""
+
+SENSITIVE_LEVELS = {"extrapolated-euler": 4, "ndf": 0, "dop853": 4}
+"""The same for a scene that is `sensitive`: up to a hundredth of the tolerance."""
 
 DEFAULT_STEP = 1e-3
 """[s]"""
@@ -99,7 +102,7 @@ class MethodSettings:
         level: of an adaptive method whose global error is kept: how finely the run is resolved;
             tolerances fall to a tenth with four of them. None: `accuracy` is what one step may
             lose, and nothing is known of the whole run.
-        jointless: whether it is of a body without joints: nothing damps what it does wrong.
+        sensitive: whether the scene is: small errors may turn its motion into another.
     """
 
     method: Method
@@ -109,7 +112,7 @@ class MethodSettings:
     torque_share: float = 0.0
     positions: bool = True
     level: int | None = None
-    jointless: bool = False
+    sensitive: bool = False
 
     @property
     def tolerance(self) -> float:
@@ -131,8 +134,10 @@ class MethodSettings:
         """Levels of the first two runs of an adaptive method."""
         name = self.method.name
         held = math.log10(START_RATIO * self.accuracy / LOOSEST_TOLERANCE[name])
-        share = 1.0 if self.jointless else min(1.0, max(0.0, held - 1e-9))
-        return 0, SECOND_LEVEL[name] + math.ceil(FURTHER_LEVELS[name] * share)
+        further = math.ceil(HELD_LEVELS[name] * min(1.0, max(0.0, held - 1e-9)))
+        if self.sensitive:
+            further = max(further, SENSITIVE_LEVELS[name])
+        return 0, SECOND_LEVEL[name] + further
 
     @property
     def finest_level(self) -> int:

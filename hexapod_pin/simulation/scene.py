@@ -150,6 +150,15 @@ class Scene:
             raise ParameterError("Scene.prescribed", True, f"False {where}")
 
     @property
+    def sensitive(self) -> bool:
+        """Whether small errors may turn a motion into another.
+
+        Nothing damps what they do to the velocities of a body without joints; and where friction
+        jumps, any of them may decide whether a foot that comes to rest sticks.
+        """
+        return not self.robot.joint_names or self.contact.friction.jumps
+
+    @property
     def assumed(self) -> tuple[str, ...]:
         """Statements of every number in this scene that no source gives."""
         found = list(self.robot.assumed)

@@ -50,6 +50,11 @@ class FrictionLaw(Spec):
         """Largest m(s) [-]: a load above this share of N slides away."""
         raise TypeError(f"{type(self).__name__} is abstract")
 
+    @property
+    def jumps(self) -> bool:
+        """Whether its force jumps where a foot breaks away, or comes to rest."""
+        return False
+
     def coefficient(self, speed: ArrayLike) -> Array:
         """Return m(s) [-], the friction force over the normal force, at steady slip [m/s]."""
         import numpy as np

@@ -92,6 +92,11 @@ class StickSlip(FrictionLaw):
         """The sticking coefficient."""
         return self.mu
 
+    @property
+    def jumps(self) -> bool:
+        """Whether it drops from mu N to mu_dynamic N where a foot breaks away."""
+        return self.mu_dynamic < self.mu
+
     def coefficient(self, speed: ArrayLike) -> Array:
         """Return m(s) [-] in steady slip [m/s]: mu_dynamic, and at rest 0 (anything up to mu)."""
         import numpy as np
