@@ -58,8 +58,8 @@ def test_a_coarser_run_will_do_where_its_bound_is_within():
 def test_bounds_are_wider_where_errors_fall_more_slowly_than_tolerances(decay: float, levels: int):
     """Errors 3 r^n: three runs give r; both bounds hold, with margins as at r = 10^(-1/4)."""
     errors = [3.0 * decay**n for n in (0, 4, 4 + levels)]
-    first = Comparison.after([], 0, 4, errors[0] - errors[1])
-    last = Comparison.after([first], 4, 4 + levels, errors[1] - errors[2])
+    first = Comparison(0, 4, errors[0] - errors[1])
+    last = Comparison(4, 4 + levels, errors[1] - errors[2]).after(first)
     if levels == 4:
         assert last.decay == pytest.approx(decay, rel=1e-12)
     assert last.coarser_excess >= errors[1] and last.finer_excess >= errors[2]
@@ -72,10 +72,10 @@ def test_bounds_are_wider_where_errors_fall_more_slowly_than_tolerances(decay: f
 
 def test_a_difference_that_grows_widens_the_bounds_by_a_finite_factor():
     """And one without an earlier one beside it, or with none at all, is as usual."""
-    grown = Comparison.after([Comparison(0, 4, 1.0)], 4, 8, 2.0)
+    grown = Comparison(4, 8, 2.0).after(Comparison(0, 4, 1.0))
     assert 10.0 < grown.finer_excess / Comparison(4, 8, 2.0).finer_excess < 100.0
-    assert Comparison.after([Comparison(0, 4, 0.0)], 4, 8, 2.0) == Comparison(4, 8, 2.0)
-    assert Comparison.after([], 0, 4, 0.0).kept
+    assert Comparison(4, 8, 2.0).after(Comparison(0, 4, 0.0)) == Comparison(4, 8, 2.0)
+    assert Comparison(0, 4, 0.0).after(None).kept
 
 
 def test_two_runs_without_gain_end_the_search():
@@ -90,13 +90,28 @@ def test_two_runs_without_gain_end_the_search():
     assert next_level(slow) == 24
 
 
+def test_a_finer_run_that_finds_far_more_events_is_not_taken_for_right():
+    """Nor is the coarser one, however near they are; the next run decides, be it as far apart."""
+    found = Comparison(0, 8, 0.01, events=(5, 99))
+    assert found.finds_more and not found.kept and not found.takes_coarser
+    assert next_level([found]) == 12
+    assert next_level([found], finest=8) is None
+    resolved = Comparison(8, 12, 40.0, events=(99, 150)).after(found)
+    assert resolved.decay == Comparison(0, 8, 0.01).decay  # the first tells nothing of it
+    assert next_level([found, resolved]) == 24  # no stall either
+    for events in ((0, 10), (5, 20), (100, 210), (99, 5)):
+        assert Comparison(0, 8, 0.01, events=events).kept, events
+
+
 class StubRun:
     """A run whose trunk is off by an error."""
 
     def __init__(self, error: float, good: bool = True) -> None:
         """Take the error [m]."""
         self.good, self.wall_time = good, 0.0
-        self.rollout = SimpleNamespace(counters=lambda: {"evaluations": 10}, ended_by="")
+        self.rollout = SimpleNamespace(
+            counters=lambda: {"evaluations": 10, "events": 0}, ended_by=""
+        )
         self._error = error
 
     def samples(self) -> dict[str, Any]:
@@ -361,6 +376,7 @@ def test_two_runs_of_ndf_that_are_wrong_alike_are_not_taken_for_right(index: int
         (123352390, 229, 1e-4, "a body without joints that barely leaves: x2.6"),
         (352663886, 335, 1e-4, "a foot that comes to rest sticks, or just does not: x3.4"),
         (352663886, 416, 1e-4, "a thrown box: x1.7"),
+        (859092696, 61, 1e-3, "hops of 7 um, far below the tolerance, that carry it on: x3.1"),
     ],
 )
 def test_scenes_that_were_once_missed_without_a_word(

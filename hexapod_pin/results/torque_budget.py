@@ -41,7 +41,7 @@ def torque_budget(run: Trace | Summary) -> TorqueBudget:
     """
     if isinstance(run, Summary):
         return _of_summary(run, summary_window(run))
-    if run.meta.get("summary") is not None:
+    if run.has_summary:
         summary = run.summary
         return _of_summary(summary, summary_window(summary, run.time))
     return _of_samples(run, steady_window(run))

@@ -316,13 +316,18 @@ class Trace:
         return import_module("hexapod_pin.simulation.case").Case.from_toml(self.case_toml)
 
     @property
+    def has_summary(self) -> bool:
+        """Whether the run gathered one."""
+        return self.meta.get("summary") is not None
+
+    @property
     def summary(self) -> Summary:
         """What the run came to, gathered at its accepted steps: peaks between samples included.
 
         Raises:
             ParameterError: the trace was not made by a simulation that gathered one.
         """
-        if self.meta.get("summary") is None:
+        if not self.has_summary:
             raise ParameterError("Trace.meta", sorted(self.meta), "given with a summary")
         kept = {key: self.meta[key] for key in SUMMARY_META if key in self.meta}
         return Summary.from_data(

@@ -97,8 +97,9 @@ def settings_of(meta: Mapping[str, Any], part: str) -> Mapping[str, Any]:
 
 def _over_cycles(trace: Trace) -> WalkedWay:
     """Return the way over whole cycles: distance and speed are those of the torque budget."""
-    known = trace.meta.get("summary") is not None
-    window = summary_window(trace.summary, trace.time) if known else steady_window(trace)
+    window = (
+        summary_window(trace.summary, trace.time) if trace.has_summary else steady_window(trace)
+    )
     budget, cycles = torque_budget(trace), window.cycles or 1
     time = window.end - window.start
     yaw = np.unwrap(trunk_yaw(trace.q[window.samples]))

@@ -31,6 +31,10 @@ class _Ended:
     samples: Mapping[str, Array]
     numbers: Mapping[str, Any]
 
+    @property
+    def events(self) -> int:
+        return int(self.run.rollout.counters()["events"])
+
 
 class AccuracyControl:
     """What runs of one case have come to, and which is next.
@@ -72,9 +76,10 @@ class AccuracyControl:
             excess = self.how.choice.excess(
                 self._difference, float(np.abs(torque).max(initial=0.0))
             )
-            self.comparisons.append(
-                Comparison.after(self.comparisons, coarser.level, finer.level, excess)
+            found = Comparison(
+                coarser.level, finer.level, excess, events=(coarser.events, finer.events)
             )
+            self.comparisons.append(found.after(self.comparisons[-1] if self.comparisons else None))
 
     def next_level(self) -> int | None:
         """Return the level of the next run; None where there is to be none.

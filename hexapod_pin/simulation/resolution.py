@@ -9,7 +9,7 @@ where that is slower than tolerances do, the bounds are wider, as in Richardson'
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 LEVELS_PER_DECADE = 4
 """Levels of resolution by which tolerances fall to a tenth."""
@@ -44,6 +44,10 @@ MOST_LEVELS = 32
 LEAST_GAIN = 0.5
 """A difference that has not fallen to this share over four levels has not gained [-]."""
 
+MANY_MORE_EVENTS, FEW_EVENTS = 2, 10
+"""A finer run with more events than so many times those of the coarser [-], and so many on top, has
+found what the coarser passed over: hops far lower than its tolerance, say."""
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -54,23 +58,29 @@ class Comparison:
         finer: level of the second.
         difference: of the two, over what was asked [-].
         decay: of the error from level to level, from this and the comparison before [-].
+        events: touch-downs, lift-offs and switches that ended a step, of both.
     """
 
     coarser: int
     finer: int
     difference: float
     decay: float = USUAL_DECAY
+    events: tuple[int, int] = (0, 0)
 
-    @classmethod
-    def after(
-        cls, earlier: Sequence[Comparison], coarser: int, finer: int, difference: float
-    ) -> Comparison:
-        """Return the comparison that follows others, with the decay found by the last two."""
-        last = earlier[-1] if earlier else None
-        if last is None or not (last.difference > 0.0 and coarser > last.coarser):
-            return cls(coarser, finer, difference)
-        decay = (difference / last.difference) ** (1.0 / (coarser - last.coarser))
-        return cls(coarser, finer, difference, decay)
+    def after(self, last: Comparison | None) -> Comparison:
+        """Return this comparison as one that follows another, with the decay that both show."""
+        if last is None or last.finds_more:
+            return self
+        if not (last.difference > 0.0 and self.coarser > last.coarser):
+            return self
+        decay = (self.difference / last.difference) ** (1.0 / (self.coarser - last.coarser))
+        return replace(self, decay=decay)
+
+    @property
+    def finds_more(self) -> bool:
+        """Whether the finer run went through far more events: of two motions, neither is known."""
+        coarser, finer = self.events
+        return finer > MANY_MORE_EVENTS * coarser + FEW_EVENTS
 
     @property
     def share(self) -> float:
@@ -90,12 +100,12 @@ class Comparison:
     @property
     def kept(self) -> bool:
         """Whether one of them is within what was asked."""
-        return min(self.coarser_excess, self.finer_excess) <= 1.0
+        return not self.finds_more and min(self.coarser_excess, self.finer_excess) <= 1.0
 
     @property
     def takes_coarser(self) -> bool:
         """Whether the coarser one will do: its bound is the sharper one."""
-        return self.coarser_excess <= 1.0
+        return not self.finds_more and self.coarser_excess <= 1.0
 
     @property
     def _coarser_share(self) -> float:
@@ -150,9 +160,8 @@ def _without_gain(made: Sequence[Comparison]) -> int:
     """Return how many finer runs in a row, up to the last, have brought no gain."""
     count = 0
     for earlier, later in zip(reversed(made[:-1]), reversed(made), strict=False):
-        if later.difference <= earlier.difference * LEAST_GAIN ** (
-            (later.coarser - earlier.coarser) / LEVELS_PER_DECADE
-        ):
+        least = LEAST_GAIN ** ((later.coarser - earlier.coarser) / LEVELS_PER_DECADE)
+        if earlier.finds_more or later.difference <= earlier.difference * least:
             break
         count += 1
     return count

@@ -84,7 +84,7 @@ def _case_of(run: Case | Trace) -> tuple[Case, dict[str, Summary]]:
     if not math.isclose(done, duration, rel_tol=1e-6):
         hint = "It was interrupted or diverged: simulate a shorter case."
         raise ParameterError("trace", done, f"of a run that reached its {duration:g} s", hint)
-    if run.meta.get("summary") is None:
+    if not run.has_summary:
         return case, {}
     summary_window(run.summary)
     return case, {RUN: run.summary}

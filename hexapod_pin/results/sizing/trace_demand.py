@@ -42,7 +42,7 @@ def joint_demand(trace: Trace, *, postures: int = MOST_POSTURES) -> JointDemand:
     if postures < 2:
         raise ParameterError("postures", postures, "at least 2")
     whole = torque_budget(trace)
-    summary = trace.summary if trace.meta.get("summary") is not None else None
+    summary = trace.summary if trace.has_summary else None
     window = steady_window(trace) if summary is None else summary_window(summary, trace.time)
     inside = window.samples
     time, torque, speed = trace.time[inside], trace.torque[inside], trace.v[inside, 6:]
