@@ -16,6 +16,7 @@ from pathlib import Path
 
 from hexapod_pin.errors import TraceFileError
 from hexapod_pin.stop_signals import unbroken
+from hexapod_pin.user_path import user_path
 
 MARK, ENDING = ".hexapod-", ".tmp"
 """How the name of a temporary file begins and ends."""
@@ -83,7 +84,7 @@ def _target(path: str | Path) -> Path:
     Raises:
         OSError: what is there is no regular file.
     """
-    target = Path(os.path.realpath(path))
+    target = Path(os.path.realpath(user_path(path)))
     with contextlib.suppress(FileNotFoundError):
         mode = target.lstat().st_mode
         if stat.S_ISLNK(mode):
@@ -187,7 +188,7 @@ def _refusal(path: str | Path, needed: int, error: Exception) -> str:
     """Say what the system refused, and how many bytes the file needs."""
     if not isinstance(error, OSError):
         return f"{str(path)!r}: cannot be written ({error}); name a file without NUL characters."
-    target = Path(os.path.realpath(path))
+    target = Path(os.path.realpath(user_path(path)))
     message = f"{target}: cannot be written ({error.strerror or error}); it needs {needed} bytes"
     folder = target.parent
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -47,7 +48,7 @@ class ComparisonFiles:
 
         given = {"--html": html, "--figure": figure, "--json": json}
         paths = {option: writable(option, path) for option, path in given.items() if path}
-        if len({path.resolve() for path in paths.values()}) < len(paths):
+        if len({os.path.realpath(path) for path in paths.values()}) < len(paths):
             raise ParameterError(" ".join(paths), "one file", "different files")
         if json is not None:
             check_ending(f"--json {json}", JSON)

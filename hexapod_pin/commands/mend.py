@@ -18,6 +18,7 @@ from hexapod_pin.commands.options import (
 )
 from hexapod_pin.commands.status import FAILED, fail
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.user_path import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.mending import Mended
@@ -58,7 +59,7 @@ def mend(
     path, folders = writable("--out", out), package_path or []
     read = read_file(file, load_options(package_path=folders, xacro_arg=xacro_arg))
     urdf, finder = read.file, read.finder
-    if path.exists() and path.samefile(file.expanduser()):
+    if path.exists() and path.samefile(user_path(file)):
         raise ParameterError("--out", str(out), "another file than the one to mend")
     options = given(
         mass=mass, density=density, effort=torque_limit(effort), velocity=speed_limit(velocity)
@@ -71,7 +72,7 @@ def mend(
         fail(text, FAILED)
     written, moved = rebased(mended.file, finder, path, folders)
     if written is urdf and not read.expanded:
-        write_atomically(path, file.expanduser().read_bytes())
+        write_atomically(path, user_path(file).read_bytes())
     else:
         write_atomically(path, written.text)
     for line in [

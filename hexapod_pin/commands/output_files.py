@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import DivergenceError, SimulationInterrupted, TraceFileError
 from hexapod_pin.stop_signals import unbroken
+from hexapod_pin.user_path import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace
@@ -21,7 +22,7 @@ def writable(option: str, path: Path) -> Path:
         TraceFileError: the folder is missing or read-only, the path is a folder, or the system
             takes no such name.
     """
-    path = path.expanduser().absolute()
+    path = user_path(path).absolute()
     try:
         path.lstat()
     except (FileNotFoundError, NotADirectoryError):
@@ -30,9 +31,9 @@ def writable(option: str, path: Path) -> Path:
         reason = getattr(error, "strerror", None) or str(error)
         raise TraceFileError(f"{option} {path}: no name for a file ({reason}).") from error
     folder = Path(os.path.realpath(path)).parent
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         raise TraceFileError(f"{option} {path}: there is no folder {folder}.")
-    if path.is_dir():
+    if os.path.isdir(path):
         raise TraceFileError(f"{option} {path}: is a folder; name a file in it.")
     if not os.access(folder, os.W_OK):
         raise TraceFileError(f"{option} {path}: the folder {folder} is not writable.")
@@ -58,7 +59,7 @@ def distinct(first: Path, second: Path | None) -> None:
     Raises:
         TraceFileError: the paths are the same.
     """
-    if second is not None and first.resolve() == second.resolve():
+    if second is not None and os.path.realpath(first) == os.path.realpath(second):
         raise TraceFileError(f"--out and --html are the same file, {first}; name two.")
 
 

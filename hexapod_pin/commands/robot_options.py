@@ -15,6 +15,7 @@ import typer
 from hexapod_pin.commands.motor_options import speed_limit, torque_limit
 from hexapod_pin.commands.options import OptionalFloat, OptionalText, foot_names
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.user_path import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.loading.load_options import LoadOptions
@@ -79,7 +80,7 @@ def load_options(
         "legs": None if legs is None else leg_joints(legs),
         "posture": None if posture is None else angles("--posture", posture),
         "held": None if hold is None else angles("--hold", hold),
-        "package_path": [str(folder.expanduser().absolute()) for folder in package_path or ()],
+        "package_path": [str(user_path(folder).absolute()) for folder in package_path or ()],
         "xacro_args": dict(pair("--xacro-arg", text) for text in xacro_arg or ()),
         **numbers,
     }

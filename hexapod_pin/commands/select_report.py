@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json as json_text
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.user_path import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.results.motor_selection import MotorSelection
@@ -43,7 +45,7 @@ def study_text(
     base |= {"robot": _source(robot), **({"mend": True} if mend else {})}
     base.pop("case", None)
     given = {
-        "catalog": None if catalog is None else str(catalog.expanduser().absolute()),
+        "catalog": None if catalog is None else str(user_path(catalog).absolute()),
         "voltage": voltage,
         "motor_mass": motor_mass,
     }
@@ -74,8 +76,8 @@ def _default(robot: str, mend: bool) -> str:
 
 def _source(robot: str) -> str:
     """Return a robot's name, or the absolute path of its file."""
-    place = Path(robot).expanduser()
-    return str(place.absolute()) if place.is_file() else robot
+    place = user_path(robot)
+    return str(place.absolute()) if os.path.isfile(place) else robot
 
 
 def _require_same_robot(base: Any, robot: str, study: Path) -> None:

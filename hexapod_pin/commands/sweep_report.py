@@ -52,7 +52,7 @@ class SweepFiles:
         if out is not None:
             check_sweep_ending(f"--out {out}")
         return cls(
-            writable("--store", Path(study.with_suffix(".db").name) if store is None else store),
+            writable("--store", Path(f"{study.stem}.db") if store is None else store),
             None if out is None else writable("--out", out),
             None if plot is None else writable("--plot", plot),
         )

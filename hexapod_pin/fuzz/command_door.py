@@ -14,7 +14,10 @@ from hexapod_pin.fuzz import material
 from hexapod_pin.fuzz.shown import require_finite
 from hexapod_pin.fuzz.values import NUMBERS, odd_text
 
-WORDS = ("", "x", "nan", "-", "--", "a\0b", "é" * 300, "/", "/dev/null", "..", "*", "1e-4", "0.01")
+WORDS = (
+    "", "x", "nan", "-", "--", "a\0b", "é" * 300, "x/" * 3000, "~unknown/x", "/",
+    "/dev/null", ".", "..", "*", "1e-4", "0.01",
+)  # fmt: skip
 
 STATUSES = {0, 1, 2, 3}
 """Done, failed, used wrongly, does not walk."""

@@ -12,9 +12,13 @@ NUMBERS = (
     math.nan, math.inf, -math.inf,
 )  # fmt: skip
 
+WORDS = (
+    "", "x", "universe", "nan", "true", "[]", "{}", "\0", "</script>", "é", "é" * 300, "~unknown/x",
+)  # fmt: skip
+
 OTHERS: tuple[Any, ...] = (
-    None, True, False, "", "x", "1", "nan", "a\0b", "é" * 50, b"x", [], {}, (), [1], ["x"],
-    [math.nan], [[1, 2], [3]], {"a": 1}, object(), int, lambda *_: None,
+    None, True, False, "", "x", "1", "nan", "a\0b", "é" * 50, "é" * 300, "~unknown/x", ".", b"x",
+    [], {}, (), [1], ["x"], [math.nan], [[1, 2], [3]], {"a": 1}, object(), int, lambda *_: None,
 )  # fmt: skip
 
 
@@ -47,8 +51,7 @@ def _other_word(text: str, dice: random.Random) -> str:
     if not found:
         return text
     place = dice.choice(found)
-    word = dice.choice(("", "x", "universe", "nan", "true", "[]", "{}", "\0", "</script>", "é"))
-    return text[: place.start()] + word + text[place.end() :]
+    return text[: place.start()] + dice.choice(WORDS) + text[place.end() :]
 
 
 def _cut(text: str, dice: random.Random) -> str:

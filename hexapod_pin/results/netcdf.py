@@ -14,6 +14,7 @@ from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import TraceFileError
 from hexapod_pin.results.file_ending import NETCDF, check_ending
 from hexapod_pin.results.file_seal import is_broken, seal_of
+from hexapod_pin.user_path import user_path
 
 Result = TypeVar("Result")
 
@@ -158,6 +159,7 @@ def _read(path: str | Path, read: Callable[[Any], Result]) -> Result:
     """Return what `read` makes of an open file, or say what is wrong with the file."""
     import h5py  # a netCDF-4 file is HDF5; h5netcdf leaves warnings behind on damage
 
+    path = user_path(path)
     if not os.path.isfile(path):
         raise TraceFileError(f"{path}: no such file.")
     try:
@@ -168,7 +170,7 @@ def _read(path: str | Path, read: Callable[[Any], Result]) -> Result:
     except TraceFileError:
         raise
     except Exception as error:  # HDF5 reports damage by many types, OSError to UnicodeError
-        raise TraceFileError(f"{path}: {_damage(Path(path), error)}") from error
+        raise TraceFileError(f"{path}: {_damage(path, error)}") from error
 
 
 def _read_group(place: Any) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]] | None:

@@ -26,6 +26,7 @@ from hexapod_pin.results.plain_json import without_non_finite
 from hexapod_pin.results.run_schema import checked_summary
 from hexapod_pin.results.summary_layout import LAYOUT, SCHEMA, SCHEMA_VERSION, shape_of
 from hexapod_pin.results.way import distance_per_cycle
+from hexapod_pin.user_path import user_path
 
 
 @dataclass(frozen=True, eq=False)
@@ -314,7 +315,7 @@ def load_summary(path: str | Path) -> Summary:
         TraceFileError: the file is missing, damaged, of another kind or of a newer schema.
     """
     try:
-        found = json.loads(Path(path).expanduser().read_text(encoding="utf-8"))
+        found = json.loads(user_path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise TraceFileError(f"{path}: cannot be read as JSON ({error}).") from error
     if not isinstance(found, dict) or found.get("schema") != SCHEMA:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -28,6 +29,7 @@ from hexapod_pin.robot.loading.stated_legs import stated_limbs, stated_places
 from hexapod_pin.robot.mending.urdf_check import check_urdf
 from hexapod_pin.robot.scratch_data import scratch_data
 from hexapod_pin.robot.state import State, checked_state
+from hexapod_pin.user_path import user_path
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -289,9 +291,10 @@ def _path(source: str | Path) -> Path:
     """Return the file meant by a packaged robot's name or a path."""
     if source in PACKAGED:
         return urdf_path(str(source))
-    path = Path(source).expanduser()
-    if isinstance(source, str) and not path.exists() and path.name == source and not path.suffix:
-        raise UnknownNameError("robot", source, [*PACKAGED, "or the path of a URDF"])
+    path = user_path(source)
+    name_only = isinstance(source, str) and path.name == source and not path.suffix
+    if name_only and not os.path.exists(path):
+        raise UnknownNameError("robot", str(source), [*PACKAGED, "or the path of a URDF"])
     return path
 
 

@@ -17,6 +17,7 @@ from hexapod_pin.simulation.case_data import case_to_dict, read_case
 from hexapod_pin.simulation.case_digest import case_digest
 from hexapod_pin.simulation.run_settings import RunSettings
 from hexapod_pin.simulation.work_limits import WorkLimits
+from hexapod_pin.user_path import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.control.feedback import FeedbackController
@@ -223,7 +224,7 @@ class Case:
         """
         import tomli_w
 
-        text = tomli_w.dumps(case_to_dict(self, Path(path).expanduser().absolute().parent))
+        text = tomli_w.dumps(case_to_dict(self, user_path(path).absolute().parent))
         return write_atomically(path, text.encode())
 
 
@@ -235,7 +236,7 @@ def load_case(path: str | Path) -> Case:
         ParameterError: no such file, or as `Case.from_toml`.
         UrdfError, UnknownNameError: the robot, or something in it, is not there.
     """
-    place = Path(path).expanduser()
+    place = user_path(path)
     try:
         text = place.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields
@@ -143,7 +144,7 @@ def _read_scene(data: Any, folder: str | Path | None) -> Scene:
     source = robot["source"]
     if not isinstance(source, str):
         raise ParameterError("scene.robot.source", source, "a name or a path")
-    if folder is not None and source not in PACKAGED and (Path(folder) / source).is_file():
+    if folder is not None and source not in PACKAGED and os.path.isfile(Path(folder) / source):
         robot["source"] = str(Path(folder) / source)
     return Scene.from_toml(tomli_w.dumps({**given, "robot": robot}))
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot, urdf_path
+from hexapod_pin.user_path import user_path
 
 OPTIONS = ("feet", "foot_radius", "posture")
 """What a robot was loaded with."""
@@ -25,7 +25,7 @@ def robot_to_dict(robot: Robot) -> dict[str, Any]:
     explicit = robot.inferred or robot.mended or set(robot.options) - set(OPTIONS)
     options = {"options": dict(robot.options)} if explicit else {}
     return {
-        "source": robot.source if packaged else str(Path(robot.source).expanduser().absolute()),
+        "source": robot.source if packaged else str(user_path(robot.source).absolute()),
         "feet": [foot.name for foot in robot.feet],
         "foot_radius": [float(foot.radius) for foot in robot.feet],
         "posture": robot.posture.tolist(),
@@ -60,8 +60,8 @@ def read_robot(data: Mapping[str, Any]) -> Robot:
 def _stamp(source: str) -> tuple[int, int]:
     """Return what tells that a file has changed: time and size."""
     try:
-        found = (urdf_path(source) if source in PACKAGED else Path(source).expanduser()).stat()
-    except OSError:
+        found = (urdf_path(source) if source in PACKAGED else user_path(source)).stat()
+    except (OSError, ValueError):
         return (0, 0)  # loading it says what is wrong
     return (found.st_mtime_ns, found.st_size)
 

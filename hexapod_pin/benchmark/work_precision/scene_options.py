@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from hexapod_pin.benchmark.work_precision.task import Task, standing_task
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.user_path import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
@@ -117,8 +118,8 @@ def _read(path: Path) -> Scene:
     from hexapod_pin.simulation.scene import Scene
 
     try:
-        text = path.expanduser().read_text(encoding="utf-8")
-    except OSError as error:
+        text = user_path(path).read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
         raise ParameterError("SCENE", str(path), "a file that can be read") from error
     return Scene.from_toml(text)
 

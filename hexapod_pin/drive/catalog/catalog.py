@@ -17,6 +17,7 @@ from hexapod_pin.errors import (
     TraceFileError,
     UnknownNameError,
 )
+from hexapod_pin.user_path import user_path
 
 SAME_VOLTAGE = 1e-6
 """Relative difference up to which two voltages are the same [-]."""
@@ -117,7 +118,7 @@ class Catalog:
         Raises:
             CatalogError: the file cannot be written.
         """
-        path = Path(path)
+        path = user_path(path)
         try:
             write_atomically(path, catalog_text(self.records))
         except TraceFileError as error:

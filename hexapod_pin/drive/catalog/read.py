@@ -15,6 +15,7 @@ from hexapod_pin.drive.catalog.columns import BY_HEADER, HEADERS, TEXTS
 from hexapod_pin.drive.catalog.header import check_header
 from hexapod_pin.drive.catalog.motor_record import MotorRecord
 from hexapod_pin.errors import CatalogError, CatalogFault, ParameterError
+from hexapod_pin.user_path import user_path
 
 PACKAGE_FILE = "motors.csv"
 
@@ -37,7 +38,7 @@ def load_catalog(path: str | Path | None = None) -> Catalog:
     if path is None:
         text = resources.files(__package__).joinpath(PACKAGE_FILE).read_text(encoding="utf-8")
         return read_catalog(text, f"{PACKAGE_FILE} of hexapod_pin")
-    return read_catalog(_text(Path(path)), str(path))
+    return read_catalog(_text(user_path(path)), str(path))
 
 
 def _text(path: Path) -> str:

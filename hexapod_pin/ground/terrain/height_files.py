@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.user_path import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
@@ -104,7 +105,7 @@ def _grey(image: Array) -> Array:
 def _bytes(path: str | Path) -> bytes:
     """Return a file's content."""
     try:
-        file = Path(path)
+        file = user_path(path)
         if file.stat().st_size > MAX_FILE_BYTES:
             raise _unreadable(path, f"a file of {MAX_FILE_BYTES} bytes at most")
         return file.read_bytes()

@@ -12,6 +12,7 @@ from xml.parsers import expat
 
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.other_formats import advice_on
+from hexapod_pin.user_path import user_path
 
 MAX_BYTES = 50_000_000
 """Largest file that is read [bytes]."""
@@ -203,7 +204,7 @@ def read_bytes(path: str | Path, *, max_bytes: int = MAX_BYTES) -> bytes:
     """
     source = str(path)
     try:
-        file = Path(path).expanduser()
+        file = user_path(path)
         if not file.is_file():
             found = "a folder" if file.is_dir() else "no regular file"
             told = found if file.exists() else "no such file"

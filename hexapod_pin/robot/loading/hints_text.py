@@ -14,6 +14,7 @@ from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.robot.loading.load_options import LoadOptions, hints_path
 from hexapod_pin.robot.recognition.directions import across_up
 from hexapod_pin.robot.recognition.layout import RobotLayout
+from hexapod_pin.user_path import user_path
 
 HEAD = """\
 # Read with the URDF of the same name: what stands here goes before what would be inferred.
@@ -29,7 +30,7 @@ def write_hints(urdf: str | Path, layout: RobotLayout, options: LoadOptions) -> 
     """
     import tomli_w
 
-    path = hints_path(Path(urdf).expanduser())
+    path = hints_path(user_path(urdf))
     remarks = "".join(f"# inferred: {text}\n" for text in layout.inferred)
     text = HEAD + remarks + "\n" + tomli_w.dumps({**options.given(), **layout_hints(layout)})
     try:

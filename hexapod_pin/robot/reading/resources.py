@@ -17,6 +17,7 @@ from hexapod_pin.robot.reading.folder_index import FolderIndex, FolderListing
 from hexapod_pin.robot.reading.packages import FOLDER_VARIABLES, PackageFolders, folders_of
 from hexapod_pin.robot.reading.resource_uri import ResourceUri, parse_resource_uri
 from hexapod_pin.robot.reading.tail_search import TailSearch, other_names
+from hexapod_pin.user_path import user_path
 
 NEAR_ASCENT = 3
 """Folders above the URDF in which the end of a foreign path is looked for."""
@@ -45,9 +46,9 @@ class ResourceFinder:
             urdf_path: the file that names the resources; it need not exist.
             package_path: looked into before anything else.
         """
-        self.urdf_path = Path(os.path.abspath(Path(urdf_path).expanduser()))
+        self.urdf_path = Path(os.path.abspath(user_path(urdf_path)))
         self.package_path = tuple(
-            Path(os.path.abspath(Path(folder).expanduser())) for folder in package_path
+            Path(os.path.abspath(user_path(folder))) for folder in package_path
         )
         self._packages = PackageFolders(self.urdf_path.parent, self.package_path)
         self._listing = FolderListing()

@@ -59,7 +59,7 @@ class FoundIncludes:
             return self._elsewhere(name, beside) or path
         package, _, rest = name[len(_PACKAGE) :].partition("/")
         folder = self.finder.package(package)
-        if folder is not None and (re.search(r"[*[?]", rest) or (folder / rest).exists()):
+        if folder is not None and (re.search(r"[*[?]", rest) or os.path.exists(folder / rest)):
             return str(folder / rest)
         if (found := self._elsewhere(name, beside)) is not None:
             return found

@@ -16,6 +16,7 @@ from hexapod_pin.sweep.runs.executors import DaskWorkers, PoolWorkers, Workers
 from hexapod_pin.sweep.runs.store import SweepStore
 from hexapod_pin.sweep.runs.sweep_result import SweepResult, open_sweep
 from hexapod_pin.sweep.runs.worker_processes import WorkerProcesses
+from hexapod_pin.user_path import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.sweep.study import SweepStudy
@@ -82,7 +83,7 @@ def run_sweep(
     given = [name for name, value in elsewhere.items() if value is not None]
     if len(given) > 1:
         raise ParameterError(" and ".join(given), "both", "one of them")
-    path = Path(store).expanduser()
+    path = user_path(store)
     try:
         with SweepStore(path, study, resume=resume or retry_failed, retry=retry_failed) as kept:
             report = _Report(len(study), kept, progress)

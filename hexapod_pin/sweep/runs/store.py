@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 import zlib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hexapod_pin.errors import OtherStudyError, StoreExistsError
+from hexapod_pin.errors import OtherStudyError, StoreExistsError, SweepStoreError
 from hexapod_pin.simulation.run_meta import package_versions
 from hexapod_pin.sweep.runs.case_numbers import quantities
 from hexapod_pin.sweep.runs.outcome import Outcome
@@ -17,6 +18,7 @@ from hexapod_pin.sweep.runs.store_file import DONE, FAILED, connect, make_single
 from hexapod_pin.sweep.runs.store_inputs import write_inputs
 from hexapod_pin.sweep.runs.store_lock import StoreLock
 from hexapod_pin.sweep.runs.store_schema import checked_meta
+from hexapod_pin.user_path import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.sweep.study import SweepStudy
@@ -56,7 +58,9 @@ class SweepStore:
             StoreFullError: the disk is full.
             SweepStoreError: it is damaged, no store, of a newer schema, or cannot be written.
         """
-        self.path = Path(path).expanduser()
+        self.path = user_path(path)
+        if os.path.isdir(self.path):
+            raise SweepStoreError(str(self.path), "is a folder; name a file in it.")
         self.lock = StoreLock(self.path)
         self.texts: dict[str, int] = {}
         try:
@@ -66,7 +70,7 @@ class SweepStore:
             raise
 
     def _open(self, study: SweepStudy, resume: bool, retry: bool) -> None:
-        there = self.path.exists() and self.path.stat().st_size > 0
+        there = os.path.exists(self.path) and os.path.getsize(self.path) > 0
         self.connection = connect(self.path, write=True)
         try:
             with store_errors(self.path):

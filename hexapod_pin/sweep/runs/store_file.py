@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -45,7 +46,7 @@ def connect(path: Path, *, write: bool) -> sqlite3.Connection:
     Raises:
         SweepStoreError: missing, no store, damaged, of a newer schema, or not accessible.
     """
-    if not write and not path.is_file():
+    if not write and not os.path.isfile(path):
         raise SweepStoreError(str(path), "no such file.")
     with store_errors(path):
         connection = _open(path, write)

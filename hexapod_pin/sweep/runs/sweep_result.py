@@ -22,6 +22,7 @@ from hexapod_pin.sweep.runs.dataset import (
 )
 from hexapod_pin.sweep.runs.store_reading import NOT_RUN, StoredSweep, read_store
 from hexapod_pin.sweep.runs.sweep_csv import sweep_csv
+from hexapod_pin.user_path import user_path
 
 CSV = (".csv",)
 """Endings of tables."""
@@ -43,7 +44,7 @@ class SweepResult:
         Raises:
             SweepStoreError: missing, damaged, no store, of a newer schema, or not accessible.
         """
-        self.path = Path(path).expanduser()
+        self.path = user_path(path)
         self._stored: StoredSweep = read_store(self.path)
 
     def __len__(self) -> int:

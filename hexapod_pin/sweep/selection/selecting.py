@@ -20,6 +20,7 @@ from hexapod_pin.sweep.selection.motor_places import (
 )
 from hexapod_pin.sweep.selection.motor_study import candidates, read_motor_study
 from hexapod_pin.sweep.selection.required_walks import required_walks
+from hexapod_pin.user_path import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.simulation.case import Case
@@ -64,7 +65,7 @@ def select_motors(
         >>> found = select_motors(*load_motor_study("study.toml"))
         >>> print(found.table())
     """
-    file, place = read_motor_study(text), Path(folder or ".").expanduser().absolute()
+    file, place = read_motor_study(text), user_path(folder or ".").absolute()
     begin = stage or (lambda title: lambda fraction: None)
     motors = candidates(file.choice, place)
     walks = required_walks(file.sweep, place)
@@ -105,7 +106,7 @@ def load_motor_study(path: str | Path) -> tuple[str, Path]:
     Raises:
         ParameterError: no such file.
     """
-    place = Path(path).expanduser()
+    place = user_path(path)
     try:
         return place.read_text(encoding="utf-8"), place.absolute().parent
     except (OSError, UnicodeDecodeError) as error:

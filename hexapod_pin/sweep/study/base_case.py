@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,7 @@ from hexapod_pin.sweep.study.fields import (
     table_at,
 )
 from hexapod_pin.sweep.study.gait_inputs import gait_of
+from hexapod_pin.user_path import user_path
 
 SETTINGS = ("duration", "accuracy", "method", "step", "sample", "record")
 
@@ -138,7 +140,7 @@ def _given_case(given: Any, folder: Path) -> Case:
     if isinstance(given, Mapping):
         case, place = case_from_dict(Case, given, folder), "base.case"
     elif isinstance(given, str) and given:
-        case, place = load_case(folder / Path(given).expanduser()), given
+        case, place = load_case(folder / user_path(given)), given
     else:
         raise ParameterError("base.case", given, "the path of a case's file, or its tables")
     if case.duration is None:
@@ -192,7 +194,7 @@ def _robot(base: BaseWalk, folder: Path) -> Robot:
     if base.mend:
         options = LoadOptions(mend=True).over(options)
     source = base.robot
-    if source not in PACKAGED and (folder / source).is_file():
+    if source not in PACKAGED and os.path.isfile(folder / source):
         source = str(folder / source)
     try:
         return read_robot({"source": source, "options": options.given()})

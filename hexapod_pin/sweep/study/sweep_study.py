@@ -20,6 +20,7 @@ from hexapod_pin.sweep.study.design import INDICES
 from hexapod_pin.sweep.study.motor_inputs import StudyMotors
 from hexapod_pin.sweep.study.study_file import SCHEMA, read_study_file
 from hexapod_pin.sweep.study.study_input import StudyInput
+from hexapod_pin.user_path import user_path
 
 MOST_CASES = 10_000_000
 """Most cases of a study."""
@@ -53,7 +54,7 @@ class SweepStudy:
     def __init__(self, text: str, folder: str | Path | None = None) -> None:
         """Read the text and make the base."""
         file = read_study_file(text)
-        self.text, self.folder = text, str(Path(folder or ".").expanduser().absolute())
+        self.text, self.folder = text, str(user_path(folder or ".").absolute())
         self.name, self.inputs, self.design = file.name, file.inputs, file.design
         self._axes = [k for k, item in enumerate(self.inputs) if item.distribution is None]
         self._uncertain = [k for k, item in enumerate(self.inputs) if item.distribution]
@@ -220,7 +221,7 @@ def load_sweep(path: str | Path) -> SweepStudy:
         ParameterError: no such file, or as `SweepStudy`.
         UrdfError, UnknownNameError, GaitError: its robot or gait is not usable.
     """
-    place = Path(path).expanduser()
+    place = user_path(path)
     try:
         text = place.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:

@@ -1,0 +1,69 @@
+"""Paths that a user gave: `~`, names that no file can have, folders where a file is meant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import hexapod_pin as hp
+from hexapod_pin.commands.app import app
+from hexapod_pin.user_path import user_path
+
+NO_FILES = ["é" * 300, "a" * 300 + ".urdf", "x/" * 3000, "~unknown/x", "~unknown", "."]
+
+
+def test_a_tilde_is_the_users_home_and_that_of_nobody_stays(monkeypatch: pytest.MonkeyPatch):
+    """`Path.expanduser` ends in a RuntimeError for a user who is not known."""
+    monkeypatch.setenv("HOME", "/home/of-a-user")
+    assert user_path("~/walk.nc") == Path("/home/of-a-user/walk.nc")
+    assert user_path("a/~") == Path("a/~")
+    for name in ("~unknown/x", "~a\0b/x"):
+        assert user_path(name) == Path(name)
+
+
+@pytest.mark.parametrize("name", NO_FILES, ids=lambda name: name[:8])
+@pytest.mark.parametrize(
+    "read",
+    [
+        hp.load_robot, hp.load_trace, hp.load_case, hp.load_study, hp.load_summary,
+        hp.load_catalog, hp.load_sweep, hp.open_sweep, hp.load_gait_energy, hp.load_torque_map,
+        lambda name: hp.HeightField.from_csv(name, 0.1),
+        lambda name: hp.HeightField.from_image(name, 0.1, 0.1),
+        lambda name: hp.Scene.from_toml(f'[robot]\nsource = "{name}"\n'),
+
+    ],
+)  # fmt: skip
+def test_no_file_is_a_typed_error_at_every_door(read, name: str, tmp_path, monkeypatch):
+    """Python 3.11 answers a name that is too long by an OSError even when asked if it exists."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(hp.errors.HexapodError):
+        read(name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_written_at_home_is_read_there(tmp_path, monkeypatch):
+    """Both ways expand `~`."""
+    monkeypatch.setenv("HOME", str(tmp_path))
+    trace = hp.simulate(hp.Scene(hp.load_robot("athena")), hp.HoldPosture(), duration=0.02)
+    trace.save("~/walk.nc")
+    assert (tmp_path / "walk.nc").is_file()
+    assert (hp.load_trace("~/walk.nc").q == trace.q).all()
+    hp.load_catalog().save("~/motors.csv")
+    assert hp.load_catalog("~/motors.csv").models == hp.load_catalog().models
+
+
+@pytest.mark.parametrize("line", [["sweep", "."], ["sweep", "/"], ["check", "~unknown/x.urdf"]])
+def test_a_folder_or_nobodys_file_ends_a_command_in_one_line(line: list[str]) -> None:
+    """`sweep .` had no name for its store."""
+    found = CliRunner().invoke(app, line)
+    assert found.exit_code == 2 and isinstance(found.exception, SystemExit), found.output
+
+
+def test_a_folder_is_no_store(tmp_path: Path) -> None:
+    """Nor is a lock left beside it."""
+    study = hp.load_sweep(Path(__file__).parents[1] / "examples/friction_and_payload.toml")
+    with pytest.raises(hp.errors.SweepStoreError, match="is a folder"):
+        hp.run_sweep(study, tmp_path)
+    assert not list(tmp_path.parent.glob("*-lock"))
