@@ -9,8 +9,8 @@ from pydantic import Field
 
 from hexapod_pin.spec import Spec
 
-EVALUATIONS_AT_START = 5e5
-"""Evaluations that a run may use where none is given, however short it is [-]."""
+EVALUATIONS_AT_START = 2e5
+"""Evaluations that a run may use where none is given, however short it is [-]: some seconds."""
 
 EVALUATIONS_PER_SECOND = 3e6
 """And for each simulated second: hundreds of times those of a walk [1/s]."""
@@ -30,7 +30,7 @@ class WorkLimits(Spec):
         memory: predicted memory of samples and set-points [bytes].
         step: shortest integration step that may be asked for [s].
         sample: shortest time between samples that may be asked for [s].
-        evaluations: of the equations of motion [-]; None: 5e5, and 3e6 for each simulated second.
+        evaluations: of the equations of motion [-]; None: 2e5, and 3e6 for each simulated second.
         smallest_step: mean of the steps over 20 000 evaluations [s]: below it a run would never
             end.
         wall_time: since the run's first step [s].
