@@ -353,47 +353,6 @@ def test_amplification_is_the_distance_of_its_two_runs_over_that_of_their_starts
         hp.amplification(drawn.scene, drawn.controller, duration=0.0, initial=drawn.initial)
 
 
-@pytest.mark.parametrize("index", [47, 120])
-def test_two_runs_of_ndf_that_are_wrong_alike_are_not_taken_for_right(index: int) -> None:
-    """At a tenth of the tolerance its errors came out the same: x2.3 and x4.0 without a word."""
-    from hexapod_pin.validation.position_error import PositionError
-    from hexapod_pin.validation.random_scenes import KINDS, draw_scene
-
-    drawn = draw_scene(79040025, index, KINDS)
-    truth = drawn.run(method="dop853", accuracy=1e-10, estimate=True)
-    assert truth.error_estimate < 1e-9
-    run = drawn.run(method="ndf", accuracy=1e-7, estimate=True)
-    error = PositionError.between(run.q, truth.q).q
-    assert error <= run.error_estimate <= 1e-7
-
-
-@pytest.mark.parametrize(
-    ("seed", "index", "accuracy", "once"),
-    [
-        (841333962, 299, 1e-3, "two loose runs wrong alike about which foot slides: x6.5"),
-        (760322070, 372, 1e-4, "a foot that leaves and is back within a step: x2.2"),
-        (760322070, 504, 1e-3, "the same: x1.0, a third of it estimated"),
-        (123352390, 229, 1e-4, "a body without joints that barely leaves: x2.6"),
-        (352663886, 335, 1e-4, "a foot that comes to rest sticks, or just does not: x3.4"),
-        (352663886, 416, 1e-4, "a thrown box: x1.7"),
-        (859092696, 61, 1e-3, "hops of 7 um, far below the tolerance, that carry it on: x3.1"),
-    ],
-)
-def test_scenes_that_were_once_missed_without_a_word(
-    seed: int, index: int, accuracy: float, once: str
-) -> None:
-    """Random scenes of `benchmarks/promise.py`, held against DOP853 far tighter."""
-    from hexapod_pin.validation.position_error import PositionError
-    from hexapod_pin.validation.random_scenes import KINDS, draw_scene
-
-    drawn = draw_scene(seed, index, KINDS)
-    truth = drawn.run(method="dop853", accuracy=1e-9, estimate=True)
-    assert truth.error_estimate < 1e-3 * accuracy, once
-    run = drawn.run(accuracy=accuracy, estimate=True)
-    error = PositionError.between(run.q, truth.q).q
-    assert error <= run.error_estimate <= accuracy, once
-
-
 @pytest.mark.parametrize(("mu_dynamic", "second"), [(0.5, 4), (0.4, 8)])
 def test_friction_that_drops_where_a_foot_breaks_away_asks_for_a_finer_second_run(
     mu_dynamic: float, second: int

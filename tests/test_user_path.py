@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
-from typer.testing import CliRunner
 
 import hexapod_pin as hp
-from hexapod_pin.commands.app import app
 from hexapod_pin.user_path import user_path
+
+Run = Callable[..., SimpleNamespace]
 
 NO_FILES = ["é" * 300, "a" * 300 + ".urdf", "x/" * 3000, "~unknown/x", "~unknown", "."]
 
@@ -32,7 +34,6 @@ def test_a_tilde_is_the_users_home_and_that_of_nobody_stays(monkeypatch: pytest.
         lambda name: hp.HeightField.from_csv(name, 0.1),
         lambda name: hp.HeightField.from_image(name, 0.1, 0.1),
         lambda name: hp.Scene.from_toml(f'[robot]\nsource = "{name}"\n'),
-
     ],
 )  # fmt: skip
 def test_no_file_is_a_typed_error_at_every_door(read, name: str, tmp_path, monkeypatch):
@@ -54,11 +55,23 @@ def test_what_is_written_at_home_is_read_there(tmp_path, monkeypatch):
     assert hp.load_catalog("~/motors.csv").models == hp.load_catalog().models
 
 
-@pytest.mark.parametrize("line", [["sweep", "."], ["sweep", "/"], ["check", "~unknown/x.urdf"]])
-def test_a_folder_or_nobodys_file_ends_a_command_in_one_line(line: list[str]) -> None:
-    """`sweep .` had no name for its store."""
-    found = CliRunner().invoke(app, line)
-    assert found.exit_code == 2 and isinstance(found.exception, SystemExit), found.output
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        (("sweep", "."), "study file"),
+        (("sweep", "/"), "study file"),
+        (("check", "~unknown/x.urdf"), "no such file"),
+        (("bench", "latin.toml"), "latin.toml"),
+    ],
+)
+def test_no_file_ends_a_command_in_one_line(
+    run: Run, tmp_path: Path, line: tuple[str, ...], told: str
+) -> None:
+    """`sweep .` had no name for its store; a scene that is no UTF-8 was a UnicodeDecodeError."""
+    (tmp_path / "latin.toml").write_bytes("name = 'é'".encode("latin-1"))
+    done = run(*line)
+    assert done.status == 2 and told in done.err and done.err.count("\n") == 1, done.err
+    assert done.left == ["latin.toml"]
 
 
 def test_a_folder_is_no_store(tmp_path: Path) -> None:
