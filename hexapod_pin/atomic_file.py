@@ -16,7 +16,7 @@ from pathlib import Path
 
 from hexapod_pin.errors import TraceFileError
 from hexapod_pin.stop_signals import unbroken
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 MARK, ENDING = ".hexapod-", ".tmp"
 """How the name of a temporary file begins and ends."""

@@ -243,6 +243,20 @@ class SweepInterrupted(SimulationInterrupted):
         super().__init__(message, None)
 
 
+class FileConflictError(HexapodError):
+    """A file that a command is to write is one of its inputs, or another of its outputs.
+
+    Attributes:
+        name: the option that names the file to write.
+        value: its path.
+    """
+
+    def __init__(self, name: str, value: str, message: str) -> None:
+        """Name option and file in front of the message."""
+        self.name, self.value = name, value
+        super().__init__(f"{name} {value}: {message}")
+
+
 class TraceFileError(HexapodError):
     """A result file cannot be written or read: missing, truncated, or of another schema."""
 

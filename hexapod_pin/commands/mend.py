@@ -18,7 +18,7 @@ from hexapod_pin.commands.options import (
 )
 from hexapod_pin.commands.status import FAILED, fail
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.mending import Mended

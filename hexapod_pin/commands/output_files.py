@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import DivergenceError, SimulationInterrupted, TraceFileError
 from hexapod_pin.stop_signals import unbroken
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace

@@ -15,7 +15,7 @@ import typer
 from hexapod_pin.commands.motor_options import speed_limit, torque_limit
 from hexapod_pin.commands.options import OptionalFloat, OptionalText, foot_names
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.loading.load_options import LoadOptions

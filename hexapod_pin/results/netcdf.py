@@ -14,7 +14,7 @@ from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import TraceFileError
 from hexapod_pin.results.file_ending import NETCDF, check_ending
 from hexapod_pin.results.file_seal import is_broken, seal_of
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 Result = TypeVar("Result")
 

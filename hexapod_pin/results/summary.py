@@ -26,7 +26,7 @@ from hexapod_pin.results.plain_json import without_non_finite
 from hexapod_pin.results.run_schema import checked_summary
 from hexapod_pin.results.summary_layout import LAYOUT, SCHEMA, SCHEMA_VERSION, shape_of
 from hexapod_pin.results.way import distance_per_cycle
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 
 @dataclass(frozen=True, eq=False)

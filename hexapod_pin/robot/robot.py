@@ -29,7 +29,7 @@ from hexapod_pin.robot.loading.stated_legs import stated_limbs, stated_places
 from hexapod_pin.robot.mending.urdf_check import check_urdf
 from hexapod_pin.robot.scratch_data import scratch_data
 from hexapod_pin.robot.state import State, checked_state
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     import pinocchio as pin

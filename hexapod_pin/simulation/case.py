@@ -17,7 +17,7 @@ from hexapod_pin.simulation.case_data import case_to_dict, read_case
 from hexapod_pin.simulation.case_digest import case_digest
 from hexapod_pin.simulation.run_settings import RunSettings
 from hexapod_pin.simulation.work_limits import WorkLimits
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.control.feedback import FeedbackController

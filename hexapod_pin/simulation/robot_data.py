@@ -10,7 +10,7 @@ from typing import Any
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot, urdf_path
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 OPTIONS = ("feet", "foot_radius", "posture")
 """What a robot was loaded with."""

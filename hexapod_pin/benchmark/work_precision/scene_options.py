@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from hexapod_pin.benchmark.work_precision.task import Task, standing_task
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller

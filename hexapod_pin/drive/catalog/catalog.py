@@ -17,7 +17,7 @@ from hexapod_pin.errors import (
     TraceFileError,
     UnknownNameError,
 )
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 SAME_VOLTAGE = 1e-6
 """Relative difference up to which two voltages are the same [-]."""

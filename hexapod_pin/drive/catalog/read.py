@@ -15,7 +15,7 @@ from hexapod_pin.drive.catalog.columns import BY_HEADER, HEADERS, TEXTS
 from hexapod_pin.drive.catalog.header import check_header
 from hexapod_pin.drive.catalog.motor_record import MotorRecord
 from hexapod_pin.errors import CatalogError, CatalogFault, ParameterError
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 PACKAGE_FILE = "motors.csv"
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array

@@ -12,7 +12,7 @@ from xml.parsers import expat
 
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.other_formats import advice_on
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 MAX_BYTES = 50_000_000
 """Largest file that is read [bytes]."""

@@ -14,7 +14,7 @@ from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.robot.loading.load_options import LoadOptions, hints_path
 from hexapod_pin.robot.recognition.directions import across_up
 from hexapod_pin.robot.recognition.layout import RobotLayout
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 HEAD = """\
 # Read with the URDF of the same name: what stands here goes before what would be inferred.

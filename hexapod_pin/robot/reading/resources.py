@@ -17,7 +17,7 @@ from hexapod_pin.robot.reading.folder_index import FolderIndex, FolderListing
 from hexapod_pin.robot.reading.packages import FOLDER_VARIABLES, PackageFolders, folders_of
 from hexapod_pin.robot.reading.resource_uri import ResourceUri, parse_resource_uri
 from hexapod_pin.robot.reading.tail_search import TailSearch, other_names
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 NEAR_ASCENT = 3
 """Folders above the URDF in which the end of a foreign path is looked for."""

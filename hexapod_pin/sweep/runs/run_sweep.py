@@ -16,7 +16,7 @@ from hexapod_pin.sweep.runs.executors import DaskWorkers, PoolWorkers, Workers
 from hexapod_pin.sweep.runs.store import SweepStore
 from hexapod_pin.sweep.runs.sweep_result import SweepResult, open_sweep
 from hexapod_pin.sweep.runs.worker_processes import WorkerProcesses
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.sweep.study import SweepStudy

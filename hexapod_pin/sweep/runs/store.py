@@ -18,7 +18,7 @@ from hexapod_pin.sweep.runs.store_file import DONE, FAILED, connect, make_single
 from hexapod_pin.sweep.runs.store_inputs import write_inputs
 from hexapod_pin.sweep.runs.store_lock import StoreLock
 from hexapod_pin.sweep.runs.store_schema import checked_meta
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.sweep.study import SweepStudy

@@ -22,7 +22,7 @@ from hexapod_pin.sweep.runs.dataset import (
 )
 from hexapod_pin.sweep.runs.store_reading import NOT_RUN, StoredSweep, read_store
 from hexapod_pin.sweep.runs.sweep_csv import sweep_csv
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 CSV = (".csv",)
 """Endings of tables."""

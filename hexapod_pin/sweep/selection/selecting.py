@@ -20,7 +20,7 @@ from hexapod_pin.sweep.selection.motor_places import (
 )
 from hexapod_pin.sweep.selection.motor_study import candidates, read_motor_study
 from hexapod_pin.sweep.selection.required_walks import required_walks
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.simulation.case import Case

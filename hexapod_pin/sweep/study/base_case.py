@@ -36,7 +36,7 @@ from hexapod_pin.sweep.study.fields import (
     table_at,
 )
 from hexapod_pin.sweep.study.gait_inputs import gait_of
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 SETTINGS = ("duration", "accuracy", "method", "step", "sample", "record")
 

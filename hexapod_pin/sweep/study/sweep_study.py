@@ -20,7 +20,7 @@ from hexapod_pin.sweep.study.design import INDICES
 from hexapod_pin.sweep.study.motor_inputs import StudyMotors
 from hexapod_pin.sweep.study.study_file import SCHEMA, read_study_file
 from hexapod_pin.sweep.study.study_input import StudyInput
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 MOST_CASES = 10_000_000
 """Most cases of a study."""

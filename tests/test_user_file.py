@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.user_path import user_path
+from hexapod_pin.user_file import user_path
 
 Run = Callable[..., SimpleNamespace]
 
