@@ -19,6 +19,9 @@ from hexapod_pin.errors import FileConflictError, ParameterError
 TEXT_BYTES = 16_000_000
 """Largest text that is read: a case, a study, hints, a catalogue [bytes]."""
 
+PIECE = 1 << 20
+"""Read at a time of what a file does not say that it has [bytes]."""
+
 _KINDS = (
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),
@@ -40,8 +43,9 @@ def user_path(path: str | Path) -> Path:
 
 
 def reason_of(error: Exception) -> str:
-    """Return what the system, or a decoder, says of a file."""
-    return getattr(error, "strerror", None) or str(error)
+    """Return what the system, or a decoder, says of a file, for the middle of a sentence."""
+    text = getattr(error, "strerror", None) or str(error)
+    return text[:1].lower() + text[1:]
 
 
 def read_bytes(path: str | Path, most: int) -> bytes:
@@ -69,17 +73,24 @@ def read_bytes(path: str | Path, most: int) -> bytes:
         _refuse_output(path, found)
         if found.st_size > most:
             raise _too_large(path, found.st_size, most)
-        with open(file, "rb", closefd=False) as stream:
-            data = stream.read(most + 1)
-        if len(data) > most:  # a file that grows, or one of /proc, whose size is said to be 0
-            raise _too_large(path, len(data), most)
-        return data
+        return _content(file, found.st_size, path, most)
     finally:
         os.close(file)
 
 
+def _content(file: int, size: int, path: str | Path, most: int) -> bytes:
+    """Return what an open file holds; it may grow, and one of /proc says that it is empty."""
+    pieces, length = [], 0
+    while piece := os.read(file, size + 1 if not pieces else PIECE):
+        pieces.append(piece)
+        length += len(piece)
+        if length > most:
+            raise _too_large(path, length, most)
+    return b"".join(pieces)
+
+
 def _too_large(path: str | Path, size: int, most: int) -> OSError:
-    text = f"has {size} bytes, of which {most} are read at most"
+    text = f"has {size} bytes; no more than {most} bytes are read"
     return OSError(errno.EFBIG, text, str(path))
 
 

@@ -284,7 +284,7 @@ def test_a_bad_file_is_refused_by_field(kind: str, tmp_path: Path) -> None:
 def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
     """No file, a folder and a binary file are told from each other."""
     (tmp_path / "binary.toml").write_bytes(b"\x89HDF\xff\x00\x01")
-    for name, reason in (("none", "No such file"), ("", "directory"), ("binary.toml", "decode")):
+    for name, reason in (("none", "no such file"), ("", "a folder"), ("binary.toml", "decode")):
         with pytest.raises(hp.errors.ParameterError, match=reason) as caught:
             load_sweep(tmp_path / name)
         assert caught.value.name == "study file"

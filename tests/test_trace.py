@@ -197,7 +197,7 @@ def test_long_texts_fit(tmp_path: Path) -> None:
 
 
 def test_a_missing_file_is_refused_by_name(tmp_path: Path) -> None:
-    with pytest.raises(TraceFileError, match=r"nowhere\.nc: no such file"):
+    with pytest.raises(TraceFileError, match=r"nowhere\.nc: cannot be read \(no such file"):
         load_trace(tmp_path / "nowhere.nc")
 
 

@@ -134,7 +134,7 @@ def test_all_findings_at_once(tmp_path: Path) -> None:
 def test_unreadable_files(tmp_path: Path) -> None:
     """Missing, a folder, not UTF-8, too large."""
     for path, told in ((tmp_path / "missing.urdf", "no such file"), (tmp_path, "a folder")):
-        with pytest.raises(UrdfError, match=f"{told}; give the path"):
+        with pytest.raises(UrdfError, match=f"{told}.*; give the path"):
             load_robot(path)
     latin = tmp_path / "latin.urdf"
     latin.write_bytes(GOOD.replace("kharagpur", "käfer").encode("latin-1"))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -14,7 +13,7 @@ from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import TraceFileError
 from hexapod_pin.results.file_ending import NETCDF, check_ending
 from hexapod_pin.results.file_seal import is_broken, seal_of
-from hexapod_pin.user_file import user_path
+from hexapod_pin.user_file import read_bytes, reason_of
 
 Result = TypeVar("Result")
 
@@ -29,6 +28,10 @@ MOST_GROWTH = 1100
 
 LEAST_COMPRESSED = 1 << 14
 """Smaller arrays are stored as they are [bytes]."""
+
+
+MOST_BYTES = 4_000_000_000
+"""Largest file that is read [bytes]: the samples that a run may keep, uncompressed."""
 
 
 class Column(NamedTuple):
@@ -136,7 +139,9 @@ def read_netcdf(
         TraceFileError: the file is missing, truncated, damaged, or no netCDF-4 file, or has no
             such group.
     """
-    found = _read(path, lambda file: _read_group(file if group is None else file.get(group)))
+    found = _read(
+        path, lambda file, size: _read_group(file if group is None else file.get(group), size)
+    )
     if found is None:
         raise TraceFileError(
             f"{path}: no group {group!r}; it has {', '.join(netcdf_groups(path)) or 'none'}."
@@ -151,34 +156,38 @@ def netcdf_groups(path: str | Path) -> tuple[str, ...]:
         TraceFileError: as of `read_netcdf`.
     """
     return _read(
-        path, lambda file: tuple(name for name in file if not hasattr(file[name], "shape"))
+        path, lambda file, _: tuple(name for name in file if not hasattr(file[name], "shape"))
     )
 
 
-def _read(path: str | Path, read: Callable[[Any], Result]) -> Result:
-    """Return what `read` makes of an open file, or say what is wrong with the file."""
+def _read(path: str | Path, read: Callable[[Any, int], Result]) -> Result:
+    """Return what `read` makes of an open file and its size, or say what is wrong with the file."""
     import h5py  # a netCDF-4 file is HDF5; h5netcdf leaves warnings behind on damage
 
-    path = user_path(path)
-    if not os.path.isfile(path):
-        raise TraceFileError(f"{path}: no such file.")
     try:
-        if is_broken(path):
-            raise TraceFileError(f"{path}: damaged: its bytes do not match its checksum.")
-        with h5py.File(path, "r") as file:
-            return read(file)
-    except TraceFileError:
-        raise
+        data = read_bytes(path, MOST_BYTES)
+    except (OSError, ValueError) as error:
+        raise TraceFileError(f"{path}: cannot be read ({reason_of(error)}).") from error
+    if is_broken(data):
+        raise TraceFileError(f"{path}: damaged: its bytes do not match its checksum.")
+    try:  # HDF5 is given the content: a file that it opens itself it locks against its writer
+        with h5py.File(h5py.h5f.open_file_image(data)) as file:
+            return read(file, len(data))
     except Exception as error:  # HDF5 reports damage by many types, OSError to UnicodeError
-        raise TraceFileError(f"{path}: {_damage(path, error)}") from error
+        raise TraceFileError(f"{path}: {_damage(data, error)}") from error
 
 
-def _read_group(place: Any) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]] | None:
-    """Return variables and attributes of a file or a group; None of a variable or of nothing."""
+def _read_group(
+    place: Any, size: int
+) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]] | None:
+    """Return variables and attributes of a file or a group; None of a variable or of nothing.
+
+    `size`: of the file [bytes].
+    """
     if place is None or hasattr(place, "shape"):
         return None
     variables = {name: item for name, item in place.items() if hasattr(item, "shape")}
-    arrays = {name: _read_column(variable) for name, variable in variables.items()}
+    arrays = {name: _read_column(variable, size) for name, variable in variables.items()}
     return arrays, {key: _scalar(value) for key, value in place.attrs.items()}
 
 
@@ -187,11 +196,9 @@ def _scalar(value: Any) -> Any:
     return value.item() if isinstance(value, np.ndarray) and value.size == 1 else value
 
 
-def _read_column(variable: Any) -> np.ndarray[Any, Any]:
-    """Return one variable's array, text decoded."""
-    if variable.size * variable.dtype.itemsize > MOST_GROWTH * os.path.getsize(
-        variable.file.filename
-    ):
+def _read_column(variable: Any, size: int) -> np.ndarray[Any, Any]:
+    """Return one variable's array, text decoded, from a file of so many bytes."""
+    if variable.size * variable.dtype.itemsize > MOST_GROWTH * size:
         raise ValueError(f"{variable.name} is said to be of shape {variable.shape}")
     values = np.asarray(variable[()])
     if values.dtype.kind != "O":
@@ -200,16 +207,11 @@ def _read_column(variable: Any) -> np.ndarray[Any, Any]:
     return np.array(text, dtype=object).reshape(values.shape)
 
 
-def _damage(path: Path, error: Exception) -> str:
-    """Say in one sentence why a file could not be read."""
-    try:
-        with open(path, "rb") as stream:
-            start = stream.read(8)
-    except OSError as refusal:
-        return f"cannot be read ({refusal.strerror or refusal})."
-    if start != b"\x89HDF\r\n\x1a\n":
+def _damage(data: bytes, error: Exception) -> str:
+    """Say in one sentence why the content of a file could not be read."""
+    if not data.startswith(b"\x89HDF\r\n\x1a\n"):
         return "not a netCDF-4 file (its first bytes are not those of HDF5)."
     detail = " ".join(str(error).split())
     if "truncated" in detail:
-        return f"truncated: {path.stat().st_size} bytes are left of a longer file ({detail})."
+        return f"truncated: {len(data)} bytes are left of a longer file ({detail})."
     return f"damaged ({type(error).__name__}: {detail})."

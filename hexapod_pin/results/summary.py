@@ -26,7 +26,7 @@ from hexapod_pin.results.plain_json import without_non_finite
 from hexapod_pin.results.run_schema import checked_summary
 from hexapod_pin.results.summary_layout import LAYOUT, SCHEMA, SCHEMA_VERSION, shape_of
 from hexapod_pin.results.way import distance_per_cycle
-from hexapod_pin.user_file import user_path
+from hexapod_pin.user_file import TEXT_BYTES, read_bytes, reason_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,9 +315,9 @@ def load_summary(path: str | Path) -> Summary:
         TraceFileError: the file is missing, damaged, of another kind or of a newer schema.
     """
     try:
-        found = json.loads(user_path(path).read_text(encoding="utf-8"))
+        found = json.loads(read_bytes(path, TEXT_BYTES))
     except (OSError, ValueError, RecursionError) as error:
-        raise TraceFileError(f"{path}: cannot be read as JSON ({error}).") from error
+        raise TraceFileError(f"{path}: cannot be read as JSON ({reason_of(error)}).") from error
     if not isinstance(found, dict) or found.get("schema") != SCHEMA:
         raise TraceFileError(f"{path}: not a summary.")
     if found.get("schema_version") != SCHEMA_VERSION:

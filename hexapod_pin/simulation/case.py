@@ -17,7 +17,7 @@ from hexapod_pin.simulation.case_data import case_to_dict, read_case
 from hexapod_pin.simulation.case_digest import case_digest
 from hexapod_pin.simulation.run_settings import RunSettings
 from hexapod_pin.simulation.work_limits import WorkLimits
-from hexapod_pin.user_file import user_path
+from hexapod_pin.user_file import read_text, user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.control.feedback import FeedbackController
@@ -236,10 +236,5 @@ def load_case(path: str | Path) -> Case:
         ParameterError: no such file, or as `Case.from_toml`.
         UrdfError, UnknownNameError: the robot, or something in it, is not there.
     """
-    place = user_path(path)
-    try:
-        text = place.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise ParameterError("case file", str(path), f"a readable text file ({reason})") from error
-    return Case.from_toml(text, place.absolute().parent)
+    text = read_text(path, "case file")
+    return Case.from_toml(text, user_path(path).absolute().parent)

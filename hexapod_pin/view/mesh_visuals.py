@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from typing import Any
 from xml.etree import ElementTree
@@ -14,12 +15,16 @@ from hexapod_pin.robot.description.urdf_file import origin, triple
 from hexapod_pin.robot.description.urdf_inertia import rotation
 from hexapod_pin.robot.reading.mesh_file import Mesh, read_mesh
 from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.user_file import read_bytes
 
 Color = tuple[float, float, float, float]
 
 MESH_COLOR: Color = (0.62, 0.66, 0.71, 1.0)
 """Of a mesh for which neither the URDF nor its file gives a colour."""
 BRIGHTEST_BYTE = 255.0
+
+TEXTURE_BYTES = 100_000_000
+"""Largest image that is read [bytes]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +153,8 @@ def _texture_mean(finder: ResourceFinder, name: str) -> Color | None:
     from PIL import Image
 
     try:
-        with Image.open(path) as image:
+        data = read_bytes(path, TEXTURE_BYTES)
+        with Image.open(io.BytesIO(data)) as image:
             pixels = np.asarray(image.convert("RGBA"), dtype=float).reshape(-1, 4)
     except (OSError, ValueError, Image.DecompressionBombError):
         return None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from hexapod_pin.benchmark.work_precision.task import Task, standing_task
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.user_file import user_path
+from hexapod_pin.user_file import read_text
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
@@ -117,11 +117,7 @@ def _cut(task: Task, options: SceneOptions) -> Task:
 def _read(path: Path) -> Scene:
     from hexapod_pin.simulation.scene import Scene
 
-    try:
-        text = user_path(path).read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        raise ParameterError("SCENE", str(path), "a file that can be read") from error
-    return Scene.from_toml(text)
+    return Scene.from_toml(read_text(path, "SCENE"))
 
 
 def _robot_scene(name: str, options: SceneOptions) -> Scene:

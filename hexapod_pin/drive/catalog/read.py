@@ -15,7 +15,7 @@ from hexapod_pin.drive.catalog.columns import BY_HEADER, HEADERS, TEXTS
 from hexapod_pin.drive.catalog.header import check_header
 from hexapod_pin.drive.catalog.motor_record import MotorRecord
 from hexapod_pin.errors import CatalogError, CatalogFault, ParameterError
-from hexapod_pin.user_file import user_path
+from hexapod_pin.user_file import TEXT_BYTES, read_bytes, reason_of, user_path
 
 PACKAGE_FILE = "motors.csv"
 
@@ -49,11 +49,10 @@ def _text(path: Path) -> str:
     """
     hint = "Save the table as CSV, UTF-8, from your spreadsheet."
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise CatalogError(
-            str(path), [CatalogFault(0, "", str(path), f"a readable file ({error.strerror})")]
-        ) from error
+        data = read_bytes(path, TEXT_BYTES)
+    except (OSError, ValueError) as error:
+        fault = CatalogFault(0, "", str(path), f"a readable file ({reason_of(error)})")
+        raise CatalogError(str(path), [fault]) from error
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.user_file import user_path
+from hexapod_pin.user_file import read_bytes, reason_of
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
@@ -57,62 +58,28 @@ def read_image(path: str | Path) -> Array:
     """Return the brightness (rows, columns) of an image, 0 black to 1 white, top row first.
 
     Raises:
-        ParameterError: the file is not an image, or neither Pillow nor matplotlib is installed.
+        ParameterError: the file cannot be read, or is not an image.
     """
-    _bytes(path)
-    try:
-        return _with_pillow(path)
-    except ImportError:
-        pass
-    try:
-        return _with_matplotlib(path)
-    except ImportError as error:
-        raise ParameterError(
-            "path", str(path), "read with Pillow or matplotlib", "`pip install pillow`."
-        ) from error
-
-
-def _with_pillow(path: str | Path) -> Array:
+    data = _bytes(path)
     from PIL import Image
 
     try:
-        with Image.open(path) as image:
+        with Image.open(io.BytesIO(data)) as image:
             if image.mode in ("I;16", "I;16B", "I;16L", "I;16N", "I"):
                 return np.asarray(image, dtype=float) / 65535.0
             if image.mode == "F":
                 raise ValueError("floating-point images have no white")
-            return _grey(np.asarray(image.convert("RGB"), dtype=float) / 255.0)
+            return np.asarray(image.convert("RGB"), dtype=float) / 255.0 @ LUMINANCE
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise _unreadable(path, f"an image ({error})") from error
-
-
-def _with_matplotlib(path: str | Path) -> Array:
-    from matplotlib.image import imread
-
-    try:
-        found: Any = np.asarray(imread(path))
-    except (OSError, ValueError, SyntaxError) as error:
-        raise _unreadable(path, f"an image ({error})") from error
-    scale = np.iinfo(found.dtype).max if np.issubdtype(found.dtype, np.integer) else 1.0
-    return _grey(found.astype(float) / scale)
-
-
-def _grey(image: Array) -> Array:
-    """Return the luminance of an image (rows, columns) or (rows, columns, 3 or 4)."""
-    return image if image.ndim == 2 else np.asarray(image[..., :3] @ LUMINANCE)
 
 
 def _bytes(path: str | Path) -> bytes:
     """Return a file's content."""
     try:
-        file = user_path(path)
-        if file.stat().st_size > MAX_FILE_BYTES:
-            raise _unreadable(path, f"a file of {MAX_FILE_BYTES} bytes at most")
-        return file.read_bytes()
+        return read_bytes(path, MAX_FILE_BYTES)
     except (OSError, ValueError) as error:
-        if isinstance(error, ParameterError):
-            raise
-        raise _unreadable(path, f"a readable file ({error})") from error
+        raise _unreadable(path, f"a readable file ({reason_of(error)})") from error
 
 
 def _unreadable(path: str | Path, allowed: str) -> ParameterError:

@@ -10,9 +10,9 @@ from functools import cached_property
 from pathlib import Path
 from xml.parsers import expat
 
+from hexapod_pin import user_file
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.other_formats import advice_on
-from hexapod_pin.user_file import user_path
 
 MAX_BYTES = 50_000_000
 """Largest file that is read [bytes]."""
@@ -197,23 +197,16 @@ def read_urdf(path: str | Path, *, max_bytes: int = MAX_BYTES) -> UrdfFile:
 
 
 def read_bytes(path: str | Path, *, max_bytes: int = MAX_BYTES) -> bytes:
-    """Return what a file holds, one byte more than allowed at most.
+    """Return what a file holds.
 
     Raises:
-        UrdfError: the file is missing or cannot be read.
+        UrdfError: the file is missing, no regular file, too large, or cannot be read.
     """
-    source = str(path)
     try:
-        file = user_path(path)
-        if not file.is_file():
-            found = "a folder" if file.is_dir() else "no regular file"
-            told = found if file.exists() else "no such file"
-            raise UrdfError(source, [f"{told}; give the path of a URDF"])
-        with file.open("rb") as stream:
-            return stream.read(max_bytes + 1)
-    except (OSError, ValueError, RuntimeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise UrdfError(source, [f"cannot be read: {reason}"]) from error
+        return user_file.read_bytes(path, max_bytes)
+    except (OSError, ValueError) as error:
+        found = f"cannot be read: {user_file.reason_of(error)}; give the path of a URDF"
+        raise UrdfError(str(path), [found]) from error
 
 
 def parse_urdf(data: bytes, source: str, *, max_bytes: int = MAX_BYTES) -> UrdfFile:

@@ -10,6 +10,7 @@ from pydantic import Field
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.recognition.hints import RobotHints
 from hexapod_pin.spec import read_toml
+from hexapod_pin.user_file import read_text
 
 HINTS_SUFFIX = ".hints.toml"
 """robot.urdf (or robot.urdf.xacro) takes hints from robot.hints.toml beside it."""
@@ -58,14 +59,13 @@ def read_hints(urdf: Path) -> LoadOptions:
     """
     try:
         path = hints_path(urdf)
-        if not path.is_file():
+        if not path.exists():
             return LoadOptions()
     except (OSError, ValueError):  # no name for a file: the robot's own is refused for it
         return LoadOptions()
+    text = read_text(path, "hints file")
     try:
-        return LoadOptions(**read_toml(path.read_text(encoding="utf-8")))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ParameterError("hints file", str(path), f"a readable text file ({error})") from error
+        return LoadOptions(**read_toml(text))
     except ParameterError as error:
         allowed, hint = error.allowed, f"{error.hint} It stands in {path}.".strip()
         raise ParameterError(error.name, error.value, allowed, hint) from error

@@ -21,9 +21,8 @@ from hexapod_pin.robot.reading.mesh_cache import MeshCache
 from hexapod_pin.robot.reading.mesh_part import MeshPart
 from hexapod_pin.robot.reading.mesh_parts import parts_of
 from hexapod_pin.robot.reading.tail_search import MESH_EXTENSIONS
+from hexapod_pin.user_file import reason_of
 
-MAX_MESH_BYTES = 300_000_000
-"""Largest mesh file that is read [bytes]."""
 MAX_MESH_FACES = 5_000_000
 """Most triangles of a mesh."""
 
@@ -83,11 +82,7 @@ def read_mesh(path: str | Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> Mes
     try:
         state = os.stat(path)
     except (OSError, ValueError) as error:
-        raise MeshError(str(path), f"cannot be opened ({_text(error)})") from error
-    if state.st_size > MAX_MESH_BYTES:
-        raise MeshError(
-            str(path), f"has {state.st_size} bytes: at most {MAX_MESH_BYTES}; decimate the mesh"
-        )
+        raise MeshError(str(path), f"cannot be opened ({reason_of(error)})") from error
     key = (os.path.abspath(path), state.st_mtime_ns, state.st_size, factors)
     return _CACHE.get(key, lambda: _read(Path(path), factors), _size)
 
@@ -157,7 +152,3 @@ def _checked_scale(scale: Sequence[float]) -> tuple[float, ...]:
 
 def _size(mesh: Mesh) -> int:
     return int(mesh.vertices.nbytes + mesh.faces.nbytes)
-
-
-def _text(error: Exception) -> str:
-    return getattr(error, "strerror", None) or str(error)

@@ -5,6 +5,7 @@ trimesh (with pycollada) reads all but binary STL, the usual kind, which needs n
 
 from __future__ import annotations
 
+import io
 import logging
 import re
 import warnings
@@ -17,6 +18,10 @@ from hexapod_pin.errors import MeshError
 from hexapod_pin.robot.reading.mesh_color import mean_color
 from hexapod_pin.robot.reading.mesh_part import MeshPart
 from hexapod_pin.robot.reading.stl_binary import binary_stl
+from hexapod_pin.user_file import read_bytes, reason_of
+
+MAX_MESH_BYTES = 300_000_000
+"""Largest mesh file that is read [bytes]."""
 
 _UNIT = re.compile(rb"""<unit\b[^>]*?\bmeter\s*=\s*["']([^"']*)["']""")
 _ENTITY = re.compile(rb"<!(?:DOCTYPE|ENTITY)", re.IGNORECASE)
@@ -36,7 +41,7 @@ def parts_of(path: Path) -> tuple[list[MeshPart], float]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            parts = _placed(_loaded(path))
+            parts = _placed(_loaded(path, data))
     except MemoryError as error:
         raise MeshError(str(path), "does not fit into memory; decimate the mesh") from error
     except Exception as error:  # what a mesh reader raises is not ours to know
@@ -47,14 +52,25 @@ def parts_of(path: Path) -> tuple[list[MeshPart], float]:
     return parts, unit
 
 
-def _loaded(path: Path) -> Any:
-    """Load a file by trimesh: no vertices merged, nothing said on the terminal."""
+def _loaded(path: Path, data: bytes) -> Any:
+    """Load a file's content by trimesh: no vertices merged, nothing printed on the terminal.
+
+    Other files that it names, as of materials, are read from its folder alone, by the same rule.
+    """
     import trimesh
+    from trimesh.resolvers import FilePathResolver
+
+    class Beside(FilePathResolver):  # type: ignore[misc]
+        def get(self, name: str) -> bytes:
+            return read_bytes(self.absolute(name), MAX_MESH_BYTES)
 
     logger = logging.getLogger("trimesh")
     if not logger.handlers:
         logger.addHandler(logging.NullHandler())
-    return trimesh.load_scene(str(path), process=False)
+    return trimesh.load_scene(
+        io.BytesIO(data), file_type=path.suffix.casefold()[1:], resolver=Beside(str(path)),
+        process=False,
+    )  # fmt: skip
 
 
 def _placed(scene: Any) -> list[MeshPart]:
@@ -77,9 +93,9 @@ def _placed(scene: Any) -> list[MeshPart]:
 
 def _bytes(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        return read_bytes(path, MAX_MESH_BYTES)
     except (OSError, ValueError) as error:
-        raise MeshError(str(path), f"cannot be opened ({error})") from error
+        raise MeshError(str(path), f"cannot be opened ({reason_of(error)})") from error
 
 
 def _collada_unit(path: Path, data: bytes) -> float:

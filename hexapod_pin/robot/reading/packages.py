@@ -13,12 +13,13 @@ from itertools import islice
 from pathlib import Path
 
 from hexapod_pin.robot.reading.folder_index import FolderIndex, folder_entries
+from hexapod_pin.user_file import read_bytes
 
 MAX_ASCENT = 16
 """Folders above the URDF that are looked into."""
 MAX_SIBLINGS = 500
 """Entries beside a package whose package.xml is read."""
-_MANIFEST_BYTES = 65_536
+_MANIFEST_BYTES = 1_000_000
 _NAME = re.compile(rb"<name>\s*([^<\s]+)\s*</name>")
 
 SHARE_VARIABLES = ("AMENT_PREFIX_PATH", "COLCON_PREFIX_PATH", "CMAKE_PREFIX_PATH")
@@ -96,8 +97,7 @@ class PackageFolders:
 def package_name(folder: Path) -> str | None:
     """Return the <name> in a folder's package.xml; None without one."""
     try:
-        with open(folder / "package.xml", "rb") as stream:
-            found = _NAME.search(stream.read(_MANIFEST_BYTES))
+        found = _NAME.search(read_bytes(folder / "package.xml", _MANIFEST_BYTES))
     except (OSError, ValueError):
         return None
     return found[1].decode("utf-8", "replace") if found else None

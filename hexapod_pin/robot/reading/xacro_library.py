@@ -14,6 +14,7 @@ from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.urdf_file import checked_text
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.reading.xacro_expression import value_of
+from hexapod_pin.user_file import read_bytes
 
 _PACKAGE = "package://"
 MAX_MACRO_CALLS = 5000
@@ -97,10 +98,7 @@ class FoundIncludes:
 
     def document(self, path: str) -> minidom.Document:
         """Parse a file; a document type declaration is refused, as in a URDF."""
-        if os.path.exists(path) and not os.path.isfile(path):
-            raise UrdfError(path, ["no regular file"])
-        with open(path, "rb") as stream:
-            data = stream.read(self.max_bytes + 1)
+        data = read_bytes(path, self.max_bytes)
         document = minidom.parseString(checked_text(data, path, self.max_bytes).encode())
         for element in document.getElementsByTagName("xacro:arg"):
             if not element.hasAttribute("default"):

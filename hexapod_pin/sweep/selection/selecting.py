@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.errors import ParameterError, SimulationInterrupted
+from hexapod_pin.errors import SimulationInterrupted
 from hexapod_pin.results.motor_selection import MotorCandidate, MotorSelection
 from hexapod_pin.sweep.selection.confidence import UncertainInputs, confidence_of
 from hexapod_pin.sweep.selection.evaluation import Evaluation
@@ -20,7 +20,7 @@ from hexapod_pin.sweep.selection.motor_places import (
 )
 from hexapod_pin.sweep.selection.motor_study import candidates, read_motor_study
 from hexapod_pin.sweep.selection.required_walks import required_walks
-from hexapod_pin.user_file import user_path
+from hexapod_pin.user_file import read_text, user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.simulation.case import Case
@@ -106,13 +106,7 @@ def load_motor_study(path: str | Path) -> tuple[str, Path]:
     Raises:
         ParameterError: no such file.
     """
-    place = user_path(path)
-    try:
-        return place.read_text(encoding="utf-8"), place.absolute().parent
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        allowed = f"a readable text file ({reason})"
-        raise ParameterError("study file", str(path), allowed) from error
+    return read_text(path, "study file"), user_path(path).absolute().parent
 
 
 def ranked_candidates(found: Sequence[MotorCandidate]) -> tuple[MotorCandidate, ...]:

@@ -20,7 +20,7 @@ from hexapod_pin.sweep.study.design import INDICES
 from hexapod_pin.sweep.study.motor_inputs import StudyMotors
 from hexapod_pin.sweep.study.study_file import SCHEMA, read_study_file
 from hexapod_pin.sweep.study.study_input import StudyInput
-from hexapod_pin.user_file import user_path
+from hexapod_pin.user_file import read_text, user_path
 
 MOST_CASES = 10_000_000
 """Most cases of a study."""
@@ -221,11 +221,5 @@ def load_sweep(path: str | Path) -> SweepStudy:
         ParameterError: no such file, or as `SweepStudy`.
         UrdfError, UnknownNameError, GaitError: its robot or gait is not usable.
     """
-    place = user_path(path)
-    try:
-        text = place.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        allowed = f"a readable text file ({reason})"
-        raise ParameterError("study file", str(path), allowed) from error
-    return SweepStudy(text, place.absolute().parent)
+    text = read_text(path, "study file")
+    return SweepStudy(text, user_path(path).absolute().parent)
