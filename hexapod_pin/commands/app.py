@@ -24,6 +24,7 @@ from hexapod_pin.commands.select import select
 from hexapod_pin.commands.stability import stability
 from hexapod_pin.commands.status import FAILED, INTERRUPTED_TEXT, fail, interrupted_status
 from hexapod_pin.commands.sweep import sweep
+from hexapod_pin.commands.terminal import echo
 from hexapod_pin.commands.verify import verify
 from hexapod_pin.commands.view import view
 from hexapod_pin.commands.walk import walk
@@ -64,7 +65,7 @@ def _version(wanted: bool) -> None:
     if wanted:
         from importlib.metadata import version
 
-        typer.echo(f"hexapod-pin {version('hexapod-pin')}")
+        echo(f"hexapod-pin {version('hexapod-pin')}")
         raise typer.Exit
 
 

@@ -19,6 +19,7 @@ from hexapod_pin.commands.options import (
 from hexapod_pin.commands.output_files import writable
 from hexapod_pin.commands.progress import progress_bar
 from hexapod_pin.commands.status import MISSED, fail
+from hexapod_pin.commands.terminal import echo
 from hexapod_pin.errors import ParameterError, SimulationInterrupted
 
 if TYPE_CHECKING:
@@ -137,11 +138,11 @@ def _measure(
     settings.check()
     tasks = [find_task(name, options) for name in scenes]
     machine, done, interrupted = Machine.here(), [], False
-    typer.echo(str(machine))
+    echo(str(machine))
     for task in tasks:
         try:
             done.append(_one(task, settings, accuracy))
-            typer.echo(scene_text(done[-1]))
+            echo(scene_text(done[-1]))
         except (KeyboardInterrupt, SimulationInterrupted):
             interrupted = True
         if interrupted or done[-1].interrupted:
@@ -151,7 +152,7 @@ def _measure(
         report = BenchmarkReport(machine, command, done)
         for path, write in zip(files, (write_report, write_plot), strict=True):
             if path is not None:
-                typer.echo(f"wrote {write(report, path)}")
+                echo(f"wrote {write(report, path)}")
     if interrupted or done[-1].interrupted:
         raise SimulationInterrupted("interrupted; what was measured before is above", None)
     missed = [f"{scene.task.name}: {row_name(row)}" for scene in done for row in scene.missed]
@@ -195,20 +196,20 @@ def _hard(quick: bool, out: Path | None) -> None:
         require_ending("--out", out, (".md",))
         out = writable("--out", out)
     machine, parts = Machine.here(), []
-    typer.echo(str(machine))
+    echo(str(machine))
     stopped: BaseException | None = None
     try:
         for title, run in suite_parts(quick):
             with progress_bar(title) as tick:
                 parts.append(run(tick))
-            typer.echo(f"\n{parts[-1].table.text()}\n{parts[-1].summary}")
+            echo(f"\n{parts[-1].table.text()}\n{parts[-1].summary}")
             if parts[-1].interrupted is not None:
                 raise parts[-1].interrupted
     except (KeyboardInterrupt, SimulationInterrupted) as error:
         stopped = error
     if out is not None and parts:
         write_atomically(out, suite_page(machine, parts))
-        typer.echo(f"wrote {out}")
+        echo(f"wrote {out}")
     if stopped is not None:
         told = f"interrupted; {len(parts)} of the suite's parts were begun and are above"
         raise SimulationInterrupted(told, None) from stopped

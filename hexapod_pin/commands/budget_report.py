@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
+from hexapod_pin.commands.terminal import echo
 
 if TYPE_CHECKING:
     from hexapod_pin.results.peak_verdict import PeakVerdicts
@@ -48,7 +48,7 @@ def print_budget(
     if motors is not None:
         more["motors"] = motors.to_dict()
     if json:
-        typer.echo(found.to_json(**more))
+        echo(found.to_json(**more))
         return
     texts = [part.table() for part in (found, judged, motors) if part is not None]
-    typer.echo("\n\n".join(texts))
+    echo("\n\n".join(texts))

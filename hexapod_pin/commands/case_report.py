@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
+from hexapod_pin.commands.terminal import echo
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -43,21 +42,21 @@ def run_and_report(
         planning = progress.stage(f"planning {case.duration:g} s")
         trace = run_saving(lambda: run_case(case, progress, planning), trace_path)
     walk = walk_verdict(trace)
-    typer.echo(f"{walk.line}\n{run_summary(trace)}")
+    echo(f"{walk.line}\n{run_summary(trace)}")
     for line in events_text(trace.events, trace.limits):
-        typer.echo(f"note: {line}")
+        echo(f"note: {line}")
     if html_path is not None:
         from hexapod_pin.view.html import write_html
 
         write_html(trace, html_path)
     whole = _print_budget(trace)
     if whole and walk.walks and not quick and _assumes_gains(case):
-        typer.echo(_stiffness_line(case, trace, threads) + "\n")
+        echo(_stiffness_line(case, trace, threads) + "\n")
     for path in (trace_path, html_path):
         if path is not None:
-            typer.echo(f"wrote {path}")
+            echo(f"wrote {path}")
     if verdict and whole:
-        typer.echo("\n" + verdict_on_peaks(trace, threads).table())
+        echo("\n" + verdict_on_peaks(trace, threads).table())
     if not walk.walks:
         fail(f"{walk.robot} does not walk: {walk.reason}. {_sentence(walk.advice)}", DOES_NOT_WALK)
 
@@ -93,9 +92,9 @@ def _print_budget(trace: Trace) -> bool:
     from hexapod_pin.results.torque_budget import torque_budget
 
     try:
-        typer.echo("\n" + torque_budget(trace).table() + "\n")
+        echo("\n" + torque_budget(trace).table() + "\n")
     except ParameterError as error:
-        typer.echo(f"no torque table: {error}", err=True)
+        echo(f"no torque table: {error}", err=True)
         return False
     return True
 

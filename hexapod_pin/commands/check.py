@@ -10,6 +10,7 @@ from hexapod_pin.commands.option_names import option_names, spelt_in_options
 from hexapod_pin.commands.options import Feet, FootRadius, PackagePath, RobotName, XacroArgs
 from hexapod_pin.commands.robot_options import Forward, Hold, Legs, PostureText, load_options
 from hexapod_pin.commands.status import FAILED, fail
+from hexapod_pin.commands.terminal import echo
 
 
 def check(
@@ -39,10 +40,10 @@ def check(
     report = inspect(urdf, options=options)
     text = spelt_in_options(str(report), option_names(context.command))
     if report.ok or report.layout is not None:
-        typer.echo(text)
+        echo(text)
     if write and report.layout is not None:
-        typer.echo(f"wrote {write_hints(urdf, report.layout, options)}")
+        echo(f"wrote {write_hints(urdf, report.layout, options)}")
     if not report.ok:
         fail(f"{report.source}: refused" if report.layout is not None else text, FAILED)
     if not report.legs:
-        typer.echo("note: it can stand, but not walk: it has no legs to walk with")
+        echo("note: it can stand, but not walk: it has no legs to walk with")

@@ -9,8 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
+from hexapod_pin.commands.terminal import echo
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
 
 if TYPE_CHECKING:
@@ -94,7 +93,7 @@ def compare_and_report(
     if files.figure is not None:
         from hexapod_pin.view.comparison_figure import write_comparison_figure
 
-        typer.echo(f"wrote {write_comparison_figure(found, files.figure)}")
+        echo(f"wrote {write_comparison_figure(found, files.figure)}")
     if files.html is not None:
         _play(planned, files.html, threads)
     return found
@@ -102,10 +101,10 @@ def compare_and_report(
 
 def _tell(found: Comparison, files: ComparisonFiles, markdown: bool) -> None:
     """Print the tables and write the numbers."""
-    typer.echo(found.to_markdown() if markdown else found.table())
-    typer.echo("")
+    echo(found.to_markdown() if markdown else found.table())
+    echo("")
     if files.json is not None:
-        typer.echo(f"wrote {found.save(files.json)}")
+        echo(f"wrote {found.save(files.json)}")
 
 
 def _play(planned: Sequence[PlannedRun], path: Path, threads: int) -> None:
@@ -126,6 +125,6 @@ def _play(planned: Sequence[PlannedRun], path: Path, threads: int) -> None:
         if isinstance(trace, Trace):
             traces[run.controller] = trace
         else:
-            typer.echo(f"no playback of {run.controller}: {result}", err=True)
+            echo(f"no playback of {run.controller}: {result}", err=True)
     if traces:
-        typer.echo(f"wrote {write_side_by_side(traces, path)}")
+        echo(f"wrote {write_side_by_side(traces, path)}")

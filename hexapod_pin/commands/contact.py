@@ -9,6 +9,7 @@ import typer
 
 from hexapod_pin.commands.options import OptionalPath, OptionalText
 from hexapod_pin.commands.status import FAILED, fail
+from hexapod_pin.commands.terminal import echo
 from hexapod_pin.errors import ParameterError
 
 
@@ -43,7 +44,7 @@ def contact(
     from hexapod_pin.view.contact_figure import require_ending
 
     if restitution:
-        typer.echo(restitution_table())
+        echo(restitution_table())
     if law is None:
         if not restitution:
             raise ParameterError("LAW", law, "named, or --restitution given", "See --help.")
@@ -51,10 +52,10 @@ def contact(
     found = named_law(law, parameters or ())
     path = writable("--out", out or Path("contact.png"))
     require_ending(path)
-    typer.echo(report(found, mass=mass, speed=speed))
+    echo(report(found, mass=mass, speed=speed))
     if figure(found, path, mass=mass, speed=speed):
-        typer.echo(f"wrote {path}")
+        echo(f"wrote {path}")
     elif out is None:
-        typer.echo(NO_FIGURE, err=True)
+        echo(NO_FIGURE, err=True)
     else:
         fail(NO_FIGURE, FAILED)

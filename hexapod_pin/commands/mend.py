@@ -17,6 +17,7 @@ from hexapod_pin.commands.options import (
     given,
 )
 from hexapod_pin.commands.status import FAILED, fail
+from hexapod_pin.commands.terminal import echo
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.user_file import user_path
 
@@ -81,8 +82,8 @@ def mend(
         *(f"changed: {text}" for text in moved),
         *finding_lines(left),
     ]:
-        typer.echo(line)
-    typer.echo(f"wrote {path}" + ("" if mended.changes or moved else ": a copy, nothing to mend"))
+        echo(line)
+    echo(f"wrote {path}" + ("" if mended.changes or moved else ": a copy, nothing to mend"))
 
 
 def _report(mended: Mended) -> list[str]:

@@ -16,6 +16,7 @@ from hexapod_pin.commands.options import (
     TraceOut,
     Verdict,
 )
+from hexapod_pin.commands.terminal import echo
 
 
 def run(
@@ -47,7 +48,7 @@ def run(
     found = load_case(case).with_defaults(limits=chosen_limits(None, force))
     settings = found.settings
     robot = found.scene.robot
-    typer.echo(
+    echo(
         f"{robot.name}: {robot.total_mass:.5g} kg. {robot.provenance}\n"
         f"case {case}: {settings.duration:g} s, digest {found.digest}"
     )

@@ -7,8 +7,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
+from hexapod_pin.commands.terminal import echo
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.user_file import user_path
 
@@ -96,9 +95,9 @@ def _require_same_robot(base: Any, robot: str, study: Path) -> None:
 def print_selection(selection: MotorSelection, json: bool) -> None:
     """Print the ranking as text or JSON."""
     if json:
-        typer.echo(json_text.dumps(selection.to_dict(), indent=2, allow_nan=False))
+        echo(json_text.dumps(selection.to_dict(), indent=2, allow_nan=False))
     else:
-        typer.echo(selection.table())
+        echo(selection.table())
 
 
 def write_files(selection: MotorSelection, report: Path | None, table: Path | None) -> None:
@@ -107,9 +106,9 @@ def write_files(selection: MotorSelection, report: Path | None, table: Path | No
         from hexapod_pin.view.selection_report import write_selection_report
 
         write_selection_report(selection, report)
-        typer.echo(f"wrote {report}", err=True)
+        echo(f"wrote {report}", err=True)
     if table is not None:
         from hexapod_pin.results.motor_selection_table import write_selection_csv
 
         write_selection_csv(selection, table)
-        typer.echo(f"wrote {table}", err=True)
+        echo(f"wrote {table}", err=True)

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from hexapod_pin.commands.options import TracePath
+from hexapod_pin.commands.terminal import echo
 
 
 def stability(
@@ -21,4 +22,4 @@ def stability(
     from hexapod_pin.results.trace_file import load_trace
 
     found = margins(load_trace(trace), whole=whole)
-    typer.echo(found.to_json() if json else found.table())
+    echo(found.to_json() if json else found.table())

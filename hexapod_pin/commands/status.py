@@ -9,8 +9,7 @@ from __future__ import annotations
 import sys
 from typing import NoReturn
 
-import typer
-
+from hexapod_pin.commands.terminal import echo
 from hexapod_pin.stop_signals import end, received
 
 MISSED = 1
@@ -35,5 +34,5 @@ def interrupted_status() -> int:
 def fail(message: str, status: int) -> NoReturn:
     """Print one message on stderr and exit."""
     end()
-    typer.echo(f"hexapod-pin: {message}", err=True)
+    echo(f"hexapod-pin: {message}", err=True)
     sys.exit(status)

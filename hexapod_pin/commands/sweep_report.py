@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from hexapod_pin.commands.output_files import writable
 from hexapod_pin.commands.progress import time_left_bar
+from hexapod_pin.commands.terminal import echo
 
 if TYPE_CHECKING:
     from hexapod_pin.sweep.runs import SweepResult
@@ -66,33 +65,33 @@ def run_and_report(study: SweepStudy, files: SweepFiles, **how: Any) -> None:
     """
     from hexapod_pin.sweep.runs import run_sweep
 
-    typer.echo(f"{study.name}: {len(study)} cases, study {study.digest}")
+    echo(f"{study.name}: {len(study)} cases, study {study.digest}")
     for item in study.inputs:
-        typer.echo(f"  {item.name}{f' [{item.unit}]' if item.unit else ''}: {item.text}")
+        echo(f"  {item.name}{f' [{item.unit}]' if item.unit else ''}: {item.text}")
     begin = time.perf_counter()
     with time_left_bar("sweeping") as bar:
         result = run_sweep(study, files.store, progress=bar, **how)
     _print(result, time.perf_counter() - begin, bar.moved * len(result))
     if files.out is not None:
-        typer.echo(f"dataset: {result.save(files.out)}")
+        echo(f"dataset: {result.save(files.out)}")
     if files.plot is not None and result.done:
         from hexapod_pin.view.sweep_figure import write_sweep_figure
 
-        typer.echo(f"figure: {write_sweep_figure(result.dataset, files.plot)}")
+        echo(f"figure: {write_sweep_figure(result.dataset, files.plot)}")
 
 
 def _print(result: SweepResult, taken: float, run_now: float) -> None:
     """Print how many cases came to what, how long they took and where they are."""
     failed = result.failed
-    typer.echo(f"{result.done} of {len(result)} cases done, {len(failed)} failed")
+    echo(f"{result.done} of {len(result)} cases done, {len(failed)} failed")
     for kind, count in result.reasons.items():
-        typer.echo(f"  {count} x {kind}")
+        echo(f"  {count} x {kind}")
     for index, reason in failed[:SHOWN]:
-        typer.echo(f"  case {index}: {reason}")
+        echo(f"  case {index}: {reason}")
     if len(failed) > SHOWN:
-        typer.echo(f"  ... {len(failed) - SHOWN} more: see `reason` in the dataset")
+        echo(f"  ... {len(failed) - SHOWN} more: see `reason` in the dataset")
     if result.not_walking:
-        typer.echo(f"{result.not_walking} cases do not walk as planned: see `verdict`")
+        echo(f"{result.not_walking} cases do not walk as planned: see `verdict`")
     if round(run_now):
-        typer.echo(f"{round(run_now)} cases run in {taken:.1f} s, {taken / run_now:.3g} s a case")
-    typer.echo(f"store: {result.path}")
+        echo(f"{round(run_now)} cases run in {taken:.1f} s, {taken / run_now:.3g} s a case")
+    echo(f"store: {result.path}")

@@ -11,6 +11,7 @@ from hexapod_pin.commands.options import OptionalPath, OptionalText
 from hexapod_pin.commands.output_files import writable
 from hexapod_pin.commands.progress import progress_bar
 from hexapod_pin.commands.status import MISSED, fail
+from hexapod_pin.commands.terminal import echo
 from hexapod_pin.errors import SimulationInterrupted
 
 
@@ -44,10 +45,10 @@ def verify(
         results, stopped = list(error.results or ()), error
     table, told = result_table(results), summary(results)
     told += "" if stopped is None else f"\n{stopped}"
-    typer.echo(f"{table.text()}\n{told}")
+    echo(f"{table.text()}\n{told}")
     if path is not None:
         write_atomically(path, f"{table.markdown()}\n{told}\n")
-        typer.echo(f"wrote {path}")
+        echo(f"wrote {path}")
     if stopped is not None:
         raise stopped
     if any(result.failed for result in results):

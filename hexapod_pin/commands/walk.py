@@ -40,6 +40,7 @@ from hexapod_pin.commands.robot_options import (
     Velocity,
     load_options,
 )
+from hexapod_pin.commands.terminal import echo
 
 if TYPE_CHECKING:
     from hexapod_pin.control.feasible_gait import FittedGait
@@ -206,7 +207,7 @@ def walk(
     scene = Scene(loaded, contact=laws, servo=servo, prescribed=prescribed)
     _print_plan(loaded, fitted)
     for line in motor_lines:
-        typer.echo(line)
+        echo(line)
     case = Case(
         scene, KinematicControl(chosen), duration=time,
         accuracy=accuracy, torque_accuracy=_number_or_share(torque_accuracy), estimate=not once,
@@ -214,7 +215,7 @@ def walk(
         limits=chosen_limits(None, force),
     )  # fmt: skip
     if case_path is not None:
-        typer.echo(f"wrote {case.save(case_path)}")
+        echo(f"wrote {case.save(case_path)}")
     title = f"walking {time:g} s"
     run_and_report(
         case, title, trace_path, html_path, verdict=verdict, quick=quick, threads=threads
@@ -239,7 +240,7 @@ def _print_plan(robot: Robot, fitted: FittedGait) -> None:
         "" if reason in (DEFAULT, GIVEN) else f" ({reason})"
         for reason in (fitted.cycle_time, fitted.lift)
     )
-    typer.echo(
+    echo(
         f"{robot.name}: {robot.total_mass:.5g} kg, {len(robot.legs)} legs. {robot.provenance}\n"
         f"gait {gait.name}: stroke {gait.stroke:.4g} m ({fitted.stroke}), "
         f"cycle {gait.cycle_time:g} s{cycle}, duty {gait.duty:.4g}, lift {gait.lift:.4g} m{lift}: "
@@ -252,4 +253,4 @@ def _print_plan(robot: Robot, fitted: FittedGait) -> None:
     }
     for kind, texts in lines.items():
         for text in texts:
-            typer.echo(f"{kind}: {text}")
+            echo(f"{kind}: {text}")
