@@ -44,7 +44,8 @@ def write_atomically(
     temporary file: what is not locked has no writer any more.
 
     Args:
-        path: the file to write; a symbolic link is followed. Its directory must exist.
+        path: the file to write, which is no symbolic link: what a link leads to is somebody's.
+            Links among the folders above it are followed. Its directory must exist.
         content: the whole content of the file; text as UTF-8.
         replace: whether a file of that name may be there.
 
@@ -79,21 +80,36 @@ def _encoded(path: str | Path, content: bytes | memoryview | str) -> bytes | mem
 
 
 def _target(path: str | Path) -> Path:
-    """Return the file that a path names, links followed.
+    """Return the file that a path names, links among its folders followed.
 
     Raises:
         OSError: what is there is no regular file.
     """
-    target = Path(os.path.realpath(user_path(path)))
+    given = user_path(path)
+    if given.name in ("", ".."):
+        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
+    target = Path(os.path.realpath(given.parent)) / given.name
     with contextlib.suppress(FileNotFoundError):
-        mode = target.lstat().st_mode
-        if stat.S_ISLNK(mode):
-            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
-        if stat.S_ISDIR(mode):
-            raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
-        if not stat.S_ISREG(mode):
-            raise OSError(errno.EINVAL, "is no regular file")
+        require_own_name(target)
     return target
+
+
+def require_own_name(target: Path) -> None:
+    """Refuse a name that is there and is not that of a regular file itself.
+
+    What comes there afterwards is not written through either: a finished file takes the name.
+
+    Raises:
+        FileNotFoundError: nothing is there.
+        OSError: it is a symbolic link, a folder, a pipe, a device or a socket.
+    """
+    mode = target.lstat().st_mode
+    if stat.S_ISLNK(mode):
+        raise OSError(errno.ELOOP, f"is a symbolic link to {os.readlink(target)}")
+    if stat.S_ISDIR(mode):
+        raise OSError(errno.EISDIR, "is a folder")
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "is no regular file")
 
 
 def _write(stream: int, content: memoryview) -> None:
@@ -171,10 +187,13 @@ def sweep(target: Path) -> list[Path]:
 def _removed(path: str) -> bool:
     """Remove a temporary file without a writer; tell whether there was one."""
     try:
-        stream = os.open(path, os.O_WRONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
+        stream = os.open(path, os.O_WRONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
     except OSError:
         return False
     try:
+        found = os.fstat(stream)
+        if not stat.S_ISREG(found.st_mode) or found.st_uid != os.geteuid():
+            return False
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         os.unlink(path)
     except OSError:
@@ -188,7 +207,7 @@ def _refusal(path: str | Path, needed: int, error: Exception) -> str:
     """Say what the system refused, and how many bytes the file needs."""
     if not isinstance(error, OSError):
         return f"{str(path)!r}: cannot be written ({error}); name a file without NUL characters."
-    target = Path(os.path.realpath(user_path(path)))
+    target = Path(os.path.abspath(user_path(path)))
     message = f"{target}: cannot be written ({error.strerror or error}); it needs {needed} bytes"
     folder = target.parent
     try:
@@ -207,6 +226,7 @@ def _way_out(number: int | None) -> str:
         errno.EFBIG: "; raise the limit on file sizes (ulimit -f), or write elsewhere",
         errno.EROFS: "; write to a folder that can be written to",
         errno.EACCES: "; write to a folder that can be written to",
-        errno.ELOOP: "; its symbolic links lead in a circle",
+        errno.ELOOP: "; name a file that is no link, and no circle of links",
+        errno.EISDIR: "; name a file in it",
     }
     return ways.get(number or 0, "")

@@ -122,9 +122,10 @@ def test_a_folder_that_cannot_be_written_to(tmp_path: Path) -> None:
         ("gone/a", "not a directory that can be written to"),
         ("x" * 300, "File name too long.*shorter name"),
         ("a\0b", "NUL"),
-        (".", "Is a directory"),
+        (".", "is a folder"),
+        ("..", "is a folder|Is a directory"),
         ("/dev/null", "no regular file"),
-        ("circle", "circle"),
+        ("circle", "is a symbolic link to circle"),
     ],
 )
 def test_names_that_cannot_be_written(tmp_path: Path, name: str, words: str) -> None:
@@ -134,14 +135,57 @@ def test_names_that_cannot_be_written(tmp_path: Path, name: str, words: str) -> 
     assert left(tmp_path) == ["circle"]
 
 
-def test_symbolic_links_are_followed_dangling_ones_too(tmp_path: Path) -> None:
+def test_nothing_is_written_through_a_link(tmp_path: Path) -> None:
+    """What a link leads to may be anybody's: it, and what it leads to, stay as they are."""
     for name in ("there", "dangling"):
         (tmp_path / f"link_{name}").symlink_to(tmp_path / name)
     (tmp_path / "there").write_text("old")
     for name in ("there", "dangling"):
-        write_atomically(tmp_path / f"link_{name}", "new")
+        with pytest.raises(TraceFileError, match="is a symbolic link to"):
+            write_atomically(tmp_path / f"link_{name}", "new")
         assert (tmp_path / f"link_{name}").is_symlink()
-        assert (tmp_path / name).read_text() == "new"
+    assert (tmp_path / "there").read_text() == "old"
+    assert left(tmp_path) == ["link_dangling", "link_there", "there"]
+
+
+def test_folders_may_be_links(tmp_path: Path) -> None:
+    (tmp_path / "real").mkdir()
+    (tmp_path / "folder").symlink_to("real")
+    write_atomically(tmp_path / "folder" / "a", "x")
+    assert (tmp_path / "real" / "a").read_text() == "x"
+
+
+@pytest.mark.parametrize("kind", ["link", "hard link", "pipe"])
+def test_what_takes_the_name_in_between_is_not_written_through(
+    kind: str, tmp_path: Path, monkeypatch
+) -> None:
+    """The finished file takes the name; what stood there in between keeps its content."""
+    precious, target = tmp_path / "precious", tmp_path / "a"
+    precious.write_text("keys")
+    synchronize = os.fsync
+
+    def put(stream: int) -> None:
+        synchronize(stream)
+        if kind == "pipe":
+            os.mkfifo(target)
+        else:
+            (os.symlink if kind == "link" else os.link)(precious, target)
+
+    monkeypatch.setattr(atomic_file.os, "fsync", put)
+    write_atomically(target, "new")
+    assert precious.read_text() == "keys"
+    assert target.read_text() == "new" and not target.is_symlink()
+    assert precious.stat().st_nlink == 1
+
+
+def test_a_pipe_among_temporary_files_is_not_waited_for(tmp_path: Path) -> None:
+    """A file that only looks like a temporary one of a killed writer stays where it is."""
+    name = atomic_file._prefix(tmp_path / "a") + "1-0.tmp"
+    os.mkfifo(tmp_path / name)
+    (tmp_path / name.replace("1-0", "1-1")).symlink_to(tmp_path / "precious")
+    (tmp_path / "precious").write_text("keys")
+    write_atomically(tmp_path / "a", "x")
+    assert name in left(tmp_path) and (tmp_path / "precious").read_text() == "keys"
 
 
 def test_the_longest_name_that_a_file_can_have(tmp_path: Path) -> None:

@@ -218,5 +218,5 @@ def read_crouch(data: Any) -> Crouch:
 
 
 def test_no_such_file(tmp_path: Path) -> None:
-    with pytest.raises(ParameterError, match="No such file"):
+    with pytest.raises(ParameterError, match="no such file"):
         hp.load_case(tmp_path / "none.toml")

@@ -82,7 +82,7 @@ BAD = {
         grid('input = "motor"\nvalues = ["AX-12A"]', BASE + "prescribed = true\n"),
         "vary[0].input", "no motor acts",
     ),
-    "case not found": (f'{HEAD}[base]\ncase = "no.toml"\n{GRID}', "case file", "No such file"),
+    "case not found": (f'{HEAD}[base]\ncase = "no.toml"\n{GRID}', "case file", "no such file"),
     "unknown gait": (
         f'{HEAD}[base]\nrobot = "athena"\ngait = "tripd"\n{GRID}', "base.gait", "mean 'tripod'",
     ),
