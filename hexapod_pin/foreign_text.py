@@ -1,4 +1,4 @@
-"""Text that comes from outside (names in files, arguments), before a terminal or table gets it."""
+"""Text from outside (names in files, arguments), before a terminal or a spreadsheet gets it."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ _CONTROL = (
 
 _NOT_PRINTED = re.compile(f"[{_CONTROL}]")
 
+_FORMULA = re.compile(r"'*[=+\-@\t\r]")
+
 
 def visible(text: str) -> str:
     r"""Return a text with an escape such as `\x1b` for each character that a terminal acts on.
@@ -21,6 +23,25 @@ def visible(text: str) -> str:
     `\udc80` and the like.
     """
     return _NOT_PRINTED.sub(_escape, text)
+
+
+def has_control(text: str) -> bool:
+    """Tell whether a text has a character that a terminal acts on, other than newline and tab."""
+    return _NOT_PRINTED.search(text) is not None
+
+
+def csv_cell(text: str) -> str:
+    """Return the cell of a text: with an apostrophe first where it begins like a formula.
+
+    A spreadsheet takes what begins with =, +, -, @, a tab or a carriage return for a formula, also
+    between quotes. Numbers are no texts: they are written as they are.
+    """
+    return f"'{text}" if _FORMULA.match(text) else text
+
+
+def text_of_cell(cell: str) -> str:
+    """Return the text whose cell `csv_cell` returns."""
+    return cell[1:] if cell[:1] == "'" and _FORMULA.match(cell) else cell
 
 
 def _escape(found: re.Match[str]) -> str:

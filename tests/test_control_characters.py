@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import ast
+import csv
+import io
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import hexapod_pin as hp
 import hexapod_pin.commands
 from hexapod_pin.commands.terminal import echo
+from hexapod_pin.drive.catalog import Catalog, MotorRecord
+from hexapod_pin.drive.derating import Derating
+from hexapod_pin.errors import CatalogError, ParameterError
+from hexapod_pin.results.motor_selection import KindUse, MotorCandidate, MotorSelection
+from hexapod_pin.results.motor_selection_table import write_selection_csv
+from hexapod_pin.results.netcdf import Column
+from hexapod_pin.sweep.runs.sweep_csv import sweep_csv
 
 COMMANDS = Path(hexapod_pin.commands.__file__).parent
 
@@ -58,3 +69,90 @@ def test_commands_print_at_one_place() -> None:
         if _prints(node)
     ]
     assert not found
+
+
+def _fault(exception: pytest.ExceptionInfo[CatalogError]) -> tuple[int, str, object]:
+    return exception.value.line, exception.value.column, exception.value.value
+
+
+@pytest.mark.parametrize(
+    ("row", "column", "value"),
+    [
+        ("A\x1b]0;title\x07,maker,x", "model", "A\x1b]0;title\x07"),
+        ("A\u202e,maker,x", "model", "A\u202e"),
+        ('"A\nB",maker,x', "model", "A\nB"),
+        ("A\tB,maker,x", "model", "A\tB"),
+        ("A,\x9b31mROBOTIS,x", "maker", "\x9b31mROBOTIS"),
+        ('A,maker,"page\x7f 2"', "note", "page\x7f 2"),
+    ],
+)
+def test_a_catalogue_with_control_characters_is_refused(
+    row: str, column: str, value: str, tmp_path: Path
+) -> None:
+    """The row is named with its line and column, and nothing is printed raw."""
+    path = tmp_path / "motors.csv"
+    head = "voltage_V,stall_torque_Nm,no_load_speed_rad_s,mass_kg,model,maker,note"
+    path.write_text(f"{head}\n12,1.5,6,0.05,OK,,\n12,1.5,6,0.05,{row}\n", encoding="utf-8")
+    with pytest.raises(CatalogError) as refused:
+        hp.load_catalog(path)
+    assert _fault(refused) == (3, column, value)
+    with pytest.raises(ParameterError) as wrong:
+        MotorRecord(**{"model": "A", column: value}, voltage=12.0, stall_torque=1.5)
+    assert wrong.value.name.endswith(column)
+
+
+@pytest.mark.parametrize("note", ["two\nlines\tand a tab", "Å, 汉, 5 °C, “x”", "'quoted'"])
+def test_a_catalogue_with_other_text_is_read(note: str, tmp_path: Path) -> None:
+    """Lines and tabs within a note, and every other script, stay as they are."""
+    record = MotorRecord(model="A", voltage=12.0, stall_torque=1.5, note=note)
+    (again,) = hp.load_catalog(Catalog((record,), "").save(tmp_path / "motors.csv"))
+    assert again == record
+
+
+FORMULAS = [
+    '=HYPERLINK("http://example.org")', "+1+cmd", "-2+3", "@SUM(A1)", "'=1", "''-1", "\t=1",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", FORMULAS)
+def test_a_formula_in_a_catalogue_stays_a_text(text: str, tmp_path: Path) -> None:
+    """No cell that is written begins like a formula; what is read back is the same record."""
+    text = text.strip()
+    record = MotorRecord(model=text, maker=text, voltage=12.0, stall_torque=1.5, note=text)
+    path = Catalog((record,), "").save(tmp_path / "motors.csv")
+    cells = [cell for row in csv.reader(path.read_text().splitlines()) for cell in row]
+    assert not [cell for cell in cells if cell[:1] in {"=", "+", "-", "@", "\t", "\r"}]
+    (again,) = hp.load_catalog(path)
+    assert again == record
+
+
+@pytest.mark.parametrize("text", FORMULAS)
+def test_names_in_tables_are_no_formulas(text: str, tmp_path: Path) -> None:
+    """Of a sweep and of a selection; numbers, negative ones too, stay numbers."""
+    case = Column(("case",), np.arange(1), {})
+    columns = {
+        "case": case,
+        text: Column(("case",), np.array([-0.5]), {"units": "m"}),
+        "reason": Column(("case",), np.array([text], dtype=object), {}),
+    }
+    head, row = csv.reader(io.StringIO(sweep_csv(columns).decode(), newline=""))
+    assert head == ["case", f"'{text} [m]", "reason"]
+    assert row == ["0", "-0.5", f"'{text}"]
+
+    found = chosen(text.strip())
+    path = write_selection_csv(found, tmp_path / "motors.csv")
+    (cells,) = csv.DictReader(path.read_text().splitlines())
+    assert cells["motor"] == cells["source"] == cells["kind of joint"] == f"'{text.strip()}"
+    assert float(cells["robot mass [kg]"]) == 3.2
+
+
+def chosen(text: str) -> MotorSelection:
+    """Return a selection of one motor that is called so, as its joints are."""
+    motor = MotorRecord(model=text, voltage=12.0, stall_torque=4.0, mass=0.08, source=text)
+    use = KindUse(text, 0.3, 0.4, 0.3, 0.0, 0.2, 0.0, 0.0, {}, (text,))
+    candidate = MotorCandidate({text: motor}, 3.2, 0.96, (use,), ())
+    return MotorSelection(
+        robot=text, mass=3.0, contained=0.06, walks=(text,), candidates=(candidate,), unusable=(),
+        choice=candidate, iterations=(), confidence=None, derating=Derating(), catalog=text,
+        assumed=(), notes=(), demands={},
+    )  # fmt: skip

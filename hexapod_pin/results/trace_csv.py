@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hexapod_pin.foreign_text import csv_cell
 from hexapod_pin.results.file_ending import CSV, ending
 from hexapod_pin.results.netcdf import Column
 
@@ -50,7 +51,7 @@ def _headings(name: str, column: Column, columns: Mapping[str, Column]) -> Itera
     labels = [columns[axis].values.tolist() for axis in column.dims[1:]]
     units = _units(name, column, [len(names) for names in labels])
     for unit, place in zip(units, product(*labels), strict=True):
-        yield f"{'.'.join((name, *place))} [{unit}]"
+        yield csv_cell(f"{'.'.join((name, *place))} [{unit}]")
 
 
 def _units(name: str, column: Column, sizes: list[int]) -> list[str]:

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-from pydantic import NonNegativeFloat, PositiveFloat, model_validator
+from typing import Any
+
+from pydantic import (
+    NonNegativeFloat,
+    PositiveFloat,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from hexapod_pin.drive.catalog.armature import estimated_armature
 from hexapod_pin.drive.motor import Motor
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.foreign_text import has_control
 from hexapod_pin.spec import Spec
 
 
@@ -73,6 +82,23 @@ class MotorRecord(Spec):
     source: str = ""
     note: str = ""
     uncertain: str = ""
+
+    @field_validator("*")
+    @classmethod
+    def _printable(cls, value: Any, about: ValidationInfo) -> Any:
+        """Refuse a text that a terminal would act on, and a model's name of several lines.
+
+        Raises:
+            ParameterError: it has control characters.
+        """
+        if isinstance(value, str):
+            if has_control(value):
+                raise ParameterError(
+                    str(about.field_name), value, "text without control characters"
+                )
+            if about.field_name == "model" and any(mark in value for mark in "\n\t"):
+                raise ParameterError("model", value, "one line, without tabs")
+        return value
 
     @model_validator(mode="after")
     def _consistent(self) -> MotorRecord:

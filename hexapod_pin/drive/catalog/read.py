@@ -15,6 +15,7 @@ from hexapod_pin.drive.catalog.columns import BY_HEADER, HEADERS, TEXTS
 from hexapod_pin.drive.catalog.header import check_header
 from hexapod_pin.drive.catalog.motor_record import MotorRecord
 from hexapod_pin.errors import CatalogError, CatalogFault, ParameterError
+from hexapod_pin.foreign_text import text_of_cell
 from hexapod_pin.user_file import TEXT_BYTES, read_bytes, reason_of, user_path
 
 PACKAGE_FILE = "motors.csv"
@@ -132,7 +133,7 @@ def _record(line: int, header: list[str], cells: list[str]) -> MotorRecord:
     columns: dict[str, str] = {}
     for name, cell in zip(header, (cell.strip() for cell in cells), strict=True):
         if name in TEXTS:
-            fields[name], columns[name] = cell, name
+            fields[name], columns[name] = text_of_cell(cell), name
         elif name in BY_HEADER and cell:
             _put(line, name, _number(line, name, cell), fields, columns)
     try:

@@ -7,6 +7,7 @@ import io
 
 from hexapod_pin.drive.catalog.columns import HEADERS, ORDER
 from hexapod_pin.drive.catalog.motor_record import MotorRecord
+from hexapod_pin.foreign_text import csv_cell
 
 
 def catalog_text(records: tuple[MotorRecord, ...]) -> str:
@@ -24,5 +25,5 @@ def _cell(value: str | float | None) -> str:
     if value is None:
         return ""
     if isinstance(value, str):
-        return value
+        return csv_cell(value)
     return repr(int(value)) if value == int(value) and abs(value) < 1e9 else repr(value)

@@ -8,6 +8,7 @@ import itertools
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from hexapod_pin.foreign_text import csv_cell
 from hexapod_pin.results.netcdf import Column
 from hexapod_pin.sweep.runs.case_numbers import WAY
 from hexapod_pin.sweep.runs.dataset import CASE
@@ -42,8 +43,10 @@ def _heads(name: str, column: Column, made: Mapping[str, Column]) -> Iterator[st
     shown = f" [{unit}]" if unit not in ("", "1", "-") else ""
     labels = [made[axis].values.tolist() for axis in column.dims[1:]]
     for place in itertools.product(*labels):
-        yield ".".join([name, *place]) + shown
+        yield csv_cell(".".join([name, *place]) + shown)
 
 
 def _cell(value: Any) -> str:
-    return "" if value != value else repr(value) if isinstance(value, float) else str(value)
+    if isinstance(value, str):
+        return csv_cell(value)
+    return "" if value != value else repr(value)
