@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import Run
 
 import hexapod_pin as hp
 import hexapod_pin.commands
@@ -41,6 +42,26 @@ def test_a_terminal_is_given_no_control_characters(
     """What a terminal acts on is printed as an escape; everything else as it is."""
     echo(text, err=err)
     assert capsys.readouterr()[err] == f"{shown}\n"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("\x1b[31m\u202e",),
+        ("--\x1b[31m\u202e",),
+        ("walk", "a", "b\x1b[31m\u202e"),
+        ("walk", "--\x9b\u202e"),
+        ("walk", "\x1b]0;title\x07\u202e"),
+        ("walk", "kharagpur", "--gait", "\x1b[31m\u202e"),
+        ("verify", "--only", "\x1b[31m\u202e"),
+    ],
+)
+def test_arguments_are_quoted_visibly(words: tuple[str, ...], run: Run) -> None:
+    """In what is said of a command line that cannot be understood, and of a wrong value."""
+    found = run(*words)
+    assert found.status == 2
+    assert r"\u202e" in found.err
+    assert not set("\x07\x1b\x9b\u202e") & set(found.out + found.err)
 
 
 PRINTING = {"print", "echo", "secho", "echo_via_pager", "write", "writelines"}

@@ -5,8 +5,10 @@ Only what a command needs is imported, when it runs, so that `--help` is quick.
 
 from __future__ import annotations
 
+import io
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -30,16 +32,38 @@ from hexapod_pin.commands.view import view
 from hexapod_pin.commands.walk import walk
 from hexapod_pin.errors import HexapodError, SimulationInterrupted
 from hexapod_pin.stop_signals import begin, received
+from hexapod_pin.user_file import outputs_of_command
+
+_ClickError: Any = next(x for x in typer.BadParameter.__mro__ if x.__name__ == "ClickException")
+"""Of click, or of the copy of click that newer releases of typer contain."""
+
+
+@contextmanager
+def _usage_errors() -> Iterator[None]:
+    """Print errors of a command line, which quote its arguments, as everything else is printed."""
+    try:
+        yield
+    except _ClickError as error:
+        text = io.StringIO()
+        error.show(file=text)
+        echo(text.getvalue().removesuffix("\n"), err=True)
+        sys.exit(error.exit_code)
 
 
 class _Commands(TyperGroup):
     """Turns errors into one message, and tells Ctrl-C apart from typer's own silent exit."""
 
+    def make_context(self, *args: Any, **named: Any) -> Any:
+        """Read what stands before the command's name."""
+        with _usage_errors():
+            return super().make_context(*args, **named)
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was asked for."""
         begin()
         try:
-            return super().invoke(ctx)
+            with _usage_errors(), outputs_of_command():
+                return super().invoke(ctx)
         except KeyboardInterrupt:
             fail(INTERRUPTED_TEXT, interrupted_status())
         except HexapodError as error:
