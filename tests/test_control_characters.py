@@ -5,14 +5,18 @@ from __future__ import annotations
 import ast
 import csv
 import io
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from conftest import Run
+from synthetic import synthetic_trace
 
 import hexapod_pin as hp
 import hexapod_pin.commands
+from hexapod_pin.commands.progress import progress_bar, time_left_bar
 from hexapod_pin.commands.terminal import echo
 from hexapod_pin.drive.catalog import Catalog, MotorRecord
 from hexapod_pin.drive.derating import Derating
@@ -21,6 +25,7 @@ from hexapod_pin.results.motor_selection import KindUse, MotorCandidate, MotorSe
 from hexapod_pin.results.motor_selection_table import write_selection_csv
 from hexapod_pin.results.netcdf import Column
 from hexapod_pin.sweep.runs.sweep_csv import sweep_csv
+from hexapod_pin.view import html
 
 COMMANDS = Path(hexapod_pin.commands.__file__).parent
 
@@ -62,6 +67,31 @@ def test_arguments_are_quoted_visibly(words: tuple[str, ...], run: Run) -> None:
     assert found.status == 2
     assert r"\u202e" in found.err
     assert not set("\x07\x1b\x9b\u202e") & set(found.out + found.err)
+
+
+def test_the_title_of_a_progress_bar_is_a_text(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Neither control characters nor square brackets of a name are acted on."""
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "200")
+    for bar in (progress_bar, time_left_bar):
+        with bar("\x1b]0;title\x07[bold]\u202e") as show:
+            show(0.0)
+            show(0.5)
+        shown = capsys.readouterr().err
+        assert r"\x1b]0;title\x07[bold]\u202e" in shown
+        assert not set("\x07\u202e") & set(shown)
+
+
+def test_notes_of_the_viewer_are_visible(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The names of meshes that are not drawn stand in them."""
+    found = SimpleNamespace(notes=["\x1b[31m\u202e.stl"], url="http://127.0.0.1:1/")
+    monkeypatch.setattr(html, "live_viewer", lambda *_, **__: nullcontext(found))
+    html.view(synthetic_trace(duration=0.1), seconds=0.0, open_browser=False)
+    assert r"\x1b[31m\u202e.stl" in capsys.readouterr().out
 
 
 PRINTING = {"print", "echo", "secho", "echo_via_pager", "write", "writelines"}

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from hexapod_pin.foreign_text import visible
 from hexapod_pin.stop_signals import check_stop
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ class ProgressBar:
     def __init__(self, bar: Progress, title: str) -> None:
         """Begin at 0."""
         self._bar: Progress = bar
-        self._task: TaskID = bar.add_task(title, total=1.0)
+        self._task: TaskID = bar.add_task(visible(title), total=1.0)
         self._show = self.stage(title)
 
     def __call__(self, fraction: float) -> None:
@@ -29,7 +30,7 @@ class ProgressBar:
         """Return a callable that shows the finished fraction of something else."""
 
         def show(fraction: float) -> None:
-            self._bar.update(self._task, description=title, completed=fraction)
+            self._bar.update(self._task, description=visible(title), completed=fraction)
             check_stop()
 
         return show
@@ -47,7 +48,7 @@ class TimeLeftBar:
     def __call__(self, fraction: float) -> None:
         """Show how much is finished."""
         if self._task is None:
-            self._task = self._bar.add_task(self._title, total=1.0)
+            self._task = self._bar.add_task(visible(self._title), total=1.0)
             self._first = fraction
         self._last = fraction
         self._bar.update(self._task, completed=fraction)
@@ -73,7 +74,7 @@ def time_left_bar(title: str) -> Iterator[TimeLeftBar]:
     )
 
     console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(),
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(),
                TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())  # fmt: skip
     with Progress(
         *columns, console=console, disable=not console.is_terminal, speed_estimate_period=60.0
@@ -88,7 +89,7 @@ def progress_bar(title: str) -> Iterator[ProgressBar]:
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
     console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn())
     with Progress(
         *columns, TimeElapsedColumn(), console=console, disable=not console.is_terminal
     ) as bar:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import ViewerError
+from hexapod_pin.foreign_text import visible
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.view.mesh_store import MeshStore
 from hexapod_pin.view.page import folded_list, write_page
@@ -125,7 +126,7 @@ def view(
         package_path=package_path,
     ) as viewer:
         for note in viewer.notes:
-            print(f"mesh not drawn: {note}", flush=True)
+            print(visible(f"mesh not drawn: {note}"), flush=True)
         print(f"Playing at {viewer.url} (Ctrl-C ends it)", flush=True)
         if open_browser:
             webbrowser.open(viewer.url)
