@@ -181,12 +181,14 @@ def mesh_solid(path: Path, scale: Array) -> Solid | None:
 
     try:
         vertices = read_mesh(path, tuple(scale)).vertices
-        hull = convex_hull(vertices)
+        with np.errstate(all="ignore"):  # a flat hull divides by its volume, 0
+            hull = convex_hull(vertices)
+            volume, inertia = float(hull.volume), np.array(hull.moment_inertia)
+            centre = np.array(hull.center_mass)
     except (HexapodError, QhullError, ValueError):
         return None
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    volume, edges = float(hull.volume), high - low
-    inertia = np.array(hull.moment_inertia)
+    edges = high - low
     if not volume > FLAT * float(edges.max()) ** 3 or not np.all(np.isfinite(inertia)):
         return None
-    return Solid(volume, np.array(hull.center_mass), inertia, low, high)
+    return Solid(volume, centre, inertia, low, high)

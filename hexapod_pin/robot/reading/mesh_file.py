@@ -25,6 +25,12 @@ from hexapod_pin.user_file import reason_of
 
 MAX_MESH_FACES = 5_000_000
 """Most triangles of a mesh."""
+SMALLEST_MESH = 1e-9
+"""Least size of a mesh, scaled: the longest edge of the box around it [m]."""
+LARGEST_MESH = 1e6
+"""Largest coordinate of a mesh, scaled [m]."""
+DENORMAL = 1e-100
+"""Coordinates below are taken as 0 [m]: their products are no normal numbers."""
 
 Color = tuple[float, float, float, float]
 
@@ -53,7 +59,10 @@ class Mesh:
 
     @cached_property
     def hull_vertices(self) -> Array:
-        """(K, 3) corners of the convex hull [m]; all different vertices of a flat mesh."""
+        """(K, 3) corners of the convex hull [m]; all different vertices of a flat mesh.
+
+        Qhull crashes on coordinates whose cubes overflow: `read_mesh` lets none of them pass.
+        """
         from scipy.spatial import ConvexHull, QhullError
 
         points = np.unique(self.vertices, axis=0)
@@ -75,7 +84,8 @@ def read_mesh(path: str | Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> Mes
             turned so that they still look outwards.
 
     Raises:
-        MeshError: the file is missing, too large, not readable, empty or not finite.
+        MeshError: the file is missing, too large, not readable or empty, or the scaled mesh is
+            not finite, smaller than `SMALLEST_MESH` or reaches beyond `LARGEST_MESH`.
         ParameterError: a scale is zero or not finite, or they are not three.
     """
     factors = _checked_scale(scale)
@@ -101,34 +111,40 @@ def _read(path: Path, factors: tuple[float, ...]) -> Mesh:
             str(path), f"has {faces_number} triangles: at most {MAX_MESH_FACES}; decimate the mesh"
         )
     vertices, faces = _joined(parts)
-    vertices *= np.array(factors) * unit
+    with np.errstate(over="ignore", invalid="ignore"):  # judged by what comes out
+        vertices *= np.array(factors) * unit
+    vertices[np.abs(vertices) < DENORMAL] = 0.0
     _check(path, vertices, faces)
-    if np.prod(factors) < 0.0:
-        faces = np.ascontiguousarray(faces[:, ::-1])
+    if np.prod(np.sign(factors)) < 0.0:
+        faces = faces[:, ::-1]
     note = "" if unit == 1.0 else f"the file's unit is {unit:g} m"
-    mesh = Mesh(vertices, faces, _mean_color(parts), note)
+    mesh = Mesh(vertices, np.ascontiguousarray(faces, np.int32), _mean_color(parts), note)
     protect(mesh)
     return mesh
 
 
-def _joined(parts: Sequence[MeshPart]) -> tuple[Array, NDArray[np.int32]]:
+def _joined(parts: Sequence[MeshPart]) -> tuple[Array, NDArray[np.int64]]:
     """Return the vertices and faces of all parts."""
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
     vertices = np.concatenate([part.vertices for part in parts])
-    return np.array(vertices, dtype=np.float64), np.concatenate(faces).astype(np.int32)
+    return np.array(vertices, dtype=np.float64), np.concatenate(faces)
 
 
-def _check(path: Path, vertices: Array, faces: NDArray[np.int32]) -> None:
-    """Refuse coordinates that are not finite and faces of vertices that do not exist."""
-    wrong = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+def _check(path: Path, vertices: Array, faces: NDArray[np.int64]) -> None:
+    """Refuse absurd coordinates, meshes of no size, and faces of vertices that do not exist."""
+    way_out = "correct the scale in the URDF, or export the mesh in metres"
+    wrong = np.flatnonzero(~(np.abs(vertices) <= LARGEST_MESH).all(axis=1))
     if len(wrong):
-        value = vertices[wrong[0]].tolist()
-        raise MeshError(
-            str(path), f"vertex {wrong[0]} is {value}: must be finite; export the mesh again"
-        )
+        value = ", ".join(f"{number:g}" for number in vertices[wrong[0]])
+        allowed = f"must be finite and at most {LARGEST_MESH:g} m from the origin along each axis"
+        raise MeshError(str(path), f"vertex {wrong[0]} is ({value}) m: {allowed}; {way_out}")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise MeshError(str(path), "a triangle names a vertex that does not exist; export it again")
+    size = float(np.ptp(vertices, axis=0).max())
+    if size < SMALLEST_MESH:
+        allowed = f"must be from {SMALLEST_MESH:g} to {LARGEST_MESH:g} m"
+        raise MeshError(str(path), f"is {size:g} m large: {allowed}; {way_out}")
 
 
 def _mean_color(parts: Sequence[MeshPart]) -> Color | None:
@@ -137,7 +153,8 @@ def _mean_color(parts: Sequence[MeshPart]) -> Color | None:
     if not colored:
         return None
     areas = np.array([part.area for part in colored])
-    weights = areas / areas.sum() if areas.sum() > 0.0 else np.full(len(areas), 1.0 / len(areas))
+    total = areas.sum()
+    weights = areas / total if 0.0 < total < np.inf else np.full(len(areas), 1.0 / len(areas))
     red, green, blue, alpha = np.clip(weights @ np.array([p.color for p in colored]), 0.0, 1.0)
     return float(red), float(green), float(blue), float(alpha)
 

@@ -1,0 +1,154 @@
+"""Meshes and URDFs at the edges: no file crashes the interpreter, none takes cubic time."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hexapod_pin.errors import MeshError
+from hexapod_pin.robot.mending.link_solids import mesh_solid
+from hexapod_pin.robot.reading import read_mesh
+from hexapod_pin.robot.reading.mesh_file import LARGEST_MESH, SMALLEST_MESH
+
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0], [1, 1, 1]])
+
+
+def write_ply(path: Path, vertices: np.ndarray, faces: int | None = None) -> Path:
+    """Write vertices in double precision, with triangles of successive ones."""
+    count = max(len(vertices) - 2, 1) if faces is None else faces
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\n"
+    head += "".join(f"property double {axis}\n" for axis in "xyz")
+    head += f"element face {count}\nproperty list uchar int vertex_indices\nend_header\n"
+    last = len(vertices) - 1
+    rows = [" ".join(repr(float(x)) for x in row) for row in vertices]
+    rows += [f"3 {min(k, last)} {min(k + 1, last)} {min(k + 2, last)}" for k in range(count)]
+    path.write_text(head + "\n".join(rows) + "\n")
+    return path
+
+
+# meshes -----------------------------------------------------------------------------------------
+
+HULLS = """
+import json, sys
+import numpy as np
+from hexapod_pin.errors import MeshError
+from hexapod_pin.robot.mending.link_solids import mesh_solid
+from hexapod_pin.robot.reading import read_mesh
+
+def hull(path, scale):
+    try:
+        mesh = read_mesh(path, (scale,) * 3)
+    except MeshError as error:
+        assert error.file == path and error.reason
+        return "refused"
+    corners = mesh.hull_vertices
+    assert len(corners) and np.isfinite(corners).all()
+    assert {*map(tuple, corners)} <= {*map(tuple, mesh.vertices)}
+    return "hull"
+
+trials = json.load(sys.stdin)
+hulls = [hull(*trial) for trial in trials]
+solids = [mesh_solid(path, np.array([scale] * 3)) for path, scale in trials]
+print(*(f"{a} {'flat' if b is None else 'solid'}" for a, b in zip(hulls, solids)), sep="\\n")
+"""
+"""Judge meshes in a process of its own: a crash of the hull is its exit status."""
+
+
+def judged(trials: list[tuple[Path, float]]) -> list[str]:
+    """Return what became of each mesh, as one line each."""
+    names = json.dumps([(str(path), scale) for path, scale in trials])
+    command = [sys.executable, "-c", HULLS]
+    done = subprocess.run(
+        command, input=names, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout.splitlines()
+
+
+def test_no_coordinates_crash_the_hull(tmp_path: Path) -> None:
+    """Denormal coordinates beside ordinary ones, scaled by 1e300, ended in a segmentation fault."""
+    trials = []
+    for seed in range(100, 160):  # of these, 137 did
+        rng = np.random.default_rng(seed)
+        powers = rng.uniform(-323, 0, (int(rng.integers(4, 60)), 3))
+        vertices = rng.standard_normal(powers.shape) * 10.0**powers
+        path = write_ply(tmp_path / f"{seed}.ply", vertices)
+        trials += [(path, 10.0**power) for power in (300, 0, 150, -150)]
+    assert set(judged(trials)[::4]) == {"refused flat"}
+
+
+ODD_SETS = {
+    "one point": (CORNERS[:1], "refused flat"),
+    "two points": (CORNERS[:2], "hull flat"),
+    "three points": (CORNERS[:3], "hull flat"),
+    "four points": (CORNERS[:4], "hull solid"),
+    "one point many times": (np.repeat(CORNERS[:1], 40, axis=0), "refused flat"),
+    "each point many times": (np.repeat(CORNERS, 40, axis=0), "hull solid"),
+    "on a line": (np.outer(np.arange(30.0), [1, 2, 3]), "hull flat"),
+    "in a plane": (np.c_[CORNERS[:, :2], np.zeros(5)], "hull flat"),
+    "nearly in a plane": (CORNERS * [1, 1, 1e-17], "hull flat"),
+    "denormal": (5e-324 * CORNERS, "refused flat"),
+    "denormal in one axis": (CORNERS * [1, 1, 5e-324], "hull flat"),
+    "smallest": (SMALLEST_MESH * CORNERS, "hull flat"),
+    "ten micrometres": (1e-5 * CORNERS, "hull solid"),
+    "below the smallest": (0.1 * SMALLEST_MESH * CORNERS, "refused flat"),
+    "largest": (LARGEST_MESH * CORNERS, "hull solid"),
+    "above the largest": (1.01 * LARGEST_MESH * CORNERS, "refused flat"),
+    "small and far away": (1e-3 * CORNERS + LARGEST_MESH / 2, "hull solid"),
+    "smallest to largest": (10.0 ** np.linspace(-9, 6, 40)[:, None] * [1, -1, 1], "hull flat"),
+    "1e300": (1e300 * CORNERS, "refused flat"),
+    "not a number": (CORNERS * [1, 1, np.nan], "refused flat"),
+    "infinite": (np.where(CORNERS == 1, np.inf, 0.0), "refused flat"),
+}
+
+
+def test_odd_sets_of_points_are_refused_or_flat(tmp_path: Path) -> None:
+    """Flat sets have corners but no volume; what has no size, or no possible one, is refused."""
+    paths = [write_ply(tmp_path / f"{k}.ply", odd) for k, (odd, _) in enumerate(ODD_SETS.values())]
+    found = judged([(path, 1.0) for path in paths])
+    expected = {name: line for name, (_, line) in ODD_SETS.items()}
+    assert dict(zip(ODD_SETS, found, strict=True)) == expected
+
+
+def test_no_vertices_and_no_triangles(tmp_path: Path) -> None:
+    for k, (vertices, faces) in enumerate(((CORNERS[:0], 0), (CORNERS, 0), (CORNERS[:0], 1))):
+        with pytest.raises(MeshError):
+            read_mesh(write_ply(tmp_path / f"{k}.ply", vertices, faces))
+
+
+@pytest.mark.parametrize("factor", [1e300, 1e9, -1e308, 1e-12, 1e-300, -1e-310])
+def test_a_scale_that_makes_a_mesh_absurd(tmp_path: Path, factor: float) -> None:
+    """The reason names the size, the allowed ones and the scale as the way out."""
+    path = write_ply(tmp_path / "a.ply", CORNERS)
+    with pytest.raises(MeshError) as caught:
+        read_mesh(path, (factor,) * 3)
+    assert caught.value.file == str(path)
+    assert "scale" in caught.value.reason and f"{LARGEST_MESH:g}" in caught.value.reason
+    assert mesh_solid(path, np.full(3, factor)) is None
+
+
+def test_small_negative_factors_still_mirror(tmp_path: Path) -> None:
+    """Their product underflows; the faces are turned all the same."""
+    path = write_ply(tmp_path / "a.ply", 1e150 * CORNERS)
+    plain, mirrored = (read_mesh(path, (sign * 1e-150,) * 3) for sign in (1, -1))
+    assert np.array_equal(mirrored.faces, plain.faces[:, ::-1])
+
+
+def test_a_million_points(tmp_path: Path) -> None:
+    """The corners of a cube among points inside of it."""
+    rng = np.random.default_rng(0)
+    corners = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
+    vertices = np.vstack([rng.uniform(-0.9, 0.9, (1_000_000, 3)), corners])
+    path = tmp_path / "a.stl"
+    triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("bits", "<u2")])
+    rows = np.zeros(len(vertices) // 3 + 1, triangle)
+    rows["corners"] = np.resize(vertices[::-1], (len(rows) * 3, 3)).reshape(-1, 3, 3)
+    path.write_bytes(bytes(80) + len(rows).to_bytes(4, "little") + rows.tobytes())
+    solid = mesh_solid(path, np.ones(3))
+    assert solid is not None and solid.volume == pytest.approx(8.0, rel=1e-6)
+    assert len(read_mesh(path).hull_vertices) == 8
