@@ -33,6 +33,7 @@ from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.rolling import roll_table
 from hexapod_pin.control.walk_schedule import WalkSchedule, last_motion
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.immutable import Immutable
 
 if TYPE_CHECKING:
     from hexapod_pin.control.body_motion import BodyMotion
@@ -44,7 +45,7 @@ EVENT_SEPARATION_CYCLES = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class FootPath(WalkSchedule):
+class FootPath(WalkSchedule, Immutable):
     """The planned motion of L feet relative to a level base at its standing height.
 
     Attributes:

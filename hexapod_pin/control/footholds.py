@@ -9,13 +9,14 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.body_path import PlanarMotion
 from hexapod_pin.control.gait import Gait
+from hexapod_pin.immutable import Immutable
 
 COINCIDENT = 1e-9
 """Footholds [m] and times [cycles] closer than this are the same."""
 
 
 @dataclass(frozen=True, eq=False)
-class Footholds:
+class Footholds(Immutable):
     """The footholds of a planned walk.
 
     Attributes:

@@ -9,6 +9,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.immutable import Immutable
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
@@ -21,7 +22,7 @@ CURVED = ("cubic", "quintic")
 
 
 @dataclass(frozen=True)
-class JointTrajectory:
+class JointTrajectory(Immutable):
     """An open-loop joint reference through knots.
 
     Attributes:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.control.gait import LEG_COUNTS, LEG_ORDER, Gait, gaits_for
 from hexapod_pin.errors import GaitError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.leg_set import LegSet
 from hexapod_pin.robot.once_per_robot import once_per_robot
@@ -37,7 +38,7 @@ KEPT_DIRECTIONS = 64
 
 
 @dataclass(frozen=True, eq=False)
-class SixLegs:
+class SixLegs(Immutable):
     """Legs in gait order; one instance per robot and direction of travel, compared by identity.
 
     Attributes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import StateError
 from hexapod_pin.file_schema import check_data
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.checkpoint_schema import CheckpointData
 from hexapod_pin.results.plain_state import from_plain, to_plain
 
@@ -23,9 +24,9 @@ def _none() -> Array:
 
 
 @checked
-@dataclass(frozen=True)
-class Checkpoint:
-    """Where a run stands.
+@dataclass(frozen=True, eq=False)
+class Checkpoint(Immutable):
+    """Where a run stands. Two are equal when every number is.
 
     Attributes:
         time: [s].
@@ -50,6 +51,12 @@ class Checkpoint:
     command: Array = field(default_factory=_none)
     impulse: Array = field(default_factory=_none)
     loop: Any = None
+
+    __hash__: ClassVar[None]  # type: ignore[assignment]  # equal by content
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether both are the same, number by number."""
+        return isinstance(other, Checkpoint) and self.to_dict() == other.to_dict()
 
     def __post_init__(self) -> None:
         """Keep read-only copies.

@@ -10,6 +10,7 @@ from typing import Any
 
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.compared_run import ComparedRun, Outcome
 from hexapod_pin.results.estimate import CONFIDENCE, Estimate, mean_estimate, relative_change
 from hexapod_pin.results.file_ending import JSON, check_ending
@@ -20,7 +21,7 @@ SCHEMA_VERSION = 1
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(Immutable):
     """Runs of several controllers on the same scenes; the first controller is the baseline.
 
     Attributes:

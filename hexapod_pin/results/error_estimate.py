@@ -14,6 +14,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.immutable import Immutable
 
 QUANTITIES = {
     "place": ("m", "the trunk's place, as a length"),
@@ -26,7 +27,7 @@ QUANTITIES = {
 
 
 @dataclass(frozen=True, eq=False)
-class ErrorEstimate:
+class ErrorEstimate(Immutable):
     """Estimated error of a run at its samples, the largest from the start to each of them.
 
     Attributes:

@@ -14,6 +14,7 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.file_schema import ArrayRule
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.accuracy_check import AccuracyCheck
 from hexapod_pin.results.grid_columns import (
     check_grid,
@@ -98,7 +99,7 @@ class DutyTest(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class GaitEnergy:
+class GaitEnergy(Immutable):
     """Costs of G gaits at V speeds on M scenes, at equal speed and step height; SI units.
 
     Energies are mechanical, at the joints, over whole cycles, unless said otherwise. A point that

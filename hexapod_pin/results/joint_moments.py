@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, protect
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.steady_window import steady_window
 from hexapod_pin.results.trace import Trace
@@ -28,7 +29,7 @@ Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
-class JointMoments:
+class JointMoments(Immutable):
     """Moments at the joints, means over K sampling intervals; n joints.
 
     A trace's foot forces are means over the interval that ends at their sample. So the equations of

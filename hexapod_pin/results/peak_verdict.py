@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, Protocol, TypeVar
 
 from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.plain_json import without_non_finite
 from hexapod_pin.results.recomputation import Recomputation, Spread
 from hexapod_pin.results.steady_window import Window
@@ -24,7 +25,7 @@ PEAK, RANGE, AT_LIMIT, UNKNOWN = "peak", "range", "at the limit", "range unknown
 
 
 @dataclass(frozen=True)
-class PeakVerdict:
+class PeakVerdict(Immutable):
     """What became of one peak torque: of a joint, or the largest of a kind of joint.
 
     Attributes:

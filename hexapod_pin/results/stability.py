@@ -12,6 +12,7 @@ import numpy as np
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, protect
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.energy_margin import nesm
 from hexapod_pin.results.gravity_axes import horizontal_axes
 from hexapod_pin.results.plain_json import without_non_finite
@@ -40,7 +41,7 @@ GROUNDED = (
 
 
 @dataclass(frozen=True, eq=False)
-class Stability:
+class Stability(Immutable):
     """Margins of a walk at the T samples of its window; lengths in metres, world axes.
 
     Everything is projected along gravity, on slopes too. `GROUNDED` says which feet count.

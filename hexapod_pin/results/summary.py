@@ -18,6 +18,7 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.event import Event
 from hexapod_pin.results.file_ending import JSON, check_ending
@@ -30,7 +31,7 @@ from hexapod_pin.user_file import TEXT_BYTES, read_bytes, reason_of
 
 
 @dataclass(frozen=True, eq=False)
-class Summary:
+class Summary(Immutable):
     """A run in numbers: n joints, F feet; SI units, radians. Two are equal when every bit is.
 
     "Per cycle": over the whole cycles of the window, divided by their number; the whole window

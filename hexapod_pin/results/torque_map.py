@@ -14,6 +14,7 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.file_schema import ArrayRule, check_names
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.accuracy_check import AccuracyCheck
 from hexapod_pin.results.grid_columns import (
     check_grid,
@@ -64,7 +65,7 @@ SUMMED = ("positive_energy", "negative_energy")
 
 
 @dataclass(frozen=True, eq=False)
-class TorqueMap:
+class TorqueMap(Immutable):
     """Torques on a grid of S strokes by C cycle times: n joints, F feet, 2 phases; SI units.
 
     Every number is over the whole cycles of the runs' window. A point that could not be walked is

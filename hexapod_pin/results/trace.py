@@ -18,6 +18,7 @@ import numpy.typing as npt
 from hexapod_pin.arrays import Array
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import NotRecordedError, ParameterError, UnknownNameError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.error_estimate import ErrorEstimate
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Trace:
+class Trace(Immutable):
     """Samples of a simulation: T times, n joints, F feet; SI units, radians.
 
     Arrays are read-only, copied where they were not. Two traces are equal when every bit is,

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ReachError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.serial_chain import SerialChain
 from hexapod_pin.robot.yaw_pitch_pitch import YawPitchPitch
 
@@ -28,7 +29,7 @@ ANGLE_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
-class LegGeometry:
+class LegGeometry(Immutable):
     """One leg of a robot, base frame, joints proximal first.
 
     Attributes:

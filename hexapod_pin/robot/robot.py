@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, digest, read_only
 from hexapod_pin.errors import UnknownNameError, UrdfError
-from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
+from hexapod_pin.immutable import Immutable, rebuilt
+from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, parse_urdf
 from hexapod_pin.robot.loading.feet import Foot, place_feet
 from hexapod_pin.robot.loading.intake import Intake, read_explicit
 from hexapod_pin.robot.loading.limbs import Leg, find_limbs
@@ -43,12 +44,12 @@ Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, eq=False)
-class Robot:
+class Robot(Immutable):
     """A floating-base robot; frozen, its model is never changed afterwards.
 
     Attributes:
         name: name of the robot in the URDF.
-        source: what was given to `load_robot`.
+        source: name of a packaged robot, else the absolute path of the file that was loaded.
         model: pin.Model with a free-flyer "root_joint"; q is base position, quaternion x, y, z, w,
             joint angles; v is the base's linear and angular velocity in base axes, joint rates.
         legs: six legs (lf lm lr rf rm rr), or the 4 to 8 that were found; empty for robots
@@ -100,6 +101,16 @@ class Robot:
     digest: str = field(repr=False)
     held: Mapping[str, float] = field(default_factory=dict, repr=False)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the fields but Pinocchio's model, which is built again from the URDF's text.
+
+        The text is that of the file with all that was inferred written into it: neither the file
+        nor its meshes are read again, and the model is the same to the bit.
+        """
+        _, (_, held, protected) = super().__reduce__()
+        del held["model"]
+        return _robot_again, (held, protected)
+
     @cached_property
     def turning(self) -> NDArray[np.bool_]:
         """Which joints turn; the others slide: their units are m, N and m/s. Shape (n_joints,)."""
@@ -149,6 +160,11 @@ class Robot:
     def posture_from(self, posture: Posture) -> Array:
         """Return joint angles in joint_names order from an array or a mapping over the default."""
         return joint_angles(self.joint_names, self.posture, posture)
+
+
+def _robot_again(held: dict[str, Any], protected: tuple[str, ...]) -> Robot:
+    model = build_model(parse_urdf(held["urdf"].encode(), held["source"]))
+    return rebuilt(Robot, {**held, "model": model}, protected)
 
 
 @checked
@@ -204,7 +220,7 @@ def load_robot(
         arguments = arguments.over(options)
     intake = read_explicit(_path(source), arguments)
     return robot_of(
-        intake.file, str(source), feet=intake.feet, foot_radius=intake.options.foot_radius,
+        intake.file, _place(source), feet=intake.feet, foot_radius=intake.options.foot_radius,
         posture=intake.options.posture if posture is None else posture, intake=intake,
     )  # fmt: skip
 
@@ -222,7 +238,7 @@ def robot_of(
     mended, notes, options = (
         ((), _checked(file), {})
         if intake is None
-        else (intake.mended, intake.notes, intake.options.given())
+        else (intake.mended, intake.notes, _given(intake.options))
     )
     limbs = stated_limbs(file, feet) or find_limbs(file, feet)
     given = read_provenance(file)
@@ -262,6 +278,14 @@ def _checked(file: UrdfFile) -> tuple[str, ...]:
     return tuple(notes)
 
 
+def _given(options: LoadOptions) -> dict[str, Any]:
+    """Return the options that differ from the defaults, with folders by their absolute paths."""
+    given = options.given()
+    if options.package_path:
+        given["package_path"] = [_absolute(folder) for folder in options.package_path]
+    return given
+
+
 def _held(joints: Sequence[Joint], angles: Array, legs: Sequence[Leg]) -> Mapping[str, float]:
     """Return the standing places of the joints outside the legs; none of a robot without legs."""
     walking = {name for leg in legs for name in leg.joints}
@@ -285,6 +309,15 @@ def urdf_path(name: str) -> Path:
         if place.is_file():
             return place
     raise UrdfError(name, [f"neither {places[0]} nor {places[1]} exists; reinstall the package"])
+
+
+def _place(source: str | Path) -> str:
+    """Return what means the same robot in a process that works in another folder."""
+    return str(source) if source in PACKAGED else _absolute(source)
+
+
+def _absolute(path: str | Path) -> str:
+    return str(user_path(path).absolute())
 
 
 def _path(source: str | Path) -> Path:

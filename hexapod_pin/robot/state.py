@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import StateError
+from hexapod_pin.immutable import Immutable
 
 QUATERNION_NORM_TOLERANCE = 1e-6
 """Largest | |quaternion| - 1 | that is taken for round-off."""
@@ -18,7 +19,7 @@ QUATERNION_NORM_TOLERANCE = 1e-6
 
 @checked
 @dataclass(frozen=True, eq=False)
-class State:
+class State(Immutable):
     """Configuration and velocity in Pinocchio's order; both arrays are read-only.
 
     Attributes:

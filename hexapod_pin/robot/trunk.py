@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array, read_only
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.link_shapes import LinkShape, link_shapes, urdf_of
 from hexapod_pin.robot.once_per_robot import once_per_robot
 
@@ -32,7 +33,7 @@ Point = tuple[str, Array, float]
 
 
 @dataclass(frozen=True, eq=False)
-class TrunkPoints:
+class TrunkPoints(Immutable):
     """Spheres fixed to the trunk; radius 0 is a corner.
 
     Attributes:

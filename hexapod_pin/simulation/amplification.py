@@ -17,6 +17,7 @@ from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.control.joint_trajectory import Controller
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.error_estimate import ErrorEstimate
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.closed_loop import set_up
@@ -39,7 +40,7 @@ ROUND_OFF = 1e-15
 
 
 @dataclass(frozen=True, eq=False)
-class Amplification:
+class Amplification(Immutable):
     """What becomes of an error at t = 0.
 
     Attributes:

@@ -56,7 +56,7 @@ def case_digest(case: Case) -> str:
         "schema": canonical_text(run["schema"]),
         "run": canonical_text(settings),
         "controller": _TEXTS.of(case.controller, lambda x: canonical_text(controller_to_dict(x))),
-        "scene": _scene_text(case.scene),
+        "scene": scene_text(case.scene),
     }
     if "initial" in run:
         parts["initial"] = canonical_text(run["initial"])
@@ -68,7 +68,7 @@ def canonical_text(value: Any) -> str:
     return json.dumps(_canonical(value), sort_keys=True)
 
 
-def _scene_text(scene: Scene) -> str:
+def scene_text(scene: Scene) -> str:
     """Return the text of `Scene.to_dict`; of the robot what its file and options lead to."""
     rest = scene.settings_to_dict()
     parts = {name: canonical_text(value) for name, value in rest.items()}

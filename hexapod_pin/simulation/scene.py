@@ -9,11 +9,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.arguments import checked
+from hexapod_pin.arrays import digest
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.terrain import AnyTerrain, Flat, read_terrain
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.trunk import trunk_points
 from hexapod_pin.simulation.loads import (
     Load,
@@ -34,9 +36,11 @@ SCHEMA = 1
 
 
 @checked
-@dataclass(frozen=True)
-class Scene:
-    """Everything a simulation needs besides a controller.
+@dataclass(frozen=True, eq=False)
+class Scene(Immutable):
+    """Everything a simulation needs besides a controller. Two are equal when they mean the same.
+
+    The robot counts with its file's content and with its feet and posture, as in a `Case`.
 
     Attributes:
         robot: the robot.
@@ -98,6 +102,20 @@ class Scene:
                 "Scene.prescribed", True, "False with a LostLeg",
                 "Joints that follow a motion cannot lose their torque.",
             )  # fmt: skip
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether both mean the same."""
+        return isinstance(other, Scene) and (self is other or self._meaning == other._meaning)
+
+    def __hash__(self) -> int:
+        """Return a hash of what the scene means."""
+        return hash(self._meaning)
+
+    @cached_property
+    def _meaning(self) -> str:
+        from hexapod_pin.simulation.case_digest import scene_text
+
+        return digest(scene_text(self))
 
     @property
     def servos(self) -> Servo:

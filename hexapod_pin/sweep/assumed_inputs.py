@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.arguments import checked
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.leg_length import leg_length
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ DIGITS = 3
 
 
 @dataclass(frozen=True)
-class AssumedInput:
+class AssumedInput(Immutable):
     """An input with an assumed distribution.
 
     Attributes:

@@ -23,6 +23,7 @@ from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.sensors import Sensors
 from hexapod_pin.control.six_legs import require_six_of_three
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.immutable import Immutable
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
@@ -46,7 +47,7 @@ NUMBERS = {
 
 @checked
 @dataclass(frozen=True, eq=False)
-class FootControl:
+class FootControl(Immutable):
     """Walk a plan whose feet are moved by what they feel; inverse kinematics at every tick [S1].
 
     Each part can be left out; without any this is kinematic control at ticks.

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hexapod_pin.immutable import Immutable
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class HeightGrid:
+class HeightGrid(Immutable):
     """A C1 surface through grid points: Catmull-Rom splines along x and y.
 
     It runs out to level within one spacing beyond the grid's edge, and stays level from there.

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from hexapod_pin.arrays import Array, protect, read_only
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.robot_budget import SAMPLES
 from hexapod_pin.results.sizing.sampled_numbers import sampled_numbers
@@ -26,7 +27,7 @@ PER_JOINT = (
 
 
 @dataclass(frozen=True, eq=False)
-class JointDemand:
+class JointDemand(Immutable):
     """What n joints demand over a window that repeats; SI units. Of no motor in particular.
 
     Torques are those that the motor gives at the joint, the acceleration of the rotor that the

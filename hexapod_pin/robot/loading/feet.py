@@ -10,6 +10,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, UrdfError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.description.urdf_file import LARGEST_RADIUS, Sphere, UrdfFile
 from hexapod_pin.robot.loading.limbs import Limbs
 from hexapod_pin.robot.loading.pin_model import placement
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Foot:
+class Foot(Immutable):
     """A sphere fixed to a link that may touch the ground.
 
     Attributes:
