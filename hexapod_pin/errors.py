@@ -5,11 +5,59 @@ A message says what is wrong, where, with which value, what is allowed, and the 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 
 class HexapodError(Exception):
-    """Root of every exception this package raises on purpose."""
+    """Root of every exception this package raises on purpose.
+
+    Attributes:
+        trace: the samples of the run that the error has ended; None where it ended none, or before
+            its first step.
+    """
+
+    trace: Any = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle and copy the error as it is, whatever its constructor takes.
+
+        An attribute that cannot be pickled, such as a value that a caller gave, becomes its text:
+        the error itself must reach who waits for it in another process.
+        """
+        kind, args, state = self._parts()
+        sent = {name: _portable(value) for name, value in state.items()}
+        return _rebuilt, (kind, tuple(map(_portable, args)), sent)
+
+    def __copy__(self) -> Any:
+        """Return another error with the same attributes."""
+        return _rebuilt(*self._parts())
+
+    def _parts(self) -> tuple[type[HexapodError], tuple[Any, ...], dict[str, Any]]:
+        """Return type, arguments and attributes; some of an ImportError are not in `vars`."""
+        kind, args, *state = super().__reduce__()
+        return kind, args, state[0] if state else {}
+
+
+def _rebuilt(kind: type[HexapodError], args: tuple[Any, ...], state: dict[str, Any]) -> Any:
+    """Return an error without a call of its constructor, which composes a message from parts."""
+    error = kind.__new__(kind, *args)
+    error.__setstate__(state)
+    return error
+
+
+def _portable(value: Any) -> Any:
+    """Return a value if it can be pickled, else its text."""
+    if value is None or type(value) in (str, int, float, bool):
+        return value
+    import pickle
+
+    try:
+        pickle.dumps(value)
+    except Exception:  # whatever the value's own code raises
+        return repr(value)
+    return value
 
 
 class ParameterError(HexapodError, ValueError):
@@ -168,6 +216,75 @@ class GaitError(HexapodError, ValueError):
         super().__init__(message)
 
 
+class UserCodeError(HexapodError):
+    """Code that a run calls has raised: a controller of yours, or the callback `progress`.
+
+    `__cause__` is what it raised.
+
+    Attributes:
+        call: what was called, such as "MyController.update".
+        time: simulated time at which it was called [s]; None where no run was under way.
+        trace: as of `HexapodError`.
+        results: what a batch had done, in the order of its cases, None for the rest; else None.
+    """
+
+    def __init__(self, call: str, cause: BaseException, time: float | None = None) -> None:
+        """Name call, time and cause."""
+        self.call, self.time = call, time
+        self.results: list[Any] | None = None
+        at = "" if time is None else f" at t = {time:g} s"
+        super().__init__(f"{call}{at} raised {_described(cause)}")
+
+
+def _described(error: BaseException) -> str:
+    """Return type and text of an exception; the text may raise one itself."""
+    kind = type(error).__name__
+    try:
+        return f"{kind}: {error}" if str(error) else kind
+    except Exception:
+        return kind
+
+
+@contextmanager
+def user_code(call: str, time: float | None = None) -> Iterator[None]:
+    """Turn what the block raises, as it calls code of the user's, into a `UserCodeError`.
+
+    An error of this package passes as it is, unless it belongs to another run, one that the code
+    made. Ctrl-C passes. `sys.exit` is an error like others: it would end the program in silence.
+
+    Args:
+        call: what is called, for the message.
+        time: simulated time [s]; None where no run is under way.
+
+    Raises:
+        UserCodeError: the block has raised.
+    """
+    try:
+        yield
+    except SimulationInterrupted:
+        raise
+    except HexapodError as error:
+        if error.trace is None and not isinstance(error, DivergenceError):
+            raise
+        raise UserCodeError(call, error, time) from error
+    except (Exception, SystemExit) as error:
+        raise UserCodeError(call, error, time) from error
+
+
+def user_callback(
+    name: str, callback: Callable[[float], None] | None
+) -> Callable[[float], None] | None:
+    """Return a callback that raises as `user_code` does; None of None."""
+    if callback is None:
+        return None
+
+    def call(value: float) -> None:
+        with user_code(name):
+            callback(value)
+
+    return call
+
+
 class DivergenceError(HexapodError):
     """A simulation left the finite world.
 
@@ -241,6 +358,25 @@ class SweepInterrupted(SimulationInterrupted):
         """Keep what was done up to the interruption."""
         self.result = result
         super().__init__(message, None)
+
+
+class MissingPackageError(HexapodError, ImportError):
+    """An optional package is not installed that something needs.
+
+    Attributes:
+        name: of the package.
+        extra: of this package, with which it is installed.
+        wanted: what needs it.
+    """
+
+    def __init__(self, name: str, extra: str, wanted: str) -> None:
+        """Compose the message from its parts."""
+        self.extra, self.wanted = extra, wanted
+        super().__init__(
+            f"{wanted}: needs {name}, which is not installed: pip install 'hexapod-pin[{extra}]' "
+            "brings it."
+        )
+        self.name = name
 
 
 class FileConflictError(HexapodError):
@@ -329,6 +465,20 @@ class NotRecordedError(HexapodError):
             f"the trace holds no {name}: it was not recorded. Simulate again with "
             f"record={self.record} (`hexapod-pin walk --record {','.join(self.record)}`)."
         )
+
+
+class NotPicklableError(HexapodError, TypeError):
+    """Something that lives in one process alone was to be pickled or copied.
+
+    Attributes:
+        name: what it is.
+        instead: what can be sent in its place.
+    """
+
+    def __init__(self, name: str, instead: str, hint: str) -> None:
+        """Name both; `hint` says what to do with the latter."""
+        self.name, self.instead = name, instead
+        super().__init__(f"a {name} can be neither pickled nor copied: send {instead}. {hint}")
 
 
 class ViewerError(HexapodError):

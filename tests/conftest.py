@@ -35,10 +35,11 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 
 RUN_FINER = {
     "test_accuracy_kept", "test_adaptive", "test_batch", "test_case", "test_cli",
-    "test_file_schema", "test_hard_cases", "test_metamorphic", "test_missed_scenes",
-    "test_random_scenes", "test_second_rhs_bounces",
+    "test_file_schema", "test_hard_cases", "test_input_edges", "test_metamorphic",
+    "test_missed_scenes", "test_pickle", "test_random_scenes", "test_run_ends_early",
+    "test_second_rhs_bounces",
     "test_sweep_command",
-    "test_sweep_dask", "test_sweep_kill", "test_sweep_runs", "test_sweep_study",
+    "test_sweep_dask", "test_sweep_kill", "test_sweep_runs", "test_sweep_study", "test_user_pools",
 }  # fmt: skip
 """Modules whose runs are compared with finer ones, as the package does unless told otherwise."""
 

@@ -13,7 +13,13 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.control.feedback import Command
-from hexapod_pin.errors import DivergenceError, GaitError, ParameterError, SimulationInterrupted
+from hexapod_pin.errors import (
+    DivergenceError,
+    GaitError,
+    ParameterError,
+    SimulationInterrupted,
+    UserCodeError,
+)
 
 SCENE = hp.Scene(hp.load_robot("kharagpur"))
 STIFF = hp.Scene(SCENE.robot, contact=hp.Contact.s2())
@@ -133,7 +139,13 @@ def test_feedback_controllers_run_beside_open_loop_ones() -> None:
     heavy = hp.Scene(SCENE.robot, gravity=(0.0, 0.0, -12.0))
     cases = [walk(0.02), *live, hp.Case(heavy, Nudge(0.5), duration=0.1)]
     results = hp.simulate_batch(cases, threads=2)
-    assert [type(r) for r in results] == [hp.Trace, hp.Trace, hp.Trace, ValueError, *[hp.Trace] * 2]
+    assert [type(r) for r in results] == [
+        hp.Trace,
+        hp.Trace,
+        hp.Trace,
+        UserCodeError,
+        *[hp.Trace] * 2,
+    ]
     for index in (1, 2, 4, 5):
         case = cases[index]
         alone = hp.simulate(case.scene, case.controller, duration=0.1)

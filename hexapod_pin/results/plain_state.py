@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,21 @@ def to_plain(value: Any, where: str = "state") -> Any:
         f"{where}: {type(value).__name__} cannot be kept in a checkpoint; a controller's state is "
         "made of numbers, arrays, mappings, lists and tuples."
     )
+
+
+def odd_part(value: Any, where: str = "state") -> tuple[str, str] | None:
+    """Return the place and the type of what `to_plain` would refuse; None where it takes all."""
+    if value is None or isinstance(value, str | bool | int | float):
+        return None
+    if isinstance(value, np.ndarray | np.generic):
+        return None if value.dtype.kind in "fiub" else (where, f"array of {value.dtype}")
+    if isinstance(value, Mapping):
+        parts: Iterable[tuple[str, Any]] = ((f"{where}.{key}", x) for key, x in value.items())
+    elif isinstance(value, list | tuple):
+        parts = ((f"{where}[{k}]", item) for k, item in enumerate(value))
+    else:
+        return where, type(value).__name__
+    return next((odd for place, item in parts if (odd := odd_part(item, place))), None)
 
 
 def from_plain(value: Any, where: str = "state") -> Any:

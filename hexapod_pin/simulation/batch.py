@@ -6,7 +6,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from typing import Any
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.errors import ParameterError, SimulationInterrupted
+from hexapod_pin.errors import (
+    ParameterError,
+    SimulationInterrupted,
+    UserCodeError,
+    user_callback,
+)
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.batch_runs import BatchRuns
@@ -59,12 +64,13 @@ def simulate_batch(
 
     Returns:
         In the order of the cases, of each its `Trace` or `Summary`, or its error: a
-        `DivergenceError`, what `simulate` refuses it with, or what its controller raised.
+        `DivergenceError`, a `UserCodeError` of its controller, or what `simulate` refuses it with.
 
     Raises:
         ParameterError: threads, keep, errors or a setting out of range; or the system starts no
             more threads.
         SimulationInterrupted: Ctrl-C; `.results` holds what was done, None for the rest.
+        UserCodeError: `progress` has raised; `.results` too.
     """
     if errors not in ("keep", "raise"):
         raise ParameterError("errors", errors, '"keep" or "raise"')
@@ -74,11 +80,15 @@ def simulate_batch(
         chosen, duration=duration, accuracy=accuracy, estimate=estimate, method=method, step=step,
         sample=sample, threads=threads, keep=keep, limits=limits, allow=allow,
     )  # fmt: skip
+    tell = user_callback("progress", progress)
     try:
         for count, (index, result) in enumerate(done, start=1):
             results[index] = result
-            if progress is not None:
-                progress(count / len(chosen))
+            if tell is not None:
+                tell(count / len(chosen))
+    except UserCodeError as error:
+        error.results = results
+        raise
     except (KeyboardInterrupt, SimulationInterrupted):
         kept = sum(result is not None for result in results)
         text = f"interrupted after {kept} of {len(chosen)} cases"

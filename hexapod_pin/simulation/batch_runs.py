@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from hexapod_pin.control.check_controller import method_name, settings_of
 from hexapod_pin.control.feedback import FeedbackController
-from hexapod_pin.errors import HexapodError, ParameterError, SimulationInterrupted
+from hexapod_pin.errors import HexapodError, ParameterError, SimulationInterrupted, user_code
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
@@ -111,7 +111,10 @@ class BatchRuns:
 
     def _wait(self, index: int, case: Case) -> list[Result]:
         """Put a case with feedback to those like it; run them where they are enough."""
-        key = _lock_step_key(case, index)
+        try:
+            key = _lock_step_key(case, index)
+        except Exception as error:
+            return [(index, _without_frames(error))]
         self.waiting.setdefault(key, {})[index] = case
         if len(self.waiting[key]) < LOCK_STEP:
             if sum(map(len, self.waiting.values())) < MOST_WAITING:
@@ -212,14 +215,32 @@ def _without_frames(error: Exception) -> Exception:
 
 
 def _lock_step_key(case: Case, number: int) -> object:
-    """Return what cases that run side by side share; a case that goes on is alone."""
-    if isinstance(case.initial, Checkpoint) or case.duration is None:
+    """Return what cases that run side by side share; a case that goes on is alone.
+
+    Raises:
+        ParameterError: the case has no duration, or its controller's `start_key` is not hashable.
+        UserCodeError: `to_dict` or `start_key` of its controller has raised.
+    """
+    how = case.settings
+    if isinstance(case.initial, Checkpoint):
         return number
     controller: object = id(case.controller)
     if hasattr(case.controller, "to_dict"):
-        with contextlib.suppress(TypeError, ValueError):
-            settings = json.dumps(case.controller.to_dict(), sort_keys=True)
-            controller = (type(case.controller), settings)
+        settings = json.dumps(settings_of(case.controller), sort_keys=True, default=repr)
+        controller = (type(case.controller), settings)
+    return (controller, _start_key(case), id(case.scene.robot), how)
+
+
+def _start_key(case: Case) -> object:
+    """Return what the controller's `start` makes use of, of the case's scene."""
     start_key = getattr(case.controller, "start_key", None)
-    start = None if start_key is None else start_key(case.scene)
-    return (controller, start, id(case.scene.robot), case.settings)
+    if start_key is None:
+        return None
+    call = method_name(case.controller, "start_key")
+    with user_code(call):
+        key = start_key(case.scene)
+    try:
+        hash(key)
+    except TypeError:
+        raise ParameterError(call, type(key).__name__, "hashable") from None
+    return key

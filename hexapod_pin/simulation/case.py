@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.control.feedback import FeedbackController
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import ParameterError, user_callback
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.recording import recorded_groups
 from hexapod_pin.simulation.case_data import case_to_dict, read_case
 from hexapod_pin.simulation.case_digest import case_digest
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 @checked(but="record")
 @dataclass(frozen=True, eq=False)
-class Case:
+class Case(Immutable):
     """One run as data. Two cases are equal when they mean the same run.
 
     Attributes:
@@ -185,7 +186,7 @@ class Case:
         """Run the case; returns and raises as `simulate`."""
         from hexapod_pin.simulation.run import run_case
 
-        return run_case(self, progress)
+        return run_case(self, user_callback("progress", progress))
 
     def to_toml(self) -> str:
         """Return the case as TOML text; numbers keep every bit.

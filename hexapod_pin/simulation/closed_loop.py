@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
-from hexapod_pin.control.check_controller import check_controller
+from hexapod_pin.control.check_controller import (
+    check_controller,
+    checked_posture,
+    method_name,
+    settings_of,
+)
+from hexapod_pin.errors import HexapodError, SimulationInterrupted, user_code
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.control_loop import ControlLoop, resume
@@ -16,19 +22,17 @@ from hexapod_pin.simulation.session import live_run
 from hexapod_pin.simulation.work_forecast import check_work
 
 if TYPE_CHECKING:
+    from hexapod_pin.arrays import Array
     from hexapod_pin.control.feedback import FeedbackController
     from hexapod_pin.simulation.case import Case
     from hexapod_pin.simulation.run_settings import RunSettings
+    from hexapod_pin.simulation.scene import Scene
 
 
 def closed_loop_run(
     case: Case, how: RunSettings, progress: Callable[[float], None] | None = None
 ) -> NativeRun:
-    """Run a case under its feedback controller.
-
-    Raises:
-        SimulationInterrupted: Ctrl-C; the samples so far are in the error.
-    """
+    """Run a case under its feedback controller; raises as `lock_step_runs`."""
     return lock_step_runs([case], how, progress=progress)[0]
 
 
@@ -41,6 +45,7 @@ def controlled_loop(
 
     Raises:
         DivergenceError, SimulationInterrupted: as `ControlledRun.outcome`.
+        HexapodError: as `lock_step_runs`.
     """
 
     def runner(how: RunSettings, tell: Callable[[float], None] | None) -> NativeRun:
@@ -65,6 +70,11 @@ def lock_step_runs(
         record: whether samples are kept.
         threads: how many advance at a time, between the ticks; the bits do not depend on it.
         progress: called with the finished fraction now and then.
+
+    Raises:
+        SimulationInterrupted: Ctrl-C; the samples of the first run so far are in the error.
+        HexapodError: the controller has raised, or returned what cannot be used. The samples so
+            far are in the error of a run of its own; of several, each is to be run alone.
     """
     runs = [set_up(case, how, record=record) for case in cases]
     loop = ControlLoop(runs, cases[0].controller, threads)  # type: ignore[arg-type]
@@ -85,15 +95,12 @@ def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
     begin = initial.time if isinstance(initial, Checkpoint) else 0.0
     groups = case.record if record else how.compared_groups or case.record
     check_work(how, scene, groups if record or how.controlled else (), tick=controller.period)
-    posture = getattr(controller, "posture", None)
-    start = starting_point(
-        scene, scene.robot.posture if posture is None else posture(scene), initial
-    )
+    start = starting_point(scene, _posture(controller, scene), initial)
     run = live_run(
         scene,
         how,
         start,
-        controller=described(controller),
+        controller=settings_of(controller),
         record=record or how.controlled,
         groups=groups,
         gait=getattr(controller, "gait", None),
@@ -103,12 +110,14 @@ def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
     return run
 
 
-def described(controller: object) -> dict[str, Any]:
-    """Return the controller's settings, or at least what it is."""
-    to_dict = getattr(controller, "to_dict", None)
-    if to_dict is not None:
-        return dict(to_dict())
-    return {"kind": f"{type(controller).__module__}.{type(controller).__qualname__}"}
+def _posture(controller: FeedbackController, scene: Scene) -> Array:
+    """Return the joint angles in which a run starts that is given no state [rad]."""
+    posture = getattr(controller, "posture", None)
+    if posture is None:
+        return scene.robot.posture
+    with user_code(method_name(controller, "posture")):
+        found = posture(scene)
+    return checked_posture(controller, found, scene.robot)
 
 
 def _run(
@@ -121,9 +130,14 @@ def _run(
     begin = time.perf_counter()
     try:
         loop.run_to(until, progress)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SimulationInterrupted):  # the latter of a run that `update` makes
         _keep(loop, runs, begin)
         raise runs[0].interrupted() from None
+    except HexapodError as error:
+        _keep(loop, runs, begin)
+        if len(runs) == 1:
+            runs[0].attach_trace(error)
+        raise
     _keep(loop, runs, begin)
 
 

@@ -11,13 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from hexapod_pin.control.check_controller import checked_answer
+from hexapod_pin.control.check_controller import checked_answer, method_name
 from hexapod_pin.control.feedback import FeedbackController, Measurement
 from hexapod_pin.control.sensors import Sensors
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import ParameterError, user_code
 from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.results.plain_state import odd_part
 from hexapod_pin.simulation.lock_step import LockStep
 from hexapod_pin.simulation.native_run import NativeRun
 
@@ -31,14 +30,20 @@ class ControlLoop:
     def __init__(
         self, runs: Sequence[NativeRun], controller: FeedbackController, threads: int = 1
     ) -> None:
-        """Start the controller of runs of one kind of robot, at one time; threads as `LockStep`.
+        """Start a checked controller of runs of one kind of robot, at one time.
+
+        Args:
+            runs: of one kind of robot, at one time.
+            controller: as of `check_controller`.
+            threads: as of `LockStep`.
 
         Raises:
-            ParameterError: a period or delay out of range.
+            ParameterError: its `start` returns what a checkpoint cannot hold.
+            UserCodeError: it raises.
         """
         self.together, self.controller = LockStep(runs, threads), controller
-        self.period = _time("period", controller.period, smallest=np.nextafter(0.0, 1.0))
-        self.delay = _time("delay", getattr(controller, "delay", 0.0), smallest=0.0)
+        self.period = float(controller.period)
+        self.delay = float(getattr(controller, "delay", 0.0))
         sensors: Sensors = getattr(controller, "sensors", None) or Sensors()
         self.reader = sensors.start([0] * len(runs))  # each has the noise of a run of its own
         self.sensor_delay = sensors.delay
@@ -46,7 +51,10 @@ class ControlLoop:
         first = math.ceil(self.together.time / self.period - SAME_INSTANT)
         self.measured = self.commanded = max(0, first)  # ticks
         self.waiting: list[Measurement] = []
-        self.state = controller.start(runs[0].scene, len(runs))
+        call = method_name(controller, "start")
+        with user_code(call):
+            state = controller.start(runs[0].scene, len(runs))
+        self.state = _checked_state(call, state)
 
     def run_to(self, until: float, progress: Callable[[float], None] | None = None) -> None:
         """Run until a time [s]; what is due at it comes first when the run goes on."""
@@ -74,11 +82,17 @@ class ControlLoop:
         self.measured += 1
 
     def _command(self) -> None:
-        measurement = self.reader.read(self.commanded, self.waiting.pop(0))
-        time = self.commanded * self.period
-        answer = self.controller.update(time, measurement, self.state)
-        command, self.state = checked_answer(self.controller, time, answer)
-        self.together.command(command, self.period)
+        """Ask the controller for the command of a tick, which is still to come where that fails."""
+        measurement = self.reader.read(self.commanded, self.waiting[0])
+        time, call = self.commanded * self.period, method_name(self.controller, "update")
+        with user_code(call, time):
+            answer = self.controller.update(time, measurement, self.state)
+        call = f"{call} at t = {time:g} s"
+        command, state = checked_answer(call, answer)
+        state = _checked_state(call, state)
+        self.together.command(command, self.period, f"{call}: ")
+        self.state = state
+        del self.waiting[0]
         self.commanded += 1
 
     def memory(self) -> dict[str, Any]:
@@ -126,9 +140,14 @@ def _same(a: float, b: float) -> bool:
     return abs(a - b) <= SAME_INSTANT * max(1.0, abs(a), abs(b))
 
 
-def _time(name: str, value: float, smallest: float) -> float:
-    """Return a time of the controller, checked [s]."""
-    if not (np.isfinite(value) and value >= smallest):
-        allowed = "finite and above 0 s" if smallest > 0.0 else "finite and not negative [s]"
-        raise ParameterError(f"controller.{name}", value, allowed)
-    return float(value)
+def _checked_state(call: str, state: Any) -> Any:
+    """Return the state that a controller has returned, if a checkpoint can hold it.
+
+    Raises:
+        ParameterError: it cannot.
+    """
+    odd = odd_part(state)
+    if odd is not None:
+        allowed = "made of numbers, arrays of them, str, mappings, lists and tuples"
+        raise ParameterError(f"{call}: {odd[0]}", odd[1], allowed)
+    return state

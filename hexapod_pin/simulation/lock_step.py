@@ -58,7 +58,11 @@ class LockStep:
         """Advance all that have not diverged to a time [s]."""
         from hexapod_pin import native as _native
 
-        good = _native.advance_together(self._rollouts, until, self.threads)
+        try:
+            good = _native.advance_together(self._rollouts, until, self.threads)
+        except BaseException:  # Ctrl-C
+            self.time = max(run.time for run in self.runs)
+            raise
         self.time = until
         if not all(good):
             for k, still in zip(self._going, good, strict=True):
@@ -90,40 +94,56 @@ class LockStep:
             loaded=rows[:, self._width - points : self._width - points + self._feet] != 0.0,
         )
 
-    def command(self, command: Command, period: float) -> None:
-        """Give the drives new set-points; one that ramps arrives `period` [s] later.
+    def command(self, command: Command, period: float, where: str = "") -> None:
+        """Give the drives new set-points.
+
+        Args:
+            command: checked here, but for its `ramp`.
+            period: time after which one that ramps arrives [s].
+            where: for messages: who has given it, and when; empty: a session, now.
 
         Raises:
-            ParameterError: wrong shape, not finite, or beyond a joint's range or its largest rate.
+            ParameterError: no numbers, a wrong shape, not finite, or beyond a joint's range or its
+                largest rate.
         """
+        where = where or f"command at t = {self.time:g} s: "
         from hexapod_pin import native as _native
 
         arrival = self.time + period if command.ramp else -np.inf
-        q, v, torque = (self._rows(name, getattr(command, name)) for name in ("q", "v", "torque"))
+        q = self._rows(where, "q", command.q)
+        v, torque = (
+            NO_ROWS if given is None else self._rows(where, name, given)
+            for name, given in (("v", command.v), ("torque", command.torque))
+        )
         _native.command_together(self._rollouts, q, v, torque, arrival)
 
-    def _rows(self, name: str, given: Any) -> Array:
-        """Return the checked set-points of the runs that go on; no rows for None."""
+    def _rows(self, where: str, name: str, given: Any) -> Array:
+        """Return the checked set-points of the runs that go on."""
         from hexapod_pin import native as _native
 
-        if given is None:
-            return NO_ROWS
-        rows = np.ascontiguousarray(given, dtype=float)
+        try:
+            found = np.asarray(given)
+        except (TypeError, ValueError, OverflowError):  # rows of several lengths
+            found = np.asarray(None)
+        if found.dtype.kind not in "biuf":
+            allowed = f"real numbers [{UNITS[name]}], all rows of one length"
+            raise ParameterError(f"{where}{name}", given, allowed)
+        rows = np.ascontiguousarray(found, dtype=float)
         if rows.shape != self._shape:
             allowed = f"of shape {self._shape}: runs, joints of the robot"
-            raise ParameterError(f"Command.{name}", rows.shape, allowed)
+            raise ParameterError(f"{where}{name}", rows.shape, allowed)
         if len(self._going) < len(self.runs):
             rows = rows[self._going]
         bad = _native.first_outside(rows, *self._limits[name])
         if bad >= 0:
-            raise self._refusal(name, rows, *divmod(bad, self._shape[1]))
+            raise self._refusal(where, name, rows, *divmod(bad, self._shape[1]))
         return rows
 
-    def _refusal(self, name: str, rows: Array, row: int, joint: int) -> ParameterError:
+    def _refusal(self, where: str, name: str, rows: Array, row: int, joint: int) -> ParameterError:
         """Return the error that names a set-point that is not good."""
         lower, upper = (limit[joint] for limit in self._limits[name])
         return ParameterError(
-            f"command at t = {self.time:g} s: {name} of {self.robot.joint_names[joint]}",
+            f"{where}{name} of {self.robot.joint_names[joint]}",
             float(rows[row, joint]),
             f"finite and from {lower:.4g} to {upper:.4g} {UNITS[name]}",
         )

@@ -14,9 +14,14 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.check_controller import check_controller
+from hexapod_pin.control.check_controller import check_controller, settings_of
 from hexapod_pin.drive.drive_law import torque_limit
-from hexapod_pin.errors import ParameterError, SimulationInterrupted
+from hexapod_pin.errors import (
+    HexapodError,
+    ParameterError,
+    SimulationInterrupted,
+    UserCodeError,
+)
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
 from hexapod_pin.results.recording import left_out
@@ -154,6 +159,7 @@ class NativeRun:
 
         Raises:
             SimulationInterrupted: Ctrl-C; the samples so far are in the error.
+            HexapodError: of `progress`, or of what plans a part; they are in it, too.
         """
         begin = time.perf_counter()
         done, samples = 0, self.how.grid.samples
@@ -169,9 +175,13 @@ class NativeRun:
                 done += part
                 if progress is not None:
                     progress(done / samples)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, SimulationInterrupted):
             self.wall_time += time.perf_counter() - begin
             raise self.interrupted() from None
+        except HexapodError as error:
+            self.wall_time += time.perf_counter() - begin
+            self.attach_trace(error)
+            raise
         self.wall_time += time.perf_counter() - begin
 
     def interrupted(self) -> SimulationInterrupted:
@@ -179,6 +189,13 @@ class NativeRun:
         trace = self.trace() if self.recorded else None
         end = self.time if trace is None else trace.time[-1]
         return SimulationInterrupted(f"interrupted after {end:g} s of simulated time", trace)
+
+    def attach_trace(self, error: HexapodError) -> None:
+        """Put the samples so far into an error that ends the run, where it keeps any."""
+        if isinstance(error, UserCodeError) and error.time is None:
+            error.time = self.time
+        if self.recorded and self.time > self.start.time:
+            error.trace = self.trace()
 
     def checkpoint(self) -> Checkpoint:
         """Return where the run stands."""
@@ -282,8 +299,8 @@ def open_loop_run(
     if scene.prescribed:
         start = prescribed_start(scene.robot, plan, start, given=initial is not None)
     run = NativeRun(
-        scene, how, start, plan, controller=controller.to_dict(), record=record or how.controlled,
-        groups=groups, parts=parts,
+        scene, how, start, plan, controller=settings_of(controller),
+        record=record or how.controlled, groups=groups, parts=parts,
     )  # fmt: skip
     run.case = case
     return run

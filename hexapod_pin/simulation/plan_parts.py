@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.control.check_controller import checked_plan, method_name
 from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.knot_table import MAX_KNOT_SPACING
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import ParameterError, user_code
 from hexapod_pin.simulation.work_forecast import LIFT
 
 if TYPE_CHECKING:
@@ -74,7 +75,9 @@ def plan_of(
         in_parts: whether the run can be given more later.
 
     Raises:
-        GaitError, ReachError, ParameterError: as of the controller.
+        GaitError, ReachError, ParameterError: as of the controller; or it plans something else
+            than a trajectory of this robot's joints.
+        UserCodeError: it raises.
     """
     if in_parts and end > PART and isinstance(controller, KinematicControl):
         if controller.repeats(robot):
@@ -88,4 +91,6 @@ def plan_of(
             "Only a KinematicControl whose cycles repeat is planned in parts, by `simulate`. "
             + LIFT,
         )  # fmt: skip
-    return controller.plan(robot, end), None
+    with user_code(method_name(controller, "plan")):
+        plan = controller.plan(robot, end)
+    return checked_plan(controller, plan, robot), None

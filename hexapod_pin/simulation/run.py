@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from hexapod_pin.arguments import checked
 from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.control.planning_progress import planning_told_to
-from hexapod_pin.errors import SimulationInterrupted
+from hexapod_pin.errors import SimulationInterrupted, user_callback
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.closed_loop import closed_loop_run, controlled_loop
 from hexapod_pin.simulation.controlled_run import ControlledRun
@@ -85,6 +85,9 @@ def simulate(
         DivergenceError: the run left the finite world; `.trace` holds what was good.
         WorkLimitError: it has reached a limit, such as steps that shrink for ever; `.trace` too.
         SimulationInterrupted: Ctrl-C; `.trace` holds what was done, None while planning.
+        UserCodeError: the controller or `progress` has raised.
+        HexapodError: any other ends a run too. After its first step `.trace` holds what was done,
+            by the run that was under way.
     """
     case = Case(
         scene, controller, initial,
@@ -92,7 +95,7 @@ def simulate(
         method=method, step=step, sample=sample, record=record,
         limits=chosen_limits(limits, allow),
     )  # fmt: skip
-    return run_case(case, progress)
+    return run_case(case, user_callback("progress", progress))
 
 
 def run_case(

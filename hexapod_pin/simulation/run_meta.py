@@ -110,7 +110,8 @@ def gait_turn(run: NativeRun) -> dict[str, float]:
     """Return the yaw rate that the controller's gait plans [rad/s], where it has one."""
     gait = run.controller.get("gait")
     rate = gait.get("turn_rate") if isinstance(gait, Mapping) else None
-    return {} if rate is None else {"gait_turn_rate": float(rate)}
+    number = isinstance(rate, int | float) and not isinstance(rate, bool)
+    return {"gait_turn_rate": float(rate)} if number else {}
 
 
 def level_start(run: NativeRun) -> dict[str, dict[str, float]]:

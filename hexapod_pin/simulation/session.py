@@ -14,7 +14,7 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.control.sensors import Sensors
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import NotPicklableError, ParameterError
 from hexapod_pin.results.recording import recorded_groups
 from hexapod_pin.simulation.control_loop import without_time
 from hexapod_pin.simulation.lock_step import LockStep
@@ -93,6 +93,15 @@ class Session:
         if sensors is not None and sensors.delay > 0.0:
             raise ParameterError("sensors.delay", sensors.delay, "0 s in a session")
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Refuse a pickle or a copy: the run is the native core's.
+
+        Raises:
+            NotPicklableError: names what to send instead.
+        """
+        hint = "With it, Session(scene, initial=...) goes on from there."
+        raise NotPicklableError("Session", "Session.checkpoint()", hint)
+
     @property
     def time(self) -> float:
         """Simulated time reached [s]."""
@@ -165,8 +174,12 @@ class Session:
         if not (np.isfinite(until) and until >= self.time):
             raise ParameterError("until", until, f"finite and not before {self.time:g} s")
         begin = time.perf_counter()
-        self._together.advance(float(until))
-        self._run.wall_time += time.perf_counter() - begin
+        try:
+            self._together.advance(float(until))
+        except KeyboardInterrupt:
+            raise self._run.interrupted() from None
+        finally:
+            self._run.wall_time += time.perf_counter() - begin
         self._run.require_good_so_far()
 
     def trace(self) -> Trace:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hexapod_pin.errors import HexapodError, ParameterError, SimulationInterrupted
+from hexapod_pin.errors import HexapodError, ParameterError, SimulationInterrupted, UserCodeError
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
@@ -179,7 +179,9 @@ class CandidateRuns:
         for (name, run), reference in zip(
             zip(self.scenes, found, strict=True), self.baseline, strict=True
         ):
-            if isinstance(run, Exception) and not isinstance(run, HexapodError):
+            if isinstance(run, UserCodeError) or (
+                isinstance(run, Exception) and not isinstance(run, HexapodError)
+            ):
                 raise run
             score = math.nan if isinstance(run, Exception) else self.objective([run], [reference])
             if isinstance(run, Exception):

@@ -126,11 +126,12 @@ def _positions(
     watch = _deadline(max_seconds) if setting.method == "dop853" else None
     try:
         return scene.run(watch, **setting.arguments).q
-    except _TooSlowError:
-        notes.append(f"{setting}: {TOO_SLOW} {max_seconds:g} s")
     except SimulationInterrupted:
         raise
     except HexapodError as error:
+        if isinstance(error.__cause__, _TooSlowError):
+            notes.append(f"{setting}: {TOO_SLOW} {max_seconds:g} s")
+            return None
         notes.append(f"{setting}: {type(error).__name__}")
     return None
 

@@ -14,6 +14,7 @@ from hexapod_pin.errors import (
     DivergenceError,
     HexapodError,
     SimulationInterrupted,
+    UserCodeError,
 )
 from hexapod_pin.simulation.methods import METHODS
 from hexapod_pin.simulation.run import simulate
@@ -66,6 +67,8 @@ def run_task(
         except DivergenceError as error:
             wall = float(error.trace.meta["wall_time"])
             return RunOutcome.failed(f"diverged after {error.trace.time[-1]:.3g} s", wall)
+        except UserCodeError:  # `progress` gives the run up
+            raise
         except HexapodError as error:
             return RunOutcome.failed(f"refused: {error}")
     counters = trace.counters

@@ -10,7 +10,7 @@ import numpy as np
 from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution, RunOutcome
 from hexapod_pin.benchmark.work_precision.own_entry import run_task
 from hexapod_pin.benchmark.work_precision.task import Task
-from hexapod_pin.errors import HexapodError
+from hexapod_pin.errors import HexapodError, UserCodeError
 from hexapod_pin.simulation.methods import METHODS
 from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.validation.solver_setting import SolverSetting
@@ -75,7 +75,9 @@ def _attempts(
                 continue
             try:
                 outcome = run_task(task, setting, _time_limit(max_wall))
-            except _TooSlowError:
+            except UserCodeError as error:
+                if not isinstance(error.__cause__, _TooSlowError):
+                    raise
                 told.append(f"{setting}: more than {max_wall:g} s.")
                 break
             if outcome.ended:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.errors import DivergenceError, ParameterError
+from hexapod_pin.errors import DivergenceError, ParameterError, UserCodeError, user_code
 from hexapod_pin.formulations.maximal.ode_system import OdeSystem
 from hexapod_pin.formulations.maximal.reduced import configuration, velocity
 from hexapod_pin.formulations.maximal.steppers import Dop853Stepper, Rk4Stepper
@@ -73,14 +73,21 @@ def integrate(
     Raises:
         ParameterError: a time that is not positive, or samples that do not divide the duration.
         DivergenceError: the state is no longer finite; its trace is the run so far.
+        UserCodeError: `set_points` has raised; its trace, too.
     """
     count = _share_count(duration, duration if sample is None else sample)
     if step is not None:
         _share_count(duration, step)
     none = np.zeros(len(model.bodies.joint_names))
-    system = OdeSystem(
-        model, set_points or (lambda _time: (none, none)), start, projected=projected
-    )
+
+    def reference(time: float) -> tuple[Array, Array]:
+        """Return what the servos are to reach."""
+        if set_points is None:
+            return none, none
+        with user_code("set_points", time):
+            return set_points(time)
+
+    system = OdeSystem(model, reference, start, projected=projected)
     stepper: Rk4Stepper | Dop853Stepper
     if step is None:
         stepper = Dop853Stepper(system, rtol=rtol, atol=atol, end=duration)
@@ -88,11 +95,14 @@ def integrate(
         stepper = Rk4Stepper(system, step)
     kept = [(system.state, system.memory)]
     times = duration * np.arange(count + 1) / count
-    for k in range(count):
-        if not stepper.advance(float(times[k + 1])):
-            run = _run(times, kept, system, stepper)
-            raise DivergenceError(f"no finite state after t = {times[k]:g} s", run)
-        kept.append((system.state, system.memory))
+    try:
+        for k in range(count):
+            if not stepper.advance(float(times[k + 1])):
+                raise DivergenceError(f"no finite state after t = {times[k]:g} s", None)
+            kept.append((system.state, system.memory))
+    except (DivergenceError, UserCodeError) as error:
+        error.trace = _run(times, kept, system, stepper)
+        raise
     return _run(times, kept, system, stepper)
 
 

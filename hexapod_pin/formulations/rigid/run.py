@@ -17,7 +17,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.plain_drives import check_plain_drives
-from hexapod_pin.errors import DivergenceError, ParameterError
+from hexapod_pin.errors import DivergenceError, HexapodError, ParameterError
 from hexapod_pin.formulations.rigid.constrained_step import ConstrainedStepper
 from hexapod_pin.formulations.rigid.constraints import ContactSet
 from hexapod_pin.formulations.rigid.contact_events import ContactEventLoop, TouchDownImpact
@@ -129,7 +129,7 @@ def simulate(
         ParameterError: a duration, step or sample that is not positive, no initial state on
             ground that is not level at z = 0, motors or dry friction.
         GaitError, ReachError: the controller cannot do this on this robot.
-        DivergenceError: feet come and go without end.
+        DivergenceError: feet come and go without end; `.trace` holds the samples before.
     """
     from hexapod_pin.drive.servo import Servo
 
@@ -143,9 +143,18 @@ def simulate(
     start = standing_state(model, plan.q[0]) if initial is None else initial
     loop, recorder = ContactEventLoop(stepper, start), RigidRecorder(stepper)
     recorder.add(loop.now, loop.energy)
-    for k in range(1, int(np.floor(duration / sample + 1e-9)) + 1):
-        loop.advance(k * sample, step)
-        recorder.add(loop.now, loop.energy)
-    counters = {"steps": loop.steps, "impacts": len(loop.impacts), "releases": loop.releases}
-    trace = recorder.trace(controller, counters, step, sample)
+
+    def samples() -> Trace:
+        """Return those so far."""
+        counters = {"steps": loop.steps, "impacts": len(loop.impacts), "releases": loop.releases}
+        return recorder.trace(controller, counters, step, sample)
+
+    try:
+        for k in range(1, int(np.floor(duration / sample + 1e-9)) + 1):
+            loop.advance(k * sample, step)
+            recorder.add(loop.now, loop.energy)
+    except HexapodError as error:
+        error.trace = samples()
+        raise
+    trace = samples()
     return RigidRun(trace, tuple(loop.impacts), friction_demand(trace, model))
