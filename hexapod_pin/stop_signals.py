@@ -82,6 +82,14 @@ def received() -> int | None:
     return _state.first
 
 
+def is_stop(error: KeyboardInterrupt) -> bool:
+    """Tell whether a signal has raised an exception, rather than some code of the user's.
+
+    Where the handlers are not installed, as in a library, it is taken for Ctrl-C.
+    """
+    return isinstance(error, StopSignal) or not _state.phase
+
+
 @contextmanager
 def unbroken() -> Iterator[None]:
     """Hold signals back until the block has ended, or until `check_stop` asks for them.
