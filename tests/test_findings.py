@@ -148,7 +148,7 @@ ALONE: dict[str, tuple[Break, str, str]] = {
     "g mm^2": (all_inertias(1e9), "inertias in g mm^2", "robot"),
     "g cm^2": (all_inertias(1e7), "inertias in g cm^2", "robot"),
     "dummies": (every("link", "inertial/mass", value="1e-5"), "absurd mass", "robot"),
-    "giant": (scale("joint", "origin", "xyz", 1e8), "absurd size", "robot"),
+    "giant": (scale("joint", "origin", "xyz", 1e6), "absurd size", "robot"),
     "effort 1000": (every("joint", "limit", effort="1000"), "absurd effort", "lf_coxa_joint"),
     "weak": (every("joint", "limit", effort="0.001"), "weak effort", "lf_coxa_joint"),
 }

@@ -9,8 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from broken_urdfs import SOUND, broken, put
 
-from hexapod_pin.errors import MeshError
+import hexapod_pin as hp
+from hexapod_pin.control import leg_clearance
+from hexapod_pin.errors import MeshError, ParameterError
+from hexapod_pin.robot.description.urdf_file import parse_urdf
+from hexapod_pin.robot.mending import find_all, mend_urdf
 from hexapod_pin.robot.mending.link_solids import mesh_solid
 from hexapod_pin.robot.reading import read_mesh
 from hexapod_pin.robot.reading.mesh_file import LARGEST_MESH, SMALLEST_MESH
@@ -152,3 +157,84 @@ def test_a_million_points(tmp_path: Path) -> None:
     solid = mesh_solid(path, np.ones(3))
     assert solid is not None and solid.volume == pytest.approx(8.0, rel=1e-6)
     assert len(read_mesh(path).hull_vertices) == 8
+
+
+# places and sizes -------------------------------------------------------------------------------
+
+FAR = (1e12, -1e12, 1e300, 1.7e308)
+GROUNDS = {
+    "flat": hp.Flat(),
+    "slope": hp.Slope(angle=0.2),
+    "stairs": hp.Stairs(rise=0.1, run=0.3, count=5),
+    "groove": hp.Groove(angle_left=0.3, angle_right=0.3),
+    "ledge": hp.Ledge(height=0.1),
+}
+
+
+@pytest.mark.parametrize("name", GROUNDS)
+@pytest.mark.parametrize("function", ["clearance", "lift"])
+@pytest.mark.parametrize("value", FAR)
+def test_clearance_of_places_beyond_any_ground(name: str, function: str, value: float) -> None:
+    """On stairs it said 1e9 m for a place at 1e12 m, or that an empty sequence has no minimum."""
+    measure = getattr(GROUNDS[name], function)
+    for axis in range(3):
+        point = np.zeros((1, 3))
+        point[0, axis] = value
+        with pytest.raises(ParameterError) as caught:
+            measure(point, 0.1)
+        assert (caught.value.name, caught.value.value) == (f"points[0, {axis}]", value)
+        assert "1e+06 m" in caught.value.allowed
+    with pytest.raises(ParameterError) as caught:
+        measure([[0, 0, 0], [0, 0, 1]], [0.1, abs(value)])
+    assert (caught.value.name, caught.value.value) == ("radii[1]", abs(value))
+
+
+@pytest.mark.parametrize("points", ["abc", [[0, 0, 0], [0, 0]], [[0, 0, "x"]]])
+def test_clearance_of_what_is_no_array_of_numbers(points: object) -> None:
+    with pytest.raises(ParameterError) as caught:
+        hp.Flat().clearance(points)  # type: ignore[arg-type]
+    assert caught.value.name == "points"
+
+
+def test_clearance_as_far_as_a_ground_reaches() -> None:
+    for ground in GROUNDS.values():
+        for corner in np.array(np.meshgrid(*[(-1e6, 1e6)] * 3)).reshape(3, -1).T:
+            assert np.isfinite(ground.clearance(corner, 0.1))
+            up = ground.lift(corner, 0.1)
+            assert ground.clearance(corner + [0, 0, up], 0.1) == pytest.approx(0.0, abs=1e-6)
+
+
+SHAPES = {
+    "box": '<box size="0.1 0.1 {}"/>',
+    "cylinder": '<cylinder radius="{}" length="0.1"/>',
+    "sphere": '<sphere radius="{}"/>',
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("value", ["1e9", "1e12", "1e155", "1e300"])
+@pytest.mark.parametrize("tag", ["visual", "collision"])
+def test_shapes_of_absurd_size_are_dropped(
+    tmp_path: Path, shape: str, value: str, tag: str
+) -> None:
+    """A cylinder of 1e12 m ended loading in a LinAlgError, a sphere of 1e300 m in "no limbs"."""
+    text = f"<{tag}><geometry>{SHAPES[shape].format(value)}</geometry></{tag}></link>"
+    file = tmp_path / "a.urdf"
+    file.write_text(SOUND.replace("</link>", text))
+    plain = tmp_path / "b.urdf"
+    plain.write_text(SOUND)
+    robot, other = hp.load_robot(file), hp.load_robot(plain)
+    assert robot.legs == other.legs
+    assert {x.what for x in hp.robot.inspect(file).found} == {"unreadable shape"}
+    gait = hp.Gait.tripod(stroke=0.05, cycle_time=2.0)
+    assert leg_clearance(robot, gait).distance == pytest.approx(leg_clearance(other, gait).distance)
+    assert find_all(mend_urdf(parse_urdf(file.read_bytes(), "a")).file, None) == []
+
+
+@pytest.mark.parametrize("value", ["1e9", "1e12", "1e300", "nan"])
+def test_joints_at_absurd_places_are_refused_by_name(tmp_path: Path, value: str) -> None:
+    """At 1e12 m a foot was said to lie 6e-05 m outside the reach of its leg."""
+    file = broken(put("joint lf_femur_joint/origin", xyz=f"0 0 {value}"))
+    (found,) = [x for x in find_all(file, None) if x.severity == "refused"]
+    assert (found.what, found.where) == ("unreadable origin", "joint 'lf_femur_joint'")
+    assert value in found.value and "1e+06 m" in found.rule

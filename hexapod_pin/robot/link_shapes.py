@@ -16,8 +16,10 @@ import numpy as np
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import MeshError
 from hexapod_pin.robot.description.urdf_file import (
+    LARGEST_LENGTH,
     UrdfFile,
-    attribute,
+    length,
+    lengths,
     origin,
     parse_urdf,
     triple,
@@ -96,7 +98,7 @@ def _shape(robot: Robot, link: str, element: ElementTree.Element, *, meshes: boo
     xyz, rpy = origin(element)
     kind, size, centre, is_mesh = _geometry(robot, element, meshes=meshes)
     if not (all(map(math.isfinite, (*xyz, *rpy, *size))) and min(size) > 0.0):
-        raise ValueError("its numbers are not finite and above 0")
+        raise ValueError(f"its numbers are not above 0 and at most {LARGEST_LENGTH:g} m")
     joint, place = placement(robot.model, link)
     turn = rotation(rpy)
     return LinkShape(
@@ -113,12 +115,11 @@ def _geometry(
     """Return kind, size, centre in the shape's own frame [m], and whether it was a mesh."""
     zero = (0.0, 0.0, 0.0)
     if (box := element.find("geometry/box")) is not None:
-        return "box", triple(box.get("size")), zero, False
+        return "box", lengths(box.get("size")), zero, False
     if (cylinder := element.find("geometry/cylinder")) is not None:
-        radius, length = (attribute(cylinder, name, math.nan) for name in ("radius", "length"))
-        return "cylinder", (radius, length), zero, False
+        return "cylinder", (length(cylinder, "radius"), length(cylinder, "length")), zero, False
     if (sphere := element.find("geometry/sphere")) is not None:
-        return "sphere", (attribute(sphere, "radius", math.nan),), zero, False
+        return "sphere", (length(sphere, "radius"),), zero, False
     mesh = element.find("geometry/mesh")
     if mesh is None or not meshes:
         raise ValueError("a mesh" if mesh is not None else "no box, cylinder, sphere or mesh")

@@ -76,7 +76,8 @@ class Ground(Spec):
             radii: (N,) or one for all [m].
 
         Raises:
-            ParameterError: a point or radius is not finite, or their shapes do not fit.
+            ParameterError: a point or radius is no number up to `FARTHEST_M`, a radius is negative,
+                or their shapes do not fit.
         """
         centers, sizes = _spheres(points, radii)
         return _clearance(self.native(), centers, sizes)
@@ -100,15 +101,30 @@ class Ground(Spec):
 
 def _spheres(points: ArrayLike, radii: ArrayLike) -> tuple[Array, Array]:
     """Return centres (N, 3) and radii (N,), N at least 1."""
-    centers = np.array(points, dtype=float, ndmin=2)
+    centers, sizes = np.array(_numbers("points", points), ndmin=2), _numbers("radii", radii)
     if centers.ndim != 2 or centers.shape[1] != 3 or not len(centers):
         raise ParameterError("points", np.shape(points), "of shape (N, 3), N at least 1")
-    sizes = np.asarray(radii, dtype=float)
     if sizes.shape not in ((), (len(centers),)):
         raise ParameterError("radii", sizes.shape, f"one number or {len(centers)}")
-    if not (np.isfinite(centers).all() and np.isfinite(sizes).all() and (sizes >= 0.0).all()):
-        raise ParameterError("points, radii", (points, radii), "finite [m], no radius negative")
+    _require_within("points", centers, -FARTHEST_M)
+    _require_within("radii", sizes, 0.0)
     return centers, np.broadcast_to(sizes, len(centers))
+
+
+def _numbers(name: str, values: ArrayLike) -> Array:
+    """Return values as an array of numbers."""
+    try:
+        return np.array(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(name, values, "an array of numbers [m]") from error
+
+
+def _require_within(name: str, values: Array, least: float) -> None:
+    """Refuse the first value that is not from `least` to `FARTHEST_M` [m]."""
+    for place in np.argwhere(~((values >= least) & (values <= FARTHEST_M))):
+        where = f"[{', '.join(map(str, place))}]" if len(place) else ""
+        allowed = f"from {least:g} to {FARTHEST_M:g} m"
+        raise ParameterError(name + where, float(values[tuple(place)]), allowed)
 
 
 def _clearance(ground: Any, centers: Array, radii: Array) -> float:

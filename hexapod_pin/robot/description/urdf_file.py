@@ -18,7 +18,10 @@ MAX_BYTES = 50_000_000
 """Largest file that is read [bytes]."""
 
 LARGEST = 1e15
-"""Masses, moments and lengths beyond count as no number [SI units]."""
+"""Masses, moments and factors beyond count as no number [SI units]."""
+
+LARGEST_LENGTH = 1e6
+"""Places and sizes beyond count as no number [m]: there double precision resolves 0.1 nm."""
 
 LARGEST_RADIUS = 100.0
 """Largest radius of a foot [m]."""
@@ -78,7 +81,7 @@ class Link:
         for collision in self.element.findall("collision"):
             sphere = collision.find("geometry/sphere")
             if sphere is not None:
-                return Sphere(attribute(sphere, "radius", math.nan), origin(collision)[0])
+                return Sphere(length(sphere, "radius"), origin(collision)[0])
         return None
 
 
@@ -305,25 +308,35 @@ def attribute(element: ET.Element | None, name: str, default: float) -> float:
         return math.nan
 
 
-def triple(text: str | None) -> tuple[float, ...]:
+def triple(text: str | None, largest: float = LARGEST) -> tuple[float, ...]:
     """Return three numbers from text such as "0 0 1"; zeros without text, else NaN."""
     if text is None:
         return (0.0, 0.0, 0.0)
     try:
-        values = tuple(_bounded(float(word)) for word in text.split())
+        values = tuple(_bounded(float(word), largest) for word in text.split())
     except ValueError:
         values = ()
     return values if len(values) == 3 else (math.nan,) * 3
 
 
+def lengths(text: str | None) -> tuple[float, ...]:
+    """Return three places or sizes [m], as `triple`; NaN beyond `LARGEST_LENGTH`."""
+    return triple(text, LARGEST_LENGTH)
+
+
 def quantity(element: ET.Element | None, name: str) -> float:
-    """Return a mass, moment or size; NaN where it is absent, no number or beyond all measure."""
-    return _bounded(attribute(element, name, math.nan))
+    """Return a mass or moment; NaN where it is absent, no number or beyond all measure."""
+    return _bounded(attribute(element, name, math.nan), LARGEST)
 
 
-def _bounded(value: float) -> float:
+def length(element: ET.Element | None, name: str) -> float:
+    """Return a size [m]; NaN where it is absent, no number or beyond `LARGEST_LENGTH`."""
+    return _bounded(attribute(element, name, math.nan), LARGEST_LENGTH)
+
+
+def _bounded(value: float, largest: float) -> float:
     """Return NaN for what would overflow in products of a few."""
-    return value if abs(value) <= LARGEST else math.nan
+    return value if abs(value) <= largest else math.nan
 
 
 def origin(element: ET.Element | None) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -331,7 +344,7 @@ def origin(element: ET.Element | None) -> tuple[tuple[float, ...], tuple[float, 
     found = None if element is None else element.find("origin")
     if found is None:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    return triple(found.get("xyz")), triple(found.get("rpy"))
+    return lengths(found.get("xyz")), triple(found.get("rpy"))
 
 
 def _joint(element: ET.Element) -> Joint:

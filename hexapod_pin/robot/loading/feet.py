@@ -11,7 +11,7 @@ import numpy as np
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, UrdfError
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.robot.description.urdf_file import LARGEST_RADIUS, Sphere, UrdfFile
+from hexapod_pin.robot.description.urdf_file import LARGEST_LENGTH, LARGEST_RADIUS, Sphere, UrdfFile
 from hexapod_pin.robot.loading.limbs import Limbs
 from hexapod_pin.robot.loading.pin_model import placement
 
@@ -71,8 +71,11 @@ def place_feet(
 
 
 def _checked(file: UrdfFile, link: str, sphere: Sphere) -> Sphere:
-    """Return a sphere whose numbers are finite and whose radius is not negative."""
+    """Return a sphere whose numbers are possible."""
     if not all(map(math.isfinite, (sphere.radius, *sphere.centre))) or sphere.radius < 0:
         text = f"link {link!r}: collision sphere of radius {sphere.radius:g} m at {sphere.centre}"
-        raise UrdfError(file.source, [f"{text}; must be finite, the radius not negative"])
+        raise UrdfError(
+            file.source,
+            [f"{text}; must be numbers up to {LARGEST_LENGTH:g} m, the radius not negative"],
+        )
     return sphere

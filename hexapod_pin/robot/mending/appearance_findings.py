@@ -7,7 +7,15 @@ import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Iterator
 
-from hexapod_pin.robot.description.urdf_file import Link, UrdfFile, origin, quantity, triple
+from hexapod_pin.robot.description.urdf_file import (
+    LARGEST_LENGTH,
+    Link,
+    UrdfFile,
+    length,
+    lengths,
+    origin,
+    triple,
+)
 from hexapod_pin.robot.mending.finding import Finding
 from hexapod_pin.robot.mending.measures import Measures
 
@@ -51,12 +59,12 @@ def repeated_materials(file: UrdfFile) -> list[ET.Element]:
 
 
 def bad_size(geometry: ET.Element) -> str:
-    """Say which size of a primitive is not above 0; "" where all are, and for meshes."""
+    """Say which size of a primitive is none; "" where all are sizes, and for meshes."""
     if geometry.tag == "box":
-        sizes = triple(geometry.get("size")) if geometry.get("size") else (math.nan,)
-    elif geometry.tag in ("sphere", "cylinder"):
+        sizes = lengths(geometry.get("size")) if geometry.get("size") else (math.nan,)
+    elif geometry.tag in ("sphere", "cylinder", "capsule"):
         names = ("radius",) if geometry.tag == "sphere" else ("radius", "length")
-        sizes = tuple(quantity(geometry, name) for name in names)
+        sizes = tuple(length(geometry, name) for name in names)
     else:
         return ""
     if all(size > 0.0 and math.isfinite(size) for size in sizes):
@@ -84,7 +92,8 @@ def _of_link(measures: Measures, link: Link) -> Iterator[Finding]:
                     "unreadable shape",
                     where,
                     value,
-                    "a geometry of a size above 0, at a place of three numbers",
+                    f"a geometry of a size above 0, at a place of three numbers, both at most"
+                    f" {LARGEST_LENGTH:g} m",
                     "the shape is dropped",
                     "suspicious",
                 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from hexapod_pin.robot.description.urdf_file import JOINT_TYPES, Joint, UrdfFile
+from hexapod_pin.robot.description.urdf_file import JOINT_TYPES, LARGEST_LENGTH, Joint, UrdfFile
 from hexapod_pin.robot.mending.finding import Finding
 
 AXIS_NORM_TOLERANCE = 1e-6
@@ -39,8 +39,8 @@ def _of_joint(joint: Joint) -> Iterator[Finding]:
         yield Finding(
             "unreadable origin",
             where,
-            "its origin is not three finite numbers",
-            "xyz [m] and rpy [rad] are three numbers each",
+            f"origin {_written(joint)}",
+            f"xyz [m] and rpy [rad] are three numbers each, xyz at most {LARGEST_LENGTH:g} m",
             "none: write the numbers",
         )
     if joint.kind not in JOINT_TYPES:
@@ -103,3 +103,10 @@ def _of_moved(joint: Joint, where: str) -> Iterator[Finding]:
             "made a unit vector",
             "suspicious",
         )
+
+
+def _written(joint: Joint) -> str:
+    """Return the numbers of a joint's origin as they are written."""
+    found = joint.element.find("origin")
+    names = ("xyz", "rpy")
+    return ", ".join(f"{x} {found.get(x)!r}" for x in names if found is not None and found.get(x))

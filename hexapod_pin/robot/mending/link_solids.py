@@ -15,7 +15,7 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.robot.description.solids import box_inertia, rod_inertia
-from hexapod_pin.robot.description.urdf_file import Link, origin, quantity, triple
+from hexapod_pin.robot.description.urdf_file import Link, length, lengths, origin, triple
 from hexapod_pin.robot.description.urdf_inertia import rotation
 from hexapod_pin.robot.reading.mesh_file import read_mesh
 
@@ -137,7 +137,7 @@ class LinkSolids:
 
 
 def _box(element: ET.Element) -> Solid | None:
-    x, y, z = triple(element.get("size"))
+    x, y, z = lengths(element.get("size"))
     if not (min(x, y, z) > 0.0 and math.isfinite(x + y + z)):
         return None
     half, volume = np.array([x, y, z]) / 2, x * y * z
@@ -145,16 +145,16 @@ def _box(element: ET.Element) -> Solid | None:
 
 
 def _cylinder(element: ET.Element) -> Solid | None:
-    radius, length = (quantity(element, name) for name in ("radius", "length"))
-    if not (min(radius, length) > 0.0 and math.isfinite(radius + length)):
+    radius, long = (length(element, name) for name in ("radius", "length"))
+    if not (min(radius, long) > 0.0 and math.isfinite(radius + long)):
         return None
-    volume, half = math.pi * radius**2 * length, np.array([radius, radius, length / 2])
-    along, across, _ = rod_inertia(volume, length, radius)
+    volume, half = math.pi * radius**2 * long, np.array([radius, radius, long / 2])
+    along, across, _ = rod_inertia(volume, long, radius)
     return Solid(volume, np.zeros(3), np.diag([across, across, along]), -half, half)
 
 
 def _sphere(element: ET.Element) -> Solid | None:
-    radius = quantity(element, "radius")
+    radius = length(element, "radius")
     if not (radius > 0.0 and math.isfinite(radius)):
         return None
     volume, half = 4 / 3 * math.pi * radius**3, np.full(3, radius)

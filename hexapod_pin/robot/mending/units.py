@@ -9,7 +9,7 @@ from statistics import median
 
 import numpy as np
 
-from hexapod_pin.robot.description.urdf_file import Link, origin, quantity, triple
+from hexapod_pin.robot.description.urdf_file import Link, length, lengths, origin
 from hexapod_pin.robot.description.urdf_inertia import inertia_matrix
 from hexapod_pin.robot.mending import rules
 from hexapod_pin.robot.mending.measures import Measures, finite
@@ -153,7 +153,7 @@ def _shape_lengths(measures: Measures) -> Iterable[float]:
             for shape in link.element.findall(tag):
                 yield math.hypot(*finite(origin(shape)[0]))
                 for geometry in shape.findall("geometry/*"):
-                    yield math.hypot(*finite(triple(geometry.get("size"))))
+                    yield math.hypot(*finite(lengths(geometry.get("size"))))
                     for name in ("radius", "length"):
-                        value = quantity(geometry, name)
+                        value = length(geometry, name)
                         yield abs(value) if math.isfinite(value) else 0.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UrdfError
-from hexapod_pin.robot.description.urdf_file import Sphere, UrdfFile
+from hexapod_pin.robot.description.urdf_file import LARGEST_LENGTH, Sphere, UrdfFile
 from hexapod_pin.robot.loading.limbs import FOOT_WORDS
 from hexapod_pin.robot.recognition.leg_body import LegBody
 from hexapod_pin.robot.recognition.tips import foot_word, tip_towards
@@ -63,7 +63,10 @@ def frame_foot(file: UrdfFile, frames: TreeFrames, link: str, rule: str) -> Foun
     sphere = file.link_by_name[link].collision_sphere or Sphere(0.0, (0.0, 0.0, 0.0))
     if not np.isfinite([sphere.radius, *sphere.centre]).all() or sphere.radius < 0:
         text = f"link {link!r}: collision sphere of radius {sphere.radius:g} m at {sphere.centre}"
-        raise UrdfError(file.source, [f"{text}; must be finite, the radius not negative"])
+        raise UrdfError(
+            file.source,
+            [f"{text}; must be numbers up to {LARGEST_LENGTH:g} m, the radius not negative"],
+        )
     centre = frames.links[link].act(np.array(sphere.centre))
     return FoundFoot(link, True, centre, sphere.radius, rule, settled=True)
 

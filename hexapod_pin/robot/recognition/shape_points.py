@@ -11,7 +11,14 @@ from xml.etree import ElementTree
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.robot.description.urdf_file import UrdfFile, attribute, origin, triple
+from hexapod_pin.robot.description.urdf_file import (
+    LARGEST_LENGTH,
+    UrdfFile,
+    length,
+    lengths,
+    origin,
+    triple,
+)
 from hexapod_pin.robot.description.urdf_inertia import rotation
 from hexapod_pin.robot.reading.mesh_file import read_mesh
 from hexapod_pin.robot.recognition.sphere_fit import Ball, mesh_parts
@@ -111,25 +118,25 @@ def _gather(element: ElementTree.Element, finder: ResourceFinder, into: _Gathere
         return ""
     if kind.tag == "mesh":
         return _gather_mesh(kind, finder, turn, offset, into)
-    radius, length = (attribute(kind, name, math.nan) for name in ("radius", "length"))
+    radius, long = length(kind, "radius"), length(kind, "length")
     if kind.tag == "sphere":
         points, balls = np.zeros((0, 3)), [(np.zeros(3), radius)]
     elif kind.tag == "box":
-        points, balls = 0.5 * np.array(triple(kind.get("size"))) * _CORNERS, []
+        points, balls = 0.5 * np.array(lengths(kind.get("size"))) * _CORNERS, []
     elif kind.tag == "cylinder":
-        points, balls = np.vstack(list(_rims(radius, length))), []
+        points, balls = np.vstack(list(_rims(radius, long))), []
     elif kind.tag == "capsule":
-        half = np.array([0.0, 0.0, 0.5 * length])
+        half = np.array([0.0, 0.0, 0.5 * long])
         points, balls = np.zeros((0, 3)), [(half, radius), (-half, radius)]
     else:
         return f"<{kind.tag}> is no box, cylinder, sphere, capsule or mesh"
     numbers = [*points.ravel(), *(value for c, r in balls for value in (*c, r))]
     if not np.isfinite(numbers).all():
-        return f"<{kind.tag}> has missing or non-finite numbers"
+        return f"<{kind.tag}> has missing numbers, or none from 0 to {LARGEST_LENGTH:g} m"
     if kind.tag == "cylinder":
-        axis, depth = turn[:, 2], min(radius, 0.5 * length)
+        axis, depth = turn[:, 2], min(radius, 0.5 * long)
         into.ends.extend(
-            FlatEnd(offset + 0.5 * length * side, side, radius, depth) for side in (axis, -axis)
+            FlatEnd(offset + 0.5 * long * side, side, radius, depth) for side in (axis, -axis)
         )
     if len(points):
         into.points.append(points @ turn.T + offset)
