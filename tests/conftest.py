@@ -18,6 +18,15 @@ from hexapod_pin.simulation.run_settings import RunSettings
 Run = Callable[..., SimpleNamespace]
 
 
+def pytest_configure() -> None:
+    """Let Ctrl-C be KeyboardInterrupt, also where tests run in the background, as under `nohup`.
+
+    There SIGINT is ignored, which processes that a test starts inherit.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     """Run a command in an empty folder; give its status, stdout, stderr and what it left."""
@@ -77,11 +86,3 @@ def single_runs_of_studies(request: pytest.FixtureRequest) -> Iterator[None]:
     finer = _module(request) != STUDIES or "sweep" in request.node.name
     with nullcontext() if finer else _single_runs():
         yield
-
-
-@pytest.fixture
-def interruptible() -> Iterator[None]:
-    """Ctrl-C raises KeyboardInterrupt, also where the tests run in the background."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)

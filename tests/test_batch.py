@@ -154,7 +154,6 @@ def test_feedback_controllers_run_beside_open_loop_ones() -> None:
     assert summaries[5].data == results[5].summary.data
 
 
-@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("keep", ["summary", "trace"])
 @pytest.mark.parametrize("estimate", [False, True])
 def test_ctrl_c_in_a_case_with_feedback_is_no_result_of_it(keep: str, estimate: bool) -> None:
@@ -172,7 +171,6 @@ def test_ctrl_c_in_a_case_with_feedback_is_no_result_of_it(keep: str, estimate: 
         timer.join()
 
 
-@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     """A real signal, after the third result; the rest is None, and the threads end."""
     cases = [walk(0.02), walk(0.02), walk(0.02), walk(0.02, duration=3000.0)]

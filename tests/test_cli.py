@@ -277,7 +277,6 @@ def test_run_that_ends_early_keeps_its_trace(
     assert hp.load_trace("part.nc") == partial
 
 
-@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_during_the_simulation_keeps_what_was_done(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ):
@@ -300,7 +299,6 @@ def test_ctrl_c_during_the_simulation_keeps_what_was_done(
     assert 0.0 < hp.load_trace("walk.nc").time[-1] < 10.0
 
 
-@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_before_the_simulation(run: Run, monkeypatch: pytest.MonkeyPatch):
     def load_robot(*_: object, **__: object) -> hp.Robot:
         signal.raise_signal(signal.SIGINT)

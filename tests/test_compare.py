@@ -161,7 +161,6 @@ def test_nothing_to_compare_is_refused(scenes: Any, controllers: Any, culprit: s
         hp.compare(scenes, controllers, duration=DURATION)
 
 
-@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_keeps_what_was_done() -> None:
     with pytest.raises(SimulationInterrupted) as caught:
         hp.compare(

@@ -285,7 +285,6 @@ def test_a_given_start_is_noted() -> None:
     assert any("given state" in note for note in hp.judge_peaks(case).notes)
 
 
-@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_is_a_typed_error() -> None:
     with pytest.raises(SimulationInterrupted, match="no verdict on the peaks: inter") as caught:
         hp.judge_peaks(walk(calm_scene()), progress=lambda _: signal.raise_signal(signal.SIGINT))

@@ -451,7 +451,6 @@ def test_a_session_goes_on_after_a_command_that_is_refused(value: Any) -> None:
     assert np.array_equal(whole.trace().q, session.trace().q)
 
 
-@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_in_a_session_carries_what_was_done() -> None:
     session = hp.Session(SCENE)
     timer = threading.Timer(0.3, signal.raise_signal, (signal.SIGINT,))

@@ -70,7 +70,6 @@ def test_a_trace_of_ones_own_controller_needs_its_file(run: Run, tmp_path: Path)
     assert done.status == 0 and "Peaks with a verdict" in done.out
 
 
-@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_during_the_verdict_leaves_the_walk(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:

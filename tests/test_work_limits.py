@@ -183,7 +183,6 @@ except hp.errors.ParameterError as error:
     assert "threads = 900" in done.stdout and "the system has started" in done.stdout
 
 
-@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_is_seen_inside_a_long_sample():
     """One sample of 1000 s takes seconds: the interruption does not wait for it."""
     threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
@@ -193,7 +192,6 @@ def test_ctrl_c_is_seen_inside_a_long_sample():
     assert len(caught.value.trace.time) == 1
 
 
-@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_ends_a_batch_whose_run_is_stuck():
     threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
     cases = [hp.Case(SCENE, HOLD, duration=2000.0, step=1e-4, sample=1000.0)] * 3
