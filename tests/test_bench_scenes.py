@@ -117,7 +117,7 @@ def test_a_scene_file_and_a_gait_name_a_task(tmp_path: Path):
         ("kharagpur", SceneOptions(gait="hold", stroke=0.1), ParameterError, "--stroke"),
         ("kharagpur", SceneOptions(gait="gallop"), UnknownNameError, "tetrapod"),
         ("nothing", SceneOptions(), UnknownNameError, "hc40-soft"),
-        ("nothing.toml", SceneOptions(), ParameterError, "can be read"),
+        ("nothing.toml", SceneOptions(), ParameterError, "readable text file"),
         ("nothing.toml", SceneOptions(kp=1.0), ParameterError, "--kp"),
         (str(robot_file("hexa_ref")), SceneOptions(gait="tripod", stroke=1.0), GaitError, "stroke"),
     ],

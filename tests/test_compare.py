@@ -282,7 +282,7 @@ def test_own_scenes_and_bumps(run: Run) -> None:
         (("plain.toml", "--figure", "bars.svg"), "--figure"),
         (("plain.toml", "fast.toml", "--figure", "bars.gif"), ".png"),
         (("plain.toml", "--html", "none/a.html"), "none"),
-        (("plain.toml", "--html", "same", "--json", "same"), "different files"),
+        (("plain.toml", "--html", "same", "--json", "same"), ".html"),
         (("plain.toml", "--import", "none.py"), "--import"),
     ],
 )

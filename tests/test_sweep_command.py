@@ -46,7 +46,7 @@ def test_it_leaves_store_dataset_and_figure(study: Path, capsys: Any) -> None:
     assert "12 cases of it finished: go on with it by --resume" in capsys.readouterr().err
     assert _run(study, "--resume", "--out", "a.csv") == 0
     out = capsys.readouterr().out
-    assert "cases run in" not in out and "dataset: a.csv" in out.replace(f"{Path.cwd()}/", "")
+    assert "cases run in" not in out and "wrote a.csv" in out.replace(f"{Path.cwd()}/", "")
 
 
 def test_failed_cases_are_counted_by_reason(study: Path, capsys: Any) -> None:

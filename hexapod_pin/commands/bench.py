@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Optional
 
@@ -16,7 +17,7 @@ from hexapod_pin.commands.options import (
     OptionalText,
     foot_names,
 )
-from hexapod_pin.commands.output_files import writable
+from hexapod_pin.commands.output_files import writable, writable_figure, written_files
 from hexapod_pin.commands.progress import progress_bar
 from hexapod_pin.commands.status import MISSED, fail
 from hexapod_pin.commands.terminal import echo
@@ -150,9 +151,10 @@ def _measure(
     if done:
         command = command_text(scenes, options, settings, accuracy)
         report = BenchmarkReport(machine, command, done)
-        for path, write in zip(files, (write_report, write_plot), strict=True):
-            if path is not None:
-                echo(f"wrote {write(report, path)}")
+        with written_files() as written:
+            for path, write in zip(files, (write_report, write_plot), strict=True):
+                if path is not None:
+                    written(partial(write, report, path))
     if interrupted or done[-1].interrupted:
         raise SimulationInterrupted("interrupted; what was measured before is above", None)
     missed = [f"{scene.task.name}: {row_name(row)}" for scene in done for row in scene.missed]
@@ -173,28 +175,21 @@ def _one(task: Task, settings: ComparisonSettings, accuracy: float | None) -> Co
 
 def _report_files(out: Path | None, plot: Path | None) -> tuple[Path | None, Path | None]:
     """Return the files to write, refused now rather than after the measurement."""
-    from hexapod_pin.benchmark.report.figure import FIGURE_ENDINGS, require_matplotlib
-    from hexapod_pin.benchmark.report.pages import WRITERS, require_ending
+    from hexapod_pin.benchmark.report.pages import WRITERS
 
-    if out is not None:
-        require_ending("--out", out, tuple(WRITERS))
-        out = writable("--out", out)
-    if plot is not None:
-        require_ending("--plot", plot, FIGURE_ENDINGS)
-        plot = writable("--plot", plot)
-        require_matplotlib()
-    return out, plot
+    return (
+        None if out is None else writable("--out", out, tuple(WRITERS)),
+        None if plot is None else writable_figure("--plot", plot),
+    )
 
 
 def _hard(quick: bool, out: Path | None) -> None:
     """Run the suite, print its tables and write them to `out` (.md); fail where a row missed."""
     from hexapod_pin.benchmark.hard_suite import suite_page, suite_parts
-    from hexapod_pin.benchmark.report.pages import require_ending
     from hexapod_pin.validation.machine import Machine
 
     if out is not None:
-        require_ending("--out", out, (".md",))
-        out = writable("--out", out)
+        out = writable("--out", out, (".md",))
     machine, parts = Machine.here(), []
     echo(str(machine))
     stopped: BaseException | None = None

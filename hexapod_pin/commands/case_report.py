@@ -31,30 +31,35 @@ def run_and_report(
     so many runs at a time.
     Where the robot does not walk, exit with DOES_NOT_WALK: the reason, and what to change.
     """
-    from hexapod_pin.commands.output_files import run_saving
+    from hexapod_pin.commands.output_files import (
+        least_sizes,
+        require_room,
+        run_saving,
+        written_files,
+    )
     from hexapod_pin.commands.progress import progress_bar
     from hexapod_pin.commands.status import DOES_NOT_WALK, fail
     from hexapod_pin.results.joint_limits import events_text
     from hexapod_pin.results.walk_verdict import walk_verdict
     from hexapod_pin.simulation.run import run_case
 
+    require_room(least_sizes(case, trace_path, html_path))
     with progress_bar(title) as progress:
         planning = progress.stage(f"planning {case.duration:g} s")
-        trace = run_saving(lambda: run_case(case, progress, planning), trace_path)
+        trace, refusal = run_saving(lambda: run_case(case, progress, planning), trace_path)
     walk = walk_verdict(trace)
     echo(f"{walk.line}\n{run_summary(trace)}")
     for line in events_text(trace.events, trace.limits):
         echo(f"note: {line}")
-    if html_path is not None:
-        from hexapod_pin.view.html import write_html
+    with written_files() as files:
+        whole = _print_budget(trace)
+        files.note(trace_path, refusal)
+        if html_path is not None:
+            from hexapod_pin.view.html import write_html
 
-        write_html(trace, html_path)
-    whole = _print_budget(trace)
-    if whole and walk.walks and not quick and _assumes_gains(case):
-        echo(_stiffness_line(case, trace, threads) + "\n")
-    for path in (trace_path, html_path):
-        if path is not None:
-            echo(f"wrote {path}")
+            files(lambda: write_html(trace, html_path))
+        if whole and walk.walks and not quick and _assumes_gains(case):
+            echo(_stiffness_line(case, trace, threads) + "\n")
     if verdict and whole:
         echo("\n" + verdict_on_peaks(trace, threads).table())
     if not walk.walks:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hexapod_pin.commands.output_files import (
+    PAGES,
+    WrittenFiles,
+    writable,
+    writable_figure,
+    written_files,
+)
 from hexapod_pin.commands.terminal import echo
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
 
@@ -38,25 +43,15 @@ class ComparisonFiles:
         """Refuse now, rather than after the runs, what cannot be written.
 
         Raises:
-            ParameterError: the figure's ending is not that of a figure, or two files are one.
-            TraceFileError: a folder is missing or read-only, or `--json` has another ending.
+            TraceFileError, FileConflictError, MissingPackageError: as of `writable`.
         """
-        from hexapod_pin.commands.output_files import writable
-        from hexapod_pin.results.file_ending import JSON, check_ending
-        from hexapod_pin.view.contact_figure import require_ending
+        from hexapod_pin.results.file_ending import JSON
 
-        given = {"--html": html, "--figure": figure, "--json": json}
-        paths = {option: writable(option, path) for option, path in given.items() if path}
-        if len({os.path.realpath(path) for path in paths.values()}) < len(paths):
-            raise ParameterError(" ".join(paths), "one file", "different files")
-        if json is not None:
-            check_ending(f"--json {json}", JSON)
-        if figure is not None:
-            require_ending(figure)
-            if find_spec("matplotlib") is None:
-                raise ParameterError("--figure", str(figure), "given with matplotlib installed",
-                                     "pip install 'hexapod-pin[plot]' brings it.")  # fmt: skip
-        return cls(paths.get("--html"), paths.get("--figure"), paths.get("--json"))
+        return cls(
+            None if html is None else writable("--html", html, PAGES),
+            None if figure is None else writable_figure("--figure", figure),
+            None if json is None else writable("--json", json, JSON),
+        )
 
 
 def compare_and_report(
@@ -87,27 +82,30 @@ def compare_and_report(
         with progress_bar(f"{len(planned)} runs") as progress:
             found = compare_runs(planned, threads=threads, progress=progress)
     except SimulationInterrupted as error:
-        _tell(error.comparison, files, markdown)
+        with written_files() as written:
+            _report(error.comparison, files.json, markdown, written)
         raise
-    _tell(found, files, markdown)
-    if files.figure is not None:
-        from hexapod_pin.view.comparison_figure import write_comparison_figure
+    figure, html = files.figure, files.html
+    with written_files() as written:
+        _report(found, files.json, markdown, written)
+        if figure is not None:
+            from hexapod_pin.view.comparison_figure import write_comparison_figure
 
-        echo(f"wrote {write_comparison_figure(found, files.figure)}")
-    if files.html is not None:
-        _play(planned, files.html, threads)
+            written(lambda: write_comparison_figure(found, figure))
+        if html is not None:
+            _play(planned, html, threads, written)
     return found
 
 
-def _tell(found: Comparison, files: ComparisonFiles, markdown: bool) -> None:
+def _report(found: Comparison, json: Path | None, markdown: bool, written: WrittenFiles) -> None:
     """Print the tables and write the numbers."""
     echo(found.to_markdown() if markdown else found.table())
     echo("")
-    if files.json is not None:
-        echo(f"wrote {found.save(files.json)}")
+    if json is not None:
+        written(lambda: found.save(json))
 
 
-def _play(planned: Sequence[PlannedRun], path: Path, threads: int) -> None:
+def _play(planned: Sequence[PlannedRun], path: Path, threads: int, written: WrittenFiles) -> None:
     """Run the first variant of the first scene again, with samples, and write its playback."""
     from hexapod_pin.commands.progress import progress_bar
     from hexapod_pin.results.trace import Trace
@@ -127,4 +125,4 @@ def _play(planned: Sequence[PlannedRun], path: Path, threads: int) -> None:
         else:
             echo(f"no playback of {run.controller}: {result}", err=True)
     if traces:
-        echo(f"wrote {write_side_by_side(traces, path)}")
+        written(lambda: write_side_by_side(traces, path))

@@ -8,7 +8,6 @@ from typing import Annotated, Optional
 import typer
 
 from hexapod_pin.commands.options import OptionalPath, OptionalText
-from hexapod_pin.commands.status import FAILED, fail
 from hexapod_pin.commands.terminal import echo
 from hexapod_pin.errors import ParameterError
 
@@ -40,8 +39,7 @@ def contact(
         report,
         restitution_table,
     )
-    from hexapod_pin.commands.output_files import writable
-    from hexapod_pin.view.contact_figure import require_ending
+    from hexapod_pin.commands.output_files import FIGURES, writable
 
     if restitution:
         echo(restitution_table())
@@ -50,12 +48,9 @@ def contact(
             raise ParameterError("LAW", law, "named, or --restitution given", "See --help.")
         return
     found = named_law(law, parameters or ())
-    path = writable("--out", out or Path("contact.png"))
-    require_ending(path)
+    path = writable("--out", out or Path("contact.png"), FIGURES, drawn=out is not None)
     echo(report(found, mass=mass, speed=speed))
     if figure(found, path, mass=mass, speed=speed):
         echo(f"wrote {path}")
-    elif out is None:
-        echo(NO_FIGURE, err=True)
     else:
-        fail(NO_FIGURE, FAILED)
+        echo(NO_FIGURE, err=True)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Union
 
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import MissingPackageError, ParameterError, UnknownNameError
 from hexapod_pin.ground.contact import (
     BrownMcPhee,
     Contact,
@@ -171,8 +171,6 @@ def figure(law: Law, path: Path, *, mass: float, speed: float) -> bool:
 
     try:
         write_figure(law, path, mass=mass, speed=speed)
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] != "matplotlib":
-            raise
+    except MissingPackageError:
         return False
     return True

@@ -36,13 +36,12 @@ def run(
     """Run a case from its file; print its torque table; leave a trace and a playback."""
     from hexapod_pin.commands.case_report import run_and_report
     from hexapod_pin.commands.import_file import import_file
-    from hexapod_pin.commands.output_files import distinct, writable, writable_trace
+    from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.simulation.case import load_case
     from hexapod_pin.simulation.work_limits import chosen_limits
 
     trace_path = writable_trace("--out", out)
-    html_path = None if no_html else writable("--html", html)
-    distinct(trace_path, html_path)
+    html_path = None if no_html else writable("--html", html, PAGES)
     if code is not None:
         import_file("--import", code)
     found = load_case(case).with_defaults(limits=chosen_limits(None, force))

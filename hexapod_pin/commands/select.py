@@ -50,15 +50,10 @@ def select(
     from hexapod_pin.commands.progress import progress_bar
     from hexapod_pin.commands.select_report import print_selection, study_text, write_files
     from hexapod_pin.commands.status import INTERRUPTED, NONE_PASSES, fail
-    from hexapod_pin.results.file_ending import check_ending
     from hexapod_pin.sweep.selection import select_motors
 
-    report = None if no_html else writable("--html", html)
-    if report is not None:
-        check_ending(f"--html {report}", (".html", ".pdf"))
-    table = None if csv is None else writable("--csv", csv)
-    if table is not None:
-        check_ending(f"--csv {table}", (".csv",))
+    report = None if no_html else writable("--html", html, (".html", ".pdf"), drawn=True)
+    table = None if csv is None else writable("--csv", csv, (".csv",))
     text, folder = study_text(robot, study, catalog, voltage, motor_mass, mend)
     with progress_bar("motors") as bar:
         found = select_motors(

@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.commands.output_files import written_files
 from hexapod_pin.commands.terminal import echo
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.user_file import user_path
@@ -102,13 +103,12 @@ def print_selection(selection: MotorSelection, json: bool) -> None:
 
 def write_files(selection: MotorSelection, report: Path | None, table: Path | None) -> None:
     """Write the report and the table."""
-    if report is not None:
-        from hexapod_pin.view.selection_report import write_selection_report
+    with written_files() as written:
+        if report is not None:
+            from hexapod_pin.view.selection_report import write_selection_report
 
-        write_selection_report(selection, report)
-        echo(f"wrote {report}", err=True)
-    if table is not None:
-        from hexapod_pin.results.motor_selection_table import write_selection_csv
+            written(lambda: write_selection_report(selection, report), err=True)
+        if table is not None:
+            from hexapod_pin.results.motor_selection_table import write_selection_csv
 
-        write_selection_csv(selection, table)
-        echo(f"wrote {table}", err=True)
+            written(lambda: write_selection_csv(selection, table), err=True)

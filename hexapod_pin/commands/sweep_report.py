@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hexapod_pin.commands.output_files import writable
+from hexapod_pin.commands.output_files import writable, writable_figure, written_files
 from hexapod_pin.commands.progress import time_left_bar
 from hexapod_pin.commands.terminal import echo
 
@@ -40,20 +40,14 @@ class SweepFiles:
         """Return the files, refused now rather than after the sweep.
 
         Raises:
-            TraceFileError: a folder is missing or cannot be written to, or an ending is unknown.
-            ParameterError: the ending of the figure is unknown.
+            TraceFileError, FileConflictError, MissingPackageError: as of `writable`.
         """
-        from hexapod_pin.sweep.runs.sweep_result import check_sweep_ending
-        from hexapod_pin.view.contact_figure import require_ending
+        from hexapod_pin.sweep.runs.sweep_result import ENDINGS
 
-        if plot is not None:
-            require_ending(plot)
-        if out is not None:
-            check_sweep_ending(f"--out {out}")
         return cls(
             writable("--store", Path(f"{study.stem}.db") if store is None else store),
-            None if out is None else writable("--out", out),
-            None if plot is None else writable("--plot", plot),
+            None if out is None else writable("--out", out, ENDINGS),
+            None if plot is None else writable_figure("--plot", plot),
         )
 
 
@@ -72,12 +66,14 @@ def run_and_report(study: SweepStudy, files: SweepFiles, **how: Any) -> None:
     with time_left_bar("sweeping") as bar:
         result = run_sweep(study, files.store, progress=bar, **how)
     _print(result, time.perf_counter() - begin, bar.moved * len(result))
-    if files.out is not None:
-        echo(f"dataset: {result.save(files.out)}")
-    if files.plot is not None and result.done:
-        from hexapod_pin.view.sweep_figure import write_sweep_figure
+    out, plot = files.out, files.plot
+    with written_files() as written:
+        if out is not None:
+            written(lambda: result.save(out))
+        if plot is not None and result.done:
+            from hexapod_pin.view.sweep_figure import write_sweep_figure
 
-        echo(f"figure: {write_sweep_figure(result.dataset, files.plot)}")
+            written(lambda: write_sweep_figure(result.dataset, plot))
 
 
 def _print(result: SweepResult, taken: float, run_now: float) -> None:

@@ -169,7 +169,7 @@ def walk(
 ) -> None:
     """Walk a robot; print its torque table; leave a trace and a playback."""
     from hexapod_pin.commands.case_report import run_and_report
-    from hexapod_pin.commands.output_files import distinct, writable, writable_trace
+    from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.control.feasible_gait import fit_gait
     from hexapod_pin.control.kinematic import KinematicControl
     from hexapod_pin.control.named_gait import default_gait
@@ -182,8 +182,7 @@ def walk(
     from hexapod_pin.simulation.work_limits import chosen_limits
 
     trace_path = writable_trace("--out", out)
-    html_path = None if no_html else writable("--html", html)
-    distinct(trace_path, html_path)
+    html_path = None if no_html else writable("--html", html, PAGES)
     case_path = None if save_case is None else writable("--save-case", save_case)
     motor_of_all, motor_lines = chosen_motor(motor, voltage, catalog)
     options = load_options(

@@ -48,7 +48,12 @@ class WorkForecast:
             else float(grid.samples) * grid.stride
         )
         runs = RUNS_IN_MEMORY if how.controlled else 1
-        return cls(steps, grid.samples, 8.0 * runs * grid.samples * _width(scene, groups))
+        return cls(steps, grid.samples, runs * sample_bytes(how, scene, groups))
+
+
+def sample_bytes(how: RunSettings, scene: Scene, groups: Sequence[str] | None) -> float:
+    """Return what the samples of one run take that keeps these groups, None for all [bytes]."""
+    return 8.0 * how.grid.samples * _width(scene, groups)
 
 
 def _width(scene: Scene, groups: Sequence[str] | None) -> int:

@@ -13,7 +13,7 @@ from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.estimate import CONFIDENCE
 from hexapod_pin.results.walk_metrics import METRICS
-from hexapod_pin.view.contact_figure import require_ending
+from hexapod_pin.view.figure_file import figure_format
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,9 +45,9 @@ def write_comparison_figure(
         ParameterError: another ending, or nothing that could be compared.
         UnknownNameError: there is no such metric.
         TraceFileError: the file cannot be written.
-        ModuleNotFoundError: matplotlib is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
-    ending = require_ending(Path(path))
+    ending = figure_format(path)
     stream = io.BytesIO()
     draw_comparison(comparison, metrics=metrics).savefig(stream, format=ending)
     return write_atomically(path, stream.getvalue())

@@ -9,16 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.contact import Contact, FrictionLaw, NormalLaw, Restitution
 from hexapod_pin.ground.contact.bounce import bounce
 from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, delivered_restitution
+from hexapod_pin.view.figure_file import figure_format
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-ENDINGS = ("png", "svg", "pdf")
 
 
 def write_figure(
@@ -35,24 +33,12 @@ def write_figure(
     Raises:
         ParameterError: another ending, or mass or speed is not positive.
         TraceFileError: the file cannot be written.
-        ModuleNotFoundError: matplotlib is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
-    ending = require_ending(path)
+    ending = figure_format(path)
     stream = io.BytesIO()
     draw(law, mass=mass, speed=speed).savefig(stream, format=ending)
     return write_atomically(path, stream.getvalue())
-
-
-def require_ending(path: Path) -> str:
-    """Return the format that the file's ending names.
-
-    Raises:
-        ParameterError: it names none of png, svg and pdf.
-    """
-    ending = path.suffix.lower().lstrip(".")
-    if ending not in ENDINGS:
-        raise ParameterError("--out", str(path), "a file ending in .png, .svg or .pdf")
-    return ending
 
 
 def draw(law: NormalLaw | FrictionLaw | Contact, *, mass: float, speed: float) -> Figure:

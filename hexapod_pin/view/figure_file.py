@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import io
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hexapod_pin.atomic_file import write_atomically
+from hexapod_pin.errors import MissingPackageError, ParameterError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+FORMATS = ("png", "svg", "pdf")
+"""Of figures, as the ending of the file names them."""
 
 DPI = 100
 """Of PNG files: a figure over a page's width has 900 to 1000 pixels."""
@@ -17,6 +22,33 @@ DPI = 100
 
 PLACES = 4
 """Decimals of the places of panels in a figure whose layout is settled [-]."""
+
+
+def figure_format(path: str | Path) -> str:
+    """Return the format that the ending of a figure's file names.
+
+    Raises:
+        ParameterError: it names none of png, svg and pdf.
+        MissingPackageError: matplotlib, which draws it, is not installed.
+    """
+    found = Path(path).suffix.lower().lstrip(".")
+    if found not in FORMATS:
+        raise ParameterError("path", str(path), "a file ending in .png, .svg or .pdf")
+    require_matplotlib(str(path))
+    return found
+
+
+def require_matplotlib(wanted: str) -> None:
+    """Refuse a figure or a report, before it is computed, where nothing can draw it.
+
+    Args:
+        wanted: what is to be drawn, for the message.
+
+    Raises:
+        MissingPackageError: matplotlib is not installed.
+    """
+    if find_spec("matplotlib") is None:
+        raise MissingPackageError("matplotlib", "plot", wanted)
 
 
 def settle_layout(figure: Figure) -> None:

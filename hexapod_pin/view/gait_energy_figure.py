@@ -9,8 +9,7 @@ import numpy as np
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.gait_energy import COSTS
-from hexapod_pin.view.contact_figure import require_ending
-from hexapod_pin.view.figure_file import save_figure
+from hexapod_pin.view.figure_file import figure_format, save_figure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -50,9 +49,9 @@ def write_gait_energy_figure(
     Raises:
         ParameterError: another ending or cost, or nothing was walked.
         TraceFileError: the file cannot be written.
-        ModuleNotFoundError: matplotlib is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
-    ending = require_ending(Path(path))
+    ending = figure_format(path)
     return save_figure(draw_gait_energy(found, costs=costs), path, ending)
 
 

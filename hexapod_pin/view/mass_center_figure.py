@@ -11,8 +11,7 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.stability import EXCURSIONS, Stability, stability
 from hexapod_pin.results.support_polygon import support_polygon
 from hexapod_pin.results.zero_moment_point import contact_points
-from hexapod_pin.view.contact_figure import require_ending
-from hexapod_pin.view.figure_file import save_figure
+from hexapod_pin.view.figure_file import figure_format, save_figure
 from hexapod_pin.view.leg_panels import COLORS, STANCE, cycle_of
 from hexapod_pin.view.walk_figures import robot_of
 
@@ -47,9 +46,9 @@ def write_mass_center_figure(trace: Trace, path: str | Path, *, polygons: int = 
     Raises:
         ParameterError: another ending, no polygon, no whole cycle, or what `stability` refuses.
         TraceFileError: the file cannot be written.
-        ModuleNotFoundError: matplotlib is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
-    ending = require_ending(Path(path))
+    ending = figure_format(path)
     return save_figure(draw_mass_center(trace, polygons=polygons), path, ending)
 
 

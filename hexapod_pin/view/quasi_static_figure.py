@@ -11,8 +11,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_moments import joint_moments
 from hexapod_pin.results.steady_window import steady_window
-from hexapod_pin.view.contact_figure import require_ending
-from hexapod_pin.view.figure_file import save_figure
+from hexapod_pin.view.figure_file import figure_format, save_figure
 from hexapod_pin.view.leg_panels import (
     COLORS,
     Leg,
@@ -84,9 +83,9 @@ def write_quasi_static_figure(
             not move, or no whole cycle.
         UnknownNameError: there is no such leg.
         TraceFileError: the file cannot be written.
-        ModuleNotFoundError: matplotlib is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
-    ending = require_ending(Path(path))
+    ending = figure_format(path)
     return save_figure(draw_quasi_static(dynamic, slow, legs), path, ending)
 
 

@@ -102,7 +102,7 @@ def html_page(blocks: Blocks) -> bytes:
     """Return a report as a page; all its texts are escaped.
 
     Raises:
-        ModuleNotFoundError: matplotlib is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
     title = next((block.text for block in blocks if isinstance(block, Title)), "Report")
     body = "\n".join(_element(block) for block in blocks)

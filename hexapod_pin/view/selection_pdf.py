@@ -38,7 +38,7 @@ def pdf_pages(blocks: Blocks) -> bytes:
     """Return a report as pages.
 
     Raises:
-        ModuleNotFoundError: matplotlib is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
     sheets = Sheets()
     for block, after in zip(blocks, (*blocks[1:], None), strict=True):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.file_ending import check_ending
+from hexapod_pin.view.figure_file import require_matplotlib
 
 if TYPE_CHECKING:
     from hexapod_pin.results.motor_selection import MotorSelection
@@ -47,7 +48,7 @@ def write_selection_report(
     Raises:
         TraceFileError: another ending, or the file cannot be written.
         ParameterError: the selection has no motor to report on.
-        ModuleNotFoundError: matplotlib is not installed: `pip install 'hexapod-pin[plot]'`.
+        MissingPackageError: matplotlib is not installed.
 
     Example:
         >>> found = select_motors('schema = 1\n[base]\nrobot = "kharagpur"')
@@ -64,7 +65,7 @@ def write_selection_report(
 def _content(selection: MotorSelection, ending: str, date: str | None) -> bytes:
     from hexapod_pin.view.selection_sections import selection_blocks
 
-    _require_matplotlib()
+    require_matplotlib("the report on a choice of motors")
     import matplotlib
 
     style: Any = STYLE
@@ -79,11 +80,3 @@ def _content(selection: MotorSelection, ending: str, date: str | None) -> bytes:
         from hexapod_pin.view.selection_page import html_page
 
         return html_page(blocks)
-
-
-def _require_matplotlib() -> None:
-    try:
-        import matplotlib  # noqa: F401
-    except ModuleNotFoundError as error:
-        message = "a report needs matplotlib: pip install 'hexapod-pin[plot]' brings it"
-        raise ModuleNotFoundError(message, name="matplotlib") from error

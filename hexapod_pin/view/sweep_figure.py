@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.view.contact_figure import require_ending
-from hexapod_pin.view.figure_file import save_figure
+from hexapod_pin.view.figure_file import figure_format, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,9 +48,9 @@ def write_sweep_figure(dataset: Dataset, path: str | Path) -> Path:
     Raises:
         ParameterError: another ending, or no case has numbers.
         TraceFileError: the file cannot be written.
-        ModuleNotFoundError: matplotlib is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
-    ending = require_ending(Path(path))
+    ending = figure_format(path)
     return save_figure(draw_sweep(dataset), path, ending)
 
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.scheduled_phases import PHASES
-from hexapod_pin.view.contact_figure import require_ending
-from hexapod_pin.view.figure_file import save_figure
+from hexapod_pin.view.figure_file import figure_format, save_figure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -62,9 +61,9 @@ def write_torque_curves(
     Raises:
         ParameterError: another ending or quantity, or nothing was walked.
         TraceFileError: the file cannot be written.
-        ModuleNotFoundError: matplotlib is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
-    ending = require_ending(Path(path))
+    ending = figure_format(path)
     figure = draw_torque_curves(found, quantity, strokes, cycle_times)
     return save_figure(figure, path, ending)
 
@@ -82,9 +81,9 @@ def write_torque_heat_map(
     Raises:
         ParameterError: another ending or quantity, or nothing was walked.
         TraceFileError: the file cannot be written.
-        ModuleNotFoundError: matplotlib is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
-    ending = require_ending(Path(path))
+    ending = figure_format(path)
     return save_figure(draw_torque_heat_map(found, quantity), path, ending)
 
 

@@ -12,8 +12,7 @@ import numpy as np
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_moments import joint_moments
-from hexapod_pin.view.contact_figure import require_ending
-from hexapod_pin.view.figure_file import save_figure
+from hexapod_pin.view.figure_file import figure_format, save_figure
 from hexapod_pin.view.leg_panels import (
     COLORS,
     KINDS,
@@ -64,9 +63,9 @@ def write_joint_motion_figure(
         ParameterError: another ending, no leg of three joints, no whole cycle, or less than one.
         UnknownNameError: there is no such leg.
         TraceFileError: the file cannot be written.
-        ModuleNotFoundError: matplotlib is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
-    ending = require_ending(Path(path))
+    ending = figure_format(path)
     return save_figure(draw_joint_motion(trace, legs, cycles=cycles), path, ending)
 
 
@@ -117,9 +116,9 @@ def write_joint_torque_figure(
             points closer than the samples.
         UnknownNameError: there is no such leg.
         TraceFileError: the file cannot be written.
-        ModuleNotFoundError: matplotlib is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
-    ending = require_ending(Path(path))
+    ending = figure_format(path)
     figure = draw_joint_torques(trace, legs, cycles=cycles, points=points)
     return save_figure(figure, path, ending)
 

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.benchmark.report.pages import BenchmarkReport, require_ending
+from hexapod_pin.benchmark.report.pages import BenchmarkReport
 from hexapod_pin.benchmark.report.tables import has_engines
 from hexapod_pin.benchmark.work_precision.entry import OURS
 from hexapod_pin.benchmark.work_precision.tolerance_sweep import sweeps
-from hexapod_pin.errors import ParameterError
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.validation.solver_setting import KEPT
+from hexapod_pin.view.figure_file import figure_format
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from hexapod_pin.benchmark.work_precision.comparison import Comparison
 
-FIGURE_ENDINGS = (".png", ".svg", ".pdf")
 MARKERS = "osD^vP*X<>hd"
 
 
@@ -32,27 +31,12 @@ def write_plot(report: BenchmarkReport, path: Path) -> Path:
     Raises:
         ParameterError: the ending is not .png, .svg or .pdf.
         TraceFileError: the file cannot be written.
-        ModuleNotFoundError: matplotlib is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
-    ending = require_ending("--plot", path, FIGURE_ENDINGS).removeprefix(".")
+    ending = figure_format(path)
     stream = io.BytesIO()
     draw(report.scenes, report.machine).savefig(stream, format=ending)
     return write_atomically(path, stream.getvalue())
-
-
-def require_matplotlib() -> None:
-    """Refuse a figure where matplotlib is not installed.
-
-    Raises:
-        ParameterError: it is not.
-    """
-    from importlib.util import find_spec
-
-    if find_spec("matplotlib") is None:
-        raise ParameterError(
-            "--plot", "given", "left out without matplotlib",
-            "pip install 'hexapod-pin[plot]' brings it.",
-        )  # fmt: skip
 
 
 def draw(scenes: Sequence[Comparison], machine: Machine) -> Figure:

@@ -16,7 +16,8 @@ from hexapod_pin.benchmark.report.tables import has_engines, tables
 from hexapod_pin.benchmark.work_precision.comparison import Comparison
 from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
 from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.foreign_text import csv_cell
+from hexapod_pin.results.file_ending import check_ending
 from hexapod_pin.results.plain_json import without_non_finite
 from hexapod_pin.spec import Spec
 from hexapod_pin.validation.machine import Machine
@@ -132,7 +133,8 @@ def csv_text(report: BenchmarkReport) -> str:
     writer.writerow(["scene", *names])
     for scene in report.scenes:
         for row in scene.rows:
-            writer.writerow([scene.task.name, *(_blank(getattr(row, name)) for name in names)])
+            values = (scene.task.name, *(getattr(row, name) for name in names))
+            writer.writerow([_cell(value) for value in values])
     return stream.getvalue()
 
 
@@ -168,28 +170,17 @@ WRITERS: dict[str, Callable[[BenchmarkReport], str]] = {
 }  # fmt: skip
 
 
-def require_ending(option: str, path: Path, allowed: Sequence[str]) -> str:
-    """Return the ending of a file.
-
-    Raises:
-        ParameterError: it is not among the allowed ones.
-    """
-    ending = path.suffix.lower()
-    if ending not in allowed:
-        raise ParameterError(option, str(path), f"a file ending in {', '.join(allowed)}")
-    return ending
-
-
 def write_report(report: BenchmarkReport, path: Path) -> Path:
     """Write a report in the form that the file's ending names.
 
     Raises:
-        ParameterError: the ending is not .md, .csv or .json.
-        TraceFileError: the file cannot be written.
+        TraceFileError: the ending is not .md, .csv or .json, or the file cannot be written.
     """
-    text = WRITERS[require_ending("--out", path, tuple(WRITERS))](report)
+    text = WRITERS[check_ending(path, tuple(WRITERS))](report)
     return write_atomically(path, text.encode())
 
 
-def _blank(value: Any) -> Any:
+def _cell(value: Any) -> Any:
+    if isinstance(value, str):
+        return csv_cell(value)
     return "" if value is None or (isinstance(value, float) and math.isnan(value)) else value

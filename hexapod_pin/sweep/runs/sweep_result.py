@@ -31,6 +31,10 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 
+ENDINGS = (*NETCDF, *CSV)
+"""Of a dataset's file."""
+
+
 class SweepResult:
     """What a store held when it was opened; a sweep under way may be looked at.
 
@@ -118,21 +122,12 @@ class SweepResult:
         Raises:
             TraceFileError: another ending, or the file cannot be written; an old one is intact.
         """
-        form = check_sweep_ending(path)
+        form = check_ending(path, ENDINGS)
         made, attributes = self._columns, sweep_attributes(self._stored)
         if form in CSV:
             return write_atomically(path, sweep_csv(made))
         names = coordinate_names(json.loads(attributes["inputs"])).values()
         return write_netcdf(path, made, {**attributes, "coordinates": " ".join(names)})
-
-
-def check_sweep_ending(path: str | Path) -> str:
-    """Return the ending of a dataset's file.
-
-    Raises:
-        TraceFileError: it is none of a dataset's.
-    """
-    return check_ending(path, (*NETCDF, *CSV))
 
 
 @checked

@@ -1,0 +1,255 @@
+"""Files that a command writes: none of its inputs, through no link, none lost with another."""
+
+from __future__ import annotations
+
+import ast
+import os
+import resource
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.commands.output_files import PAGE_BYTES, require_room, written_files
+from hexapod_pin.errors import MissingPackageError, TraceFileError
+
+Run = Callable[..., SimpleNamespace]
+
+WALK = ("--duration", "0.02", "--quick", "--once")
+
+STUDY = """schema = 1
+name = "two walks"
+[base]
+robot = "kharagpur"
+duration = 0.02
+[[vary]]
+input = "friction"
+values = [0.5, 0.6]
+"""
+
+HEIGHTS = "0,0,0\n0,0,0\n0,0,0\n"
+
+
+@pytest.fixture
+def inputs(tmp_path: Path) -> dict[str, bytes]:
+    """Write inputs of every kind into a folder; return their content by name."""
+    urdf = hp.urdf_path("kharagpur").read_text(encoding="utf-8")
+    (tmp_path / "r.urdf").write_text(urdf)
+    (tmp_path / "r.hints.toml").write_text("foot_radius = 0.01\n")
+    robot = hp.load_robot(tmp_path / "r.urdf")
+    gait = hp.Gait.tripod(stroke=0.08, cycle_time=1.2)
+    case = hp.Case(hp.Scene(robot), hp.KinematicControl(gait), duration=0.02)
+    case.save(tmp_path / "c.toml")
+    (tmp_path / "c.json").write_bytes((tmp_path / "c.toml").read_bytes())
+    (tmp_path / "s.toml").write_text(STUDY)
+    (tmp_path / "m.csv").write_text("model\n")
+    (tmp_path / "m.toml").write_text(
+        'schema = 1\n[base]\nrobot = "kharagpur"\n[motors]\ncatalog = "m.csv"\n'
+    )
+    return {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+
+
+OVERWRITING = [
+    ("walk", "r.urdf", *WALK, "--no-html", "--save-case", "r.urdf"),
+    ("walk", "r.urdf", *WALK, "--no-html", "--save-case", "r.hints.toml"),
+    ("run", "c.toml", "--html", "c.toml"),
+    ("run", "c.toml", "--out", "same.nc", "--html", "same.nc"),
+    ("compare", "c.json", "c.toml", "--json", "c.json"),
+    ("mend", "r.urdf", "-o", "r.urdf"),
+    ("sweep", "s.toml", "--store", "s.toml"),
+    ("select", "kharagpur", "m.toml", "--no-html", "--csv", "m.csv"),
+]
+
+
+@pytest.mark.parametrize("line", OVERWRITING, ids=" ".join)
+def test_no_output_is_an_input(line: tuple[str, ...], inputs: dict[str, bytes], run: Run) -> None:
+    """A page took the place of the robot's file, and the status was 0."""
+    done = run(*line)
+    assert done.status == 2 and done.err.startswith("hexapod-pin: "), done.err
+    assert done.left == sorted(inputs), "nothing else is left"
+    assert {name: Path(name).read_bytes() for name in inputs} == inputs
+
+
+OUTPUTS = {
+    "walk --out": ("walk", "kharagpur", *WALK, "--no-html", "--out", "x.nc"),
+    "walk --html": ("walk", "kharagpur", *WALK, "--html", "x.html"),
+    "walk --save-case": ("walk", "kharagpur", *WALK, "--no-html", "--save-case", "x.toml"),
+    "run --out": ("run", "c.toml", "--no-html", "--out", "x.csv"),
+    "mend": ("mend", "r.urdf", "-o", "x.urdf"),
+    "contact": ("contact", "s1", "--out", "x.png"),
+    "sweep --store": ("sweep", "s.toml", "--store", "x.db"),
+    "sweep --out": ("sweep", "s.toml", "--out", "x.nc"),
+    "sweep --plot": ("sweep", "s.toml", "--plot", "x.png"),
+    "compare --html": ("compare", "c.toml", "--html", "x.html"),
+    "compare --json": ("compare", "c.toml", "--json", "x.json"),
+    "select --csv": ("select", "kharagpur", "--no-html", "--csv", "x.csv"),
+    "select --html": ("select", "kharagpur", "--html", "x.pdf"),
+    "verify": ("verify", "--only", "none", "--out", "x.md"),
+    "bench": ("bench", "walk", "--out", "x.md"),
+}
+
+
+@pytest.mark.parametrize("kind", ["link", "dangling link", "pipe", "folder", "device"])
+@pytest.mark.parametrize("output", OUTPUTS)
+def test_an_output_is_a_file_of_its_own(
+    output: str, kind: str, inputs: dict[str, bytes], run: Run, tmp_path: Path
+) -> None:
+    """Refused before anything runs; what a link leads to keeps its content."""
+    line, precious = OUTPUTS[output], tmp_path / "precious"
+    place = tmp_path / line[-1]
+    if kind == "link":
+        precious.write_text("keys")
+    if kind in ("link", "dangling link"):
+        place.symlink_to(precious)
+    elif kind == "pipe":
+        os.mkfifo(place)
+    elif kind == "device":
+        place.symlink_to("/dev/full")
+    else:
+        place.mkdir()
+    before = place.lstat()
+    done = run(*line)
+    assert done.status == 2 and line[-1] in done.err, done.err
+    assert place.lstat().st_ino == before.st_ino
+    assert (kind != "link" or precious.read_text() == "keys") and (
+        kind != "dangling link" or not precious.exists()
+    )
+    assert set(done.left) <= {*inputs, place.name, "precious"}
+
+
+DRAWN = ["sweep --plot", "select --html"]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        *(OUTPUTS[name] for name in DRAWN),
+        ("compare", "c.toml", "--figure", "x.svg"),
+        ("bench", "walk", "--plot", "x.png"),
+        ("contact", "s1", "--out", "x.png"),
+    ],
+    ids=" ".join,
+)
+def test_a_missing_package_is_said_before_anything_runs(
+    line: tuple[str, ...], inputs: dict[str, bytes], run: Run, monkeypatch
+) -> None:
+    """`select` ran for two minutes, and ended in a ModuleNotFoundError."""
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    done = run(*line)
+    assert done.status == 2 and "hexapod-pin[plot]" in done.err and done.err.count("\n") == 1
+    assert done.out == "" and done.left == sorted(inputs)
+
+
+def test_what_needs_no_figure_works_without_matplotlib(run: Run, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    done = run("contact", "s1")
+    assert done.status == 0 and "hexapod-pin[plot]" in done.err and done.left == []
+
+
+def test_a_figure_without_matplotlib_is_a_typed_error(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    trace = hp.simulate(
+        hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.01, estimate=False
+    )
+    with pytest.raises(MissingPackageError) as caught:
+        hp.view.write_joint_torque_figure(trace, tmp_path / "a.png")
+    assert (caught.value.name, caught.value.extra) == ("matplotlib", "plot")
+
+
+def _limited(line: tuple[str, ...], folder: Path, size: int) -> subprocess.CompletedProcess[str]:
+    """Run a command whose files may have so many bytes."""
+    return subprocess.run(
+        [sys.executable, "-m", "hexapod_pin", *line], cwd=folder, capture_output=True, text=True,
+        check=False, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)),
+        env={**os.environ, "PYTHONPATH": str(Path(hp.__file__).parents[1])},
+    )  # fmt: skip
+
+
+def test_the_table_is_printed_though_no_file_can_be_written(tmp_path: Path) -> None:
+    """A trace that finds the disk full lost the torque table, too."""
+    done = _limited(("walk", "kharagpur", "--quick"), tmp_path, 100_000)
+    assert done.returncode == 2, done.stderr
+    assert "torque" in done.stdout and "coxa" in done.stdout and "wrote" not in done.stdout
+    assert "walk.nc" in done.stderr and "walk.html" in done.stderr
+    assert "Traceback" not in done.stderr and list(tmp_path.iterdir()) == []
+
+
+def test_a_page_is_left_where_the_trace_is_refused(inputs: dict[str, bytes], run: Run) -> None:
+    """One refused file keeps no other back."""
+    with pytest.raises(TraceFileError) as caught, written_files() as files:
+        for name in ("none/a", "b", "none/c"):
+            files(lambda name=name: hp.load_case("c.toml").save(name))
+    assert Path("b").exists() and str(caught.value).count("\n") == 1
+
+
+def test_too_little_room_is_refused_before_the_run(tmp_path: Path, monkeypatch) -> None:
+    """The sum of what goes to one disk counts."""
+    free = 1.5 * PAGE_BYTES
+    monkeypatch.setattr(
+        "hexapod_pin.commands.output_files.shutil.disk_usage", lambda _: SimpleNamespace(free=free)
+    )
+    require_room({tmp_path / "a": PAGE_BYTES})
+    with pytest.raises(TraceFileError, match=f"{2 * PAGE_BYTES} bytes"):
+        require_room({tmp_path / "a": PAGE_BYTES, tmp_path / "b": PAGE_BYTES})
+
+
+def test_least_sizes_are_below_what_files_come_to(tmp_path: Path) -> None:
+    """A run that fits is never refused: the walk, and a robot that stands still."""
+    from hexapod_pin.commands.output_files import least_sizes
+
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    gait = hp.Gait.tripod(stroke=0.08, cycle_time=1.2)
+    for controller in (hp.HoldPosture(), hp.KinematicControl(gait)):
+        case = hp.Case(scene, controller, duration=2.0)
+        trace = hp.simulate(scene, controller, duration=2.0)
+        files = (trace.save(tmp_path / "a.nc"), hp.view.write_html(trace, tmp_path / "a.html"))
+        least = least_sizes(case, *files)
+        assert all(0.0 < least[path] <= path.stat().st_size for path in files), least
+
+
+WRITING = {
+    "atomic_file.py": "every file that a user names: a temporary file takes its name",
+    "sweep/runs/store_file.py": "the store of a sweep: created by itself, then opened by SQLite",
+    "sweep/runs/store_lock.py": "the lock of a store: created whole, recognised by its content",
+    "commands/process.py": "the null device, in place of closed streams",
+}
+"""Modules of the product that open files for writing, and what they open."""
+
+CALLS = {"write_text", "write_bytes", "mkdir", "touch", "symlink_to", "hardlink_to", "mkfifo",
+         "unlink", "rmtree", "savez", "to_netcdf", "mkstemp", "mkdtemp"}  # fmt: skip
+
+
+def _writes(call: ast.Call) -> bool:
+    """Tell whether a call opens, makes or removes a file."""
+    function = call.func
+    name = getattr(function, "attr", getattr(function, "id", ""))
+    owner = getattr(getattr(function, "value", None), "id", "")
+    text = ast.unparse(call)
+    if name == "open" and owner == "os":
+        return any(flag in text for flag in ("O_WRONLY", "O_RDWR", "O_CREAT", "flags"))
+    if name == "open" and owner in ("", "io"):
+        return any(f"'{mode}" in text for mode in ("w", "a", "x", "r+"))
+    if name == "connect":
+        return owner == "sqlite3"
+    if owner == "os" and name in ("replace", "link", "rename", "remove", "symlink"):
+        return True
+    return name in CALLS
+
+
+def test_files_are_opened_for_writing_in_these_places_alone() -> None:
+    """What studies, test tools and other engines write is in folders of their own making."""
+    package = Path(hp.__file__).parent
+    left_out = ("benchmark/", "validation/", "fuzz/")
+    found = {}
+    for path in sorted(package.rglob("*.py")):
+        name = str(path.relative_to(package))
+        calls = [
+            node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)
+        ]
+        if not name.startswith(left_out) and any(map(_writes, calls)):
+            found[name] = [ast.unparse(call)[:60] for call in calls if _writes(call)]
+    assert found.keys() <= WRITING.keys() | {"sweep/runs/store.py"}, found
