@@ -36,8 +36,8 @@ class HexapodError(Exception):
 
     def _parts(self) -> tuple[type[HexapodError], tuple[Any, ...], dict[str, Any]]:
         """Return type, arguments and attributes; some of an ImportError are not in `vars`."""
-        kind, args, *state = super().__reduce__()
-        return kind, args, state[0] if state else {}
+        found: Any = super().__reduce__()
+        return found[0], found[1], found[2] if len(found) > 2 else {}
 
 
 def _rebuilt(kind: type[HexapodError], args: tuple[Any, ...], state: dict[str, Any]) -> Any:
@@ -483,3 +483,17 @@ class NotPicklableError(HexapodError, TypeError):
 
 class ViewerError(HexapodError):
     """The browser viewer could not be started or reached; results are not affected."""
+
+
+class ResourceError(HexapodError):
+    """The system does not give what a command needs: a working folder, threads, memory.
+
+    Attributes:
+        name: what it is: "working folder", "threads", "memory", "open files".
+        reason: what the system says, or its limit.
+    """
+
+    def __init__(self, name: str, reason: str, hint: str) -> None:
+        """Compose the message; `hint` is the way out."""
+        self.name, self.reason = name, reason
+        super().__init__(f"{name}: {reason}. {hint}")

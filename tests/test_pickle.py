@@ -1,0 +1,233 @@
+"""Errors and data survive pickles and copies: type, message, attributes, bits, immutability."""
+
+from __future__ import annotations
+
+import copy
+import inspect
+import pickle
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Protocol
+
+import numpy as np
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.errors import (
+    DivergenceError,
+    HexapodError,
+    NotPicklableError,
+    ParameterError,
+    UnknownNameError,
+    UrdfError,
+)
+from tests import public_samples
+from tests.same_content import differences, error_types, one_of
+
+WAYS: dict[str, Callable[[Any], Any]] = {
+    **{
+        f"pickle-{protocol}": lambda x, protocol=protocol: pickle.loads(pickle.dumps(x, protocol))
+        for protocol in (2, pickle.DEFAULT_PROTOCOL, pickle.HIGHEST_PROTOCOL)
+    },
+    "copy": copy.copy,
+    "deepcopy": copy.deepcopy,
+}  # fmt: skip
+
+COMPARED_IN_PART = ("Command", "HeightGrid", "JointTrajectory", "Measurement",
+                    "MotorBudget", "MotorRanking", "MotorSelection")  # fmt: skip
+"""Types whose `==` is that of a dataclass over arrays, or over records compared by identity."""
+
+
+# ---- errors ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("kind", error_types(), ids=lambda kind: kind.__name__)
+def test_every_error_survives(kind: type[HexapodError], way: str) -> None:
+    error = one_of(kind)
+    again = WAYS[way](error)
+    assert again is not error and type(again) is kind and str(again) == str(error)
+    assert not list(differences(error.args, again.args))
+    assert vars(error) and not list(differences(vars(error), vars(again)))
+    for name in inspect.signature(kind.__init__).parameters:  # ImportError keeps some elsewhere
+        if name == "self":
+            continue
+        assert not list(differences(getattr(error, name, None), getattr(again, name, None), name))
+
+
+class _LaterError(ParameterError):
+    """A type added later, whose constructor shares nothing with that of its base."""
+
+    def __init__(self, *, leg: str, angle: float) -> None:
+        self.leg, self.angle = leg, angle
+        super().__init__("angle", angle, f"possible for {leg}")
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_type_of_error_added_later_survives(way: str) -> None:
+    error = _LaterError(leg="lf", angle=0.1)
+    again = WAYS[way](error)
+    assert (type(again), str(again), vars(again)) == (_LaterError, str(error), vars(error))
+
+
+def test_the_trace_of_an_error_survives() -> None:
+    trace = public_samples.trace()
+    again = pickle.loads(pickle.dumps(DivergenceError("left the finite world", trace)))
+    assert again.trace.digest == trace.digest
+
+
+def test_what_cannot_be_pickled_arrives_as_its_text() -> None:
+    """A value that a worker refuses may be anything; the error must still arrive as itself."""
+    lock = threading.Lock()
+    again = pickle.loads(pickle.dumps(ParameterError("x", lock, "a number")))
+    assert type(again) is ParameterError and again.value == repr(lock) and again.name == "x"
+    again = pickle.loads(pickle.dumps(HexapodError(lambda: None)))
+    assert type(again) is HexapodError and "lambda" in again.args[0]
+    assert copy.copy(ParameterError("x", lock, "a number")).value is lock
+
+
+def test_errors_of_public_calls_survive(tmp_path: Path) -> None:
+    """As they are raised, with causes and tracebacks."""
+    (tmp_path / "r.urdf").write_text("<robot name='a'><link name='b'/></robot>")
+    with pytest.raises(UnknownNameError) as unknown:
+        hp.load_robot("nope")
+    again = pickle.loads(pickle.dumps(unknown.value))
+    assert (again.kind, again.name, again.known) == ("robot", "nope", unknown.value.known)
+    with pytest.raises(UrdfError) as refused:
+        hp.load_robot(tmp_path / "r.urdf")
+    assert pickle.loads(pickle.dumps(refused.value)).findings == refused.value.findings
+    with pytest.raises(ParameterError) as wrong:
+        hp.Flat(height="high")
+    again = pickle.loads(pickle.dumps(wrong.value))
+    assert (again.name, again.value) == ("Flat.height", "high")
+
+
+# ---- data --------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def samples(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
+    """One or more of each type of public data, by its name."""
+    found: dict[str, list[Any]] = {}
+    for one in public_samples.samples(tmp_path_factory.mktemp("samples")):
+        found.setdefault(type(one).__name__, []).append(one)
+    return found
+
+
+PUBLIC = [
+    name
+    for name in sorted(hp.__all__)
+    if inspect.isclass(kind := getattr(hp, name)) and Protocol not in kind.__mro__[1:]
+    and name != "Session"
+]  # fmt: skip
+"""Public types of data: all but what is to be implemented, and a run under way."""
+
+GIVEN_BACK = ("AssumedInput", "ErrorEstimate", "Foot", "FootPath", "JointTrajectory", "Leg",
+              "SobolIndices", "TrunkPoints", "HeightGrid")  # fmt: skip
+"""Further types that public calls and attributes give."""
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("name", [*PUBLIC, *GIVEN_BACK])
+def test_public_data_survives(name: str, way: str, samples: dict[str, list[Any]]) -> None:
+    """Every bit, what may be written to, and equality where the type defines it."""
+    assert samples.get(name), f"public_samples has no {name}"
+    for one in samples[name]:
+        before = list(differences(one, one))
+        again = WAYS[way](one)
+        assert not before and not list(differences(one, again))
+        if type(one).__eq__ is not object.__eq__ and name not in COMPARED_IN_PART:
+            assert again == one
+
+
+def test_a_copied_robot_runs_to_the_bit_and_is_found_again() -> None:
+    scene, control = hp.Scene(public_samples.robot()), public_samples.walk()
+    again = pickle.loads(pickle.dumps(scene))
+    assert again.robot is not scene.robot and again.robot.digest == scene.robot.digest
+    assert again.robot.model == scene.robot.model
+    here, there = (hp.simulate(one, control, duration=0.2) for one in (scene, again))
+    assert there.digest == here.digest
+    assert there.case == hp.Case(scene, control, duration=0.2)
+
+
+def test_a_copied_robot_finds_its_file_and_meshes_from_another_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A process may work in another folder than the one that loaded the robot."""
+    (tmp_path / "there").mkdir()
+    (tmp_path / "r.urdf").write_text(public_samples.robot().urdf)
+    monkeypatch.chdir(tmp_path)
+    robot = hp.load_robot("r.urdf", package_path=["meshes"])
+    sent, text = pickle.dumps(robot), hp.Scene(robot).to_toml()
+    monkeypatch.chdir(tmp_path / "there")
+    again = pickle.loads(sent)
+    assert Path(again.source) == tmp_path / "r.urdf"
+    assert list(again.options["package_path"]) == [str(tmp_path / "meshes")]
+    assert hp.Scene(again).to_toml() == text
+    assert hp.Scene.from_toml(text).robot.digest == robot.digest
+
+
+def test_copies_of_an_immutable_record_are_immutable() -> None:
+    trace = pickle.loads(pickle.dumps(public_samples.trace()))
+    for array in (trace.q, trace.energy["kinetic"], trace.error.place, trace.checkpoint.q):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0.0
+    for mapping in (trace.meta, trace.energy, trace.counters, trace.summary.meta):
+        assert isinstance(mapping, MappingProxyType)
+    robot = copy.deepcopy(public_samples.robot())
+    with pytest.raises(ValueError, match="read-only"):
+        robot.feet[0].offset[0] = 1.0
+    with pytest.raises(AttributeError):
+        trace.q = trace.v
+
+
+def test_a_deep_copy_shares_nothing_that_can_be_written_to() -> None:
+    robot, trace = public_samples.robot(), public_samples.trace()
+    other = copy.deepcopy(robot)
+    other.model.inertias[1].mass = 9.0
+    assert robot.model.inertias[1].mass != 9.0 and robot.model is not other.model
+    copied = copy.deepcopy(trace)
+    copied.meta["versions"]["hexapod-pin"] = "none"
+    assert trace.meta["versions"]["hexapod-pin"] != "none"
+
+
+def test_a_pickled_trace_is_about_as_large_as_what_it_holds() -> None:
+    trace = public_samples.case().run()
+    held = sum(array.nbytes for array in vars(trace).values() if isinstance(array, np.ndarray))
+    held += sum(array.nbytes for array in trace.energy.values())
+    held += sum(array.nbytes for array in vars(trace.error).values())
+    assert len(pickle.dumps(trace)) < 1.05 * (held + len(repr(dict(trace.meta))))
+
+
+def test_a_trace_of_some_arrays_survives() -> None:
+    """What was not recorded is still refused by name."""
+    trace = hp.simulate(public_samples.scene(), hp.HoldPosture(), duration=0.02, record=["motion"])
+    again = pickle.loads(pickle.dumps(trace))
+    assert again == trace and again.recorded == trace.recorded == ("motion",)
+    with pytest.raises(hp.errors.NotRecordedError):
+        again.torque  # noqa: B018
+
+
+def test_scenes_are_equal_when_they_mean_the_same() -> None:
+    """Also of robots loaded twice: a robot comes back from a pool as another object."""
+    robots = [hp.load_robot("kharagpur") for _ in range(2)]
+    one, other = (hp.Scene(robot) for robot in robots)
+    assert one == other and hash(one) == hash(other)
+    assert one != hp.Scene(robots[0], terrain=hp.Flat(height=0.1)) and one != "a scene"
+
+
+def test_a_session_says_what_to_send_instead() -> None:
+    session = hp.Session(public_samples.scene(), accuracy=1e-2)
+    session.advance(0.01)
+    for way in WAYS.values():
+        with pytest.raises(NotPicklableError) as refused:
+            way(session)
+        assert isinstance(refused.value, TypeError)
+        assert (refused.value.name, refused.value.instead) == ("Session", "Session.checkpoint()")
+    sent = pickle.loads(pickle.dumps((public_samples.scene(), session.checkpoint())))
+    ahead = hp.Session(sent[0], initial=sent[1], accuracy=1e-2)
+    for one in (session, ahead):
+        one.advance(0.02)
+    assert ahead.checkpoint() == session.checkpoint()
