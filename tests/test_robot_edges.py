@@ -5,16 +5,19 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+from types import FrameType
 
 import numpy as np
 import pytest
-from broken_urdfs import SOUND, broken, put
+from broken_urdfs import SOUND, NoMeshes, broken, put
 
 import hexapod_pin as hp
 from hexapod_pin.control import leg_clearance
-from hexapod_pin.errors import MeshError, ParameterError
-from hexapod_pin.robot.description.urdf_file import parse_urdf
+from hexapod_pin.errors import MeshError, ParameterError, UrdfError
+from hexapod_pin.robot.description.urdf_file import MAX_LINKS, parse_urdf, read_urdf
 from hexapod_pin.robot.mending import find_all, mend_urdf
 from hexapod_pin.robot.mending.link_solids import mesh_solid
 from hexapod_pin.robot.reading import read_mesh
@@ -238,3 +241,95 @@ def test_joints_at_absurd_places_are_refused_by_name(tmp_path: Path, value: str)
     (found,) = [x for x in find_all(file, None) if x.severity == "refused"]
     assert (found.what, found.where) == ("unreadable origin", "joint 'lf_femur_joint'")
     assert value in found.value and "1e+06 m" in found.rule
+
+
+# long files -------------------------------------------------------------------------------------
+
+INERTIAL = '<inertial><mass value="1e-3"/><inertia ixx="1e-6" iyy="1e-6" izz="1e-6" ixy="0" ' \
+           'ixz="0" iyz="0"/></inertial>'  # fmt: skip
+MOVES = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="5" velocity="6"/>'
+Parent = Callable[[int], str]
+LONG: dict[str, tuple[Parent, str, bool]] = {
+    "fixed in a row on the trunk": (lambda k: f"x{k - 1}" if k else "base_link", "fixed", True),
+    "fixed in a row on a leg": (lambda k: f"x{k - 1}" if k else "lf_tibia", "fixed", True),
+    "fixed around the trunk": (lambda k: "base_link", "fixed", True),
+    "moved in a row": (lambda k: f"x{k - 1}" if k else "base_link", "revolute", True),
+    "moved around the trunk": (lambda k: "base_link", "revolute", True),
+    "moved as a tree": (lambda k: f"x{k // 2 - 1}" if k > 1 else "base_link", "revolute", True),
+    "of one name": (lambda k: "x" if k else "base_link", "fixed", False),
+    "on a loop": (lambda k: f"x{k - 1}" if k else "x9", "fixed", True),
+}
+
+
+def long_file(kind: str, number: int) -> str:
+    """Return the sound robot with a number of further links."""
+    parent, joint, numbered = LONG[kind]
+    parts = []
+    for k in range(number):
+        name = f"x{k}" if numbered else "x"
+        parts.append(f'<link name="{name}">{INERTIAL}</link><joint name="j{name}" type="{joint}">')
+        parts.append(f'<parent link="{parent(k)}"/><child link="{name}"/>')
+        parts.append(f"{MOVES if joint == 'revolute' else ''}</joint>")
+    return SOUND.replace("</robot>", "".join(parts) + "</robot>")
+
+
+def lines_run(action: Callable[[], object]) -> int:
+    """Return how many lines of the package run, comprehensions' rounds included."""
+    count = 0
+
+    def trace(frame: FrameType, event: str, _: object) -> Callable[..., object] | None:
+        nonlocal count
+        if "hexapod_pin" not in frame.f_code.co_filename:
+            return None
+        count += event == "line"
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        action()
+    finally:
+        sys.settrace(before)
+    return count
+
+
+def load_check_repair(path: Path) -> None:
+    """Take a file through everything that reads it."""
+    with suppress(UrdfError):
+        hp.load_robot(path)
+    assert str(hp.robot.inspect(path))
+    mend_urdf(read_urdf(path), NoMeshes())
+
+
+@pytest.mark.parametrize("kind", LONG)
+def test_work_grows_with_the_number_of_links(tmp_path: Path, kind: str) -> None:
+    """1000 links fixed in a row took 7.4 s: the work grew with the cube of their number."""
+    work = []
+    for number in (60, 120, 240):
+        path = tmp_path / f"{number}.urdf"
+        path.write_text(long_file(kind, number))
+        load_check_repair(path)  # what is imported and remembered counts in neither
+        work.append(lines_run(lambda path=path: load_check_repair(path)))
+    assert work[2] - work[1] < 2.5 * (work[1] - work[0]), work
+
+
+@pytest.mark.parametrize("kind", ["fixed in a row on a leg", "moved in a row", "of one name"])
+def test_as_many_links_as_are_read(tmp_path: Path, kind: str) -> None:
+    """Nothing recurses per link."""
+    path = tmp_path / "a.urdf"
+    path.write_text(long_file(kind, MAX_LINKS - 25))
+    load_check_repair(path)
+    path.write_text(long_file(kind, 5000))
+    with pytest.raises(UrdfError) as caught:
+        hp.load_robot(path)
+    assert f"at most {MAX_LINKS}" in caught.value.findings[0]
+
+
+def test_fixed_links_change_nothing_but_the_mass(tmp_path: Path) -> None:
+    path = tmp_path / "a.urdf"
+    path.write_text(long_file("fixed in a row on the trunk", 1000))
+    long, short = hp.load_robot(path), hp.load_robot("kharagpur")
+    assert long.legs == short.legs
+    assert long.total_mass == pytest.approx(short.total_mass + 1.0)
+    gait = hp.Gait.tripod(stroke=0.05, cycle_time=2.0)
+    assert leg_clearance(long, gait).distance == leg_clearance(short, gait).distance

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 import xml.etree.ElementTree as ET
+from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -175,18 +178,31 @@ class UrdfFile:
 
     def rigid_group(self, link: str) -> list[str]:
         """Return `link` and every link fixed to it, directly or through other fixed joints."""
-        group = {link: None}
-        queue = [link]
-        for name in queue:
-            fixed = [joint.child for joint in self.joints_below[name] if not joint.moves]
-            queue += [child for child in fixed if child in self.link_by_name and child not in group]
-            group.update(dict.fromkeys(queue))
-        return list(group)
+        return list(self._rigid_links(link))
 
     def moved_joints_below(self, link: str) -> list[Joint]:
         """Return the joints that move something relative to the rigid group of `link`."""
-        group = self.rigid_group(link)
-        return [joint for name in group for joint in self.joints_below[name] if joint.moves]
+        return list(self._moved_joints(link))
+
+    def branches_at(self, link: str) -> bool:
+        """Whether more than one joint moves something relative to the rigid group of `link`."""
+        return len(list(itertools.islice(self._moved_joints(link), 2))) > 1
+
+    def _moved_joints(self, link: str) -> Iterator[Joint]:
+        for name in self._rigid_links(link):
+            yield from (joint for joint in self.joints_below[name] if joint.moves)
+
+    def _rigid_links(self, link: str) -> Iterator[str]:
+        """Yield the links of a rigid group, nearest first, each once."""
+        queue, seen = deque([link]), {link}
+        while queue:
+            name = queue.popleft()
+            yield name
+            for joint in self.joints_below[name]:
+                child = joint.child
+                if not joint.moves and child not in seen and child in self.link_by_name:
+                    seen.add(child)
+                    queue.append(child)
 
 
 def read_urdf(path: str | Path, *, max_bytes: int = MAX_BYTES) -> UrdfFile:

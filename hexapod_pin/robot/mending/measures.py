@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from functools import cached_property
 from statistics import median
 
@@ -30,6 +29,7 @@ class Measures:
         """Keep the file and its solids."""
         self.file, self.solids = file, solids
         self._solid: dict[str, Solid | None] = {}
+        self._reach: dict[str, float] = {}
 
     def solid(self, link: Link) -> Solid | None:
         """Return the solid of a link in its own frame."""
@@ -109,8 +109,11 @@ class Measures:
 
     def reach(self, link: Link) -> float:
         """Distance from a link's origin to its farthest joint below [m]; 0 without any."""
-        joints = self.file.joints_below.get(link.name, ())
-        return max((math.hypot(*finite(joint.xyz)) for joint in joints), default=0.0)
+        if link.name not in self._reach:
+            joints = self.file.joints_below.get(link.name, ())
+            lengths = [math.hypot(*finite(joint.xyz)) for joint in joints]
+            self._reach[link.name] = max(lengths, default=0.0)
+        return self._reach[link.name]
 
     def body(self, link: Link) -> Solid | None:
         """Return the solid of a link, else one around the joints below it; None without any."""
@@ -125,23 +128,23 @@ class Measures:
         return _rod(far) if np.linalg.norm(far) > 0.0 else None
 
     def _is_end(self, name: str) -> bool:
-        return not any(j.moves for j in self._below(name)) and name in self._movers
+        return name in self._movers and not self.file.moved_joints_below(name)
+
+    @cached_property
+    def _parents(self) -> dict[str, Joint]:
+        return {j.child: j for j in self.file.joints}
 
     @cached_property
     def _movers(self) -> dict[str, Joint]:
         return {j.child: j for j in self.file.joints if j.moves}
 
-    def _below(self, name: str) -> Iterable[Joint]:
-        return self.file.moved_joints_below(name)
-
     def _chain(self, end: str) -> tuple[Joint, ...]:
-        parents = {j.child: j for j in self.file.joints}
         chain: list[Joint] = []
         name, seen = end, {end}
-        while name in parents:
-            joint = parents[name]
+        while name in self._parents:
+            joint = self._parents[name]
             name = joint.parent
-            if chain and joint.moves and len(self.file.moved_joints_below(name)) > 1:
+            if chain and joint.moves and self.file.branches_at(name):
                 return (joint, *chain)
             chain = [joint, *chain] if joint.moves else chain
             if name in seen:

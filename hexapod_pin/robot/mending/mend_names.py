@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import xml.etree.ElementTree as ET
+from bisect import bisect
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from hexapod_pin.robot.mending.draft import Draft
 from hexapod_pin.robot.mending.joint_findings import KEPT_NAMES
@@ -30,26 +32,28 @@ def mend_names(draft: Draft) -> None:
 
 
 def _name_the_unnamed(draft: Draft, kind: str) -> None:
+    names = _free_names(draft, kind, kind, 1)
     for element in draft.root.findall(kind):
         if not element.get("name"):
-            element.set("name", free_name(draft, kind, kind))
+            element.set("name", next(names))
             draft.change(f"{kind} {element.get('name')!r}", "had no name")
 
 
-def free_name(draft: Draft, kind: str, stem: str, first: int = 1) -> str:
-    """Return `stem`_k with the first number from `first` that no link or joint has."""
+def _free_names(draft: Draft, kind: str, stem: str, first: int) -> Iterator[str]:
+    """Yield `stem`_k with the numbers from `first` that no link or joint has."""
     taken = {element.get("name") for element in draft.root.findall(kind)}
-    while f"{stem}_{first}" in taken:
-        first += 1
-    return f"{stem}_{first}"
+    return (name for k in itertools.count(first) if (name := f"{stem}_{k}") not in taken)
 
 
 def _separate_joints(draft: Draft) -> None:
     seen: set[str] = set()
+    names: dict[str, Iterator[str]] = {}
     for element in draft.root.findall("joint"):
         name = element.get("name") or ""
         if name in seen or name in KEPT_NAMES:
-            new = free_name(draft, "joint", name, 2)
+            if name not in names:
+                names[name] = _free_names(draft, "joint", name, 2)
+            new = next(names[name])
             element.set("name", new)
             draft.change(f"joint {name!r}", f"renamed to {new!r}: the name was taken")
         seen.add(element.get("name") or "")
@@ -67,9 +71,9 @@ def _separate_links(draft: Draft, name: str) -> None:
         draft.change(f"link {name!r}", f"{len(copies)} identical copies dropped")
     links = [link for link in links if link not in copies]
     owners = _owners(draft, links, parents)
-    names = [name]
+    names, free = [name], _free_names(draft, "link", name, 2)
     for link in links[1:]:
-        names.append(free_name(draft, "link", name, 2))
+        names.append(next(free))
         link.set("name", names[-1])
         draft.change(f"link {name!r}", f"another link of that name renamed to {names[-1]!r}")
     shift = 1 if len(children) == len(links) - 1 and _is_only_root(draft, name) else 0
@@ -87,7 +91,8 @@ def _owners(draft: Draft, links: Sequence[ET.Element], joints: Sequence[ET.Eleme
     order = {element: k for k, element in enumerate(draft.root)}
     every = draft.root.findall("joint")
     if any(order[links[0]] < order[joint] < order[links[-1]] for joint in every):
-        return [max(sum(order[link] < order[joint] for link in links) - 1, 0) for joint in joints]
+        places = [order[link] for link in links]
+        return [max(bisect(places, order[joint]) - 1, 0) for joint in joints]
     share = max(len(joints) // len(links), 1)
     return [min(k // share, len(links) - 1) for k in range(len(joints))]
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
@@ -104,20 +105,21 @@ def check_tree(file: UrdfFile) -> None:
             without a <link>, numbers that cannot be read.
     """
     known = {link.name for link in file.links}
-    children = [joint.child for joint in file.joints]
+    counts = Counter(joint.child for joint in file.joints)
     findings = [
         f"joint {joint.name!r}: its {end} link {name!r} does not exist; declare it or correct it"
         for joint in file.joints
         for end, name in (("parent", joint.parent), ("child", joint.child))
         if name not in known
     ]
-    roots = [link.name for link in file.links if link.name not in children]
+    roots = [link.name for link in file.links if link.name not in counts]
     if len(roots) != 1:
         text = ", ".join(roots) if roots else "none"
         findings.append(f"root links: {text}; must be exactly one: join the parts by fixed joints")
     findings += [
-        f"link {name!r}: child of {children.count(name)} joints; must be of one: a loop is no tree"
-        for name in _repeated(children)
+        f"link {name!r}: child of {count} joints; must be of one: a loop is no tree"
+        for name, count in counts.items()
+        if count > 1
     ]
     findings += [
         f"joint {joint.name!r}: origin or axis has missing or non-finite numbers; give three each"
@@ -151,15 +153,8 @@ def _moved(joint: Joint, axis: Axis, pose: Pose, place: float) -> Pose:
 
 def _unreached(file: UrdfFile) -> str:
     """Return the links that the root does not lead to."""
-    reached = [file.base]
-    for name in reached:
-        reached += [joint.child for joint in file.joints_below[name]]
-    return ", ".join(repr(link.name) for link in file.links if link.name not in set(reached))
-
-
-def _repeated(names: Iterable[str]) -> list[str]:
-    """Return the names that stand there more than once, each once."""
-    seen: dict[str, int] = {}
-    for name in names:
-        seen[name] = seen.get(name, 0) + 1
-    return [name for name, count in seen.items() if count > 1]
+    queue = [file.base]
+    for name in queue:
+        queue += [joint.child for joint in file.joints_below[name]]
+    reached = set(queue)
+    return ", ".join(repr(link.name) for link in file.links if link.name not in reached)
