@@ -123,7 +123,7 @@ $(VENV)/.modules: $(VENV)/.build FORCE
 
 $(VENV)/.installed: $(VENV)/.build $(VENV)/.modules pyproject.toml $(NATIVE) | compiler
 	@echo "installing hexapod_pin; the first time the native core is compiled, one to two minutes"
-	@PATH="$(CURDIR)/$(BIN):$$PATH" $(INSTALL) --no-build-isolation --check-build-dependencies -e .
+	@PATH="$(CURDIR)/$(BIN):$$PATH" $(INSTALL) --no-build-isolation --check-build-dependencies -e ".[plot]"
 	@touch $@
 
 $(VENV)/.test: $(VENV)/.installed

@@ -25,7 +25,8 @@ STUDY = """schema = 1
 name = "two walks"
 [base]
 robot = "kharagpur"
-duration = 0.02
+duration = 10.0
+accuracy = 1e-3
 [[vary]]
 input = "friction"
 values = [0.5, 0.6]
@@ -119,6 +120,38 @@ def test_an_output_is_a_file_of_its_own(
         kind != "dangling link" or not precious.exists()
     )
     assert set(done.left) <= {*inputs, place.name, "precious"}
+
+
+QUICK = [name for name in OUTPUTS if name.partition(" ")[0] not in ("select", "verify", "bench")]
+"""Commands that end within seconds when they are let."""
+
+
+@pytest.mark.parametrize("output", QUICK)
+def test_a_hard_link_is_left_with_its_content(
+    output: str, inputs: dict[str, bytes], run: Run, tmp_path: Path
+) -> None:
+    """The new file takes the name; the same content under its other name is not touched."""
+    line, precious = OUTPUTS[output], tmp_path / "precious"
+    precious.write_text("keys")
+    os.link(precious, tmp_path / line[-1])
+    done = run(*line)
+    assert precious.read_text() == "keys"
+    assert {name: Path(name).read_bytes() for name in inputs} == inputs
+    if output == "sweep --store":  # SQLite writes into a file: only into one that is a store
+        assert done.status == 2 and precious.stat().st_nlink == 2
+    else:
+        assert done.status in (0, 3) and precious.stat().st_nlink == 1
+
+
+def test_hints_take_the_place_of_nothing(inputs: dict[str, bytes], run: Run) -> None:
+    """`check --write` writes beside the robot, under a name that no option gives."""
+    os.link("r.hints.toml", "precious")
+    assert run("check", "r.urdf", "--write").status == 2
+    Path("r.hints.toml").unlink()
+    Path("r.hints.toml").symlink_to("nowhere")
+    assert run("check", "r.urdf", "--write").status == 2
+    assert Path("precious").read_bytes() == inputs["r.hints.toml"]
+    assert not Path("nowhere").exists()
 
 
 DRAWN = ["sweep --plot", "select --html"]
