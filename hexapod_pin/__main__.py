@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
 from hexapod_pin import stop_signals
+from hexapod_pin.commands.resources import lack_of, open_streams
 
 
 def main(argv: Sequence[str] | None = None) -> NoReturn:
@@ -15,8 +17,15 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
         argv: arguments without the program's name; None takes those of the process.
     """
     stop_signals.install()
-    from hexapod_pin.commands.process import run_process
-
+    open_streams()
+    try:
+        from hexapod_pin.commands.process import run_process
+    except (ImportError, MemoryError, OSError) as error:
+        lack = lack_of(error)
+        if lack is None:
+            raise
+        sys.stderr.write(f"hexapod-pin: {lack}\n")
+        sys.exit(2)
     run_process(argv)
 
 

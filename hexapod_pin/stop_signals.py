@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, NoReturn
 
@@ -134,7 +134,8 @@ def _receive(number: int, _frame: FrameType | None) -> None:
 
 def _leave(number: int) -> NoReturn:
     """End the process at once, with one line."""
-    os.write(2, b"hexapod-pin: interrupted before anything was run\n")
+    with suppress(OSError):  # there may be no stderr, or it may be full
+        os.write(2, b"hexapod-pin: interrupted before anything was run\n")
     os._exit(128 + number)
 
 

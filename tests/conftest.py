@@ -47,7 +47,7 @@ RUN_FINER = {
     "test_file_schema", "test_hard_cases", "test_input_edges", "test_metamorphic",
     "test_missed_scenes", "test_pickle", "test_random_scenes", "test_run_ends_early",
     "test_second_rhs_bounces",
-    "test_sweep_command",
+    "test_process_edges", "test_sweep_command",
     "test_sweep_dask", "test_sweep_kill", "test_sweep_runs", "test_sweep_study", "test_user_pools",
 }  # fmt: skip
 """Modules whose runs are compared with finer ones, as the package does unless told otherwise."""

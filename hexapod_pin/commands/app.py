@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from typing import Annotated, Any, NoReturn
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from hexapod_pin.commands.bench import bench
 from hexapod_pin.commands.budget import budget
@@ -21,6 +21,7 @@ from hexapod_pin.commands.compare import compare
 from hexapod_pin.commands.contact import contact
 from hexapod_pin.commands.mend import mend
 from hexapod_pin.commands.option_names import in_options, option_names
+from hexapod_pin.commands.resources import require_resources
 from hexapod_pin.commands.run import run
 from hexapod_pin.commands.select import select
 from hexapod_pin.commands.stability import stability
@@ -74,6 +75,15 @@ class _Commands(TyperGroup):
             fail(text, FAILED)
 
 
+class _Command(TyperCommand):
+    """A command that begins where the system gives what it needs."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        require_resources()
+        return super().invoke(ctx)
+
+
 app = typer.Typer(
     cls=_Commands,
     help="Walk a hexapod's URDF on compliant feet: the torque of every joint, a trace, a playback. "
@@ -105,7 +115,7 @@ def _root(
 for _command in (
     walk, run, compare, sweep, view, budget, select, stability, check, mend, contact, bench, verify
 ):  # fmt: skip
-    app.command()(_command)
+    app.command(cls=_Command)(_command)
 
 
 def main(argv: Sequence[str] | None = None) -> NoReturn:

@@ -49,7 +49,7 @@ def select(
     from hexapod_pin.commands.output_files import writable
     from hexapod_pin.commands.progress import progress_bar
     from hexapod_pin.commands.select_report import print_selection, study_text, write_files
-    from hexapod_pin.commands.status import INTERRUPTED, NONE_PASSES, fail
+    from hexapod_pin.commands.status import NONE_PASSES, fail, interrupted_status
     from hexapod_pin.sweep.selection import select_motors
 
     report = None if no_html else writable("--html", html, (".html", ".pdf"), drawn=True)
@@ -62,6 +62,6 @@ def select(
     print_selection(found, json)
     write_files(found, report, table)
     if found.interrupted:
-        fail("interrupted; what was done is listed above", INTERRUPTED)
+        fail("interrupted; what was done is listed above", interrupted_status())
     if not found.best.passes:
         fail("no motor of the catalogue carries every joint on every walk", NONE_PASSES)

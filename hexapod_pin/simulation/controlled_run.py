@@ -57,7 +57,10 @@ class ControlledRun:
                 raise _StoppedError
 
         with ThreadPoolExecutor(1) as pool:
-            companion = pool.submit(self._run, self._how.at_level(coarse), check)
+            try:
+                companion = pool.submit(self._run, self._how.at_level(coarse), check)
+            except RuntimeError:  # the system starts no more threads: one after the other
+                return self._run(self._how.at_level(coarse), None), self._at(fine)
             try:
                 run = self._at(fine)
             except BaseException:

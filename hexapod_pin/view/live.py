@@ -125,7 +125,10 @@ class LiveViewer:
         Raises:
             ViewerError: the port is taken, or the server does not start.
         """
-        self._thread.start()
+        try:
+            self._thread.start()
+        except RuntimeError as error:
+            raise ViewerError(f"the viewer did not start: {error}.") from error
         if not self._ready.wait(SERVER_TIMEOUT_S) or self._failure:
             raise ViewerError(f"the viewer did not start: {self._failure or 'no answer'}.")
         client = zmqserver.ZMQWebSocketBridge.context.socket(zmq.REQ)
