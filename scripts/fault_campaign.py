@@ -1,87 +1,140 @@
 """Odd inputs through every public door: each must be used, or refused with an error of the package.
 
-    python scripts/fault_campaign.py --inputs 100000 --processes 2 --page faults.md
-    python scripts/fault_campaign.py --doors forged_trace --seed 17        # one input again, here
+    python scripts/fault_campaign.py --inputs 95000 --commands 5000 --processes 2 --page faults.md
+    python scripts/fault_campaign.py --again forged_trace 17        # one input again, here
 
-Seeds come from the clock. The exit status is 1 where there was a fault.
+Inputs are tried in watched processes, commands as processes of their own besides; files of others
+lie around all of them and are looked at. Seeds come from the clock. Ctrl-C keeps what is done. The
+exit status is 1 where there was a fault.
 """
 
 from __future__ import annotations
 
 import argparse
+import random
 import sys
 import time
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
-from hexapod_pin.fuzz import DOORS, Outcome, run_campaign
+from hexapod_pin.errors import HexapodError
+from hexapod_pin.fuzz import DOORS, SELDOM, WEIGHTS, Outcome, run_campaign
+from hexapod_pin.fuzz.campaign import FAULT, REFUSED, USED
+from hexapod_pin.fuzz.command_process import repeated
+from hexapod_pin.fuzz.shown import FaultFound
 from hexapod_pin.validation.tables import Table
 
 
-def main() -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Run inputs, print and write what became of them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--inputs", type=int, default=10_000)
-    parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--doors", default=",".join(DOORS))
-    parser.add_argument("--seed", type=int, help="this input alone, with its traceback")
+    parser.add_argument("--inputs", type=int, default=10_000, help="in watched processes")
+    parser.add_argument("--commands", type=int, default=200, help="as processes of their own")
+    parser.add_argument("--processes", type=int, default=2, help="at a time")
+    parser.add_argument("--doors", default=",".join(DOORS), help="separated by commas")
+    parser.add_argument("--seed", type=int, help="first seed; default: of the clock")
     parser.add_argument("--page", type=Path, help="Markdown file to write")
-    given = parser.parse_args()
-    doors = given.doors.split(",")
-    if given.seed is not None:
-        import random
-
-        DOORS[doors[0]](random.Random(f"{doors[0]}/{given.seed}"))
-        return 0
-    first, begin = time.time_ns() // 1000, time.monotonic()
-    inputs = [(doors[k % len(doors)], first + k) for k in range(given.inputs)]
-    found = run_campaign(inputs, given.processes, _Teller(len(inputs)))
-    spent = time.monotonic() - begin
-    text = page(found, len(inputs), first, spent)
+    parser.add_argument("--again", nargs=2, metavar=("DOOR", "SEED"), help="one input, here")
+    given = parser.parse_args(argv)
+    if given.again:
+        return again(*given.again)
+    first, begin = (
+        given.seed if given.seed is not None else time.time_ns() // 1000,
+        time.monotonic(),
+    )
+    inputs = drawn(given.doors.split(","), given.inputs, given.commands, first)
+    found = run_campaign(inputs, given.processes, _Progress(len(inputs)))
+    text = page(found, len(inputs), first, time.monotonic() - begin)
     print(text)
     if given.page:
         given.page.write_text(text, encoding="utf-8")
-    return int(any(outcome.kind == "FAULT" for outcome in found))
+    return int(any(outcome.kind == FAULT for outcome in found))
 
 
-class _Teller:
+def drawn(doors: Sequence[str], inputs: int, commands: int, first: int) -> list[tuple[str, int]]:
+    """Return door and seed of each input, commands spread evenly among the others."""
+    unknown = sorted(set(doors) - set(DOORS))
+    if unknown:
+        sys.exit(f"no such doors: {', '.join(unknown)}; there are {', '.join(DOORS)}")
+    found = list[tuple[float, str, int]]()
+    for count, own in (
+        (inputs, [one for one in doors if one not in SELDOM for _ in range(WEIGHTS.get(one, 1))]),
+        (commands, [door for door in doors if door in SELDOM]),
+    ):
+        for k in range(count if own else 0):
+            found.append(((k + 0.5) / count, own[k % len(own)], first + k))
+    return [(door, seed) for _, door, seed in sorted(found)]
+
+
+def again(door: str, seed: str) -> int:
+    """Try one input here; show the exception, or all that a command did."""
+    rng = random.Random(f"{door}/{seed}")
+    try:
+        if door in SELDOM:
+            given, ending, folder = repeated(rng, keep=True)
+            print(f"{given.as_shell()}\n{ending}\n{folder}")
+        else:
+            DOORS[door](rng)
+    except FaultFound as found:
+        print(f"{found}\n{found.repeat}")
+        return 1
+    except HexapodError as error:
+        print(f"refused: {error}")
+    return 0
+
+
+class _Progress:
     """Shows progress on stderr."""
 
     def __init__(self, total: int) -> None:
         """Begin at none."""
         self.total, self.done, self.faults = total, 0, 0
+        self.known = set[tuple[str, str]]()
 
     def __call__(self, outcome: Outcome) -> None:
-        """Count an outcome."""
+        """Count an outcome; show the first of each cause."""
         self.done += 1
-        if outcome.kind == "FAULT":
+        if outcome.kind == FAULT:
             self.faults += 1
-            print(f"{outcome.door} {outcome.seed}: {outcome.told}", file=sys.stderr, flush=True)
+            if (outcome.door, outcome.cause) not in self.known:
+                self.known.add((outcome.door, outcome.cause))
+                text = f"{outcome.door} {outcome.seed}: {outcome.fault} {outcome.repeat}"
+                print(text, file=sys.stderr, flush=True)
         if self.done % 500 == 0 or self.done == self.total:
-            told = f"{self.done} of {self.total} inputs, {self.faults} faults"
-            print(told, file=sys.stderr, flush=True)
+            text = f"{self.done} of {self.total} inputs, {self.faults} faults"
+            print(text, file=sys.stderr, flush=True)
 
 
-def page(found: list[Outcome], asked: int, first: int, spent: float) -> str:
+def page(found: list[Outcome], requested: int, first: int, spent: float) -> str:
     """Return the table of doors and the list of distinct faults."""
     rows = []
     for door in DOORS:
         own = [outcome for outcome in found if outcome.door == door]
+        if not own:
+            continue
         kinds = Counter(outcome.kind for outcome in own)
-        slowest = max((outcome.seconds for outcome in own), default=0.0)
-        counts = (str(kinds[kind]) for kind in ("used", "refused", "FAULT"))
-        rows.append((door, str(len(own)), *counts, f"{slowest:.2f}"))
-    head = ("door", "inputs", "used", "refused", "FAULT", "slowest [s]")
-    faults: dict[tuple[str, str], Outcome] = {}
+        seconds = [outcome.seconds for outcome in own]
+        counts = (str(kinds[kind]) for kind in (USED, REFUSED, FAULT))
+        times = (f"{sum(seconds) / len(own):.3f}", f"{max(seconds):.2f}")
+        files = (str(sum(one.watched for one in own)), str(sum(one.changed for one in own)))
+        rows.append((door, str(len(own)), *counts, *times, *files))
+    head = ("door", "inputs", USED, REFUSED, FAULT, "mean [s]", "slowest [s]", "looks", "changed")
+    causes: dict[tuple[str, str], list[Outcome]] = {}
     for outcome in found:
-        if outcome.kind == "FAULT":
-            faults.setdefault((outcome.door, outcome.told), outcome)
-    listed = [(one.door, str(one.seed), one.told) for one in faults.values()]
+        if outcome.kind == FAULT:
+            causes.setdefault((outcome.door, outcome.cause), []).append(outcome)
+    listed = [
+        (one[0].door, str(one[0].seed), str(len(one)), one[0].fault, one[0].repeat)
+        for one in sorted(causes.values(), key=len, reverse=True)
+    ]
     about = (
-        f"{len(found)} of {asked} inputs, seeds from {first}; {spent:.0f} s. "
-        f"{sum(outcome.kind == 'FAULT' for outcome in found)} faults."
+        f"{len(found)} of {requested} inputs, seeds from {first}; {spent:.0f} s. "
+        f"{sum(outcome.kind == FAULT for outcome in found)} faults. Times are processor times; "
+        "looks are at files of others, after each input."
     )
-    parts = [Table("Doors", head, rows), Table("Faults", ("door", "seed", "what"), listed)]
+    faults = Table("Faults", ("door", "seed", "times", "what", "by hand"), listed)
+    parts = [Table("Doors", head, rows), *([faults] if listed else [])]
     return "\n\n".join(["# Odd inputs", about, *(part.markdown() for part in parts)]) + "\n"
 
 

@@ -1,6 +1,6 @@
 """Inputs that nobody would write, through every public door: each is used or refused."""
 
 from hexapod_pin.fuzz.campaign import Outcome, attempt, run_campaign
-from hexapod_pin.fuzz.doors import DOORS
+from hexapod_pin.fuzz.doors import DOORS, SELDOM, WEIGHTS
 
-__all__ = ["DOORS", "Outcome", "attempt", "run_campaign"]
+__all__ = ["DOORS", "SELDOM", "WEIGHTS", "Outcome", "attempt", "run_campaign"]

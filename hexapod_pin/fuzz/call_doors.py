@@ -2,118 +2,183 @@
 
 from __future__ import annotations
 
+import copy
 import inspect
+import pickle
 import random
 from typing import Any
 
 import hexapod_pin as hp
-from hexapod_pin.fuzz import material
-from hexapod_pin.fuzz.shown import require_finite_data
-from hexapod_pin.fuzz.values import odd_value
+from hexapod_pin.errors import HexapodError
+from hexapod_pin.fuzz import material, sound
+from hexapod_pin.fuzz.left_out import LONG_NUMBERS, reason_for_sound, walked
+from hexapod_pin.fuzz.public_names import (
+    COPIES,
+    METHOD,
+    PROPERTY,
+    PublicCall,
+    public_calls,
+    public_classes,
+)
+from hexapod_pin.fuzz.shown import (
+    FaultFound,
+    described,
+    is_wrong_call,
+    require_finite,
+    require_finite_data,
+)
+from hexapod_pin.fuzz.values import odd_other, odd_value
+from hexapod_pin.fuzz.watched_folder import hazard
 from hexapod_pin.spec import Spec
 
 
-def parameters(dice: random.Random) -> None:
-    """A parameter set with odd fields."""
-    kinds = [getattr(hp, name) for name in hp.__all__ if name != "__version__"]
-    specs = [kind for kind in kinds if inspect.isclass(kind) and issubclass(kind, Spec)]
-    kind = dice.choice(specs)
+def parameters(rng: random.Random) -> None:
+    """A parameter set with odd fields; most others are as in a sound one."""
+    kind = rng.choice([kind for kind in public_classes() if issubclass(kind, Spec)])
+    sound_one = rng.choice(sound.instances(kind))
     names = [name for name in kind.model_fields if name != "kind"]
-    fields = {name: odd_value(dice) for name in names if dice.random() < 0.7}
-    str(kind(**fields))
+    fields = {name: getattr(sound_one, name) for name in names if rng.random() < 0.9}
+    odd = rng.sample(names, min(len(names), rng.choice((1, 1, 2, 5))))
+    str(kind(**{**fields, **{name: odd_value(rng) for name in odd}}))
 
 
 SIMULATED = ("duration", "accuracy", "torque_accuracy", "estimate", "method", "step", "sample",
              "record", "initial", "progress", "limits", "allow")  # fmt: skip
 
 
-def settings(dice: random.Random) -> None:
+def settings(rng: random.Random) -> None:
     """A run with odd settings."""
-    given = {"duration": 2e-3, **{name: odd_value(dice) for name in dice.sample(SIMULATED, 2)}}
+    given = {"duration": 2e-3, **{name: odd_value(rng) for name in rng.sample(SIMULATED, 2)}}
     given.setdefault("limits", hp.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8))
     if given["limits"] is None or given.get("allow"):
         given |= {"limits": hp.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8)}
     hp.simulate(material.scene(), material.control(), **given)
 
 
-GRIDS = ("run_sweep", "select_motors", "torque_map", "gait_energy", "tune")
-"""Calls that run many walks, for minutes where nothing is wrong."""
+def public_call(rng: random.Random) -> None:
+    """Anything that can be called from outside, with one or two odd arguments."""
+    call = public_calls()[rng.choice(walked())]
+    try:
+        _call(call, rng)
+    except (HexapodError, FaultFound):
+        raise
+    except Exception as error:
+        if is_wrong_call(error):
+            raise
+        raise FaultFound(f"{call.name}: {described(error)}") from error
 
 
-def arguments(dice: random.Random) -> None:
-    """A public call with odd arguments."""
-    names = [name for name in hp.__all__ if inspect.isroutine(getattr(hp, name, None))]
-    names += ["State", "Checkpoint", "HoldPosture", "KinematicControl", "SampledTrajectory",
-              "Scene", "Case", "Session", "FootControl", "JointMotion", "ArcWalk"]  # fmt: skip
-    name = dice.choice([one for one in names if one not in GRIDS])
-    public = getattr(hp, name)
-    given = {}
-    for parameter in inspect.signature(public).parameters.values():
-        needed = parameter.default is parameter.empty
-        if needed or dice.random() < 0.3:
-            given[parameter.name] = _sound(parameter.name) if dice.random() < 0.6 else None
-            if given[parameter.name] is None:
-                given[parameter.name] = odd_value(dice)
-    found = public(**given)
+def _call(call: PublicCall, rng: random.Random) -> None:
+    instance = None
+    if isinstance(call.owner, type):
+        instance = rng.choice(sound.instances(call.owner))
+        if call.needs_instance and isinstance(instance, Spec) and rng.random() < 0.5:
+            instance = _changed(instance, rng)
+    if call.kind == COPIES:
+        _copied(instance)
+    elif call.kind == PROPERTY:
+        _shown(getattr(instance, call.attribute))
+    else:
+        given = sound.arguments(call, rng, instance)
+        odd = _make_odd(call, given, rng)
+        own = (instance,) if call.kind == METHOD else ()
+        _shown(call.target(*own, **given), *odd)
+
+
+def _changed(instance: Spec, rng: random.Random) -> Spec:
+    """Return a parameter set with one field changed."""
+    name = rng.choice(list(type(instance).model_fields))
+    fields = {one: getattr(instance, one) for one in type(instance).model_fields if one != "kind"}
+    return type(instance)(**{**fields, name: odd_value(rng)})
+
+
+def _make_odd(call: PublicCall, given: dict[str, Any], rng: random.Random) -> list[str]:
+    """Make one or two arguments odd; return them as text."""
+    names = [
+        name for name, parameter in call.parameters().items()
+        if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY)
+        and not reason_for_sound(call, name)
+    ]  # fmt: skip
+    odd = rng.sample(names, min(len(names), rng.choice((0, 1, 1, 1, 2))))
+    for name in odd:
+        if name in ("path", "store", "folder") and rng.random() < 0.7:
+            given[name] = material.watched().work / hazard(rng)
+        elif f"{call.name}.{name}" in LONG_NUMBERS:
+            given[name] = odd_other(rng)
+        else:
+            given[name] = odd_value(rng)
+    return [repr(given[name]) for name in odd]
+
+
+def _shown(found: Any, *given: str) -> None:
+    """Show what a call returns, as a user would."""
     if inspect.isgenerator(found):
-        next(found, None)
+        found = next(found, None)
+    if isinstance(found, str):
+        require_finite(found, *given)
+    elif callable(getattr(found, "table", None)) and not isinstance(found, type):
+        require_finite(found.table(), *given)
+    repr(found)
 
 
-def _sound(name: str) -> Any:
-    """Return something that arguments of this name take; None where nothing is known."""
-    return {
-        "scene": material.scene(), "robot": material.robot(), "trace": material.trace(),
-        "run": material.trace(), "controller": material.control(), "duration": 2e-3,
-        "gait": material.control().gait, "cases": [], "scenes": {"a": material.scene()},
-    }.get(name)  # fmt: skip
+def _copied(instance: Any) -> None:
+    """Copy, pickle, compare and show an instance."""
+    for twin in (
+        copy.copy(instance), copy.deepcopy(instance), pickle.loads(pickle.dumps(instance))
+    ):  # fmt: skip
+        if type(twin) is not type(instance):
+            raise FaultFound(f"a copy of a {type(instance).__name__} is a {type(twin).__name__}")
+        if not isinstance(twin == instance, bool):
+            raise FaultFound("a comparison gives neither true nor false")
+    str(instance), repr(instance)
 
 
-def height_field(dice: random.Random) -> None:
+def height_field(rng: random.Random) -> None:
     """Heights of ground, and a step on them."""
-    given = {"spacing": 0.05} if dice.random() < 0.7 else {"spacing": odd_value(dice)}
+    given = {"spacing": 0.05} if rng.random() < 0.7 else {"spacing": odd_value(rng)}
     rows = [
-        [dice.choice((0.0,) * 20 + (0.001, -0.002, 1e9, float("nan"))) for _ in range(4)]
+        [rng.choice((0.0,) * 20 + (0.001, -0.002, 1e9, float("nan"))) for _ in range(4)]
         for _ in "abcd"
     ]
-    heights = rows if dice.random() < 0.7 else odd_value(dice)
+    heights = rows if rng.random() < 0.7 else odd_value(rng)
     ground = hp.HeightField.from_array(heights, **given)
     material.used(hp.Scene(material.robot(), terrain=ground))
 
 
-def session(dice: random.Random) -> None:
+def session(rng: random.Random) -> None:
     """Commands to a session."""
     led = hp.Session(material.scene(), accuracy=1e-3, limits=hp.WorkLimits(evaluations=3e4))
-    given = {name: odd_value(dice) for name in ("q", "v", "torque", "ramp") if dice.random() < 0.4}
+    given = {name: odd_value(rng) for name in ("q", "v", "torque", "ramp") if rng.random() < 0.4}
     led.command(**given)
-    led.advance(dice.choice((1e-3, odd_value(dice))))
+    led.advance(rng.choice((1e-3, odd_value(rng))))
     led.measure()
 
 
-def extremes(dice: random.Random) -> None:
+def extremes(rng: random.Random) -> None:
     """A sound scene with one or two allowed quantities at their ends, run for a moment."""
-    size = dice.choice((1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9, 1e15))
-    contact = dice.choice((hp.Contact.accurate, hp.Contact.s1, hp.Contact.s2))()
+    size = rng.choice((1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9, 1e15))
+    contact = rng.choice((hp.Contact.accurate, hp.Contact.s1, hp.Contact.s2))()
     normal, friction = contact.normal, contact.friction
-    if hasattr(normal, "stiffness") and dice.random() < 0.5:
+    if hasattr(normal, "stiffness") and rng.random() < 0.5:
         normal = normal.model_copy(update={"stiffness": normal.stiffness * size})
-    if hasattr(friction, "mu") and dice.random() < 0.5:
+    if hasattr(friction, "mu") and rng.random() < 0.5:
         friction = friction.model_copy(update={"mu": friction.mu * size})
     scene = hp.Scene(
         material.robot(),
         contact=hp.Contact(normal=normal, friction=friction),
-        servo=hp.Servo(kp=dice.choice((100.0, 100.0 * size)), kd=dice.choice((1.0, size))),
-        gravity=(0.0, 0.0, -dice.choice((9.81, 9.81 * size))),
-        loads=[hp.Payload("base_link", mass=dice.choice((0.1, size)), position=(0.0, 0.0, 0.1))],
+        servo=hp.Servo(kp=rng.choice((100.0, 100.0 * size)), kd=rng.choice((1.0, size))),
+        gravity=(0.0, 0.0, -rng.choice((9.81, 9.81 * size))),
+        loads=[hp.Payload("base_link", mass=rng.choice((0.1, size)), position=(0.0, 0.0, 0.1))],
     )
     adaptive: dict[str, Any] = {
-        "accuracy": dice.choice((1e-3, 1e-6)),
-        "method": dice.choice(METHODS[:3]),
+        "accuracy": rng.choice((1e-3, 1e-6)),
+        "method": rng.choice(METHODS[:3]),
     }
-    fixed: dict[str, Any] = {"step": dice.choice((1e-3, 1e-5)), "method": dice.choice(METHODS[3:])}
+    fixed: dict[str, Any] = {"step": rng.choice((1e-3, 1e-5)), "method": rng.choice(METHODS[3:])}
     trace = hp.simulate(
         scene, material.control(), duration=0.01, estimate=False,
         limits=hp.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8),
-        **dice.choice((adaptive, fixed)),
+        **rng.choice((adaptive, fixed)),
     )  # fmt: skip
     require_finite_data(trace)
 

@@ -8,33 +8,30 @@ import os
 import random
 import re
 import time
-import traceback
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from hexapod_pin.errors import HexapodError
-from hexapod_pin.fuzz.doors import DOORS
+from hexapod_pin.fuzz import material
+from hexapod_pin.fuzz.command_run import LONGEST_WAIT as LONGEST_COMMAND
+from hexapod_pin.fuzz.command_run import PATIENCE, processor_time
+from hexapod_pin.fuzz.doors import DOORS, SELDOM
+from hexapod_pin.fuzz.shown import FaultFound, described, is_wrong_call
+from hexapod_pin.fuzz.watched_folder import LOOKS
 
-PATIENCE = 5.0
-"""An input that computes for longer hangs [s]: on a busy machine waiting is no fault."""
-
-LONGEST_WAIT = 60.0
+LONGEST_WAIT = LONGEST_COMMAND + 60.0
 """An input that takes longer hangs, whether it computes or not [s]."""
 
-LONGEST_START = 120.0
+LONGEST_START = 240.0
 """Of a process that tries inputs [s]."""
 
 MEMORY = 6 * 2**30
 """Address space of a process that tries inputs [bytes]."""
 
-_WRONG_CALL = re.compile(
-    r"missing \d+ required|unexpected keyword|takes .* positional|multiple values for|"
-    r"missing a required|too many positional"
-)
-"""Python's own words where an argument is missing or there is no such keyword."""
+_OWN = re.compile(r"'[^']*'|\"[^\"]*\"|\d[\d.]*(?:e[+-]?\d+)?|b'.*'")
+"""What faults of one cause differ in: what was given, and numbers."""
 
 USED, REFUSED, FAULT = "used", "refused", "FAULT"
 
@@ -47,55 +44,76 @@ class Outcome:
         door: which it went through.
         seed: that it was drawn from.
         kind: `USED`, `REFUSED` or `FAULT`.
-        told: of a fault: the exception and where it was raised.
-        seconds: that it took [s].
+        fault: what it was: the exception and where it was raised, or what was found.
+        repeat: how a fault can be repeated by hand, besides by door and seed.
+        seconds: processor time that it took [s].
+        watched: how many files of others were looked at.
+        changed: how many of them had changed.
     """
 
     door: str
     seed: int
     kind: str
-    told: str = ""
+    fault: str = ""
+    repeat: str = ""
     seconds: float = 0.0
+    watched: int = 0
+    changed: int = 0
+
+    @property
+    def cause(self) -> str:
+        """The fault without the numbers and names of this one input."""
+        return _OWN.sub("..", self.fault)
 
 
 def attempt(door: str, seed: int) -> Outcome:
-    """Try one input in this process."""
-    begin = time.perf_counter()
-    kind, told = USED, ""
+    """Try one input in this process, and look at the files of others."""
+    tree, looks, begin = material.watched(), LOOKS.files, _spent()
+    kind, fault, repeat, changed = USED, "", "", 0
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             DOORS[door](random.Random(f"{door}/{seed}"))
     except HexapodError:
         kind = REFUSED
+    except FaultFound as found:
+        kind, fault, repeat, changed = FAULT, str(found), found.repeat, len(found.changed)
     except Exception as error:
-        kind, told = FAULT, _described(error)
-        if isinstance(error, TypeError) and _WRONG_CALL.search(str(error)):
-            kind = REFUSED
-    return Outcome(door, seed, kind, told, time.perf_counter() - begin)
+        kind = REFUSED if is_wrong_call(error) else FAULT
+        fault = described(error) if kind == FAULT else ""
+    spent, here = _spent() - begin, tree.changes(tree.hard_links)
+    watched = LOOKS.files - looks
+    if here or tree.changes():
+        tree.accept()
+    if here:
+        kind = FAULT
+        fault = f"changes a file of others: {'; '.join(here)}{f'; {fault}' if fault else ''}"
+    return Outcome(door, seed, kind, fault, repeat, spent, watched, changed + len(here))
 
 
-def _described(error: Exception) -> str:
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if "hexapod_pin" in f.filename]
-    place = f"{frames[-1].filename.rpartition('hexapod_pin/')[2]}:{frames[-1].lineno}"
-    return f"{type(error).__name__}: {str(error)[:100]} at {place}"
+def _spent() -> float:
+    """Return the processor time of this process and of those that it has waited for [s]."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
 
 
 def run_campaign(
     inputs: Sequence[tuple[str, int]],
     processes: int = 2,
-    tell: Callable[[Outcome], None] = lambda outcome: None,
+    report: Callable[[Outcome], None] = lambda outcome: None,
 ) -> list[Outcome]:
     """Try inputs, each in one of so many processes; those done before Ctrl-C are returned.
 
     Args:
         inputs: door and seed of each.
         processes: at a time.
-        tell: called with each outcome.
+        report: called with each outcome.
     """
     waiting, found = list(reversed(inputs)), list[Outcome]()
-    workers = [_Worker() for _ in range(processes)]
+    doors = {door for door, _ in inputs} - set(SELDOM)
+    workers = list[_Worker]()
     try:
+        workers += [_Worker(doors) for _ in range(processes)]
         while waiting or any(worker.task for worker in workers):
             for k, worker in enumerate(workers):
                 if worker.task is None and waiting:
@@ -103,9 +121,9 @@ def run_campaign(
                 outcome = worker.outcome()
                 if outcome is not None:
                     found.append(outcome)
-                    tell(outcome)
+                    report(outcome)
                     if worker.lost:
-                        workers[k] = _Worker()
+                        workers[k] = _Worker(doors)
     except KeyboardInterrupt:
         pass
     for worker in workers:
@@ -116,10 +134,10 @@ def run_campaign(
 class _Worker:
     """A process that tries one input after the other."""
 
-    def __init__(self) -> None:
+    def __init__(self, doors: Collection[str]) -> None:
         context = multiprocessing.get_context("spawn")
         self._pipe, other = context.Pipe()
-        self._process = context.Process(target=_serve, args=(other,), daemon=True)
+        self._process = context.Process(target=_serve, args=(other, doors), daemon=True)
         self._process.start()
         other.close()
         if not self._pipe.poll(LONGEST_START):
@@ -131,7 +149,7 @@ class _Worker:
 
     def begin(self, task: tuple[str, int]) -> None:
         self.task, self._since = task, time.monotonic()
-        self._computed = _computed(self._process.pid)
+        self._computed = processor_time(self._process.pid)
         self._pipe.send(task)
 
     def outcome(self) -> Outcome | None:
@@ -147,42 +165,42 @@ class _Worker:
             return self._lose("the process died")
         waited = time.monotonic() - self._since
         if waited > PATIENCE:
-            spent = _computed(self._process.pid) - self._computed
+            spent = processor_time(self._process.pid) - self._computed
             if spent > PATIENCE or waited > LONGEST_WAIT:
                 return self._lose(f"hangs for more than {PATIENCE:g} s")
         return None
 
-    def _lose(self, told: str) -> Outcome:
+    def _lose(self, fault: str) -> Outcome:
         door, seed = self.task or ("", 0)
         self.end()
         self.task, self.lost = None, True
-        return Outcome(door, seed, FAULT, told, PATIENCE)
+        return Outcome(door, seed, FAULT, fault, seconds=PATIENCE)
 
     def end(self) -> None:
+        """End the process: at once where it hangs, else so that it removes its files."""
+        if self.task is None and self._process.is_alive():
+            try:
+                self._pipe.send(None)
+                self._process.join(PATIENCE)
+            except (OSError, AttributeError):
+                pass
         self._process.kill()
         self._process.join()
 
 
-def _computed(pid: int | None) -> float:
-    """Return the processor time of a process [s]; wall time where the system does not tell."""
-    try:
-        fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-    except (OSError, ValueError, IndexError):
-        return time.monotonic()
-
-
-def _serve(pipe: Any) -> None:
+def _serve(pipe: Any, doors: Collection[str]) -> None:
     """Try what comes through the pipe."""
     import resource
 
+    os.setpgid(0, 0)  # a Ctrl-C at the terminal is for the campaign
     faulthandler.disable()
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     nothing = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nothing, 1)
     os.dup2(nothing, 2)
-    for door in DOORS:
+    os.chdir(material.watched().work)
+    for door in doors:
         attempt(door, -1)  # makes what doors are made from
     pipe.send("ready")
-    while True:
-        pipe.send(attempt(*pipe.recv()))
+    while (task := pipe.recv()) is not None:
+        pipe.send(attempt(*task))

@@ -6,13 +6,16 @@ import contextlib
 import io
 import os
 import random
+import shlex
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.fuzz import material
-from hexapod_pin.fuzz.shown import require_finite
+from hexapod_pin.fuzz.shown import FaultFound, require_finite
 from hexapod_pin.fuzz.values import NUMBERS, odd_text
+from hexapod_pin.fuzz.watched_folder import HAZARDS
 
 WORDS = (
     "", "x", "nan", "-", "--", "a\0b", "é" * 300, "x/" * 3000, "~unknown/x", "/",
@@ -30,29 +33,20 @@ STIFF = {"--kp", "--kd", "--duration", "--advise", "--contact", "--cycle"}
 """Options of `bench` that make its references long work."""
 
 
-def command_line(dice: random.Random) -> None:
+def command_line(rng: random.Random) -> None:
     """A command on one run with odd options."""
-    _with_odd_options(dice.choice(_commands()), dice)
+    _with_odd_options(rng.choice(_commands()), rng)
 
 
-def study_line(dice: random.Random) -> None:
+def study_line(rng: random.Random) -> None:
     """A command on many runs with odd options."""
-    _with_odd_options(dice.choice(_study_commands()), dice)
+    _with_odd_options(rng.choice(_study_commands()), rng)
 
 
-def _with_odd_options(command: tuple[str, ...], dice: random.Random) -> None:
+def _with_odd_options(command: tuple[str, ...], rng: random.Random) -> None:
     from hexapod_pin.commands.app import main
 
-    name, *words = command
-    left_out = LEFT_OUT | STIFF if name == "bench" else LEFT_OUT
-    options = [one for one in _options()[name] if one not in left_out]
-    for option in dice.sample(options, min(len(options), dice.choice((1, 1, 2, 3)))):
-        words.append(option)
-        if dice.random() < 0.8:
-            words.append(str(dice.choice(dice.choice((NUMBERS, WORDS)))))
-    if dice.random() < 0.2:
-        k = dice.randrange(len(words))
-        words[k] = odd_text(words[k], dice)
+    name, *words = odd_options(command, rng)
     shown, status = io.StringIO(), 0
     with _in_own_folder(), contextlib.redirect_stdout(shown), contextlib.redirect_stderr(shown):
         try:
@@ -60,10 +54,25 @@ def _with_odd_options(command: tuple[str, ...], dice: random.Random) -> None:
         except SystemExit as end:
             status = int(end.code or 0)
     if status not in STATUSES:
-        raise ArithmeticError(f"status {status} of {name} {words}")
+        raise FaultFound(f"status {status} of {name}", shlex.join([name, *words]))
     require_finite(shown.getvalue(), *words)
     if status in (1, 2):
         raise HexapodError(f"{name} {words} is refused")
+
+
+def odd_options(command: Sequence[str], rng: random.Random) -> list[str]:
+    """Return a command with a few odd options more, and perhaps a word changed."""
+    name, *words = command
+    left_out = LEFT_OUT | STIFF if name == "bench" else LEFT_OUT
+    options = [one for one in _options().get(name, ()) if one not in left_out]
+    for option in rng.sample(options, min(len(options), rng.choice((1, 1, 2, 3)))):
+        words.append(option)
+        if rng.random() < 0.8:
+            words.append(str(rng.choice(rng.choice((NUMBERS, WORDS, HAZARDS)))))
+    if words and rng.random() < 0.2:
+        k = rng.randrange(len(words))
+        words[k] = odd_text(words[k], rng)
+    return [name, *words]
 
 
 @cache
@@ -111,10 +120,9 @@ def _options() -> dict[str, list[str]]:
 
 @contextlib.contextmanager
 def _in_own_folder() -> Any:
-    """Work in a folder of this process."""
-    before, folder = os.getcwd(), material.folder() / f"{os.getpid()}.files"
-    folder.mkdir(exist_ok=True)
-    os.chdir(folder)
+    """Work in the folder of this process that is looked at."""
+    before = os.getcwd()
+    os.chdir(material.watched().work)
     try:
         yield
     finally:

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import hexapod_pin as hp
+from hexapod_pin.fuzz.shown import FaultFound
+from hexapod_pin.fuzz.watched_folder import WatchedFolder
 
 
 @cache
@@ -46,11 +48,52 @@ def trace() -> hp.Trace:
 
 
 @cache
-def folder() -> Path:
-    """Return a folder for files of this process."""
+def watched() -> WatchedFolder:
+    """Return the tree that inputs of this process work in."""
+    return WatchedFolder(_own_folder() / "tree")
+
+
+@cache
+def _own_folder() -> Path:
     path = Path(tempfile.mkdtemp(prefix="hexapod-fuzz-"))
     atexit.register(shutil.rmtree, path, ignore_errors=True)
     return path
+
+
+@cache
+def folder() -> Path:
+    """Return a folder for files of this process."""
+    path = _own_folder() / "files"
+    path.mkdir()
+    return path
+
+
+def new_file(ending: str) -> Path:
+    """Return a path without a file, or anything that belongs to one."""
+    path = folder() / f"new.{ending}"
+    for old in folder().glob(f"{path.name}*"):
+        old.unlink()
+    return path
+
+
+def written(ending: str, content: str | bytes) -> Path:
+    """Return the path of a new file."""
+    path = folder() / f"sound.{ending}"
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return path
+
+
+@cache
+def walk() -> hp.Trace:
+    """Return a trace of a whole steady cycle."""
+    given: dict[str, Any] = {"accuracy": 1e-3, "estimate": False, "sample": 0.02}
+    return hp.simulate(scene(), control(), duration=3.9, **given)
+
+
+@cache
+def state() -> hp.State:
+    """Return a state that the robot can have."""
+    return robot().stand()
 
 
 @cache
@@ -105,12 +148,31 @@ seed = 7
 """
 """A study."""
 
+SHORT_STUDY = (
+    STUDY_TEXT.replace("1e-4", "1e-3").replace("samples = 4", "samples = 2")
+    .replace("[0.06, 0.1]", "[0.08]")
+    .replace('"tripod"', '{name = "tripod", cycle_time = 1.2}').replace("1.0", "3.9")
+)  # fmt: skip
+"""A study of two cases, each of a whole steady cycle."""
+
+MOTORS_TEXT = """schema = 1
+[base]
+robot = "kharagpur"
+gait = {name = "tripod", cycle_time = 1.2, stroke = 0.1}
+accuracy = 1e-3
+duration = 3.6
+[motors]
+voltage = 12.0
+models = ["AX-12A", "MX-106"]
+"""
+"""A study of motors."""
+
 
 @cache
 def store_bytes() -> bytes:
     """Return the store of a sweep."""
-    study = hp.SweepStudy.from_toml(STUDY_TEXT.replace("duration = 1.0", "duration = 4.0"))
     path = folder() / f"{os.getpid()}.sound.db"
+    study = hp.SweepStudy.from_toml(SHORT_STUDY)
     str(hp.run_sweep(study, path).dataset)  # imports what a store is read with
     return path.read_bytes()
 
@@ -152,4 +214,4 @@ def used(robot_or_scene: Any) -> None:
         where, hp.HoldPosture(), duration=2e-3, sample=1e-3, estimate=False, limits=limits
     )
     if not (abs(found.q) < 1e300).all():
-        raise ArithmeticError("a number that is not finite came out of a run")
+        raise FaultFound("a number that is not finite came out of a run")

@@ -1,9 +1,11 @@
-"""What is shown to people must be finite."""
+"""What no input may bring about: how it is described, and what is shown to people is finite."""
 
 from __future__ import annotations
 
 import math
 import re
+import traceback
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,18 +15,32 @@ _NOT_FINITE = re.compile(r"(?<![\w.'-])[-+]?(?:nan|inf)(?![\w.'-])", re.IGNORECA
 """Between quotes it is a text: a name, or what was given."""
 
 
+class FaultFound(Exception):
+    """What a door has found: something that no input may bring about.
+
+    Attributes:
+        repeat: how the input can be repeated by hand; empty where door and seed are the only way.
+        changed: files of others that have changed.
+    """
+
+    def __init__(self, message: str, repeat: str = "", changed: Sequence[str] = ()) -> None:
+        """Keep the way to repeat it, and what has changed, beside the message."""
+        self.repeat, self.changed = repeat, tuple(changed)
+        super().__init__(message)
+
+
 def require_finite(text: str, *given: str) -> None:
     """Refuse a text with nan or inf in it, unless they were given.
 
     Raises:
-        ArithmeticError: there is one.
+        FaultFound: there is one.
     """
     if any(_NOT_FINITE.search(one) or _is_read_as_not_finite(one) for one in given):
         return
     found = _NOT_FINITE.search(text)
     if found:
         near = text[max(0, found.start() - 40) : found.end() + 20]
-        raise ArithmeticError(f"shows {found[0]!r}: ...{near!r}...")
+        raise FaultFound(f"shows {found[0]!r}: ...{near!r}...")
 
 
 def _is_read_as_not_finite(word: str) -> bool:
@@ -39,8 +55,27 @@ def require_finite_data(trace: hp.Trace) -> None:
     """Refuse a trace whose motion is not finite.
 
     Raises:
-        ArithmeticError: as told.
+        FaultFound: there is such a number.
     """
     for name in ("time", "q", "v", "torque", "foot_force", "com"):
         if not np.isfinite(getattr(trace, name)).all():
-            raise ArithmeticError(f"{name} of a run is not finite")
+            raise FaultFound(f"{name} of a run is not finite")
+
+
+_WRONG_CALL = re.compile(
+    r"missing \d+ required|unexpected keyword|takes .* positional|multiple values for|"
+    r"missing a required|too many positional"
+)
+"""Python's own words where an argument is missing or there is no such keyword."""
+
+
+def is_wrong_call(error: Exception) -> bool:
+    """Tell whether an error is Python's own about a call with wrong names or too few arguments."""
+    return isinstance(error, TypeError) and bool(_WRONG_CALL.search(str(error)))
+
+
+def described(error: Exception) -> str:
+    """Return an exception, and where in this package it was raised."""
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if "hexapod_pin" in f.filename]
+    place = f"{frames[-1].filename.rpartition('hexapod_pin/')[2]}:{frames[-1].lineno}"
+    return f"{type(error).__name__}: {str(error)[:100]} at {place}"

@@ -1,0 +1,160 @@
+"""The door of command processes: what a command does to its streams and to files."""
+
+from __future__ import annotations
+
+import csv
+import random
+import re
+import shutil
+import signal
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from hexapod_pin.errors import HexapodError
+from hexapod_pin.fuzz.command_input import CommandInput, draw, lay_down
+from hexapod_pin.fuzz.command_run import PATIENCE, Ending, run
+from hexapod_pin.fuzz.shown import FaultFound, require_finite
+from hexapod_pin.fuzz.values import ESCAPE
+from hexapod_pin.fuzz.watched_folder import WatchedFolder
+
+STATUSES = {0, 2, 3}
+"""Done, refused or failed, does not walk."""
+
+MISSED = 1
+"""Of `verify` and `bench`, whose rows may miss their numbers; else the status of a Python that
+died of an exception."""
+
+_CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+"""What no text may hold that is not for a terminal; tabs and ends of lines may stand in it."""
+
+_FORMULA = re.compile(r"^(?:[=@\t\r]|[+-](?!\.?\d|inf|nan))", re.IGNORECASE)
+"""How a cell begins that a spreadsheet would compute; a number with a sign is none."""
+
+
+def command_process(rng: random.Random) -> None:
+    """A command as a process of its own."""
+    repeated(rng, keep=False)
+
+
+def repeated(rng: random.Random, *, keep: bool) -> tuple[CommandInput, Ending, Path]:
+    """Run one input and judge it; `keep` leaves its folder.
+
+    Raises:
+        FaultFound: it did what no command may do.
+        HexapodError: it was refused, or ended by a signal.
+    """
+    root = Path(tempfile.mkdtemp(prefix="hexapod-command-"))
+    try:
+        tree = WatchedFolder(root / "tree")
+        given = draw(rng, tree)
+        lay_down(given, tree)
+        ending = run(given, tree)
+        judge(given, ending, tree)
+    finally:
+        if not keep:
+            tree.work.chmod(0o755)
+            shutil.rmtree(root, ignore_errors=True)
+    return given, ending, root
+
+
+def judge(given: CommandInput, ending: Ending, tree: WatchedFolder) -> None:
+    """Refuse what no command may do.
+
+    Raises:
+        FaultFound: it was done; `changed` lists files of others.
+        HexapodError: nothing was, and the command was refused.
+    """
+    changed = tree.changes(frozenset(given.named))
+    faults = [*(f"changes a file of others: {one}" for one in changed)]
+    faults += [*_faults_of_end(given, ending), *_faults_of_text(given, ending)]
+    faults += [*_faults_of_files(given, ending, tree)]
+    if faults:
+        repeat = f"{given.as_shell()} -> status {ending.status}"
+        raise FaultFound(f"{given.words[0]}: {'; '.join(faults)}", repeat, changed)
+    if ending.status:
+        raise HexapodError(f"status {ending.status}")
+
+
+def _faults_of_end(given: CommandInput, ending: Ending) -> Iterator[str]:
+    if ending.late:
+        yield "does not end"
+    elif ending.seconds > PATIENCE:
+        yield f"computes for {ending.seconds:.1f} s"
+    elif ending.status not in _allowed(given, ending):
+        yield f"ends with status {ending.status}"
+    if ending.lives:
+        yield "leaves processes that live on"
+    if b"Traceback (most recent call last)" in ending.err + ending.out and not _is_early(ending):
+        yield f"prints a traceback, {_last_line(ending.err)}"
+
+
+def _allowed(given: CommandInput, ending: Ending) -> set[int]:
+    """Return the statuses that the command may end with."""
+    found = set(STATUSES)
+    if given.words[0] in ("verify", "bench"):
+        found.add(MISSED)
+    for number in ending.sent:
+        found |= {128 + number, -number}
+    return found
+
+
+def _is_early(ending: Ending) -> bool:
+    """Tell whether Ctrl-C has met Python itself, before any of this package ran."""
+    return signal.SIGINT in ending.sent and b"hexapod_pin" not in ending.err.replace(
+        b"hexapod_pin/__main__.py", b""
+    )
+
+
+def _last_line(err: bytes) -> str:
+    lines = err.decode("utf-8", "replace").strip().splitlines() or [""]
+    return lines[-1][:120]
+
+
+def _faults_of_text(given: CommandInput, ending: Ending) -> Iterator[str]:
+    words = given.words if given.exact else [*given.words, "nan"]  # a file may hold some
+    for name, kind, content in zip(
+        ("stdout", "stderr"), given.streams[1:], (ending.out, ending.err), strict=True
+    ):
+        text = content.decode("utf-8", "surrogateescape")
+        if ESCAPE in text:
+            yield f"sets the title of the terminal ({name})"
+        found = _CONTROLS.search(text) if kind != "terminal" else None
+        if found:
+            near = text[max(0, found.start() - 30) : found.end() + 10]
+            yield f"prints the control character {found[0]!r} on {name} near {near!r}"
+        try:
+            require_finite(text, *words)
+        except FaultFound as error:
+            yield str(error)
+
+
+def _faults_of_files(given: CommandInput, ending: Ending, tree: WatchedFolder) -> Iterator[str]:
+    named = frozenset(given.named)
+    if ending.status < 0:  # killed: what is left then is for the next command
+        return
+    new = tree.new_files(named) if given.exact else tree.left_over(named)
+    new = [name for name in new if not _is_of_python(name)]
+    if new:
+        yield f"leaves files that nobody named: {', '.join(new)}"
+    if ending.status == 0:
+        missing = [path.name for path in given.promised if not path.exists()]
+        if missing and len(missing) == len(given.promised):
+            yield f"ends with status 0, and there is no {ascii(sorted(missing)[0])}"
+    for path in named:
+        if path.suffix == ".csv" and path.is_file() and not path.is_symlink():
+            yield from _formulas(path)
+
+
+def _is_of_python(name: str) -> bool:
+    """Tell whether Python itself leaves such a file, beside a module of the user's."""
+    return "__pycache__" in name
+
+
+def _formulas(path: Path) -> Iterator[str]:
+    with path.open(encoding="utf-8", errors="replace", newline="") as stream:
+        for row in csv.reader(stream):
+            for cell in row:
+                if _FORMULA.match(cell):
+                    yield f"writes a formula, {cell[:40]!r}, into a table"
+                    return

@@ -1,0 +1,239 @@
+"""A folder tree with files of others in it, which are looked at before and after an input.
+
+An input works in `work`. Around it lie files that it has no business with: in the working folder
+itself, in `foreign` beside it, in the home folder and in the folder for temporary files. Some names
+in the working folder lead to them: links, hard links, a pipe, devices.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import random
+import re
+import stat
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+PAST = 1_000_000_000
+"""Time of the last change of every file of others [s]: one that is written again has another."""
+
+LARGEST_READ = 1_000_000
+"""Of a larger file the size counts, not the content [bytes]."""
+
+TEXTS: Mapping[str, str] = {
+    "foreign/keys.txt": "secret keys\n",
+    "foreign/precious": "a thesis\n",
+    "foreign/precious.csv": "a,b\n1,2\n",
+    "foreign/precious.nc": "measured for a year\n",
+    "foreign/below/deep.txt": "deep\n",
+    "foreign/.hidden": "hidden\n",
+    "home/.profile": "export A=1\n",
+    "home/.config/other/settings": "b = 2\n",
+    "tmp/of_another_program": "in use\n",
+    "work/notes.txt": "notes\n",
+    "work/.hidden": "hidden too\n",
+    "work/walk.nc.backup": "kept\n",
+    "work/data/measured.csv": "t,x\n0,0\n",
+}
+"""Files of others: path and content."""
+
+LINKS: Mapping[str, str] = {
+    "linked.nc": "../foreign/precious.nc",
+    "linked.csv": "../foreign/precious.csv",
+    "linked.html": "../foreign/keys.txt",
+    "linked.db": "../foreign/precious",
+    "linked.png": "../foreign/new.png",
+    "linked_folder": "../foreign/below",
+    "loop.nc": "loop.nc",
+}
+"""Links in the working folder: name and target; one leads to no file, one to itself."""
+
+HARD_LINKS: Mapping[str, str] = {"hard.nc": "foreign/precious.nc", "hard.csv": "foreign/keys.txt"}
+"""Further names, in the working folder, of files of others."""
+
+PIPES = ("pipe.nc", "pipe.csv")
+FOLDERS = ("folder.nc", "folder.html")
+DEVICES: Mapping[str, tuple[int, int]] = {
+    "null.nc": (1, 3),
+    "zero.toml": (1, 5),
+    "full.csv": (1, 7),
+}
+"""Nodes in the working folder, where the system lets them be made."""
+
+HAZARDS = (*LINKS, *HARD_LINKS, *PIPES, *FOLDERS, *DEVICES)
+"""All names in the working folder that lead to what no input may change."""
+
+TEMPORARY = re.compile(r"\.hexapod-.*\.tmp$|-lock$|\.lock$|-journal$|-wal$|-shm$|\.part$|\.tmp$")
+"""How names of files end that must be gone when a command has ended."""
+
+SHARED_DEVICES = ("/dev/null", "/dev/zero", "/dev/full", "/dev/tty", "/dev/random")
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """What is looked at of a file.
+
+    Attributes:
+        kind: of the node, as `stat.S_IFMT`.
+        mode: permissions.
+        node: number of the inode.
+        links: number of names; 0 of a folder.
+        size: [bytes]; 0 of a folder.
+        modified: [ns] of a regular file or a link; 0 of others, whose time changes with every use.
+        content: digest of a regular file, target of a link.
+    """
+
+    kind: int
+    mode: int
+    node: int
+    links: int
+    size: int
+    modified: int
+    content: str
+
+    def differences(self, other: Mark) -> list[str]:
+        """Return the names of what differs."""
+        return [
+            one.name for one in fields(self) if getattr(self, one.name) != getattr(other, one.name)
+        ]
+
+
+def mark_of(path: Path | str) -> Mark:
+    """Return the mark of what a path names, links not followed.
+
+    Raises:
+        OSError: there is nothing.
+    """
+    found = os.lstat(path)
+    kind, content = stat.S_IFMT(found.st_mode), ""
+    if kind == stat.S_IFREG and found.st_size <= LARGEST_READ:
+        with open(path, "rb") as stream:
+            content = hashlib.sha256(stream.read()).hexdigest()
+    elif kind == stat.S_IFLNK:
+        content = os.readlink(path)
+    elif kind in (stat.S_IFCHR, stat.S_IFBLK):
+        content = str(found.st_rdev)
+    folder, used = kind == stat.S_IFDIR, kind not in (stat.S_IFREG, stat.S_IFLNK)
+    return Mark(
+        kind, stat.S_IMODE(found.st_mode), found.st_ino, 0 if folder else found.st_nlink,
+        0 if folder else found.st_size, 0 if used else found.st_mtime_ns, content,
+    )  # fmt: skip
+
+
+class _Looks:
+    """Counts the files that were looked at again."""
+
+    files = 0
+
+
+LOOKS = _Looks()
+"""Of this process."""
+
+
+class WatchedFolder:
+    """The tree, with all that `TEXTS`, `LINKS` and the others list.
+
+    Attributes:
+        root: of the tree.
+        work: where inputs work.
+        home: a home folder.
+        temporary: for temporary files.
+        foreign: files of others beside the working folder.
+    """
+
+    def __init__(self, root: Path) -> None:
+        """Make the tree below an empty folder."""
+        self.root = root
+        self.work, self.home = root / "work", root / "home"
+        self.temporary, self.foreign = root / "tmp", root / "foreign"
+        for name, text in TEXTS.items():
+            path = root / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        for name, target in LINKS.items():
+            (self.work / name).symlink_to(target)
+        self._link_hard()
+        for name in PIPES:
+            os.mkfifo(self.work / name)
+        for name in FOLDERS:
+            (self.work / name).mkdir()
+        for name, number in DEVICES.items():
+            with contextlib.suppress(OSError):  # not everybody may
+                os.mknod(self.work / name, stat.S_IFCHR | 0o666, os.makedev(*number))
+        for name in TEXTS:
+            os.utime(root / name, (PAST, PAST))
+        self.before = dict[Path, Mark]()
+        self.watch()
+
+    @property
+    def hard_links(self) -> frozenset[Path]:
+        """The further names of files of others: one that is replaced leaves the file as it is."""
+        return frozenset(self.work / name for name in HARD_LINKS)
+
+    def _link_hard(self) -> None:
+        for name, target in HARD_LINKS.items():
+            (self.work / name).unlink(missing_ok=True)
+            (self.work / name).hardlink_to(self.root / target)
+
+    def watch(self) -> None:
+        """Look at all there is now: from now on it is of others, and must not change."""
+        self.before = {path: mark_of(path) for path in self._all()}
+
+    def accept(self) -> None:
+        """Take what has changed for what is right from now on, hard links made anew."""
+        self._link_hard()
+        self.before = {path: mark_of(path) for path in self.before if os.path.lexists(path)}
+
+    def changes(self, named: frozenset[Path] = frozenset()) -> list[str]:
+        """Return what has changed in the files of others, one line each.
+
+        Args:
+            named: absolute paths that the input is to write. A regular file of that name may be
+                replaced, and another name of it then counts one name fewer.
+        """
+        LOOKS.files += len(self.before)
+        found = list[str]()
+        freed = {self.before[path].node for path in named if path in self.before}
+        for path, before in self.before.items():
+            if path in named and before.kind == stat.S_IFREG:
+                continue
+            try:
+                differing = before.differences(mark_of(path))
+            except OSError:
+                differing = ["is gone"]
+            if before.node in freed and differing == ["links"]:
+                continue
+            if differing:
+                found.append(f"{self._shown(path)} ({', '.join(differing)})")
+        return found
+
+    def new_files(self, named: frozenset[Path] = frozenset()) -> list[str]:
+        """Return what is there that was not, folders apart, but for what the input was to write."""
+        new = [path for path in self._all() if path not in self.before and path not in named]
+        return sorted(self._shown(path) for path in new if not path.is_dir() or path.is_symlink())
+
+    def left_over(self, named: frozenset[Path] = frozenset()) -> list[str]:
+        """Return new files whose names tell that they should be gone."""
+        return [
+            name for name in self.new_files(named)
+            if TEMPORARY.search(name) or name.startswith("tmp/")
+        ]  # fmt: skip
+
+    def _all(self) -> Iterator[Path]:
+        for folder, folders, files in os.walk(self.root):
+            for name in (*folders, *files):
+                yield Path(folder, name)
+        yield from (Path(name) for name in SHARED_DEVICES if os.path.lexists(name))
+
+    def _shown(self, path: Path) -> str:
+        text = os.path.relpath(path, self.root) if path.is_relative_to(self.root) else str(path)
+        return text.encode("unicode_escape", "surrogatepass").decode("ascii")
+
+
+def hazard(rng: random.Random, *endings: str) -> str:
+    """Return a name in the working folder that leads to a file of others, by one of the endings."""
+    fitting = [name for name in HAZARDS if name.endswith(endings)] if endings else []
+    return rng.choice(fitting or HAZARDS)

@@ -1,0 +1,215 @@
+"""Commands as processes: a few odd ones, and faults planted for the campaign to find."""
+
+from __future__ import annotations
+
+import random
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import get_type_hints
+
+import pytest
+
+from hexapod_pin.errors import HexapodError
+from hexapod_pin.fuzz import attempt, command_process, command_run
+from hexapod_pin.fuzz.command_input import (
+    COMMANDS,
+    DEFAULT_OUTPUTS,
+    INPUTS,
+    OUTPUTS,
+    CommandInput,
+    draw,
+    lay_down,
+    sound_files,
+)
+from hexapod_pin.fuzz.shown import FaultFound
+from hexapod_pin.fuzz.values import ESCAPE
+from hexapod_pin.fuzz.watched_folder import HAZARDS, WatchedFolder
+
+SEEDS = (1, 3, 4, 5, 6, 7, 9, 10)
+"""Of a small sample; `make fuzz` takes them from the clock."""
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_odd_commands_end_as_documented_and_leave_others_files_alone(seed: int):
+    outcome = attempt("command_process", seed)
+    assert outcome.kind in ("used", "refused"), f"{outcome.fault}\n{outcome.repeat}"
+    assert outcome.watched > 60 and outcome.changed == 0
+
+
+def test_options_that_name_files_are_known():
+    """By inspection of the commands: each is in one of the two tables."""
+    import typer
+
+    from hexapod_pin.commands.app import app
+
+    callbacks = {one.callback.__name__: one.callback for one in app.registered_commands}
+    for name, command in typer.main.get_command(app).commands.items():
+        hints = {key: str(hint) for key, hint in get_type_hints(callbacks[name]).items()}
+        longest = {one.name: max(one.opts, key=len) for one in command.params}
+        options = {longest[key] for key, hint in hints.items() if "Path" in hint}
+        known = {*OUTPUTS.get(name, ()), *INPUTS.get(name, ())}
+        assert {option for option in options if option.startswith("--")} == known, name
+
+
+def test_inputs_are_the_same_for_one_seed_and_differ_between_seeds(tmp_path: Path):
+    tree = WatchedFolder(tmp_path)
+    texts = [draw(random.Random(seed), tree).as_shell() for seed in (*range(40), *range(40))]
+    assert texts[:40] == texts[40:] and len(set(texts)) == 40
+    assert all(text.isascii() and text.isprintable() for text in texts)
+
+
+def test_all_that_is_to_be_drawn_is_drawn(tmp_path: Path):
+    """Streams, environments, limits, folders, signals, taken names, hostile content, traps."""
+    tree = WatchedFolder(tmp_path)
+    found = [draw(random.Random(seed), tree) for seed in range(600)]
+    assert {one.words[0] for one in found} >= {command[0] for command in COMMANDS}
+    assert {kind for one in found for kind in one.streams[1:]} > {"closed", "full", "terminal"}
+    assert {name for one in found for name, _ in one.limits} >= {"FSIZE", "NOFILE", "AS"}
+    assert {number for one in found for _, number, _ in one.signals} == {
+        signal.SIGINT, signal.SIGTERM, signal.SIGHUP}  # fmt: skip
+    shells = " ".join(shell for one in found for shell, _ in one.plants)
+    assert all(word in shells for word in ("ln -s", "mkfifo", "mknod", "chmod 555", "struct.py"))
+    words = {word for one in found for word in one.words}
+    assert ESCAPE in "".join(words) and "/dev/zero" in words and set(HAZARDS) & words
+    assert any(one.gone for one in found) and any(one.umask == 0o777 for one in found)
+
+
+def judged(script: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, **given: object) -> str:
+    """Return what is found of a script that runs in the place of a command; empty: nothing."""
+    monkeypatch.setattr(command_run, "_program", lambda one: [sys.executable, "-c", script])
+    monkeypatch.setattr("hexapod_pin.fuzz.command_input.sound_files", dict)
+    tree = WatchedFolder(tmp_path / "tree")
+    one = CommandInput(["walk"], **given)  # type: ignore[arg-type]
+    one.named = {tree.work / name for name in ("out.nc", "out.csv", "hard.nc", "linked.nc")}
+    if one.promised:
+        one.promised = {tree.work / "out.nc"}
+    lay_down(one, tree)
+    try:
+        command_process.judge(one, command_run.run(one, tree), tree)
+    except FaultFound as fault:
+        assert fault.repeat.startswith("python -m hexapod_pin walk") or one.plants
+        return str(fault)
+    except HexapodError:
+        return "refused"
+    return ""
+
+
+SOUND = {
+    "nothing": ("pass", ""),
+    "a named file": ("open('out.nc', 'w').write('a')", ""),
+    "a named file that is one of two names": (
+        "import os; open('.a', 'w').write('a'); os.replace('.a', 'hard.nc')", ""),
+    "a refusal": ("import sys; sys.exit(2)", "refused"),
+    "text with tabs": ("print('a\\tb\\n')", ""),
+    "a number in a table": ("open('out.csv', 'w').write('a,-1e-3,+2,-inf\\n')", ""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("script", "wanted"), SOUND.values(), ids=list(SOUND))
+def test_what_is_sound_is_no_fault(
+    script: str, wanted: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    assert judged(script, tmp_path, monkeypatch) == wanted
+
+
+PLANTED = {
+    "overwrites": (
+        "open('../foreign/precious', 'w').write('1234')",
+        "foreign/precious (size, modified, content)",
+    ),
+    "writes the same again": (
+        "t = open('notes.txt').read(); open('notes.txt', 'w').write(t)",
+        "work/notes.txt (modified",
+    ),
+    "through a link that it was to write": (
+        "open('linked.nc', 'w').write('a')", "foreign/precious.nc ("),
+    "in place of a link": (
+        "import os; os.unlink('linked.nc'); open('linked.nc', 'w')", "work/linked.nc ("),
+    "through a hard link": ("open('hard.nc', 'w').write('a')", "foreign/precious.nc ("),
+    "removes": ("import os; os.unlink('../home/.profile')", "home/.profile (is gone)"),
+    "changes a mode": ("import os; os.chmod('notes.txt', 0o777)", "work/notes.txt (mode)"),
+    "a temporary file": ("open('.out.nc.hexapod-1-2.tmp', 'w')", "leaves files"),
+    "a temporary file elsewhere": (
+        "import os; open(os.environ['TMPDIR'] + '/a', 'w')",
+        "leaves files that nobody named: tmp/a",
+    ),
+    "a lock": ("open('study.db-lock', 'w')", "study.db-lock"),
+    "a file that nobody named": ("open('more', 'w')", "leaves files that nobody named: work/more"),
+    "runs the folder's own": ("import struct_", "work/RUN"),
+    "a traceback": ("1 / 0", "prints a traceback, ZeroDivisionError"),
+    "the status of a traceback": ("import sys; sys.exit(1)", "ends with status 1"),
+    "dies": ("import os; os.abort()", "ends with status -6"),
+    "a title": ("print('\\x1b]0;owned\\x07')", "sets the title"),
+    "a colour": ("import sys; sys.stderr.write('\\x1b[31mred')", "control character '\\x1b'"),
+    "nan": ("print('RMS nan N m')", "shows 'nan'"),
+    "computes": ("import time\nwhile time.process_time() < 0.4: pass", "computes for 0."),
+    "waits": ("import time; time.sleep(60)", "does not end"),
+    "leaves a process": (
+        "import subprocess, sys; subprocess.Popen([sys.executable, '-c', 'import time;"
+        "time.sleep(60)'])", "leaves processes"),
+    "a formula": ("open('out.csv', 'w').write('a,\"=1+1\"\\n')", "writes a formula, '=1+1'"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("script", "told"), PLANTED.values(), ids=list(PLANTED))
+def test_a_planted_fault_is_found(
+    script: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    for name, value in (("PATIENCE", 0.3), ("LONGEST_WAIT", 1.5)):
+        monkeypatch.setattr(command_run, name, value)
+    monkeypatch.setattr(command_process, "PATIENCE", 0.3)
+    plants: list[tuple[str, Callable[[Path], None]]] = [("", trap)]
+    assert told in judged(script, tmp_path, monkeypatch, plants=plants)
+
+
+def trap(work: Path) -> None:
+    """Lay a module down that marks that it was run."""
+    (work / "struct_.py").write_text('open("RUN", "w")', encoding="utf-8")
+
+
+def test_a_file_that_was_promised_must_be_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    found = judged("pass", tmp_path, monkeypatch, promised={Path("out.nc")})
+    assert "status 0, and there is no 'out.nc'" in found
+
+
+@pytest.mark.parametrize("kind", ["closed", "full", "leaves", "slow", "terminal", "file"])
+def test_streams_are_what_they_are_called(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """The script tells by its status how writing went."""
+    script = """import os, time
+open('out.nc', 'w')
+try: os.write(1, b'x' * 3000); time.sleep(0.1); os.write(1, b'x' * 3000)
+except OSError as error: os.write(2, str(error.errno).encode())
+os.write(2, str(os.isatty(1)).encode())
+"""
+    endings = []
+    run = command_run.run
+    monkeypatch.setattr(
+        command_run, "run", lambda *given: endings.append(run(*given)) or endings[-1]
+    )
+    assert judged(script, tmp_path, monkeypatch, streams=["", kind, ""], after=10) in (
+        "",
+        "refused",
+    )
+    [ending] = endings
+    wanted = {"closed": b"9False", "full": b"28False", "leaves": b"32False", "terminal": b"True"}
+    assert ending.err == wanted.get(kind, b"False")
+    sizes = {"closed": 0, "full": 0, "leaves": 10}
+    assert len(ending.out) == sizes.get(kind, 6000)
+
+
+def test_signals_arrive_and_may_be_what_the_process_ends_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    script = "import time\nwhile time.process_time() < 2: pass"
+    signals = [(0.1, signal.SIGTERM, True)]
+    assert judged(script, tmp_path, monkeypatch, signals=signals) == "refused"
+
+
+def test_sound_files_are_sound():
+    """Each command of the table is used with nothing odd around it."""
+    assert set(sound_files()) >= {"robot.urdf", "case.toml", "study.toml", "walk.nc", "done.db"}
+    assert all(name in dict.fromkeys(c[0] for c in COMMANDS) for name in DEFAULT_OUTPUTS)
