@@ -23,6 +23,7 @@ PIECE = 1 << 20
 """Read at a time of what a file does not say that it has [bytes]."""
 
 _KINDS = (
+    (stat.S_ISLNK, "a symbolic link"),
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),
     (stat.S_ISCHR, "a device"),
@@ -48,6 +49,11 @@ def reason_of(error: Exception) -> str:
     return text[:1].lower() + text[1:]
 
 
+def kind_of(mode: int) -> str:
+    """Return what something is that is no regular file, by the mode that `os.stat` gives."""
+    return next((name for test, name in _KINDS if test(mode)), "no file")
+
+
 def read_bytes(path: str | Path, most: int) -> bytes:
     """Return the content of a regular file.
 
@@ -67,7 +73,7 @@ def read_bytes(path: str | Path, most: int) -> bytes:
     try:
         found = os.fstat(file)
         if not stat.S_ISREG(found.st_mode):
-            kind = next((name for test, name in _KINDS if test(found.st_mode)), "no file")
+            kind = kind_of(found.st_mode)
             number = errno.EISDIR if kind == "a folder" else errno.EINVAL
             raise OSError(number, f"is {kind}, not a regular file", str(path))
         _refuse_output(path, found)

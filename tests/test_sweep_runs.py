@@ -93,7 +93,7 @@ def test_a_case_that_kills_its_worker_fails_alone(whole: SweepResult, tmp_path: 
 
 def test_a_pool_that_never_answers_is_given_up(tmp_path: Path) -> None:
     Breaking.killers = {k: 1000 for k in range(12)}
-    with pytest.raises(WorkersError, match="before they answer anything.*0 finished") as error:
+    with pytest.raises(WorkersError, match="before they answer anything") as error:
         run_sweep(STUDY, tmp_path / "a.db", executor=lambda: Breaking(1))
     assert error.value.kept == 0
 
@@ -191,8 +191,9 @@ def test_a_worker_that_refuses_ends_the_sweep(tmp_path: Path, monkeypatch: Any) 
     monkeypatch.setattr(
         "hexapod_pin.sweep.runs.executors.run_task", lambda *task: b"!it has pin 3, the sweep 4"
     )
-    with pytest.raises(WorkersError, match="cannot run the study: it has pin 3.*--resume"):
+    with pytest.raises(WorkersError, match="cannot run the study: it has pin 3") as error:
         run_sweep(STUDY, tmp_path / "a.db", executor=ThreadPoolExecutor(1))
+    assert error.value.kept == 0 and not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import multiprocessing
 import sqlite3
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,8 @@ from hexapod_pin.sweep.runs.outcome import from_bytes, to_bytes
 from hexapod_pin.sweep.runs.store import SweepStore
 from hexapod_pin.sweep.runs.store_lock import StoreLock
 from hexapod_pin.sweep.runs.store_reading import DAMAGED
-from tests.sweep_studies import require_same_bits, small_study
+from hexapod_pin.sweep.study import SweepStudy
+from tests.sweep_studies import require_same_bits, small_study, study_text
 
 STUDY = small_study(1)
 
@@ -117,13 +119,22 @@ def test_the_store_of_another_study_is_refused_with_both_digests(done: Path) -> 
     [
         ("UPDATE meta SET value = '{\"pin\": \"1\"}' WHERE key = 'versions'", "another release"),
         ("UPDATE meta SET value = '[]' WHERE key = 'quantities'", "another release"),
-        ("UPDATE cases SET digest = 'x' WHERE number = 0", "case 0 had the digest x"),
     ],
 )
 def test_cases_of_other_bits_are_not_mixed(done: Path, statement: str, said: str) -> None:
     _edit(done, statement)
     with pytest.raises(OtherStudyError, match=said):
         run_sweep(STUDY, done, resume=True)
+
+
+def test_cases_of_a_file_that_has_changed_are_not_mixed(tmp_path: Path) -> None:
+    """A digest that was written as it stands there, and not one that is damaged."""
+    path, study = tmp_path / "a.db", SweepStudy.from_toml(study_text(1))
+    with SweepStore(path, study) as store:
+        store.add([replace(one, digest="x") for one in case_outcomes(study, [0], 1)])
+    with pytest.raises(OtherStudyError) as error:
+        run_sweep(study, path, resume=True)
+    assert (error.value.stored, error.value.given) == ("x", study.case(0).digest)
 
 
 def test_a_newer_schema_and_other_databases_are_refused(done: Path) -> None:

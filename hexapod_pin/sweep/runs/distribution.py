@@ -202,7 +202,6 @@ class Distribution:
 
     def _lost(self, what: str) -> WorkersError:
         kept = len(self.store.finished)
-        return WorkersError(
-            f"{what}. {kept} finished cases are kept in {self.store.path}; go on with --resume "
-            "(resume=True).", kept,
-        )  # fmt: skip
+        have = f"{kept} finished cases are kept in {self.store.path}; go on with --resume " \
+               "(resume=True)" if kept else "No case was finished"  # fmt: skip
+        return WorkersError(f"{what}. {have}.", kept)

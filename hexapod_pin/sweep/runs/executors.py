@@ -78,7 +78,11 @@ class PoolWorkers:
 
 
 def _maker(executor: Executor) -> Callable[[], Executor]:
-    """Return what makes an executor like this one."""
+    """Return what makes an executor like this one.
+
+    How the processes of a pool are started is Python's affair: those of a "spawn" or "forkserver"
+    context begin with the current folder first on `sys.path`, unless `PYTHONSAFEPATH` is set.
+    """
     if not isinstance(executor, ProcessPoolExecutor):
 
         def none() -> Executor:
@@ -111,15 +115,19 @@ class DaskWorkers:
         except ImportError as error:
             hint = "pip install 'hexapod-pin[cluster]'"
             raise ParameterError("scheduler", address, "left out without Dask", hint) from error
+        connect: Any = distributed.Client
+        client = None
         try:
-            connect: Any = distributed.Client
-            self.client = connect(address, timeout=PATIENCE, set_as_default=False)
-            self.client.wait_for_workers(1, timeout=PATIENCE)
-        except (OSError, TimeoutError, ValueError) as error:
+            client = connect(address, timeout=PATIENCE, set_as_default=False)
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except Exception as error:  # a scheme that lacks something ends in a TypeError
+            if client is not None:
+                client.close()
             text = f"no Dask scheduler with a worker at {address} ({' '.join(str(error).split())})"
             raise WorkersError(
                 f"{text}; start them with `dask scheduler`, `dask worker`.", 0
             ) from error
+        self.client = client
         self.executor: Any = self.client.get_executor()
         self.looked, self.known = -LOOK, 1
 

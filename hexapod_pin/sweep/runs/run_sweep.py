@@ -83,22 +83,31 @@ def run_sweep(
     given = [name for name, value in elsewhere.items() if value is not None]
     if len(given) > 1:
         raise ParameterError(" and ".join(given), "both", "one of them")
-    path = user_path(store)
+    if scheduler is not None and not scheduler.strip():
+        allowed = "the address of a Dask scheduler, such as 'tcp://10.0.0.1:8786'"
+        raise ParameterError("scheduler", scheduler, allowed, "Leave it out to run here.")
+    path, begun = user_path(store), False
+    workers = _workers(processes, executor, scheduler)
     try:
         with SweepStore(path, study, resume=resume or retry_failed, retry=retry_failed) as kept:
+            begun = True
             report = _Report(len(study), kept, progress)
-            if given:
-                workers = _workers(processes, executor, scheduler)
+            if workers is not None:
                 _run_elsewhere(study, kept, workers, chunk, threads or 1, report)
             else:
                 _run_here(study, kept, threads or THREADS, report)
     except (KeyboardInterrupt, SimulationInterrupted):
+        if not begun:
+            raise
         result = open_sweep(path)
         text = (
             f"interrupted: {len(result) - len(result.pending)} of {len(result)} cases are kept in "
             f"{path}; go on with --resume (resume=True)"
         )
         raise SweepInterrupted(text, result) from None
+    finally:
+        if workers is not None:
+            workers.close()
     return open_sweep(path)
 
 
@@ -149,20 +158,19 @@ def _run_elsewhere(
     except KeyboardInterrupt:
         cases.keep_finished()
         raise
-    finally:
-        workers.close()
 
 
 def _workers(
     processes: int | None,
     executor: Executor | Callable[[], Executor] | None,
     scheduler: str | None,
-) -> Workers:
+) -> Workers | None:
+    """Return what runs cases elsewhere, checked before a store is begun; None: they run here."""
     if scheduler is not None:
         return DaskWorkers(scheduler)
     if executor is not None:
         return PoolWorkers(executor)
-    return WorkerProcesses(processes or 1)
+    return None if processes is None else WorkerProcesses(processes)
 
 
 def _open(study: SweepStudy, store: SweepStore) -> list[int]:

@@ -11,17 +11,19 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.errors import SweepStoreError
 from hexapod_pin.file_schema import check_data
 from hexapod_pin.sweep.runs.case_numbers import WAY_COLUMNS, Quantity, shape_of, sizes_of
-from hexapod_pin.sweep.runs.store import row_sum
 from hexapod_pin.sweep.runs.store_file import DONE, connect, nothing_yet, store_errors
-from hexapod_pin.sweep.runs.store_inputs import InputColumn, read_inputs
+from hexapod_pin.sweep.runs.store_inputs import InputColumn, read_inputs, read_meta, study_sum
+from hexapod_pin.sweep.runs.store_rows import stored_rows
 from hexapod_pin.sweep.runs.store_schema import (
     CounterText,
     ListText,
     check_row,
     checked_labels,
     checked_meta,
+    checked_number,
     checked_numbers,
     read_json,
 )
@@ -101,14 +103,14 @@ def read_store(path: Path) -> StoredSweep:
             meta = read_meta(connection)
             if not meta:
                 raise nothing_yet(path)
+            if meta.get("sum") != study_sum(connection):
+                raise SweepStoreError(
+                    str(path), "what it holds of its study (tables meta, inputs) is damaged: run "
+                    "the study again with --resume (resume=True), which writes that anew.",
+                )  # fmt: skip
             return _read(connection, meta)
     finally:
         connection.close()
-
-
-def read_meta(connection: sqlite3.Connection) -> dict[str, str]:
-    """Return the texts that stand for the whole store."""
-    return dict(connection.execute("SELECT key, value FROM meta"))
 
 
 def _read(connection: sqlite3.Connection, meta: dict[str, str]) -> StoredSweep:
@@ -117,48 +119,52 @@ def _read(connection: sqlite3.Connection, meta: dict[str, str]) -> StoredSweep:
         meta, read_inputs(connection, count), stored, [NOT_RUN] * count, [""] * count,
         np.full(count, np.nan),
     )  # fmt: skip
-    texts = _Texts(connection)
-    assumed: dict[str, None] = {}
-    rows = connection.execute(
-        "SELECT number, digest, counters, numbers, sum, state, reason, verdict, labels, assumed, "
-        "wall_time FROM cases ORDER BY number"
-    )
-    for number, digest, counters, numbers, total, state, reason, *rest in rows:
-        check_row(number, state, (digest, counters, reason, rest[0]), rest[3], count)
-        if not isinstance(numbers, bytes) or row_sum(digest, counters, numbers) != total:
+    labels, assumed = _Labels(), _Assumed()
+    for row, intact in stored_rows(connection):
+        number = checked_number(row.number, count)
+        if not intact:
             found.reason[number] = DAMAGED
             continue
-        found.reason[number] = reason
-        if state != DONE:
+        check_row(row)
+        found.reason[number] = row.reason
+        if row.state != DONE:
             continue
-        found.verdict[number] = rest[0]
-        found.labels[number] = texts.labels(rest[1])
-        assumed.update(dict.fromkeys(texts.assumed(rest[2])))
-        found.wall_time[number] = rest[3]
-        found.values[number] = checked_numbers(number, numbers, found.labels[number], stored)
-        found.counters[number] = read_json(f"cases[{number}].counters", counters)
+        found.verdict[number] = row.verdict
+        found.labels[number] = labels.of(row.labels)
+        assumed.add(row.assumed)
+        found.wall_time[number] = row.wall_time
+        found.values[number] = checked_numbers(number, row.numbers, found.labels[number], stored)
+        found.counters[number] = read_json(f"cases[{number}].counters", row.counters)
         check_data(CounterText, f"cases[{number}]", {"counters": found.counters[number]})
-    found.assumed = list(assumed)
+    found.assumed = list(assumed.found)
     return found
 
 
-class _Texts:
-    """Texts that many cases share, each checked once."""
+class _Labels:
+    """Labels that many cases share, each text read and checked once."""
 
-    def __init__(self, connection: sqlite3.Connection) -> None:
-        rows = connection.execute("SELECT id, text FROM texts")
-        self._known = {k: read_json(f"texts[{k}]", text) for k, text in rows}
-        self._labels: dict[Any, Labels] = {}
+    def __init__(self) -> None:
+        self.known: dict[str | None, Labels] = {}
 
-    def labels(self, key: Any) -> Labels:
-        if key not in self._labels:
-            self._labels[key] = checked_labels(self._known.get(key))
-        return self._labels[key]
+    def of(self, text: str | None) -> Labels:
+        if text not in self.known:
+            self.known[text] = checked_labels(read_json("labels", text))
+        return self.known[text]
 
-    def assumed(self, key: Any) -> list[str]:
-        found: list[str] = self._known.get(key)  # type: ignore[assignment]
-        check_data(ListText, "assumed", {"texts": found})
-        return found
+
+class _Assumed:
+    """What cases assume, each text read and checked once."""
+
+    def __init__(self) -> None:
+        self.texts: set[str | None] = set()
+        self.found: dict[str, None] = {}
+
+    def add(self, text: str | None) -> None:
+        if text not in self.texts:
+            listed = read_json("assumed", text)
+            check_data(ListText, "assumed", {"texts": listed})
+            self.found.update(dict.fromkeys(listed))
+            self.texts.add(text)
 
 
 def columns(found: StoredSweep) -> dict[str, Array]:

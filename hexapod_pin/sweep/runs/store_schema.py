@@ -14,6 +14,7 @@ from hexapod_pin.file_schema import FileData, Name, Number, check_data, per
 from hexapod_pin.results.joint_budget import KINDS, OTHER_KINDS
 from hexapod_pin.sweep.runs.case_numbers import WAY_COLUMNS, Quantity, shape_of, sizes_of
 from hexapod_pin.sweep.runs.store_file import DONE, FAILED
+from hexapod_pin.sweep.runs.store_rows import CaseRow
 
 MAX_CASES = 10_000_000
 
@@ -38,6 +39,7 @@ class MetaTexts(FileData):
     cases: Annotated[int, Field(ge=1, le=MAX_CASES)]
     versions: dict[str, str]
     quantities: list[Annotated[list[Any], Field(min_length=4, max_length=4)]]
+    sum: str
 
 
 class QuantityText(FileData):
@@ -98,8 +100,7 @@ def checked_meta(texts: Mapping[str, str]) -> tuple[int, dict[str, Quantity]]:
     Raises:
         ParameterError: it breaks a rule.
     """
-    count = texts.get("cases", "")
-    data: dict[str, Any] = dict(texts) | {"cases": int(count) if count.isdecimal() else count}
+    data: dict[str, Any] = dict(texts) | {"cases": read_json("meta.cases", texts.get("cases"))}
     for key in ("versions", "quantities"):
         data[key] = read_json(f"meta.{key}", texts.get(key))
     check_data(MetaTexts, "meta", data)
@@ -108,7 +109,7 @@ def checked_meta(texts: Mapping[str, str]) -> tuple[int, dict[str, Quantity]]:
         about = dict(zip(("name", "axes", "unit", "meaning"), entry, strict=True))
         check_data(QuantityText, f"meta.quantities[{place}]", about)
         found[about["name"]] = Quantity(tuple(about["axes"]), about["unit"], about["meaning"])
-    return int(count), found
+    return data["cases"], found
 
 
 def checked_labels(text: Any) -> dict[str, Any]:
@@ -140,18 +141,29 @@ def checked_input(about: Any, values: np.ndarray[Any, Any], count: int) -> dict[
     return dict(about)
 
 
-def check_row(number: Any, state: Any, texts: Sequence[Any], wall_time: Any, count: int) -> None:
-    """Check what of a case its sum does not cover.
+def checked_number(number: Any, count: int) -> int:
+    """Return the index of a case.
+
+    Raises:
+        ParameterError: the study has no such case.
+    """
+    if not (isinstance(number, int) and 0 <= number < count):
+        raise ParameterError("cases.number", number, f"0 to {count - 1}")
+    return number
+
+
+def check_row(row: CaseRow) -> None:
+    """Check the types in a row that is what was written: it may have been written by others.
 
     Raises:
         ParameterError: it breaks a rule.
     """
-    if not (isinstance(number, int) and 0 <= number < count):
-        raise ParameterError("cases.number", number, f"0 to {count - 1}")
-    if state not in (DONE, FAILED):
-        raise ParameterError(f"cases[{number}].state", state, f"{DONE} or {FAILED}")
-    if not all(isinstance(text, str) for text in texts) or not isinstance(wall_time, float | int):
-        raise ParameterError(f"cases[{number}]", texts, "texts and a wall time [s]")
+    if row.state not in (DONE, FAILED):
+        raise ParameterError(f"cases[{row.number}].state", row.state, f"{DONE} or {FAILED}")
+    texts = row.digest, row.reason, row.verdict, row.counters
+    fits = all(isinstance(text, str) for text in texts) and isinstance(row.numbers, bytes)
+    if not fits or not isinstance(row.wall_time, float):
+        raise ParameterError(f"cases[{row.number}]", texts, "texts, numbers and a wall time [s]")
 
 
 def checked_numbers(

@@ -9,14 +9,40 @@ import queue
 import subprocess
 import sys
 from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
 
+from hexapod_pin.errors import ResourceError
 from hexapod_pin.sweep.runs.task import Task
 from hexapod_pin.sweep.runs.worker_main import read_frame, write_frame
 
-START = "from hexapod_pin.sweep.runs.worker_main import main; main()"
+START = (
+    "import sys; sys.path[:] = [path for path in sys.path if path]; "
+    "from hexapod_pin.sweep.runs.worker_main import main; main()"
+)
+"""What a worker runs. Python puts the current folder, as '', first on the path of such a command:
+it goes before anything but the built-in `sys` is imported (`-P` is known from Python 3.11 on)."""
 
 PATIENCE = 5.0
 """Longest wait for a process to end that has closed its pipes [s]."""
+
+
+def _import_folders() -> list[str]:
+    """Return where a worker finds its modules: where this process does, but for the current folder.
+
+    Python itself puts that folder there for `python -m`, for a script in it and for an empty entry
+    of PYTHONPATH. A worker runs none of the user's modules: it needs nothing from the folder, and
+    would run whatever has the name of a module there. The folder stays where PYTHONPATH names it,
+    and where this package lies in it.
+    """
+    found = [path for path in sys.path if isinstance(path, str) and path]
+    try:
+        here = os.path.realpath(os.getcwd())
+    except OSError:  # the folder was removed
+        return [path for path in found if os.path.isabs(path)]
+    named = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]
+    if here in map(os.path.realpath, [*named, Path(__file__).parents[3]]):
+        return found
+    return [path for path in found if os.path.realpath(path) != here]
 
 
 class WorkerDied(Exception):
@@ -49,10 +75,9 @@ class WorkerProcess:
         return answer
 
     def _start(self) -> subprocess.Popen[bytes]:
-        paths = os.pathsep.join(path for path in sys.path if path)
         self.process = subprocess.Popen(
             [sys.executable, "-c", START], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": paths},
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(_import_folders())},
             start_new_session=True,  # Ctrl-C is for the parent, which ends its workers
         )  # fmt: skip
         return self.process
@@ -100,8 +125,16 @@ class WorkerProcesses:
         self.closed = False
 
     def submit(self, task: Task) -> Future[bytes]:
-        """Run a task on the next worker that is free."""
-        return self.threads.submit(self._run, task)
+        """Run a task on the next worker that is free.
+
+        Raises:
+            ResourceError: the system starts no thread that waits for its answer.
+        """
+        try:
+            return self.threads.submit(self._run, task)
+        except RuntimeError as error:
+            reason = f"the system does not start one for each of {self.slots} processes"
+            raise ResourceError("threads", reason, "Give fewer of them.") from error
 
     def _run(self, task: Task) -> bytes:
         worker = self.idle.get()

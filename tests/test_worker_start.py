@@ -1,0 +1,143 @@
+"""Worker processes of a sweep run nothing that lies in the current folder."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import hexapod_pin as hp
+from hexapod_pin.sweep.runs import worker_processes
+from tests.sweep_studies import require_same_bits, write_study_file
+
+PATIENCE = 120.0
+"""Longest wait for a process [s]."""
+
+NAMES = ("struct", "json", "random", "ctypes", "queue", "numpy", "sitecustomize", "usercustomize")
+"""Modules that Python, a worker or what it imports asks for."""
+
+MODULE = """
+import os
+with open({marker!r}, "a") as marker:
+    marker.write(f"{{os.getpid()}} {{__name__}}\\n")
+"""
+
+ENTRY = "import sys; from hexapod_pin.commands.app import main; main(sys.argv[1:])"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A study with modules beside it that say who has run them."""
+    write_study_file(tmp_path, 1)
+    for name in NAMES:
+        (tmp_path / f"{name}.py").write_text(MODULE.format(marker=str(tmp_path / "marker")))
+    return tmp_path
+
+
+WORKERS = ("--processes", "2", "--chunk", "1")
+
+
+def _started(
+    folder: Path, start: list[str], how: tuple[str, ...] = WORKERS, **environment: str
+) -> tuple[int, Path]:
+    """Run a sweep in a folder; return the process and who ran its modules."""
+    words = ["sweep", "study.toml", *how]
+    process = subprocess.Popen(
+        [sys.executable, *start, *words], cwd=folder, stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, text=True, env={**os.environ, **environment},
+    )  # fmt: skip
+    shown, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0, shown
+    assert "3 of 3 cases done, 0 failed" in shown
+    return process.pid, folder / "marker"
+
+
+def _console_script() -> str:
+    """Return the installed command, which Python starts without the current folder."""
+    script = Path(sys.executable).with_name("hexapod-pin")
+    if not script.exists():
+        pytest.skip("the command is not installed")
+    return str(script)
+
+
+def test_modules_beside_a_study_are_not_run(folder: Path) -> None:
+    """And the cases are what they are without workers, to the bit."""
+    _, marker = _started(folder, [_console_script()])
+    _started(folder, [_console_script()], ("--threads", "1", "--store", "here.db"))
+    assert not marker.exists()
+    found, here = (hp.open_sweep(folder / name).dataset for name in ("study.db", "here.db"))
+    require_same_bits(found, here)
+
+
+REAL = "exec((__import__('pathlib').Path(__import__('os').__file__).parent / '{}.py').read_text())"
+
+
+@pytest.mark.parametrize("start", [["-m", "hexapod_pin"], ["-c", ENTRY]])
+def test_modules_that_the_command_itself_runs_are_not_run_by_workers(
+    folder: Path, start: list[str]
+) -> None:
+    """Python gives these two ways of starting the current folder; it is not handed on."""
+    for path in folder.glob("*.py"):
+        if path.stem in ("struct", "random", "queue"):
+            path.write_text(path.read_text() + REAL.format(path.stem))
+        elif not path.stem.endswith("customize"):
+            path.unlink()
+    process, marker = _started(folder, start)
+    ran = {int(line.split()[0]) for line in marker.read_text().splitlines()}
+    assert ran == {process}
+
+
+def test_an_empty_entry_of_the_path_is_not_handed_on(folder: Path) -> None:
+    """`PYTHONPATH=$PYTHONPATH:/somewhere` has one where the variable was not set."""
+    for path in folder.glob("*.py"):
+        if path.stem in ("struct", "random"):
+            path.write_text(path.read_text() + REAL.format(path.stem))
+        else:
+            path.unlink()
+    process, marker = _started(folder, [_console_script()], PYTHONPATH=f"{os.pathsep}/none")
+    ran = {int(line.split()[0]) for line in marker.read_text().splitlines()}
+    assert ran == {process}
+
+
+def test_a_folder_that_was_named_is_handed_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    monkeypatch.setattr(sys, "path", ["", str(tmp_path), "/one", tmp_path / "no text", "/two"])
+    assert worker_processes._import_folders() == ["/one", "/two"]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(["", str(tmp_path)]))
+    assert worker_processes._import_folders() == [str(tmp_path), "/one", "/two"]
+
+
+def test_the_folder_of_the_package_is_handed_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A checkout that is used in place."""
+    home = Path(worker_processes.__file__).parents[3]
+    monkeypatch.chdir(home)
+    monkeypatch.setattr(sys, "path", ["", str(home), "/one"])
+    assert worker_processes._import_folders() == [str(home), "/one"]
+
+
+def test_a_folder_that_was_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    monkeypatch.setattr(sys, "path", ["", "here", "/one"])
+    assert worker_processes._import_folders() == ["/one"]
+    monkeypatch.chdir(tmp_path)
+
+
+def test_the_first_statement_takes_the_folder_away(tmp_path: Path) -> None:
+    """Before anything is imported that is not built in; for every release of Python alike."""
+    (tmp_path / "struct.py").write_text("raise SystemExit('run')")
+    statement = worker_processes.START.split(";")[1]
+    code = f"import sys; {statement}; import struct; print('' in sys.path, struct.calcsize('Q'))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], check=True, cwd=tmp_path, capture_output=True, text=True,
+        timeout=PATIENCE, env={**os.environ, "PYTHONSAFEPATH": ""},
+    )  # fmt: skip
+    assert done.stdout.split() == ["False", "8"]
