@@ -23,7 +23,6 @@ NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 READ_FLAGS = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY
 
-
 HEAD = b"SQLite format 3\0"
 """By which a database begins."""
 
@@ -155,7 +154,7 @@ def _require_side(path: Path, ending: str, write: bool) -> None:
         what = f"something that cannot be read ({_reason(error)})"
     if what:
         raise SweepStoreError(
-            str(path), f"SQLite would write to {beside}, which is {what} and none of its files: "
+            str(path), f"SQLite would write to {beside}, which is {what} and no file of its own: "
             "remove or rename that, or name another store.",
         )  # fmt: skip
 
@@ -177,7 +176,7 @@ def _other_content(beside: Path, ending: str, write: bool) -> str:
         return ""
     # SQLite cuts its shared memory to three bytes before it begins it anew
     begun = any(head.startswith(mark) or head == mark[:3] for mark in marks)
-    return "" if begun else "a file"
+    return "" if begun else "a file of something else"
 
 
 def _beside(path: Path, ending: str) -> Path:

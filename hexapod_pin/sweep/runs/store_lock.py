@@ -84,7 +84,6 @@ class StoreLock:
         """Make the file whole, unless something has its name.
 
         Raises:
-            OSError: the system refuses to look at it.
             SweepStoreError: something else has its name, or the system refuses the file.
         """
         try:

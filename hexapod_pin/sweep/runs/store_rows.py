@@ -69,8 +69,9 @@ def stored_rows(connection: sqlite3.Connection) -> Iterator[tuple[CaseRow, bool]
         "SELECT number, digest, state, reason, verdict, labels, assumed, counters, numbers, "
         "wall_time, sum FROM cases ORDER BY number"
     )
-    for *first, labels, assumed, counters, numbers, wall_time, total in rows:
-        row = CaseRow(*first, texts.get(labels), texts.get(assumed), counters, numbers, wall_time)
+    for *values, total in rows:
+        row = CaseRow._make(values)
+        row = row._replace(labels=texts.get(values[5]), assumed=texts.get(values[6]))
         yield row, checksum(*row) == total
 
 

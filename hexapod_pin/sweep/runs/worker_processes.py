@@ -40,7 +40,7 @@ def _import_folders() -> list[str]:
     except OSError:  # the folder was removed
         return [path for path in found if os.path.isabs(path)]
     named = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]
-    if here in map(os.path.realpath, [*named, Path(__file__).parents[3]]):
+    if here in [os.path.realpath(path) for path in (*named, str(Path(__file__).parents[3]))]:
         return found
     return [path for path in found if os.path.realpath(path) != here]
 
