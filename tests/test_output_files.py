@@ -249,7 +249,8 @@ WRITING = {
     "sweep/runs/store_guard.py": "the empty file of a store: created where nothing has its name",
     "sweep/runs/store_file.py": "the store of a sweep and its log: opened by SQLite",
     "sweep/runs/store_lock.py": "the lock of a store: created whole, recognised by its content",
-    "commands/process.py": "the null device, in place of closed streams",
+    "commands/process.py": "the null device, in place of streams whose reader has gone",
+    "commands/resources.py": "the null device, in place of closed streams",
 }
 """Modules of the product that open files for writing, and what they open."""
 
