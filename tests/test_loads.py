@@ -169,8 +169,8 @@ def test_toml(robot: hp.Robot) -> None:
     [
         ('loads = [{kind = "anchor"}]', "loads[0].kind"),
         ('loads = [{kind = "payload", link = "base_link"}]', "loads[0].mass"),
-        ("loads = 3", "loads"),
-        ('body_contact = "yes"', "Scene.body_contact"),
+        ("loads = 3", "scene.loads"),
+        ('body_contact = "yes"', "scene.body_contact"),
     ],
 )
 def test_bad_toml_is_refused_by_name(robot: hp.Robot, text: str, name: str) -> None:

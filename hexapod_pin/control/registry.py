@@ -143,7 +143,7 @@ def read_controller(data: Any) -> Any:
     if not isinstance(data, Mapping) or "kind" not in data:
         raise ParameterError("controller.kind", None, f"one of {', '.join(_READERS)}")
     kind = data["kind"]
-    if kind not in _READERS:
+    if not isinstance(kind, str) or kind not in _READERS:
         raise ParameterError(
             "controller.kind", kind, f"one of {', '.join(_READERS)}",
             "Import what defines it; register_controller makes a class of your own known.",

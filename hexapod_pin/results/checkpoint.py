@@ -10,13 +10,14 @@ import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
-from hexapod_pin.errors import StateError
+from hexapod_pin.errors import ParameterError, StateError
 from hexapod_pin.file_schema import check_data
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.results.checkpoint_schema import CheckpointData
+from hexapod_pin.results.checkpoint_schema import LATEST, CheckpointData
 from hexapod_pin.results.plain_state import from_plain, to_plain
 
-ARRAYS = ("q", "v", "contacts", "command", "impulse")
+ARRAYS = {"q": 1, "v": 1, "contacts": 2, "command": 2, "impulse": 2}
+"""The arrays, and how many axes each has."""
 
 
 def _none() -> Array:
@@ -62,12 +63,22 @@ class Checkpoint(Immutable):
         """Keep read-only copies.
 
         Raises:
-            StateError: a number is not finite.
+            ParameterError: the time is negative or later than any run, or `loop` is no mapping.
+            StateError: a number is not finite, or an array has another number of axes.
         """
-        for name in ARRAYS:
+        if not 0.0 <= self.time <= LATEST:
+            raise ParameterError("Checkpoint.time", self.time, f"from 0 to {LATEST:g} s")
+        if not isinstance(self.loop, Mapping | None):
+            kind = type(self.loop).__name__
+            raise ParameterError("Checkpoint.loop", kind, "a mapping or None")
+        for name, axes in ARRAYS.items():
             array = read_only(getattr(self, name))
             if not np.isfinite(array).all():
                 raise StateError(f"Checkpoint.{name} is not finite.")
+            if array.ndim != axes:
+                raise StateError(
+                    f"Checkpoint.{name} has shape {array.shape}: must have {axes} axes."
+                )
             object.__setattr__(self, name, array)
 
     @classmethod

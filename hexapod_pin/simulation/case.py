@@ -199,6 +199,7 @@ class Case(Immutable):
         return tomli_w.dumps(case_to_dict(self))
 
     @classmethod
+    @checked
     def from_toml(cls, text: str, folder: str | Path | None = None) -> Case:
         """Rebuild a case from its text; the robot is loaded again.
 

@@ -14,12 +14,10 @@ import numpy as np
 from hexapod_pin.arrays import read_only
 from hexapod_pin.control.registry import controller_to_dict, read_controller, table
 from hexapod_pin.errors import HexapodError, ParameterError
-from hexapod_pin.file_schema import check_data
 from hexapod_pin.results.checkpoint import Checkpoint
-from hexapod_pin.results.recorded_settings import SceneData
 from hexapod_pin.robot.robot import PACKAGED
 from hexapod_pin.robot.state import State
-from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.simulation.scene import Scene, scene_parts
 from hexapod_pin.spec import read_toml
 
 if TYPE_CHECKING:
@@ -135,18 +133,15 @@ def within(section: str) -> Iterator[None]:
 
 
 def _read_scene(data: Any, folder: str | Path | None) -> Scene:
-    import tomli_w
-
     known = tuple(field.name for field in fields(Scene))
     given = table(data, "scene", required=("robot",), optional=("schema", *known))
-    check_data(SceneData, "scene", given)
     robot = table(given["robot"], "scene.robot", required=("source",), optional=ROBOT)
     source = robot["source"]
     if not isinstance(source, str):
         raise ParameterError("scene.robot.source", source, "a name or a path")
     if folder is not None and source not in PACKAGED and os.path.isfile(Path(folder) / source):
         robot["source"] = str(Path(folder) / source)
-    return Scene.from_toml(tomli_w.dumps({**given, "robot": robot}))
+    return Scene(**scene_parts({**given, "robot": robot}))
 
 
 def _read_initial(data: Any) -> State | Checkpoint:

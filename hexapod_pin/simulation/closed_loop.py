@@ -13,11 +13,10 @@ from hexapod_pin.control.check_controller import (
     settings_of,
 )
 from hexapod_pin.errors import HexapodError, SimulationInterrupted, user_code
-from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.control_loop import ControlLoop, resume
 from hexapod_pin.simulation.controlled_run import ControlledRun
-from hexapod_pin.simulation.native_run import NativeRun, starting_point
+from hexapod_pin.simulation.native_run import NativeRun, begin_of, starting_point
 from hexapod_pin.simulation.session import live_run
 from hexapod_pin.simulation.work_forecast import check_work
 
@@ -92,7 +91,7 @@ def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
         cast("FeedbackController", case.controller),
         case.initial,
     )
-    begin = initial.time if isinstance(initial, Checkpoint) else 0.0
+    begin = begin_of(initial, how, float(controller.period))
     groups = case.record if record else how.compared_groups or case.record
     check_work(how, scene, groups if record or how.controlled else (), tick=controller.period)
     start = starting_point(scene, _posture(controller, scene), initial)

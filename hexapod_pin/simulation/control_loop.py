@@ -7,9 +7,11 @@ acts `delay` after it. All three are events of the run's clock: a step ends ther
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from hexapod_pin.control.check_controller import checked_answer, method_name
 from hexapod_pin.control.feedback import FeedbackController, Measurement
@@ -22,6 +24,10 @@ from hexapod_pin.simulation.native_run import NativeRun
 
 SAME_INSTANT = 1e-12
 """Times closer than this share of themselves (or of 1 s) are one instant."""
+
+
+MOST_TICKS = 2**53
+"""More cannot be counted in doubles."""
 
 
 class ControlLoop:
@@ -104,11 +110,43 @@ class ControlLoop:
             "state": self.state,
         }
 
-    def restore(self, memory: dict[str, Any]) -> None:
-        """Go on from what `memory` returned."""
-        self.measured, self.commanded = int(memory["measured"]), int(memory["commanded"])
-        self.waiting = [Measurement(**fields) for fields in memory["waiting"]]
-        self.state = memory["state"]
+    def restore(self, start: Checkpoint) -> None:
+        """Go on from where a loop stood that left its `memory` in a checkpoint.
+
+        Raises:
+            ParameterError: it has not, or it had other ticks.
+        """
+        self.measured, self.commanded = ticks_of(start, "measured"), ticks_of(start, "commanded")
+        self.waiting = self._measurements(start.loop.get("waiting"))
+        self.state = start.loop["state"]
+        if self.measured - self.commanded != len(self.waiting):
+            allowed = f"one for each of the ticks {self.commanded} to {self.measured - 1}"
+            raise ParameterError("initial.loop.waiting", f"{len(self.waiting)} of them", allowed)
+        late = max(0.0, self.measured * self.period - self.sensor_delay)
+        due = min(late, self.commanded * self.period + self.delay)
+        if due < self.together.time and not _same(due, self.together.time):
+            raise ParameterError(
+                "initial.loop", f"a tick that was due at {due:g} s",
+                f"none before the checkpoint at {self.together.time:g} s",
+                "It is of a controller with other ticks or delays: give initial without its loop "
+                "(dataclasses.replace(checkpoint, loop=None)), and the controller starts anew.",
+            )  # fmt: skip
+
+    def _measurements(self, found: Any) -> list[Measurement]:
+        """Return what was measured and not yet acted on.
+
+        Raises:
+            ParameterError: it is no measurement of these runs.
+        """
+        like, name = self.together.measure(), "initial.loop.waiting"
+        if not isinstance(found, list) or not all(isinstance(one, Mapping) for one in found):
+            raise ParameterError(name, type(found).__name__, "a list of measurements")
+        for k, one in enumerate(found):
+            for field, value in vars(like).items():
+                if np.shape(one.get(field)) != np.shape(value):
+                    where, shape = f"{name}[{k}].{field}", np.shape(one.get(field))
+                    raise ParameterError(where, shape, f"of shape {np.shape(value)}")
+        return [Measurement(**{field: one[field] for field in vars(like)}) for one in found]
 
 
 def without_time(measurement: Measurement, row: int) -> Measurement:
@@ -133,7 +171,21 @@ def resume(loop: ControlLoop, start: object) -> None:
         )  # fmt: skip
     if "state" not in start.loop:  # of a session: the controller starts anew
         return
-    loop.restore(start.loop)
+    loop.restore(start)
+
+
+def ticks_of(start: Checkpoint, name: str) -> int:
+    """Return a number of ticks that a loop has left in a checkpoint.
+
+    Raises:
+        ParameterError: it is none.
+    """
+    count = start.loop.get(name)
+    if not isinstance(count, int) or isinstance(count, bool) or not 0 <= count <= MOST_TICKS:
+        raise ParameterError(
+            f"initial.loop.{name}", count, f"a whole number from 0 to {MOST_TICKS}"
+        )
+    return count
 
 
 def _same(a: float, b: float) -> bool:

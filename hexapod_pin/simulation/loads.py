@@ -114,7 +114,7 @@ def read_loads(items: Any) -> list[Load]:
 
 def _read_load(index: int, data: Mapping[str, Any]) -> Load:
     kind = data.get("kind")
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise ParameterError(f"loads[{index}].kind", kind, f"one of {', '.join(KINDS)}")
     load = KINDS[kind]
     for name, field in load.model_fields.items():

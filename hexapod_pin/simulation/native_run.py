@@ -5,6 +5,7 @@ Python never sits inside a step: it hands a run over and takes the samples back.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from copy import copy
@@ -59,8 +60,14 @@ PROGRESS_INTERVAL = 0.2
 TABLES = {"energy": (*ENERGIES, "push_work")}
 """Tables of the core by the array of a trace that holds them, where they differ."""
 
+OF_START = ("q or v", "contact memories", "impulses", "a command in force")
+"""Begins of what the core says of a start that does not fit the scene."""
+
 TIME_ROUNDING = 1e-9
-"""Share of a sampling interval by which a start may miss a sample and still be it."""
+"""Share of its time, or of a sampling interval, by which a start may miss a sample and be it."""
+
+MOST_ROUNDING = 0.25
+"""And of sampling intervals at most, however late it is."""
 
 
 class NativeRun:
@@ -140,6 +147,10 @@ class NativeRun:
         try:
             return _native.start(**settings)
         except ValueError as error:  # what only the core knows: a method that cannot do a scene
+            if str(error).startswith(OF_START):
+                raise ParameterError(
+                    "initial", "this checkpoint", f"of this scene: {error}"
+                ) from None
             raise ParameterError("method", how.choice.method.name, str(error)) from None
 
     def with_settings(self, how: RunSettings) -> NativeRun:
@@ -285,7 +296,7 @@ def open_loop_run(
     """
     check_controller(case.controller)
     scene, initial = case.scene, case.initial
-    begin = initial.time if isinstance(initial, Checkpoint) else 0.0
+    begin = begin_of(initial, how)
     check_supported(how.choice, scene)
     groups = case.record if record else how.compared_groups
     if record or how.controlled:
@@ -304,6 +315,31 @@ def open_loop_run(
     )  # fmt: skip
     run.case = case
     return run
+
+
+def begin_of(initial: State | Checkpoint | None, how: RunSettings, tick: float = math.inf) -> float:
+    """Return when a run begins [s].
+
+    Args:
+        initial: where it starts.
+        how: its samples, its steps and its duration.
+        tick: period of a controller that takes part in it [s].
+
+    Raises:
+        ParameterError: so late that its samples, steps or ticks are too close to each other for
+            double precision; or it would end so late.
+    """
+    begin = initial.time if isinstance(initial, Checkpoint) else 0.0
+    latest = how.grid.latest(tick)
+    parts = {"samples": how.grid.sample, "steps": how.grid.step, "ticks": tick}
+    word = min((name for name in parts if parts[name]), key=lambda name: parts[name])
+    allowed = f"at most {latest:g} s, where {word} {parts[word]:g} s apart still advance the clock"
+    if begin > latest:
+        raise ParameterError("initial.time", begin, allowed)
+    if begin + how.duration > latest:
+        where = "duration" if not begin else "initial.time + duration"
+        raise ParameterError(where, begin + how.duration, allowed)
+    return begin
 
 
 def starting_point(
@@ -336,4 +372,7 @@ def summary_window(points: JointTrajectory) -> tuple[float, float, float]:
 
 def samples_before(start: float, sample: float) -> int:
     """Return how many sampling intervals end by a time [s]."""
-    return int(np.floor(start / sample * (1.0 + TIME_ROUNDING) + TIME_ROUNDING))
+    count = start / sample
+    nearest = np.rint(count)
+    missed = min(TIME_ROUNDING * (1.0 + count), MOST_ROUNDING)
+    return int(nearest if abs(nearest - count) <= missed else np.floor(count))

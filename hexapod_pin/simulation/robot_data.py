@@ -7,7 +7,10 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
+from pydantic import ConfigDict
+
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.file_schema import FileData, Number, check_data
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot, urdf_path
 from hexapod_pin.user_file import user_path
@@ -17,6 +20,19 @@ OPTIONS = ("feet", "foot_radius", "posture")
 
 KEPT_ROBOTS = 16
 """How many loaded robots are remembered."""
+
+
+class RobotText(FileData):
+    """What `robot_to_dict` returns, and what is written like it."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    source: str
+    feet: list[str] | None = None
+    foot_radius: list[Number] | Number | None = None
+    posture: list[Number] | None = None
+    digest: str | None = None
+    options: dict[str, Any] | None = None
 
 
 def robot_to_dict(robot: Robot) -> dict[str, Any]:
@@ -44,9 +60,10 @@ def read_robot(data: Mapping[str, Any]) -> Robot:
         UrdfError: the file is not usable.
         UnknownNameError: there is no such robot.
     """
-    source = data.get("source")
-    if not isinstance(source, str):
-        raise ParameterError("robot.source", source, "the name of a robot or of its file")
+    check_data(RobotText, "robot", data)
+    source = data["source"]
+    if "options" in data:
+        LoadOptions(**data["options"])  # refused by its name, before it is a part of a key
     parts = (tuple(x) if isinstance(x := data.get(name), list) else x for name in OPTIONS)
     options = json.dumps(data["options"], sort_keys=True) if "options" in data else None
     robot = _loaded(source, _stamp(source), *parts, options)

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import ConfigDict, Field
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import digest
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.file_schema import FileData, Number, check_data
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.terrain import AnyTerrain, Flat, read_terrain
 from hexapod_pin.immutable import Immutable
@@ -235,24 +238,51 @@ class Scene(Immutable):
         return tomli_w.dumps(self.to_dict())
 
     @classmethod
+    @checked
     def from_toml(cls, text: str) -> Scene:
         """Rebuild a scene from its TOML text; the robot is loaded again from its source.
 
         Raises:
-            ParameterError: bad TOML, a missing part, a value out of range, or a robot file that
-                has changed since the text was written.
+            ParameterError: bad TOML, a missing or unknown key, a value of a wrong type or out of
+                range, or a robot file that has changed since the text was written.
             UnknownNameError: a load on a link or leg that the robot does not have.
             UrdfError: the robot's file is no longer usable.
         """
-        data = read_toml(text, required=("robot", "terrain", "contact", "servo", "gravity"))
-        return cls(
-            read_robot(data["robot"]),
-            terrain=read_terrain(data["terrain"]),
-            contact=Contact(**data["contact"]),
-            servo=Servo(**data["servo"]),
-            gravity=tuple(data["gravity"]),
-            stops=JointStops(**data["stops"]) if "stops" in data else None,
-            loads=read_loads(data.get("loads", ())),
-            body_contact=data.get("body_contact", False),
-            prescribed=data.get("prescribed", False),
-        )
+        return cls(**scene_parts(read_toml(text)))
+
+
+class SceneText(FileData):
+    """What the TOML text of a scene must be; its tables are checked by what they describe."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    version: Literal[1] = Field(default=1, alias="schema")
+    robot: dict[str, Any]
+    terrain: dict[str, Any]
+    contact: dict[str, Any]
+    servo: dict[str, Any]
+    gravity: Annotated[list[Number], Field(min_length=3, max_length=3)]
+    stops: dict[str, Any] | None = None
+    loads: list[dict[str, Any]] = Field(default_factory=list)
+    body_contact: bool = False
+    prescribed: bool = False
+
+
+def scene_parts(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arguments of the `Scene` that `to_dict` turned into plain data.
+
+    Raises:
+        ParameterError, UnknownNameError, UrdfError: as `Scene.from_toml`.
+    """
+    check_data(SceneText, "scene", data)
+    parts = {name: data[name] for name in ("body_contact", "prescribed") if name in data}
+    return {
+        "robot": read_robot(data["robot"]),
+        "terrain": read_terrain(data["terrain"]),
+        "contact": Contact(**data["contact"]),
+        "servo": Servo(**data["servo"]),
+        "gravity": tuple(data["gravity"]),
+        "stops": JointStops(**data["stops"]) if "stops" in data else None,
+        "loads": read_loads(data.get("loads", ())),
+        **parts,
+    }

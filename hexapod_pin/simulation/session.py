@@ -16,9 +16,9 @@ from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.control.sensors import Sensors
 from hexapod_pin.errors import NotPicklableError, ParameterError
 from hexapod_pin.results.recording import recorded_groups
-from hexapod_pin.simulation.control_loop import without_time
+from hexapod_pin.simulation.control_loop import ticks_of, without_time
 from hexapod_pin.simulation.lock_step import LockStep
-from hexapod_pin.simulation.native_run import NativeRun, starting_point
+from hexapod_pin.simulation.native_run import NativeRun, begin_of, starting_point
 from hexapod_pin.simulation.prescribed import refuse_commands
 from hexapod_pin.simulation.run_settings import RunSettings
 from hexapod_pin.simulation.set_points import waiting
@@ -85,10 +85,11 @@ class Session:
         how = RunSettings.of(0.0, method, accuracy, step, sample, limits=chosen)
         groups = recorded_groups(record)
         check_work(how, scene, groups)
+        begin_of(initial, how)
         start = starting_point(scene, scene.robot.posture, initial)
         self._run = live_run(scene, how, start, groups=groups)
         self._together = LockStep([self._run])
-        self._measured = int((start.loop or {}).get("measured", 0))
+        self._measured = ticks_of(start, "measured") if "measured" in (start.loop or {}) else 0
         self._reader = (sensors or Sensors()).start([0])
         if sensors is not None and sensors.delay > 0.0:
             raise ParameterError("sensors.delay", sensors.delay, "0 s in a session")
@@ -167,12 +168,14 @@ class Session:
         """Simulate to a time [s].
 
         Raises:
-            ParameterError: the time is in the past or not finite.
+            ParameterError: the time is in the past, not finite, or so late that samples or steps
+                do not advance the clock any more.
             DivergenceError: the run left the finite world; `.trace` holds what was good.
             SimulationInterrupted: Ctrl-C; `.trace` holds what was done.
         """
-        if not (np.isfinite(until) and until >= self.time):
-            raise ParameterError("until", until, f"finite and not before {self.time:g} s")
+        latest = self._run.how.grid.latest()
+        if not self.time <= until <= latest:
+            raise ParameterError("until", until, f"from {self.time:g} to {latest:g} s")
         begin = time.perf_counter()
         try:
             self._together.advance(float(until))

@@ -6,12 +6,18 @@ import math
 from dataclasses import dataclass
 
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.trace_schema import LATEST
 
 DENSE_SAMPLE = 1e-3
 """Time between samples of a fixed-step run where none is given [s]."""
 
 ADAPTIVE_SAMPLE = 2e-3
 """The same for an adaptive run: near the steps of a walk at 1e-4, so samples cost little [s]."""
+
+
+MOST_APART = 1e11
+"""Latest time in samples, steps or ticks: the core takes times for one instant that are closer than
+1e-12 of themselves, in doubles, so that later ones would be lost."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +35,15 @@ class TimeGrid:
     samples: int
     step: float
     stride: int
+
+    def latest(self, tick: float = math.inf) -> float:
+        """Return the latest time that a run on this grid may reach [s].
+
+        Args:
+            tick: period of a controller that takes part in it [s].
+        """
+        part = min(self.sample, self.step or math.inf, tick)
+        return min(LATEST, MOST_APART * part)
 
     @classmethod
     def fixed(cls, duration: float, step: float, sample: float | None) -> TimeGrid:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.estimate import CONFIDENCE
@@ -31,6 +32,7 @@ WIDEST = 150.0
 """Change at which the axis ends [%]; of a longer bar the number is written."""
 
 
+@checked
 def write_comparison_figure(
     comparison: Comparison, path: str | Path, *, metrics: Sequence[str] | None = None
 ) -> Path:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.ground.contact import Contact, FrictionLaw, NormalLaw, Restitution
 from hexapod_pin.ground.contact.bounce import bounce
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@checked
 def write_figure(
     law: NormalLaw | FrictionLaw | Contact, path: Path, *, mass: float, speed: float
 ) -> Path:

@@ -9,12 +9,13 @@ from hexapod_pin.view.meshcat_commands import Command, mesh_object
 from hexapod_pin.view.robot_shapes import Y_TO_Z, DrawnShape, cylinder
 
 HIDDEN_ARROW_SCALE = 1e-6  # scale of an arrow without force; 0 would have no inverse
+LONGEST_ARROW = 1e6  # [m]; viewers compute in single precision
 ARROW_COLOR = (0.9, 0.15, 0.1, 0.9)
 
 
 def arrow_tracks(vector: Array) -> dict[str, Array]:
     """Return attitude and scale of a unit arrow along z that is to show `vector` (K, 3) [m]."""
-    length = np.linalg.norm(vector, axis=1)
+    length = np.minimum(np.linalg.norm(vector, axis=1), LONGEST_ARROW)
     shown = length > 1e-4
     unit = np.where(shown[:, None], vector, (0.0, 0.0, 1.0))
     unit = unit / np.linalg.norm(unit, axis=1, keepdims=True)

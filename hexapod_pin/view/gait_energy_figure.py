@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.gait_energy import COSTS
 from hexapod_pin.view.figure_file import figure_format, save_figure
@@ -33,6 +34,7 @@ SHOWN = ("cost_of_transport_positive", "cost_of_transport_electrical", "torque_i
 MARKERS = "osD^v<>pPX"
 
 
+@checked
 def write_gait_energy_figure(
     found: GaitEnergy, path: str | Path, *, costs: Sequence[str] = SHOWN
 ) -> Path:

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ViewerError
 from hexapod_pin.foreign_text import visible
 from hexapod_pin.results.trace import Trace
@@ -21,12 +22,15 @@ from hexapod_pin.view.mesh_store import MeshStore
 from hexapod_pin.view.page import folded_list, write_page
 from hexapod_pin.view.page_budget import fitted_motion
 from hexapod_pin.view.scene_graph import animation_command, meshed_robot, scene_commands
-from hexapod_pin.view.view_sizes import Sizes
+from hexapod_pin.view.view_sizes import Sizes, require_in
 
 if TYPE_CHECKING:
     from hexapod_pin.view.live import LiveViewer
 
+LAST_PORT = 65535
 
+
+@checked
 def write_html(
     trace: Trace,
     path: str | Path,
@@ -46,8 +50,8 @@ def write_html(
         trace: what to show.
         path: the file; an old one is replaced, or left alone where anything fails.
         fps: pictures per simulated second; fewer, as the caption then says, where the file would
-            pass `PAGE_BYTES` (10 MB).
-        force_scale: length of a force arrow [m/N]; None fits it to the robot's weight.
+            pass `PAGE_BYTES` (10 MB). From 1e-3 to 1e6; never more than there are samples.
+        force_scale: length of a force arrow, 1e-9 to 1e3 [m/N]; None fits it to the robot's weight.
         package_path: folders that hold ROS packages: where to look for meshes first.
 
     Returns:
@@ -56,7 +60,7 @@ def write_html(
     Raises:
         ViewerError: the trace cannot be drawn (no readable URDF, a sample that is not finite), or
             meshcat's files are missing.
-        ParameterError: `fps` or `force_scale` is not positive.
+        ParameterError: `fps` or `force_scale` is out of range.
         TraceFileError: the file cannot be written.
     """
     store = MeshStore()
@@ -85,6 +89,7 @@ def mesh_notes(missing: Sequence[str], store: MeshStore) -> str:
     ) + folded_list("meshes reduced", reduced)
 
 
+@checked
 def view(
     trace: Trace,
     *,
@@ -103,10 +108,10 @@ def view(
 
     Args:
         trace: what to show.
-        speed: simulated time over wall-clock time.
+        speed: simulated time over wall-clock time, 1e-6 to 1e6.
         loop: whether to start again at the end.
-        fps: pictures per simulated second.
-        force_scale: length of a force arrow [m/N]; None fits it to the robot's weight.
+        fps: pictures per simulated second, 1e-3 to 1e6; never more than there are samples.
+        force_scale: length of a force arrow, 1e-9 to 1e3 [m/N]; None fits it to the robot's weight.
         seconds: how long to serve [s]; None until Ctrl-C.
         port: of the loopback interface; 0 takes any free one.
         open_browser: whether to open the page; its address is printed in any case.
@@ -114,8 +119,10 @@ def view(
 
     Raises:
         ViewerError: the viewer cannot start, or the trace cannot be drawn.
-        ParameterError: `fps`, `speed` or `force_scale` is not positive.
+        ParameterError: `fps`, `speed`, `force_scale`, `seconds` or `port` is out of range.
     """
+    if seconds is not None:
+        require_in("seconds", seconds, (0.0, threading.TIMEOUT_MAX, "s"))
     with live_viewer(
         trace,
         speed=speed,
@@ -134,6 +141,7 @@ def view(
             threading.Event().wait(seconds)
 
 
+@checked
 @contextlib.contextmanager
 def live_viewer(
     trace: Trace,
@@ -146,6 +154,7 @@ def live_viewer(
     package_path: Sequence[str | Path] = (),
 ) -> Iterator[LiveViewer]:
     """Serve the trace to browsers within a `with` block; arguments and errors as for `view`."""
+    require_in("port", port, (0, LAST_PORT, "(0 takes any free one)"))
     animation = animation_command(trace, fps=fps, force_scale=force_scale, speed=speed, loop=loop)
     shapes = meshed_robot(trace, MeshStore(), package_path)
     scene = scene_commands(trace, force_scale=force_scale, shapes=shapes)

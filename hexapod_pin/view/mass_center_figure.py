@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.stability import EXCURSIONS, Stability, stability
 from hexapod_pin.results.support_polygon import support_polygon
@@ -27,10 +28,11 @@ MARGINS = {"static_margin": "static", "zmp_margin": "zero-moment point", "nesm":
 WIDTHS = (2.4, 0.9, 1.2)
 """Of their curves: the first two nearly coincide."""
 
-POLYGONS = 3
-"""Support polygons in the top view."""
+POLYGONS, MOST_POLYGONS = 3, 1000
+"""Support polygons in the top view, where none is asked for and at most."""
 
 
+@checked
 def write_mass_center_figure(trace: Trace, path: str | Path, *, polygons: int = POLYGONS) -> Path:
     """Draw the way of the centre of mass into a file, and return its path.
 
@@ -56,8 +58,8 @@ def draw_mass_center(trace: Trace, *, polygons: int = POLYGONS) -> Figure:
     """Return the figure; arguments and errors as `write_mass_center_figure`."""
     from matplotlib.figure import Figure
 
-    if polygons < 1:
-        raise ParameterError("polygons", polygons, "1 or more")
+    if not 1 <= polygons <= MOST_POLYGONS:
+        raise ParameterError("polygons", polygons, f"from 1 to {MOST_POLYGONS}")
     found = stability(trace)
     figure = Figure(figsize=(9.0, 8.6), layout="constrained")
     grid = figure.add_gridspec(5, 3, height_ratios=(1.4, 1.6, 1.0, 1.0, 1.0))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_moments import joint_moments
@@ -62,6 +63,7 @@ class Cycle(NamedTuple):
         return np.stack(columns, axis=1)
 
 
+@checked
 def write_quasi_static_figure(
     dynamic: Trace, slow: Trace, path: str | Path, legs: Sequence[str] | None = None
 ) -> Path:

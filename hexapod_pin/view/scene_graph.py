@@ -6,7 +6,6 @@ file and for a live viewer. Lengths in metres, world axes, quaternions x y z w.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import ParameterError, ViewerError
+from hexapod_pin.errors import ViewerError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.spec import read_toml
@@ -25,9 +24,11 @@ from hexapod_pin.view.ground_mesh import shaking, terrain_of
 from hexapod_pin.view.mesh_store import MeshStore
 from hexapod_pin.view.meshcat_commands import DIGITS, ROOT, Command, mesh_object, set_property
 from hexapod_pin.view.robot_shapes import RobotShapes
-from hexapod_pin.view.view_sizes import Sizes, eye_level, middle
+from hexapod_pin.view.view_sizes import Sizes, eye_level, middle, require_in
 
 LOOP_REPETITIONS = 10**9  # repetitions of a looped animation
+PICTURE_RATES = (1e-3, 1e6, "1/s")  # of fps
+SPEEDS = (1e-6, 1e6, "[-]")
 SKY = ((0.80, 0.88, 0.95), (0.97, 0.98, 1.0))  # top, bottom
 
 
@@ -43,7 +44,7 @@ def scene_commands(
 
     Raises:
         ViewerError: the trace's URDF cannot be drawn.
-        ParameterError: `force_scale` is not positive.
+        ParameterError: `force_scale` is out of range.
     """
     sizes = Sizes.of(trace, force_scale)
     r = sizes.reach
@@ -95,9 +96,9 @@ def animation_command(
 
     Raises:
         ViewerError: a sample is not finite, or the trace's URDF cannot be drawn.
-        ParameterError: `fps`, `speed` or `force_scale` is not positive.
+        ParameterError: `fps`, `speed` or `force_scale` is out of range.
     """
-    require_positive(fps=fps, speed=speed)
+    require_rates(fps, speed)
     index = frame_samples(trace, fps)
     times = np.round((trace.time[index] - trace.time[0]) / speed, DIGITS)
     if len(index) == 1:
@@ -106,15 +107,14 @@ def animation_command(
     return animation_of(clips, loop=loop)
 
 
-def require_positive(**values: float) -> None:
-    """Refuse numbers that are not positive and finite.
+def require_rates(fps: float, speed: float = 1.0) -> None:
+    """Refuse rates of pictures and speeds that no picture is made for.
 
     Raises:
-        ParameterError: names the number.
+        ParameterError: names the number and its range.
     """
-    for name, value in values.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise ParameterError(name, value, "positive and finite")
+    require_in("fps", fps, PICTURE_RATES)
+    require_in("speed", speed, SPEEDS)
 
 
 def motion_clips(
@@ -162,7 +162,10 @@ def frame_samples(trace: Trace, fps: float) -> npt.NDArray[np.intp]:
     time = trace.time
     if len(time) == 1:
         return np.zeros(1, dtype=np.intp)
-    return np.unique(nearest_samples(time, np.arange(time[0], time[-1] + 0.5 / fps, 1.0 / fps)))
+    # of the pictures that are nearest to a sample, one is its neighbour: others are not looked at
+    place = np.floor((time - time[0]) * fps)[:, None] + np.arange(-1.0, 3.0)
+    pictures = np.unique(np.clip(place, 0.0, np.ceil((time[-1] - time[0]) * fps - 0.5)))
+    return np.unique(nearest_samples(time, time[0] + pictures / fps))
 
 
 def nearest_samples(time: Array, wanted: Array) -> npt.NDArray[np.intp]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.file_ending import check_ending
@@ -31,6 +32,7 @@ STYLE = {
 """Of matplotlib, over its defaults: a user's own settings do not change a report."""
 
 
+@checked
 def write_selection_report(
     selection: MotorSelection, path: str | Path, *, date: str | None = None
 ) -> Path:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, ViewerError
 from hexapod_pin.results.trace import Trace
@@ -28,7 +29,7 @@ from hexapod_pin.view.scene_graph import (
     motion_clips,
     nearest_samples,
     require_finite,
-    require_positive,
+    require_rates,
     robot_commands,
     trunk_focus,
 )
@@ -42,6 +43,7 @@ CAMERA = (-2.2, -0.5, 1.4)  # behind the runs and above, in reaches of the pictu
 LABEL_SIDE = 2.4  # of the square a label is written on, reaches of the robot
 
 
+@checked
 def write_side_by_side(
     traces: Mapping[str, Trace],
     path: str | Path,
@@ -61,9 +63,9 @@ def write_side_by_side(
         traces: what to show, by name.
         path: the file; an old one is replaced, or left alone where anything fails.
         fps: pictures per simulated second; fewer, as the caption then says, where the file would
-            pass `PAGE_BYTES` (10 MB).
-        force_scale: length of a force arrow [m/N], the same in all runs; None fits it to the
-            first robot's weight.
+            pass `PAGE_BYTES` (10 MB). From 1e-3 to 1e6; never more than there are samples.
+        force_scale: length of a force arrow, 1e-9 to 1e3 [m/N], the same in all runs; None fits it
+            to the first robot's weight.
         package_path: folders that hold ROS packages: where to look for meshes first.
 
     Returns:
@@ -72,10 +74,10 @@ def write_side_by_side(
     Raises:
         ViewerError: a trace cannot be drawn (the message names the run), or meshcat's files are
             missing.
-        ParameterError: no trace, or `fps` or `force_scale` is not positive.
+        ParameterError: no trace, or `fps` or `force_scale` is out of range.
         TraceFileError: the file cannot be written.
     """
-    require_positive(fps=fps)
+    require_rates(fps)
     for name, trace in traces.items():
         with _naming(name):
             require_finite(trace, np.arange(len(trace.time)))
@@ -145,6 +147,7 @@ class _Lane:
 def _motion(lanes: Sequence[_Lane], fps: float) -> Command:
     """Return the motion of all runs in step, the camera at the mean of their trunks."""
     length = max(_length(lane.trace) for lane in lanes)
+    fps = min(fps, max(_sample_rate(lane.trace) for lane in lanes) or fps)
     times = np.arange(0.0, length + 0.5 / fps, 1.0 / fps)
     if len(times) == 1:
         times = np.array([0.0, 1.0 / fps])
@@ -199,6 +202,11 @@ def _lanes(
         )  # fmt: skip
         for k, (name, trace) in enumerate(traces.items())
     ]
+
+
+def _sample_rate(trace: Trace) -> float:
+    """Return how many samples a second has, of a run with one: 0 [1/s]."""
+    return (len(trace.time) - 1) / _length(trace) if len(trace.time) > 1 else 0.0
 
 
 def _length(trace: Trace) -> float:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.scheduled_phases import PHASES
 from hexapod_pin.view.figure_file import figure_format, save_figure
@@ -38,6 +39,7 @@ HEADROOM = 1.08
 """Height of a panel over its largest value."""
 
 
+@checked
 def write_torque_curves(
     found: TorqueMap,
     path: str | Path,
@@ -68,6 +70,7 @@ def write_torque_curves(
     return save_figure(figure, path, ending)
 
 
+@checked
 def write_torque_heat_map(
     found: TorqueMap, path: str | Path, *, quantity: str = "torque_peak"
 ) -> Path:

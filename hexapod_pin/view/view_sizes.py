@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import numbers
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,22 @@ from hexapod_pin.results.trace import Trace
 ASIDE = 0.3
 """Distance of the trunk's origin from the feet's mean, over the farthest foot's, that is too far
 for a picture around it."""
+
+
+FORCE_SCALES = (1e-9, 1e3, "m/N")
+"""Lengths of arrows per force that a picture is made for; a walk's are near 0.01 m/N."""
+
+
+def require_in(name: str, value: float, allowed: tuple[float, float, str]) -> None:
+    """Refuse a number outside a range, given as its ends and its unit.
+
+    Raises:
+        ParameterError: names the number and the range.
+    """
+    least, most, unit = allowed
+    number = isinstance(value, numbers.Real) and not isinstance(value, bool)
+    if not (number and least <= value <= most):
+        raise ParameterError(name, value, f"from {least:g} to {most:g} {unit}")
 
 
 @dataclass(frozen=True)
@@ -36,8 +52,8 @@ class Sizes:
             ground = float(np.mean(trace.foot_position[0, :, 2] - radii - trace.foot_gap[0]))
         if force_scale is None:
             force_scale = 1.5 * reach / _weight(trace)
-        elif not (math.isfinite(force_scale) and force_scale > 0.0):
-            raise ParameterError("force_scale", force_scale, "positive and finite [m/N]")
+        else:
+            require_in("force_scale", force_scale, FORCE_SCALES)
         return cls(reach, ground, force_scale)
 
 

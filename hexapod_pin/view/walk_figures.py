@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_moments import joint_moments
 from hexapod_pin.view.figure_file import figure_format, save_figure
@@ -45,6 +46,7 @@ LINES = ("-", "-", "--")
 RATES = (r"$\dot\theta_1$", r"$\dot\beta_2$", r"$\dot\beta_3$")
 
 
+@checked
 def write_joint_motion_figure(
     trace: Trace, path: str | Path, legs: Sequence[str] | None = None, *, cycles: int = 2
 ) -> Path:
@@ -91,6 +93,7 @@ def draw_joint_motion(
     return figure
 
 
+@checked
 def write_joint_torque_figure(
     trace: Trace,
     path: str | Path,

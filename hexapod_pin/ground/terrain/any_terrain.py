@@ -38,6 +38,6 @@ def read_terrain(data: Mapping[str, Any]) -> AnyTerrain:
         ParameterError: `kind` is missing or unknown, or a value is out of range.
     """
     kind = data.get("kind")
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise ParameterError("terrain.kind", kind, f"one of {', '.join(KINDS)}")
     return KINDS[kind](**data)

@@ -1,0 +1,377 @@
+"""Inputs at the edges: texts of scenes, cases and studies, late checkpoints, scales of pictures."""
+
+from __future__ import annotations
+
+import copy
+import datetime
+import json
+import math
+import re
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tomli_w
+from conftest import Run
+from synthetic import synthetic_trace
+
+import hexapod_pin as hp
+from hexapod_pin.errors import HexapodError, ParameterError, StateError
+from hexapod_pin.simulation.native_run import samples_before
+from hexapod_pin.spec import read_toml
+
+ROBOT = hp.load_robot("kharagpur")
+SCENE = hp.Scene(ROBOT)
+GAIT = hp.Gait.tripod(stroke=0.03)
+
+# texts ----------------------------------------------------------------------------------------
+
+DROPPED = object()
+VALUES = [
+    "", "x", "x" * 10_000, "\x1b]0;title\x07", 0, -1, 2**62, 1.5, 1e300, -1e300, 5e-324, math.nan,
+    math.inf, -math.inf, True, False, [], [1.0], ["a"], [[1.0]], [{}], {}, {"kind": "x"},
+    {"kind": []}, {"a": {"b": [1]}}, datetime.date(2020, 1, 1), datetime.datetime(2020, 1, 1),
+    datetime.time(1), DROPPED,
+]  # fmt: skip
+"""One or more of each type that TOML has; and none."""
+
+
+@cache
+def texts() -> dict[str, dict[str, Any]]:
+    """Return the tables of a scene with loads, of cases of every kind, and of a study."""
+    loads = [
+        hp.Payload("base_link", 1.0), hp.Push("lf_tibia", force=(1, 0, 0), start=0.1, duration=0.1),
+        hp.LostLeg("lf", 0.5), hp.MassFactor(1.1),
+    ]  # fmt: skip
+    stairs = hp.Stairs(rise=0.02, run=0.2, count=3)
+    walk = hp.KinematicControl(GAIT)
+    control = hp.FootControl(walk)
+    checkpoint = hp.simulate(SCENE, control, duration=0.01).checkpoint
+    cases = {
+        "walk": hp.Case(SCENE, walk, duration=0.02, accuracy=1e-3, record=["motion"]),
+        "feedback": hp.Case(SCENE, control, checkpoint, duration=0.02),
+        "arc": hp.Case(SCENE, hp.ArcWalk(GAIT), duration=0.02),
+        "hold": hp.Case(SCENE, hp.HoldPosture(), ROBOT.stand(), method="robust", step=1e-3),
+    }
+    study = {
+        "schema": 1, "name": "a", "base": {
+            "robot": "kharagpur", "gait": {"name": "tripod", "stroke": 0.04, "cycle_time": 0.3},
+            "duration": 0.9, "accuracy": 1e-2, "contact": "accurate", "friction": 0.7, "kp": 20.0,
+            "kd": 0.5, "options": {"mend": False},
+        },
+        "vary": [
+            {"input": "payload", "values": [0.0, 0.5]},
+            {"input": "heading", "distribution": "uniform", "low": -1.0, "high": 1.0},
+        ],
+        "design": {"kind": "latin-hypercube", "samples": 4, "seed": 1},
+    }  # fmt: skip
+    return {
+        "scene": hp.Scene(ROBOT, terrain=stairs, loads=loads).to_dict(),
+        **{name: read_toml(case.to_toml()) for name, case in cases.items()},
+        "study": study,
+    }
+
+
+READERS: dict[str, Callable[[str], Any]] = {
+    "scene": hp.Scene.from_toml, "study": hp.SweepStudy.from_toml,
+    **dict.fromkeys(("walk", "feedback", "arc", "hold"), hp.Case.from_toml),
+}  # fmt: skip
+
+
+def places(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the path of every key, and of the first two items of lists."""
+    items = data.items() if isinstance(data, dict) else enumerate(data[:2])
+    for key, value in items:
+        yield (*path, key)
+        if isinstance(value, dict | list):
+            yield from places(value, (*path, key))
+
+
+def changed(data: dict[str, Any], path: tuple[Any, ...], value: Any) -> str:
+    """Return the text with one value replaced, or taken out."""
+    data = copy.deepcopy(data)
+    table: Any = data
+    for key in path[:-1]:
+        table = table[key]
+    if value is DROPPED:
+        del table[path[-1]]
+    else:
+        table[path[-1]] = value
+    return tomli_w.dumps(data)
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_every_key_with_a_value_of_every_type(name: str) -> None:
+    """It is read, or refused by an error that names the key or the table that it stands in."""
+    data, read, found = texts()[name], READERS[name], []
+    for path in places(data):
+        if name != "scene" and path[0] == "scene":  # looked at once is enough
+            continue
+        for value in VALUES:
+            try:
+                read(changed(data, path, value))
+            except ParameterError as error:
+                found.append(error)
+                assert error.name and error.allowed
+            except HexapodError:
+                pass
+    assert len(found) > 100
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "name"),
+    [
+        (("gravity",), 3, "scene.gravity"),
+        (("gravity",), [0.0, "x", 0.0], "scene.gravity.1"),
+        (("robot",), "kharagpur", "scene.robot"),
+        (("robot", "feet"), [[1.0]], "robot.feet.0"),
+        (("robot", "options"), {"mend": datetime.date(2020, 1, 1)}, "LoadOptions.mend"),
+        (("terrain",), [], "scene.terrain"),
+        (("terrain", "kind"), [], "terrain.kind"),
+        (("loads",), {}, "scene.loads"),
+        (("loads", 0, "kind"), {}, "loads[0].kind"),
+        (("contact",), True, "scene.contact"),
+        (("body_contact",), "yes", "scene.body_contact"),
+        (("schema",), 2, "scene.schema"),
+        (("gravitation",), [0.0, 0.0, 0.0], "scene.gravitation"),
+        (("servo",), DROPPED, "scene.servo"),
+    ],
+)
+def test_a_scene_names_what_is_wrong(path: tuple[Any, ...], value: Any, name: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        hp.Scene.from_toml(changed(texts()["scene"], path, value))
+    assert caught.value.name == name
+
+
+TEXTS = [
+    None, b"", b"schema = 1", 3, 1.0, True, [], {}, object(), "x", "\0", "[" * 100_000,
+    "a = " + "[" * 5000, "a = " + "{a=" * 300 + "1" + "}" * 300, "a = 1" + "0" * 10_000,
+    "a." * 50_000 + "b = 1", "[" + "a." * 50_000 + "b]", "x = {" + '"a".' * 50_000 + "b = 1}",
+    "x" * 10_000_000,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", TEXTS, ids=lambda text: repr(text)[:12])
+def test_what_is_no_text_of_a_scene_is_refused(text: Any) -> None:
+    """A key of 50 000 parts took 40 s."""
+    readers: list[Callable[[Any], Any]] = [hp.Scene.from_toml, hp.Case.from_toml]
+    begin = time.process_time()
+    for read in (*readers, hp.SweepStudy.from_toml):
+        with pytest.raises(ParameterError):
+            read(text)
+    assert time.process_time() - begin < 10.0
+
+
+@pytest.mark.parametrize("path", [None, b"case.toml", 3, "", "a\0b", [], "/"])
+def test_what_is_no_path_of_a_case_is_refused(path: Any) -> None:
+    for read in (hp.load_case, hp.load_sweep):
+        with pytest.raises(ParameterError):
+            read(path)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "named"),
+    [(b"\xff\xfe", "SCENE"), (b"", "scene.robot"), (b"gravity = 3", "scene"),
+     (b"a." * 50_000, "TOML text"), (b"\0", "TOML text")],
+)  # fmt: skip
+def test_bench_refuses_what_is_no_scene(run: Run, tmp_path: Path, wrong: bytes, named: str) -> None:
+    (tmp_path / "scene.toml").write_bytes(wrong)
+    done = run("bench", "scene.toml", "--quick")
+    assert done.status == 2 and named in done.err and "Traceback" not in done.err
+    assert done.left == ["scene.toml"]
+
+
+# checkpoints ----------------------------------------------------------------------------------
+
+
+@cache
+def stood() -> hp.Checkpoint:
+    """Return where a robot stands that has held its posture."""
+    return hp.simulate(SCENE, hp.HoldPosture(), duration=0.01).checkpoint
+
+
+class Hold:
+    """Commands the posture at its ticks."""
+
+    period = 0.005
+
+    def start(self, scene: hp.Scene, batch: int) -> None:
+        """Remember nothing."""
+
+    def update(self, time: float, m: hp.Measurement, state: Any) -> tuple[hp.Command, Any]:
+        """Return the posture."""
+        return hp.Command(np.tile(ROBOT.posture, (len(m.q), 1)), ramp=True), state
+
+
+@pytest.mark.parametrize("late", [1e17, 1e300, 1e13, -1e17, -1e-3, math.nan, math.inf, "0", None])
+def test_no_checkpoint_is_at_such_a_time(late: Any) -> None:
+    for make in (lambda: replace(stood(), time=late),
+                 lambda: hp.Checkpoint.from_dict({**stood().to_dict(), "time": late})):  # fmt: skip
+        with pytest.raises(ParameterError) as caught:
+            make()
+        assert caught.value.name.lower() == "checkpoint.time"
+
+
+@pytest.mark.parametrize("late", [1e9, 1e11, 1e12])
+@pytest.mark.parametrize(
+    "controller",
+    [hp.HoldPosture(), hp.KinematicControl(GAIT), Hold()],
+    ids=["hold", "walk", "tick"],
+)
+def test_a_run_does_not_begin_where_samples_do_not_advance_the_clock(
+    controller: Any, late: float
+) -> None:
+    """It lost its samples, or was called diverged."""
+    start = replace(stood(), time=late)
+    with pytest.raises(ParameterError) as caught:
+        hp.simulate(SCENE, controller, duration=0.02, sample=2e-3, initial=start)
+    assert (caught.value.name, caught.value.value) == ("initial.time", late)
+    assert "2e+08 s" in caught.value.allowed and "0.002 s" in caught.value.allowed
+    with pytest.raises(ParameterError, match=r"initial\.time"):
+        hp.Session(SCENE, initial=start)
+    (result,) = hp.simulate_batch([hp.Case(SCENE, controller, start, duration=0.02)])
+    assert isinstance(result, ParameterError)
+
+
+def test_steps_and_ticks_count_too() -> None:
+    start = replace(stood(), time=1e6)
+    with pytest.raises(ParameterError, match="steps 1e-06 s apart"):
+        hp.simulate(SCENE, hp.HoldPosture(), duration=0.01, initial=start, method="rk4", step=1e-6)
+
+    class Fast(Hold):
+        period = 1e-6
+
+    with pytest.raises(ParameterError, match="ticks 1e-06 s apart"):
+        hp.simulate(SCENE, Fast(), duration=0.01, initial=start)
+    with pytest.raises(ParameterError, match="duration"):
+        hp.simulate(SCENE, hp.HoldPosture(), duration=1e11, sample=1.0, allow=True)
+
+
+@pytest.mark.parametrize("controller", [hp.HoldPosture(), Hold()])
+def test_late_runs_have_all_their_samples(controller: Any) -> None:
+    """A run from 1e8 s on had 50 samples too many, or all but the first too few."""
+    start = replace(stood(), time=1e8)
+    trace = hp.simulate(SCENE, controller, duration=0.1, sample=2e-3, initial=start)
+    assert trace.time - 1e8 == pytest.approx(2e-3 * np.arange(51), abs=1e-6)
+    session = hp.Session(SCENE, initial=start, sample=2e-3)
+    session.advance(1e8 + 0.1)
+    assert len(session.trace().time) == 51
+
+
+def test_samples_before_a_time() -> None:
+    for count in (0, 1, 7, 10**6, 10**9, 10**11):
+        assert samples_before(count * 2e-3, 2e-3) == count
+        assert samples_before((count + 0.5) * 2e-3, 2e-3) == count
+
+
+@pytest.mark.parametrize("until", [1e17, 1e300, -1.0, math.nan, math.inf, "1", None, True])
+def test_a_session_does_not_advance_beyond_its_clock(until: Any) -> None:
+    session = hp.Session(SCENE)
+    with pytest.raises(ParameterError, match="until"):
+        session.advance(until)
+    session.advance(0.002)
+    assert session.time == 0.002
+
+
+@pytest.mark.parametrize(
+    "loop", [3, [], "x", {"state": None}, {"state": None, "measured": "x", "commanded": 0},
+             {"state": None, "measured": 1, "commanded": 0, "waiting": []},
+             {"state": None, "measured": 2, "commanded": 2, "waiting": 3},
+             {"state": None, "measured": 3, "commanded": 2, "waiting": [{}]},
+             {"state": None, "measured": 0, "commanded": 0, "waiting": []},
+             {"state": None, "measured": -1, "commanded": -1, "waiting": []},
+             {"state": None, "measured": 2**70, "commanded": 2**70, "waiting": []}],
+)  # fmt: skip
+def test_what_no_loop_has_left_is_refused(loop: Any) -> None:
+    with pytest.raises(ParameterError, match=r"loop"):
+        start = replace(stood(), loop=loop)
+        hp.simulate(SCENE, Hold(), duration=0.02, initial=start)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("q", np.zeros((2, 3))), ("v", 1.0), ("contacts", np.zeros(6)), ("contacts", np.zeros((3, 4))),
+     ("impulse", np.zeros((1, 1))), ("command", np.zeros((2, 2))), ("q", np.zeros(3)),
+     ("contacts", np.zeros((2, 6)))],
+)  # fmt: skip
+def test_arrays_of_a_checkpoint_that_fit_no_scene_are_refused(name: str, value: Any) -> None:
+    with pytest.raises((ParameterError, StateError)) as caught:
+        start = replace(stood(), **{name: value})
+        hp.simulate(SCENE, hp.HoldPosture(), duration=0.01, initial=start)
+    assert getattr(caught.value, "name", "initial") != "method"
+
+
+# pictures -------------------------------------------------------------------------------------
+
+WALK = synthetic_trace(duration=1.0)
+STILL = synthetic_trace(duration=0.0)
+EXTREMES = [1e300, 1e30, 1e7, -1.0, 0.0, 5e-324, 1e-10, math.nan, math.inf, True, "1", 1j, [1.0]]
+
+
+def assert_finite(page: Path) -> None:
+    """Every number that the page holds is finite, also in single precision."""
+    text = page.read_text(encoding="utf-8")
+    (data,) = re.findall(r'type="application/json">(.*?)</script>', text, re.DOTALL)
+
+    def number(digits: str) -> float:
+        assert np.isfinite(np.float32(digits))
+        return float(digits)
+
+    json.loads(data, parse_float=number, parse_constant=number)
+
+
+@pytest.mark.parametrize("name", ["force_scale", "fps"])
+@pytest.mark.parametrize("value", EXTREMES)
+def test_no_picture_has_such_a_scale(tmp_path: Path, name: str, value: Any) -> None:
+    page = tmp_path / "page.html"
+    for trace in (WALK, STILL):
+        for write in (hp.view.write_html, lambda one, *rest, **more: hp.view.write_side_by_side(
+            {"a": one}, *rest, **more
+        )):  # fmt: skip
+            with pytest.raises(ParameterError) as caught:
+                write(trace, page, **{name: value})
+            assert caught.value.name.rpartition(".")[2] == name
+    assert not page.exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [("force_scale", EXTREMES), ("fps", EXTREMES), ("speed", EXTREMES),
+     ("port", [-1, 70_000, 2**70, 1.5, math.nan, "1", True]), ("loop", [1, "yes"]),
+     ("seconds", [-1.0, 1e300, math.nan, math.inf, "1", True])],
+)  # fmt: skip
+def test_no_viewer_has_such_a_setting(name: str, values: list[Any]) -> None:
+    for value in values:
+        with pytest.raises(ParameterError) as caught:
+            hp.view.view(WALK, open_browser=False, **{"seconds": 0.0, name: value})
+        assert caught.value.name.rpartition(".")[2] == name
+
+
+@pytest.mark.parametrize("settings", [
+    {"force_scale": 1e3}, {"force_scale": 1e-9}, {"fps": 1e-3}, {"fps": 1e6},
+])  # fmt: skip
+def test_pages_at_the_ends_of_the_ranges_are_finite(
+    tmp_path: Path, settings: dict[str, float]
+) -> None:
+    page = tmp_path / "page.html"
+    force = np.full_like(WALK.foot_force, 1e150)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for trace in (WALK, STILL, replace(WALK, foot_force=force)):
+            hp.view.write_html(trace, page, **settings)
+            assert_finite(page)
+            hp.view.write_side_by_side({"a": trace, "b": STILL}, page, **settings)
+            assert_finite(page)
+
+
+@pytest.mark.parametrize("polygons", [0, 1_000_000, 1e300, 2**70, True, "3"])
+def test_no_figure_has_so_many_polygons(tmp_path: Path, polygons: Any) -> None:
+    pytest.importorskip("matplotlib")
+    with pytest.raises(ParameterError, match="polygons"):
+        hp.view.write_mass_center_figure(WALK, tmp_path / "figure.png", polygons=polygons)
