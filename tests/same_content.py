@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import re
 from collections.abc import Iterator, Mapping
 from functools import cached_property
+from pathlib import Path
 from types import FunctionType
 from typing import Any
 
@@ -62,11 +64,17 @@ def _content(record: Any) -> dict[str, Any]:
     }
 
 
+ERROR_TYPE = re.compile(r"^class \w+\(.*(?:Error|Interrupted)\):", re.MULTILINE)
+"""What a module has that defines a type of error."""
+
+
 def error_types() -> list[type[HexapodError]]:
     """Every type of error of the package, whichever module it stands in."""
-    for name in hp.__all__:
-        getattr(hp, name)
-    importlib.import_module("hexapod_pin.formulations.inverse")
+    package = Path(hp.__file__).parent
+    for path in sorted(package.rglob("*.py")):
+        if ERROR_TYPE.search(path.read_text("utf-8")):
+            place = path.relative_to(package.parent).with_suffix("")
+            importlib.import_module(".".join(place.parts))
     found, fresh = {HexapodError}, [HexapodError]
     while fresh:
         fresh = [kind for one in fresh for kind in one.__subclasses__() if kind not in found]

@@ -69,9 +69,9 @@ def test_text_that_is_not_utf8_is_told_with_its_byte(data: bytes, tmp_path: Path
 
 
 def test_names_that_no_file_has(tmp_path: Path):
-    with pytest.raises(UrdfError, match="File name too long"):
+    with pytest.raises(UrdfError, match="[Ff]ile name too long"):
         hp.load_robot(tmp_path / ("a" * 300 + ".urdf"))
-    with pytest.raises(UrdfError, match="a folder; give the path"):
+    with pytest.raises(UrdfError, match="a folder.*; give the path"):
         hp.load_robot(tmp_path)
     with pytest.raises(ParameterError, match="null character"):
         hp.load_robot("a\0b.urdf")

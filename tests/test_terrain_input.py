@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -123,10 +122,7 @@ def write_image(path: Path, pixels: np.ndarray) -> Path:
 
 
 @pytest.mark.parametrize("kind", ["8 bit", "16 bit", "colour"])
-@pytest.mark.parametrize("library", ["pillow", "matplotlib"])
-def test_image_brightness_is_height(
-    kind: str, library: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_image_brightness_is_height(kind: str, tmp_path: Path) -> None:
     """White is `height`, black 0; the top row of the image is the largest y."""
     pixels = np.array([[0, 51], [102, 255]], dtype=np.uint8)
     if kind == "16 bit":
@@ -134,22 +130,5 @@ def test_image_brightness_is_height(
     if kind == "colour":
         pixels = np.repeat(pixels[..., None], 3, axis=2)
     path = write_image(tmp_path / "ground.png", pixels)
-    if library == "matplotlib":
-        pytest.importorskip("matplotlib.image")
-        monkeypatch.setattr("hexapod_pin.ground.terrain.height_files._with_pillow", _missing)
     field = hp.HeightField.from_image(path, 0.1, 0.05, origin=(0.0, 0.0))
     assert field.z == pytest.approx(0.05 * np.array([[0.4, 1.0], [0.0, 0.2]]), abs=1e-9)
-
-
-def _missing(path: str | Path) -> np.ndarray:
-    raise ImportError(f"no reader for {path}")
-
-
-def test_image_without_a_reader_says_what_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = write_image(tmp_path / "ground.png", np.zeros((3, 3), dtype=np.uint8))
-    monkeypatch.setitem(sys.modules, "PIL", None)
-    monkeypatch.setitem(sys.modules, "matplotlib.image", None)
-    with pytest.raises(ParameterError, match="pip install"):
-        hp.HeightField.from_image(path, 0.1, 0.05)
