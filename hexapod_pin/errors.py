@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any, NamedTuple
 
 
@@ -28,11 +29,14 @@ class HexapodError(Exception):
         """
         kind, args, state = self._parts()
         sent = {name: _portable(value) for name, value in state.items()}
-        return _rebuilt, (kind, tuple(map(_portable, args)), sent)
+        return _made, (kind, tuple(map(_portable, args))), sent
 
     def __copy__(self) -> Any:
         """Return another error with the same attributes."""
-        return _rebuilt(*self._parts())
+        kind, args, state = self._parts()
+        error = _made(kind, args)
+        error.__setstate__(state)
+        return error
 
     def _parts(self) -> tuple[type[HexapodError], tuple[Any, ...], dict[str, Any]]:
         """Return type, arguments and attributes; some of an ImportError are not in `vars`."""
@@ -40,24 +44,39 @@ class HexapodError(Exception):
         return found[0], found[1], found[2] if len(found) > 2 else {}
 
 
-def _rebuilt(kind: type[HexapodError], args: tuple[Any, ...], state: dict[str, Any]) -> Any:
+def _made(kind: type[HexapodError], args: tuple[Any, ...]) -> Any:
     """Return an error without a call of its constructor, which composes a message from parts."""
-    error = kind.__new__(kind, *args)
-    error.__setstate__(state)
-    return error
+    return kind.__new__(kind, *args)
+
+
+_trials: ContextVar[int] = ContextVar("trials", default=0)
+"""How many `_portable` are at work, one within the other: errors may hold errors, or themselves."""
+
+MOST_TRIALS = 2
+"""Errors further inside are taken as they are."""
 
 
 def _portable(value: Any) -> Any:
     """Return a value if it can be pickled, else its text."""
-    if value is None or type(value) in (str, int, float, bool):
+    if value is None or type(value) in (str, int, float, bool) or _trials.get() == MOST_TRIALS:
         return value
     import pickle
 
+    token = _trials.set(_trials.get() + 1)
     try:
         pickle.dumps(value)
     except Exception:  # whatever the value's own code raises
-        return repr(value)
+        return _text_of(value)
+    finally:
+        _trials.reset(token)
     return value
+
+
+def _text_of(value: Any) -> str:
+    try:
+        return repr(value)
+    except Exception:
+        return object.__repr__(value)
 
 
 class ParameterError(HexapodError, ValueError):

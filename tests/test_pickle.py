@@ -20,6 +20,7 @@ from hexapod_pin.errors import (
     HexapodError,
     NotPicklableError,
     ParameterError,
+    SimulationInterrupted,
     UnknownNameError,
     UrdfError,
 )
@@ -86,6 +87,33 @@ def test_what_cannot_be_pickled_arrives_as_its_text() -> None:
     again = pickle.loads(pickle.dumps(HexapodError(lambda: None)))
     assert type(again) is HexapodError and "lambda" in again.args[0]
     assert copy.copy(ParameterError("x", lock, "a number")).value is lock
+    error = HexapodError("what holds a value that nothing can show")
+    error.trace = Nameless()
+    assert "Nameless" in pickle.loads(pickle.dumps(error)).trace
+
+
+class Nameless:
+    """Has no text and cannot be pickled."""
+
+    def __repr__(self) -> str:
+        """Fail."""
+        raise ValueError("no text")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Fail."""
+        raise ValueError("no pickle")
+
+
+def test_errors_that_hold_errors_or_themselves_survive() -> None:
+    lock = threading.Lock()
+    inner = ParameterError("x", lock, "a number")
+    again = pickle.loads(pickle.dumps(SimulationInterrupted("Ctrl-C", None, [1.5, inner])))
+    assert again.results[0] == 1.5 and again.results[1].value == repr(lock)
+    error = HexapodError("a cycle")
+    error.trace = [error]
+    for way in WAYS.values():
+        again = way(error)
+        assert again.trace[0] is (error if way is copy.copy else again)
 
 
 def test_errors_of_public_calls_survive(tmp_path: Path) -> None:
