@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.control.feedback import Command
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_trajectory import JointTrajectory
@@ -129,11 +130,11 @@ def checked_plan(controller: Any, plan: Any, robot: Robot) -> JointTrajectory:
     return plan
 
 
-def checked_posture(controller: Any, posture: Any, robot: Robot) -> Any:
-    """Return the joint angles (n,) that `posture` has returned [rad], finite and in their range.
+def checked_posture(controller: Any, posture: Any, robot: Robot) -> Array:
+    """Return the joint angles (n,) that `posture` has returned [rad].
 
     Raises:
-        ParameterError: they are something else.
+        ParameterError: they are none, or not finite.
     """
     call, joints = method_name(controller, "posture"), len(robot.joint_names)
     try:
@@ -147,7 +148,8 @@ def checked_posture(controller: Any, posture: Any, robot: Robot) -> Any:
     if len(wrong):
         name = robot.joint_names[wrong[0]]
         raise ParameterError(f"{call}: {name}", float(found[wrong[0]]), "finite [rad]")
-    return found.astype(float)
+    angles: Array = found.astype(float)
+    return angles
 
 
 def checked_answer(call: str, answer: Any) -> tuple[Command, Any]:
@@ -168,4 +170,4 @@ def checked_answer(call: str, answer: Any) -> tuple[Command, Any]:
         )  # fmt: skip
     if not isinstance(answer[0].ramp, bool | np.bool_):
         raise ParameterError(f"{call}: ramp", answer[0].ramp, "a bool")
-    return answer
+    return answer[0], answer[1]

@@ -127,7 +127,8 @@ class LockStep:
             found = np.asarray(None)
         if found.dtype.kind not in "biuf":
             allowed = f"real numbers [{UNITS[name]}], all rows of one length"
-            raise ParameterError(f"{where}{name}", given, allowed)
+            told = f"an array of {found.dtype}" if isinstance(given, np.ndarray) else given
+            raise ParameterError(f"{where}{name}", told, allowed)
         rows = np.ascontiguousarray(found, dtype=float)
         if rows.shape != self._shape:
             allowed = f"of shape {self._shape}: runs, joints of the robot"
@@ -145,5 +146,7 @@ class LockStep:
         return ParameterError(
             f"{where}{name} of {self.robot.joint_names[joint]}",
             float(rows[row, joint]),
-            f"finite and from {lower:.4g} to {upper:.4g} {UNITS[name]}",
+            f"finite, in {UNITS[name]}"
+            if np.isinf(upper)
+            else f"finite and from {lower:.4g} to {upper:.4g} {UNITS[name]}",
         )

@@ -110,8 +110,9 @@ def gait_turn(run: NativeRun) -> dict[str, float]:
     """Return the yaw rate that the controller's gait plans [rad/s], where it has one."""
     gait = run.controller.get("gait")
     rate = gait.get("turn_rate") if isinstance(gait, Mapping) else None
-    number = isinstance(rate, int | float) and not isinstance(rate, bool)
-    return {"gait_turn_rate": float(rate)} if number else {}
+    if isinstance(rate, bool) or not isinstance(rate, int | float):
+        return {}
+    return {"gait_turn_rate": float(rate)}
 
 
 def level_start(run: NativeRun) -> dict[str, dict[str, float]]:

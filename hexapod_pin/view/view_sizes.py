@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numbers
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +22,7 @@ FORCE_SCALES = (1e-9, 1e3, "m/N")
 """Lengths of arrows per force that a picture is made for; a walk's are near 0.01 m/N."""
 
 
-def require_in(name: str, value: float, allowed: tuple[float, float, str]) -> None:
+def require_in(name: str, value: Any, allowed: tuple[float, float, str]) -> None:
     """Refuse a number outside a range, given as its ends and its unit.
 
     Raises:
