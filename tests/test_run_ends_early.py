@@ -14,6 +14,7 @@ import pytest
 from conftest import Run
 
 import hexapod_pin as hp
+from hexapod_pin.control.foot_control import ready_law
 from hexapod_pin.errors import (
     DivergenceError,
     HexapodError,
@@ -25,10 +26,12 @@ from hexapod_pin.errors import (
 )
 from hexapod_pin.formulations import maximal, rigid
 from hexapod_pin.formulations.rigid.contact_events import ContactEventLoop
+from hexapod_pin.fuzz import campaign
 from hexapod_pin.simulation.closed_loop import lock_step_runs
 
 ROBOT = hp.load_robot("kharagpur")
 SCENE = hp.Scene(ROBOT)
+GAIT = hp.Gait.tripod(stroke=0.03)
 END, TICK, DURATION = 0.06, 0.005, 0.1
 ARRAYS = ("time", "q", "v", "torque", "q_ref", "v_ref", "foot_position", "foot_force", "com")
 
@@ -220,7 +223,7 @@ def test_ctrl_c_in_a_controller_stays_an_interruption() -> None:
 
 def test_a_reading_that_is_no_number_costs_nothing_that_was_done() -> None:
     """`FootControl` refuses it; what it had done is there."""
-    control = hp.FootControl(hp.KinematicControl(hp.Gait.tripod(stroke=0.03)))
+    control = hp.FootControl(hp.KinematicControl(GAIT))
 
     @dataclass
     class Broken:
@@ -425,6 +428,24 @@ def test_attributes_of_a_controller_are_checked(name: str, value: Any) -> None:
     with pytest.raises(ParameterError) as caught:
         hp.simulate(SCENE, controller, duration=0.02)
     assert caught.value.name == f"controller.{name}"
+
+
+def test_the_campaign_finds_bare_errors_of_the_controllers_of_the_package(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    control = hp.FootControl(hp.KinematicControl(GAIT))
+    monkeypatch.setattr(ready_law.ReadyLaw, "joint_angles", lambda *_: {}["angles"])
+
+    def of_the_package(_: Any) -> None:
+        hp.simulate(SCENE, control, duration=0.01)
+
+    def of_a_user(_: Any) -> None:
+        hp.simulate(SCENE, Sway("KeyError"), duration=DURATION)
+
+    for name, door in (("package", of_the_package), ("user", of_a_user)):
+        monkeypatch.setitem(campaign.DOORS, name, door)
+    assert campaign.attempt("package", 0).kind == campaign.FAULT
+    assert campaign.attempt("user", 0).kind == campaign.REFUSED
 
 
 # sessions -------------------------------------------------------------------------------------

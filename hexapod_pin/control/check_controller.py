@@ -16,7 +16,7 @@ from hexapod_pin.control.feedback import Command
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_trajectory import JointTrajectory
 from hexapod_pin.control.sensors import Sensors
-from hexapod_pin.errors import ParameterError, user_code
+from hexapod_pin.errors import ParameterError, UserCode
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
@@ -84,7 +84,7 @@ def settings_of(controller: Any) -> dict[str, Any]:
     if to_dict is None:
         return {"kind": f"{type(controller).__module__}.{type(controller).__qualname__}"}
     call = method_name(controller, "to_dict")
-    with user_code(call):
+    with UserCode(call):
         found = to_dict()
     if not isinstance(found, Mapping):
         raise ParameterError(call, type(found).__name__, "a mapping of names to settings")
@@ -152,11 +152,17 @@ def checked_posture(controller: Any, posture: Any, robot: Robot) -> Array:
     return angles
 
 
-def checked_answer(call: str, answer: Any) -> tuple[Command, Any]:
+def called_at(call: str, time: float | None) -> str:
+    """Return a call as messages name it, with its time [s] where it has one."""
+    return call if time is None else f"{call} at t = {time:g} s"
+
+
+def checked_answer(call: str, time: float, answer: Any) -> tuple[Command, Any]:
     """Return what `update` has returned, if it is a command and something beside it.
 
     Args:
-        call: the method and the time of its tick, for messages.
+        call: the method, for messages.
+        time: of its tick [s].
         answer: what it has returned.
 
     Raises:
@@ -165,9 +171,9 @@ def checked_answer(call: str, answer: Any) -> tuple[Command, Any]:
     pair = isinstance(answer, tuple) and len(answer) == 2
     if not (pair and isinstance(answer[0], Command)):
         raise ParameterError(
-            call, type(answer[0] if pair else answer).__name__,
+            called_at(call, time), type(answer[0] if pair else answer).__name__,
             "a pair: a Command, and the state after it", "Return hp.Command(q), state.",
         )  # fmt: skip
     if not isinstance(answer[0].ramp, bool | np.bool_):
-        raise ParameterError(f"{call}: ramp", answer[0].ramp, "a bool")
+        raise ParameterError(f"{called_at(call, time)}: ramp", answer[0].ramp, "a bool")
     return answer[0], answer[1]

@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hexapod_pin.errors import HexapodError
+from hexapod_pin.errors import HexapodError, UserCodeError
 from hexapod_pin.fuzz import material
 from hexapod_pin.fuzz.command_run import LONGEST_WAIT as LONGEST_COMMAND
 from hexapod_pin.fuzz.command_run import PATIENCE, processor_time
@@ -74,6 +74,9 @@ def attempt(door: str, seed: int) -> Outcome:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             DOORS[door](random.Random(f"{door}/{seed}"))
+    except UserCodeError as error:
+        fault = _of_control(error.__cause__)
+        kind = FAULT if fault else REFUSED
     except HexapodError:
         kind = REFUSED
     except FaultFound as found:
@@ -89,6 +92,14 @@ def attempt(door: str, seed: int) -> Outcome:
         kind = FAULT
         fault = f"changes a file of others: {'; '.join(here)}{f'; {fault}' if fault else ''}"
     return Outcome(door, seed, kind, fault, repeat, spent, watched, changed + len(here))
+
+
+def _of_control(cause: BaseException | None) -> str:
+    """Return a bare exception of a controller of the package, which is no user's code; or none."""
+    if not isinstance(cause, Exception) or isinstance(cause, HexapodError):
+        return ""
+    fault = described(cause)
+    return fault if " at control/" in fault else ""
 
 
 def _spent() -> float:

@@ -10,7 +10,7 @@ from typing import Any
 
 from hexapod_pin.control.check_controller import method_name, settings_of
 from hexapod_pin.control.feedback import FeedbackController
-from hexapod_pin.errors import HexapodError, ParameterError, SimulationInterrupted, user_code
+from hexapod_pin.errors import HexapodError, ParameterError, SimulationInterrupted, UserCode
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
@@ -237,7 +237,7 @@ def _start_key(case: Case) -> object:
     if start_key is None:
         return None
     call = method_name(case.controller, "start_key")
-    with user_code(call):
+    with UserCode(call):
         key = start_key(case.scene)
     try:
         hash(key)

@@ -12,7 +12,7 @@ from hexapod_pin.control.check_controller import (
     method_name,
     settings_of,
 )
-from hexapod_pin.errors import HexapodError, SimulationInterrupted, user_code
+from hexapod_pin.errors import HexapodError, SimulationInterrupted, UserCode
 from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.control_loop import ControlLoop, resume
 from hexapod_pin.simulation.controlled_run import ControlledRun
@@ -114,7 +114,7 @@ def _posture(controller: FeedbackController, scene: Scene) -> Array:
     posture = getattr(controller, "posture", None)
     if posture is None:
         return scene.robot.posture
-    with user_code(method_name(controller, "posture")):
+    with UserCode(method_name(controller, "posture")):
         found = posture(scene)
     return checked_posture(controller, found, scene.robot)
 

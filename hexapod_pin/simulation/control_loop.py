@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from hexapod_pin.control.check_controller import checked_answer, method_name
+from hexapod_pin.control.check_controller import called_at, checked_answer, method_name
 from hexapod_pin.control.feedback import FeedbackController, Measurement
 from hexapod_pin.control.sensors import Sensors
-from hexapod_pin.errors import ParameterError, user_code
+from hexapod_pin.errors import ParameterError, UserCode
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.plain_state import odd_part
 from hexapod_pin.simulation.lock_step import LockStep
@@ -58,9 +58,10 @@ class ControlLoop:
         self.measured = self.commanded = max(0, first)  # ticks
         self.waiting: list[Measurement] = []
         call = method_name(controller, "start")
-        with user_code(call):
+        with UserCode(call):
             state = controller.start(runs[0].scene, len(runs))
         self.state = _checked_state(call, state)
+        self.update_name = method_name(controller, "update")
 
     def run_to(self, until: float, progress: Callable[[float], None] | None = None) -> None:
         """Run until a time [s]; what is due at it comes first when the run goes on."""
@@ -90,13 +91,12 @@ class ControlLoop:
     def _command(self) -> None:
         """Ask the controller for the command of a tick, which is still to come where that fails."""
         measurement = self.reader.read(self.commanded, self.waiting[0])
-        time, call = self.commanded * self.period, method_name(self.controller, "update")
-        with user_code(call, time):
+        time, call = self.commanded * self.period, self.update_name
+        with UserCode(call, time):
             answer = self.controller.update(time, measurement, self.state)
-        call = f"{call} at t = {time:g} s"
-        command, state = checked_answer(call, answer)
-        state = _checked_state(call, state)
-        self.together.command(command, self.period, f"{call}: ")
+        command, state = checked_answer(call, time, answer)
+        state = _checked_state(call, state, time)
+        self.together.command(command, self.period, call, time)
         self.state = state
         del self.waiting[0]
         self.commanded += 1
@@ -192,7 +192,7 @@ def _same(a: float, b: float) -> bool:
     return abs(a - b) <= SAME_INSTANT * max(1.0, abs(a), abs(b))
 
 
-def _checked_state(call: str, state: Any) -> Any:
+def _checked_state(call: str, state: Any, time: float | None = None) -> Any:
     """Return the state that a controller has returned, if a checkpoint can hold it.
 
     Raises:
@@ -201,5 +201,5 @@ def _checked_state(call: str, state: Any) -> Any:
     odd = odd_part(state)
     if odd is not None:
         allowed = "made of numbers, arrays of them, str, mappings, lists and tuples"
-        raise ParameterError(f"{call}: {odd[0]}", odd[1], allowed)
+        raise ParameterError(f"{called_at(call, time)}: {odd[0]}", odd[1], allowed)
     return state

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.control.check_controller import called_at
 from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.native_run import NativeRun
@@ -94,30 +95,33 @@ class LockStep:
             loaded=rows[:, self._width - points : self._width - points + self._feet] != 0.0,
         )
 
-    def command(self, command: Command, period: float, where: str = "") -> None:
+    def command(
+        self, command: Command, period: float, call: str = "command", time: float | None = None
+    ) -> None:
         """Give the drives new set-points.
 
         Args:
             command: checked here, but for its `ramp`.
             period: time after which one that ramps arrives [s].
-            where: for messages: who has given it, and when; empty: a session, now.
+            call: what has given it, for messages.
+            time: when [s]; None: now.
 
         Raises:
             ParameterError: no numbers, a wrong shape, not finite, or beyond a joint's range or its
                 largest rate.
         """
-        where = where or f"command at t = {self.time:g} s: "
+        by = (call, self.time if time is None else time)
         from hexapod_pin import native as _native
 
         arrival = self.time + period if command.ramp else -np.inf
-        q = self._rows(where, "q", command.q)
+        q = self._rows(by, "q", command.q)
         v, torque = (
-            NO_ROWS if given is None else self._rows(where, name, given)
+            NO_ROWS if given is None else self._rows(by, name, given)
             for name, given in (("v", command.v), ("torque", command.torque))
         )
         _native.command_together(self._rollouts, q, v, torque, arrival)
 
-    def _rows(self, where: str, name: str, given: Any) -> Array:
+    def _rows(self, by: tuple[str, float], name: str, given: Any) -> Array:
         """Return the checked set-points of the runs that go on."""
         from hexapod_pin import native as _native
 
@@ -128,23 +132,25 @@ class LockStep:
         if found.dtype.kind not in "biuf":
             allowed = f"real numbers [{UNITS[name]}], all rows of one length"
             told = f"an array of {found.dtype}" if isinstance(given, np.ndarray) else given
-            raise ParameterError(f"{where}{name}", told, allowed)
+            raise ParameterError(f"{called_at(*by)}: {name}", told, allowed)
         rows = np.ascontiguousarray(found, dtype=float)
         if rows.shape != self._shape:
             allowed = f"of shape {self._shape}: runs, joints of the robot"
-            raise ParameterError(f"{where}{name}", rows.shape, allowed)
+            raise ParameterError(f"{called_at(*by)}: {name}", rows.shape, allowed)
         if len(self._going) < len(self.runs):
             rows = rows[self._going]
         bad = _native.first_outside(rows, *self._limits[name])
         if bad >= 0:
-            raise self._refusal(where, name, rows, *divmod(bad, self._shape[1]))
+            raise self._refusal(by, name, rows, *divmod(bad, self._shape[1]))
         return rows
 
-    def _refusal(self, where: str, name: str, rows: Array, row: int, joint: int) -> ParameterError:
+    def _refusal(
+        self, by: tuple[str, float], name: str, rows: Array, row: int, joint: int
+    ) -> ParameterError:
         """Return the error that names a set-point that is not good."""
         lower, upper = (limit[joint] for limit in self._limits[name])
         return ParameterError(
-            f"{where}{name} of {self.robot.joint_names[joint]}",
+            f"{called_at(*by)}: {name} of {self.robot.joint_names[joint]}",
             float(rows[row, joint]),
             f"finite, in {UNITS[name]}"
             if np.isinf(upper)

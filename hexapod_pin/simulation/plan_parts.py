@@ -10,7 +10,7 @@ from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.knot_table import MAX_KNOT_SPACING
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
-from hexapod_pin.errors import ParameterError, user_code
+from hexapod_pin.errors import ParameterError, UserCode
 from hexapod_pin.simulation.work_forecast import LIFT
 
 if TYPE_CHECKING:
@@ -91,6 +91,6 @@ def plan_of(
             "Only a KinematicControl whose cycles repeat is planned in parts, by `simulate`. "
             + LIFT,
         )  # fmt: skip
-    with user_code(method_name(controller, "plan")):
+    with UserCode(method_name(controller, "plan")):
         plan = controller.plan(robot, end)
     return checked_plan(controller, plan, robot), None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.errors import DivergenceError, ParameterError, UserCodeError, user_code
+from hexapod_pin.errors import DivergenceError, ParameterError, UserCode, UserCodeError
 from hexapod_pin.formulations.maximal.ode_system import OdeSystem
 from hexapod_pin.formulations.maximal.reduced import configuration, velocity
 from hexapod_pin.formulations.maximal.steppers import Dop853Stepper, Rk4Stepper
@@ -84,7 +84,7 @@ def integrate(
         """Return what the servos are to reach."""
         if set_points is None:
             return none, none
-        with user_code("set_points", time):
+        with UserCode("set_points", time):
             return set_points(time)
 
     system = OdeSystem(model, reference, start, projected=projected)
