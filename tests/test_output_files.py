@@ -198,7 +198,10 @@ def _limited(line: tuple[str, ...], folder: Path, size: int) -> subprocess.Compl
     return subprocess.run(
         [sys.executable, "-m", "hexapod_pin", *line], cwd=folder, capture_output=True, text=True,
         check=False, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)),
-        env={**os.environ, "PYTHONPATH": str(Path(hp.__file__).parents[1])},
+        env={  # the byte code of modules would be cut off at that size
+            **os.environ, "PYTHONPATH": str(Path(hp.__file__).parents[1]),
+            "PYTHONDONTWRITEBYTECODE": "1",
+        },
     )  # fmt: skip
 
 
