@@ -92,9 +92,9 @@ if TYPE_CHECKING:
     from hexapod_pin.results.sizing import MotorBudget as MotorBudget
     from hexapod_pin.results.sizing import MotorRanking as MotorRanking
     from hexapod_pin.results.sizing import MotorUse as MotorUse
-    from hexapod_pin.results.sizing import joint_demand as joint_demand
-    from hexapod_pin.results.sizing import motor_budget as motor_budget
-    from hexapod_pin.results.sizing import motor_ranking as motor_ranking
+    from hexapod_pin.results.sizing.motor_budget import motor_budget as motor_budget
+    from hexapod_pin.results.sizing.motor_ranking import motor_ranking as motor_ranking
+    from hexapod_pin.results.sizing.trace_demand import joint_demand as joint_demand
     from hexapod_pin.results.stability import Stability as Stability
     from hexapod_pin.results.stability import stability as stability
     from hexapod_pin.results.study_file import load_study as load_study

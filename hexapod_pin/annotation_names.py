@@ -37,8 +37,8 @@ class _Names(dict[str, Any]):
         if hasattr(builtins, name):
             return getattr(builtins, name)
         source = _imports_for_checking(self._module).get(name)
-        if source is None:
-            raise NameError(name)
+        if source is None:  # such as another name for a type, for type checkers alone
+            return Any
         return getattr(import_module(source[0]), source[1])
 
 

@@ -1,8 +1,13 @@
-"""Arguments of public calls, checked against their annotations before anything runs.
+"""Arguments of public calls, checked against their annotations.
 
 `@checked` goes on a public function or class: an argument of a wrong type, or a number that is not
-finite, ends in a `ParameterError` that names call and argument. Ranges, and how arguments fit
-together, are for the call itself and for the parameter sets it takes (`hexapod_pin.spec`).
+finite, ends in a `ParameterError` that names call and argument, before anything runs. Ranges, and
+how arguments fit together, are for the call itself and for the parameter sets it takes
+(`hexapod_pin.spec`).
+
+The public methods of such a class, of parameter sets and of records are called by the package
+itself, some at every tick of a run. Their arguments are looked at where a call fails, so that a
+call that succeeds costs nothing: an argument of a wrong kind then ends in the same error.
 """
 
 from __future__ import annotations
@@ -12,9 +17,10 @@ import inspect
 from collections.abc import Callable
 from typing import Any, TypeVar, overload
 
-from hexapod_pin.errors import ParameterError
-from hexapod_pin.value_kinds import Check, WrongKindError, kind_of
+from hexapod_pin.errors import HexapodError, ParameterError
+from hexapod_pin.value_kinds import Check, WrongKindError, kind_of, takes_arrays
 
+Owner = TypeVar("Owner", bound=type)
 Public = TypeVar("Public", bound=Callable[..., Any])
 
 
@@ -36,31 +42,119 @@ def checked(public: Public | None = None, *, but: str = "") -> Any:
         return functools.partial(checked, but=but)
     if inspect.isclass(public):
         public.__init__ = _checked(vars(public)["__init__"], public.__name__, but)  # type: ignore[method-assign]
+        explain_methods(public)
         return public
     return _checked(public, public.__name__, but)
 
 
 def _checked(function: Any, name: str, but: str) -> Any:
-    signature = inspect.signature(function)
-    checks: dict[str, Check] = {}
+    arguments = _Arguments(function, name, but)
 
     @functools.wraps(function)
     def call(*args: Any, **keywords: Any) -> Any:
-        if not checks:
-            checks.update(_checks_of(function, signature))
-        given = signature.bind(*args, **keywords).arguments
-        for argument, value in given.items():
-            if argument == but:
-                continue
-            check = checks[argument]
-            try:
-                check(value)
-            except WrongKindError as error:
-                where = f"{name}.{argument}{error.where}"
-                raise ParameterError(where, error.value, error.allowed) from None
+        arguments.check(args, keywords)
         return function(*args, **keywords)
 
     return call
+
+
+def explain_methods(owner: Owner) -> Owner:
+    """Let public methods that a class defines name an argument of a wrong kind when they fail.
+
+    What was decorated by `checked` stays as it is.
+
+    Returns:
+        The class: this is a decorator, too.
+    """
+    for name, member in list(vars(owner).items()):
+        kind = type(member) if isinstance(member, classmethod | staticmethod) else None
+        function = member if kind is None else member.__func__
+        if name.startswith("_") or not inspect.isfunction(function):
+            continue
+        if not hasattr(function, "__wrapped__"):
+            explained = _explained(function, f"{owner.__name__}.{name}")
+            setattr(owner, name, explained if kind is None else kind(explained))
+    return owner
+
+
+def _explained(function: Any, name: str) -> Any:
+    arguments = _Arguments(function, name, "")
+
+    if inspect.isgeneratorfunction(function):  # fails only when it is iterated
+        return _checked(function, name, "")
+
+    @functools.wraps(function)
+    def call(*args: Any, **keywords: Any) -> Any:
+        try:
+            return function(*args, **keywords)
+        except HexapodError:
+            raise
+        except Exception as failure:
+            arguments.check(args, keywords, failure)
+            raise
+
+    return call
+
+
+class _Arguments:
+    """The arguments of a function and what its annotations ask of them."""
+
+    def __init__(self, function: Any, name: str, but: str) -> None:
+        self.function, self.name, self.but = function, name, but
+        self.signature = inspect.signature(function)
+        self.checks: dict[str, Check] = {}
+
+    def check(
+        self, args: tuple[Any, ...], keywords: dict[str, Any], failure: Exception | None = None
+    ) -> None:
+        """Refuse an argument of a wrong kind; the first of them.
+
+        Raises:
+            ParameterError: there is one; its cause is the failure.
+            TypeError: the arguments are not those of the function, and there is no failure.
+        """
+        if not self.checks:
+            self.checks.update(_checks_of(self.function, self.signature))
+        try:
+            given = self.signature.bind(*args, **keywords).arguments
+        except TypeError:
+            if failure is None:
+                raise
+            return
+        for argument, value in given.items():
+            if argument == self.but:
+                continue
+            try:
+                self.checks[argument](value)
+            except WrongKindError as error:
+                where = f"{self.name}.{argument}{error.where}"
+                raise ParameterError(where, error.value, error.allowed) from failure
+        if failure is not None:
+            self._check_arrays(given, failure)
+
+    def _check_arrays(self, given: dict[str, Any], failure: Exception) -> None:
+        """Refuse lists where arrays are wanted, and arrays whose shapes do not fit together.
+
+        Raises:
+            ParameterError: there is such an argument; its cause is the failure.
+        """
+        import numpy as np
+
+        shapes = {}
+        for argument, value in given.items():
+            annotation = self.signature.parameters[argument].annotation
+            array, like = takes_arrays(annotation, self.function)
+            if array and not isinstance(value, np.ndarray | np.number | float | int | None):
+                allowed = "a NumPy array"
+                raise ParameterError(f"{self.name}.{argument}", value, allowed) from failure
+            if array or like:
+                shapes[argument] = np.shape(value)
+        try:
+            np.broadcast_shapes(*shapes.values())
+        except ValueError:
+            where = f"{self.name}.{', '.join(shapes)}"
+            allowed = "arrays whose shapes fit together"
+            raise ParameterError(where, tuple(shapes.values()), allowed) from failure
 
 
 def _checks_of(function: Any, signature: inspect.Signature) -> dict[str, Check]:

@@ -9,6 +9,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from hexapod_pin.arguments import explain_methods
+
 Record = TypeVar("Record", bound="Immutable")
 
 
@@ -23,6 +25,11 @@ class Immutable:
     """
 
     __slots__ = ()
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Let public methods name an argument of a wrong kind when they fail."""
+        super().__init_subclass__(**options)
+        explain_methods(cls)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return the fields, and the names of those that nothing can write to."""

@@ -12,6 +12,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
+from hexapod_pin.arguments import explain_methods
 from hexapod_pin.errors import ParameterError
 
 LARGEST_NUMBER = 1e30
@@ -33,6 +34,11 @@ class Spec(BaseModel):
             super().__init__(**fields)
         except ValidationError as error:
             raise parameter_error(type(self).__name__, error) from error
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **options: Any) -> None:
+        """Let public methods name an argument of a wrong kind when they fail."""
+        explain_methods(cls)
 
     @model_validator(mode="before")
     @classmethod

@@ -86,7 +86,8 @@ def read_bytes(path: str | Path, most: int) -> bytes:
 
 def _content(file: int, size: int, path: str | Path, most: int) -> bytes:
     """Return what an open file holds; it may grow, and one of /proc says that it is empty."""
-    pieces, length = [], 0
+    pieces: list[bytes] = []
+    length = 0
     while piece := os.read(file, size + 1 if not pieces else PIECE):
         pieces.append(piece)
         length += len(piece)

@@ -50,6 +50,19 @@ def kind_of(annotation: Any, function: Any, *, of_all: Any = None) -> Check:
     return check
 
 
+def takes_arrays(annotation: Any, function: Any) -> tuple[bool, bool]:
+    """Tell whether an annotation asks for an array itself, and for what makes one (`ArrayLike`)."""
+    found = resolved(annotation, function)
+    kinds = {getattr(typing.get_origin(part) or part, "__name__", "") for part in _parts(found)}
+    return "ndarray" in kinds, _array_like_parts() <= set(typing.get_args(found))
+
+
+def _parts(kind: Any) -> tuple[Any, ...]:
+    """Return the members of a union; a type that is none by itself."""
+    union = typing.get_origin(kind) in (typing.Union, types.UnionType)
+    return typing.get_args(kind) if union else (kind,)
+
+
 def _check(kind: Any) -> Check:
     """Return the check of a type."""
     origin, parts = typing.get_origin(kind), typing.get_args(kind)
@@ -186,12 +199,20 @@ def _any_of(checks: list[Check]) -> Check:
 
 def _each(check: Check) -> Check:
     def check_all(value: Any) -> None:
-        if isinstance(value, str | bytes | Mapping) or not hasattr(value, "__len__"):
+        if isinstance(value, str | bytes | Mapping) or not _has_length(value):
             raise WrongKindError(value, "several of them, such as a list")
         for index, one in enumerate(value):
             _inside(check, one, f"[{index}]")
 
     return check_all
+
+
+def _has_length(value: Any) -> bool:
+    """Tell whether a value has a length; an array without an axis has none."""
+    try:
+        return len(value) >= 0
+    except TypeError:
+        return False
 
 
 def _row(checks: list[Check]) -> Check:

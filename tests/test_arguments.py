@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import ArrayLike
 
 import hexapod_pin as hp
-from hexapod_pin.arguments import checked
+from hexapod_pin.arguments import checked, explain_methods
 from hexapod_pin.errors import ParameterError
 
 SCENE = hp.Scene(hp.load_robot("kharagpur"))
@@ -147,3 +147,67 @@ def test_every_public_call_refuses_an_object_of_no_kind(name: str):
     if required:
         with pytest.raises(ParameterError, match=required[0]):
             public(**dict.fromkeys(required, object()))
+
+
+METHODS = {
+    "class method": (
+        lambda: hp.Segment.rod(None, 0.1, 0.01, (0.0, 1.0), 1.0, 1.0),
+        "Segment.rod.mass",
+    ),
+    "static method": (lambda: hp.Contact.preset([]), "Contact.preset.name"),
+    "parameter set": (lambda: hp.Contact.s1().with_mu("x"), "Contact.with_mu.mu"),
+    "record": (lambda: hp.load_catalog().get(3), "Catalog.get.model"),
+    "path": (lambda: hp.load_catalog().save(b"x"), "Catalog.save.path"),
+    "list for an array": (
+        lambda: hp.Sine(amplitude=1.0, period=1.0).value_and_rate([0.0]),
+        "Sine.value_and_rate.time",
+    ),
+    "ragged": (lambda: hp.Flat().height_at([[1.0, 2.0], [3.0]], 0.0), "height_at.x"),
+    "shapes": (lambda: hp.Flat().height_at([1.0, 2.0], [1.0, 2.0, 3.0]), "height_at.x, y"),
+}
+
+
+@pytest.mark.parametrize("kind", METHODS)
+def test_a_method_names_the_argument_that_made_it_fail(kind: str) -> None:
+    """Methods ended in bare TypeErrors, AttributeErrors and ValueErrors of NumPy."""
+    call, where = METHODS[kind]
+    with pytest.raises(ParameterError) as caught:
+        call()
+    assert where in caught.value.name
+
+
+def test_a_generator_checks_its_arguments_when_it_is_called() -> None:
+    command = hp.VelocityCommand(time=[0.0], forward=[0.1])
+    with pytest.raises(ParameterError) as caught:
+        command.gaits(3)
+    assert caught.value.name == "VelocityCommand.gaits.gait"
+
+
+def test_what_a_method_raises_itself_passes_unchanged() -> None:
+    """Only a wrong argument is another error, and the first error is its cause."""
+
+    @explain_methods
+    class Own:
+        def divide(self, by: float) -> float:
+            return 1.0 / by
+
+        def refuse(self, by: float) -> float:
+            raise ParameterError("by", by, "another")
+
+        @property
+        def two(self) -> int:
+            return 2
+
+    own = Own()
+    assert (own.divide(2.0), own.two) == (0.5, 2)
+    with pytest.raises(ZeroDivisionError):
+        own.divide(0.0)
+    with pytest.raises(TypeError, match="missing"):
+        own.divide()  # type: ignore[call-arg]
+    with pytest.raises(ParameterError) as caught:
+        own.divide("x")  # type: ignore[arg-type]
+    assert caught.value.name == "Own.divide.by"
+    assert isinstance(caught.value.__cause__, TypeError)
+    with pytest.raises(ParameterError) as caught:
+        own.refuse("x")  # type: ignore[arg-type]
+    assert caught.value.name == "by"

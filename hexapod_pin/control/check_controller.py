@@ -16,7 +16,8 @@ from hexapod_pin.control.feedback import Command
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_trajectory import JointTrajectory
 from hexapod_pin.control.sensors import Sensors
-from hexapod_pin.errors import ParameterError, UserCode
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.user_code import UserCode
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot

@@ -20,7 +20,7 @@ State = Any
 """What a controller remembers: nothing, numbers, arrays, or mappings and sequences of them."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Measurement:
     """What a robot could know at one time, n joints and F feet, after leading axes.
 
@@ -48,7 +48,7 @@ class Measurement:
     loaded: NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Command:
     """Set-points of the joint drives, `Robot.joint_names` order; (B, n) each from a controller.
 

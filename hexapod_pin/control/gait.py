@@ -180,7 +180,7 @@ class Gait(Spec):
         """
         if legs not in LEG_COUNTS:
             raise GaitError(_no_table("wave", legs), "legs", None)
-        duty = usual_wave_duty(legs) if duty is None else duty
+        duty = usual_wave_duty(legs) if duty is None else float(duty)
         least = smallest_wave_duty(legs)
         if 0.0 < duty < least - PHASE_TOLERANCE:
             raise GaitError(
@@ -203,7 +203,7 @@ class Gait(Spec):
             fields: stroke, cycle_time, lift, heading, turn_rate, name.
         """
         if not isinstance(phases, Mapping):
-            phases = tuple(np.asarray(phases).tolist())
+            phases = tuple(np.atleast_1d(phases).tolist())
         return cls(phases=phases, duty=duty, **fields)
 
     @staticmethod

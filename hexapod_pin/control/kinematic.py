@@ -109,6 +109,8 @@ class KinematicControl:
         Raises:
             GaitError, ParameterError: as `plan`.
         """
+        if not 0.0 <= since <= until:
+            raise ParameterError("since, until", (since, until), "in their order, from 0 s on")
         path = self.path(robot)
         refuse_impossible(robot, self.gait, self.body)
         six = six_legs(robot).along(self.gait, self.velocity)

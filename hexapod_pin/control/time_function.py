@@ -20,6 +20,10 @@ MAX_REPETITIONS = 1_000_000
 """Periods up to which the kinks of a repetition are listed."""
 
 
+FARTHEST_START = 1e12
+"""Periods from 0 within which a repetition begins: farther away the time of its kinks is lost."""
+
+
 class Sum(MotionFunction):
     """The sum of functions of time and constants, as ADAMS motions are sums of STEPs.
 
@@ -103,12 +107,17 @@ class Periodic(MotionFunction):
         Raises:
             ParameterError: there are more than MAX_REPETITIONS periods until then.
         """
+        if not end >= 0.0:
+            return ()
         if end > MAX_REPETITIONS * self.period:
             raise ParameterError(
                 "Periodic.period",
                 self.period,
                 f"at least {end / MAX_REPETITIONS:g} s up to {end:g} s",
             )
+        if abs(self.start) > FARTHEST_START * self.period:
+            allowed = f"within {FARTHEST_START:g} periods of 0 s"
+            raise ParameterError("Periodic.start", self.start, allowed)
         own = [k for k in self.function.kinks_until(self.period) if 0.0 < k < self.period]
         first = np.floor(-self.start / self.period)
         cycles = np.arange(first, np.floor((end - self.start) / self.period) + 1.0)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.arguments import explain_methods
 from hexapod_pin.errors import UnknownNameError
 
 if TYPE_CHECKING:
@@ -166,6 +167,7 @@ class Confidence:
     values: tuple[float, ...] = ()
 
 
+@explain_methods
 @dataclass(frozen=True)
 class MotorSelection:
     """Motors ranked for a robot.

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from types import MappingProxyType
 from typing import Any, Protocol, TypeVar
 
+from hexapod_pin.arguments import explain_methods
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.plain_json import without_non_finite
@@ -85,6 +86,7 @@ class FootImpulse:
     impulse: Spread
 
 
+@explain_methods
 @dataclass(frozen=True)
 class PeakVerdicts:
     """The peaks of a whole robot with their verdicts; `table()` prints them.

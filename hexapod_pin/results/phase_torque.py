@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexapod_pin.arguments import checked
+from hexapod_pin.arguments import checked, explain_methods
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.results.budget_table import aligned
@@ -41,6 +41,7 @@ class PhaseTorque:
     rms_moment: float | None  # [N m]
 
 
+@explain_methods
 @dataclass(frozen=True)
 class PhaseTorques:
     """All joints in both phases.

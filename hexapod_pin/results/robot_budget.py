@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, TypeVar
 
+from hexapod_pin.arguments import explain_methods
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.results.budget_table import joint_lines, kind_lines
 from hexapod_pin.results.joint_budget import JointBudget, KindBudget
@@ -33,6 +34,7 @@ PEAK_CAVEAT = {
 }
 
 
+@explain_methods
 @dataclass(frozen=True)
 class TorqueBudget:
     """The budget of a whole robot; `table()` prints it.

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hexapod_pin.arguments import explain_methods
 from hexapod_pin.results.planned_turn import gait_turn_rate
 from hexapod_pin.results.robot_budget import TorqueBudget
 from hexapod_pin.results.summary import Summary
@@ -48,6 +49,7 @@ METRICS: dict[str, Metric] = {
 """Name: unit and meaning of every number, in the order of tables."""
 
 
+@explain_methods
 @dataclass(frozen=True)
 class WalkMetrics:
     """One walk in the numbers by which controllers are compared; units and meanings: `METRICS`.

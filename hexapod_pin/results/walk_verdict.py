@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
-from hexapod_pin.arguments import checked
+from hexapod_pin.arguments import checked, explain_methods
 from hexapod_pin.results.event import Event
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_advice import advice
@@ -27,6 +27,7 @@ LEAST_SHARE = 0.8
 """Share of the planned way, and of the planned yaw, from which a robot walks."""
 
 
+@explain_methods
 @dataclass(frozen=True, eq=False)
 class WalkVerdict:
     """What a run comes to as a walk; lengths in metres, angles in radians.

@@ -111,6 +111,8 @@ def amplification(
     """
     if not duration > 0.0:
         raise ParameterError("duration", duration, "above 0 s")
+    if seed < 0:
+        raise ParameterError("seed", seed, "0 or more")
     case = Case(
         scene, controller, initial, duration=duration, sample=sample, method="ndf",
         accuracy=STEP_ACCURACY, estimate=False, record=("torque",),

@@ -6,18 +6,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from typing import Any
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.errors import (
-    ParameterError,
-    SimulationInterrupted,
-    UserCodeError,
-    user_callback,
-)
+from hexapod_pin.errors import ParameterError, SimulationInterrupted, UserCodeError
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.batch_runs import BatchRuns
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.run_settings import RunSettings
 from hexapod_pin.simulation.work_limits import WorkLimits, chosen_limits
+from hexapod_pin.user_code import user_callback
 
 MOST_THREADS = 1024
 """More than the processors of any machine that this is for."""

@@ -10,7 +10,7 @@ from typing import Any
 
 from hexapod_pin.control.check_controller import method_name, settings_of
 from hexapod_pin.control.feedback import FeedbackController
-from hexapod_pin.errors import HexapodError, ParameterError, SimulationInterrupted, UserCode
+from hexapod_pin.errors import HexapodError, ParameterError, SimulationInterrupted
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
@@ -18,6 +18,7 @@ from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.closed_loop import controlled_loop, lock_step_runs
 from hexapod_pin.simulation.native_run import PROGRESS_INTERVAL, NativeRun, open_loop_run
+from hexapod_pin.user_code import UserCode
 
 Result = tuple[int, Trace | Summary | Exception]
 """Index of a case, and what it came to."""

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any
 from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.control.feedback import FeedbackController
-from hexapod_pin.errors import ParameterError, user_callback
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.recording import recorded_groups
 from hexapod_pin.simulation.case_data import case_to_dict, read_case
 from hexapod_pin.simulation.case_digest import case_digest
 from hexapod_pin.simulation.run_settings import RunSettings
 from hexapod_pin.simulation.work_limits import WorkLimits
+from hexapod_pin.user_code import user_callback
 from hexapod_pin.user_file import read_text, user_path
 
 if TYPE_CHECKING:

@@ -12,13 +12,14 @@ from hexapod_pin.control.check_controller import (
     method_name,
     settings_of,
 )
-from hexapod_pin.errors import HexapodError, SimulationInterrupted, UserCode
+from hexapod_pin.errors import HexapodError, SimulationInterrupted
 from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.control_loop import ControlLoop, resume
 from hexapod_pin.simulation.controlled_run import ControlledRun
 from hexapod_pin.simulation.native_run import NativeRun, begin_of, starting_point
 from hexapod_pin.simulation.session import live_run
 from hexapod_pin.simulation.work_forecast import check_work
+from hexapod_pin.user_code import UserCode
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array

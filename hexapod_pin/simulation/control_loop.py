@@ -16,11 +16,12 @@ import numpy as np
 from hexapod_pin.control.check_controller import called_at, checked_answer, method_name
 from hexapod_pin.control.feedback import FeedbackController, Measurement
 from hexapod_pin.control.sensors import Sensors
-from hexapod_pin.errors import ParameterError, UserCode
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.plain_state import odd_part
 from hexapod_pin.simulation.lock_step import LockStep
 from hexapod_pin.simulation.native_run import NativeRun
+from hexapod_pin.user_code import UserCode
 
 SAME_INSTANT = 1e-12
 """Times closer than this share of themselves (or of 1 s) are one instant."""

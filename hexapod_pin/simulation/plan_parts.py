@@ -10,8 +10,9 @@ from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.knot_table import MAX_KNOT_SPACING
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
-from hexapod_pin.errors import ParameterError, UserCode
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.work_forecast import LIFT
+from hexapod_pin.user_code import UserCode
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory

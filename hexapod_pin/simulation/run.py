@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 from hexapod_pin.arguments import checked
 from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.control.planning_progress import planning_told_to
-from hexapod_pin.errors import SimulationInterrupted, user_callback
+from hexapod_pin.errors import SimulationInterrupted
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.closed_loop import closed_loop_run, controlled_loop
 from hexapod_pin.simulation.controlled_run import ControlledRun
 from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
 from hexapod_pin.simulation.work_limits import chosen_limits
+from hexapod_pin.user_code import user_callback
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from hexapod_pin.arguments import explain_methods
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -61,6 +63,7 @@ class Scores:
         }  # fmt: skip
 
 
+@explain_methods
 @dataclass(frozen=True)
 class TuningResult:
     """Parameters that were tuned, with what they are worth.

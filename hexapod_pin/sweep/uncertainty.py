@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hexapod_pin.arguments import checked
+from hexapod_pin.arguments import checked, explain_methods
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.summary_layout import LAYOUT
@@ -22,6 +22,7 @@ LEVEL = 0.95
 """Probability of the interval of a share."""
 
 
+@explain_methods
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
     """One quantity of the walks of a study, over its uncertain inputs.

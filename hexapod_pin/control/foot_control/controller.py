@@ -120,11 +120,13 @@ class FootControl(Immutable):
             GaitError: the robot has other than six legs of three joints, holds joints, or cannot
                 walk the plan.
         """
+        _require_scene("FootControl.posture", scene)
         require_six_of_three(scene.robot, "FootControl", held=False)
         return first_posture(scene.robot, self.walk)
 
     def start_key(self, scene: Any) -> str:
         """Return what gains follow from: scenes with equal ones can be run in lock-step."""
+        _require_scene("FootControl.start_key", scene)
         robot, drive = scene.robot, scene.servos.model_dump_json() + scene.contact.model_dump_json()
         return digest(f"{robot.digest} {robot.posture} {robot.feet} {scene.gravity} {drive}")
 
@@ -167,3 +169,13 @@ class FootControl(Immutable):
             if part is not None:
                 settings[name] = json.loads(part.model_dump_json())
         return settings
+
+
+def _require_scene(call: str, scene: Any) -> None:
+    """Refuse what is no scene; this layer knows none by its type.
+
+    Raises:
+        ParameterError: it has not what a `Scene` has.
+    """
+    if not all(hasattr(scene, name) for name in ("robot", "servos", "contact", "gravity")):
+        raise ParameterError(f"{call}.scene", type(scene).__name__, "a Scene")

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.drive.catalog.motor_record import MotorRecord
 from hexapod_pin.drive.catalog.table import catalog_table
@@ -23,6 +24,7 @@ SAME_VOLTAGE = 1e-6
 """Relative difference up to which two voltages are the same [-]."""
 
 
+@checked
 @dataclass(frozen=True)
 class Catalog:
     """Motors, one record per model and voltage.

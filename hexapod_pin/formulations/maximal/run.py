@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.errors import DivergenceError, ParameterError, UserCode, UserCodeError
+from hexapod_pin.errors import DivergenceError, ParameterError, UserCodeError
 from hexapod_pin.formulations.maximal.ode_system import OdeSystem
 from hexapod_pin.formulations.maximal.reduced import configuration, velocity
 from hexapod_pin.formulations.maximal.steppers import Dop853Stepper, Rk4Stepper
+from hexapod_pin.user_code import UserCode
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 
 if TYPE_CHECKING:
@@ -53,6 +54,8 @@ class HeightGrid(Immutable):
         """Return height and its derivatives to x and y, all of one shape."""
         rows, columns = self.z.shape
         x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        if not (np.isfinite(x).all() and np.isfinite(y).all()):
+            raise ParameterError("x, y", "not finite", "finite [m]")
         i, wx, dwx = _weights((x - self.origin[0]) / self.spacing[0], columns)
         j, wy, dwy = _weights((y - self.origin[1]) / self.spacing[1], rows)
         around = np.pad(self.z, 3, mode="edge")

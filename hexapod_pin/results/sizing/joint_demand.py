@@ -169,7 +169,7 @@ class JointDemand(Immutable):
             joint_names=names, kinds=tuple(kinds or joint_kinds(names, n // 3)),
             time=t, torque=tau, speed=rate, acceleration=np.gradient(rate, t, axis=0),
             cycles=cycles, peaks=SAMPLES, **sampled_numbers(t, tau, rate, cycles or 1),
-            **{k: _per_joint(v, n) for k, v in given.items()},
+            **{k: _per_joint(k, v, n) for k, v in given.items()},
             **whole,
         )  # fmt: skip
 
@@ -231,8 +231,11 @@ class JointDemand(Immutable):
 
         Args:
             armature: at the joint [kg m^2]. One number or (n,).
+
+        Raises:
+            ParameterError: it has another shape.
         """
-        more = np.asarray(armature, dtype=float) - self.armature
+        more = _per_joint("armature", armature, len(self.joint_names)) - self.armature
         square = (
             self.rms_torque**2
             + 2.0 * more * self.torque_acceleration
@@ -268,5 +271,13 @@ class JointDemand(Immutable):
         )
 
 
-def _per_joint(value: ArrayLike, count: int) -> Any:
-    return np.broadcast_to(np.asarray(value, dtype=float), count).copy()
+def _per_joint(name: str, value: ArrayLike, count: int) -> Any:
+    """Return a value of each joint.
+
+    Raises:
+        ParameterError: it is neither one number nor one of each joint.
+    """
+    found = np.asarray(value, dtype=float)
+    if found.shape not in ((), (count,)):
+        raise ParameterError(name, found.shape, f"one number, or one for each of {count} joints")
+    return np.broadcast_to(found, count).copy()

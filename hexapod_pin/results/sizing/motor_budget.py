@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from hexapod_pin.arguments import checked
+from hexapod_pin.arguments import checked, explain_methods
 from hexapod_pin.drive.catalog import MotorRecord
 from hexapod_pin.drive.derating import Derating
 from hexapod_pin.errors import ParameterError, UnknownNameError
@@ -25,6 +25,7 @@ NO_MOTOR = ("slide",)
 """Kinds of joints that no motor of a catalogue drives: they need a force."""
 
 
+@explain_methods
 @dataclass(frozen=True)
 class MotorBudget:
     """Whether a motor carries the joints, and at what load; `table()` prints it.

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hexapod_pin.arguments import checked
+from hexapod_pin.arguments import checked, explain_methods
 from hexapod_pin.results.budget_table import aligned
 from hexapod_pin.results.sizing.joint_demand import JointDemand
 from hexapod_pin.results.sizing.motor_budget import MotorBudget, motor_budget
@@ -27,6 +27,7 @@ SHOWN = 15
 """Motors of the text table that do not pass."""
 
 
+@explain_methods
 @dataclass(frozen=True)
 class MotorRanking:
     """Motors in their order for one run.

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from hexapod_pin.arguments import explain_methods
 from hexapod_pin.results.plain_json import without_non_finite
 
 UNKNOWN = "unknown"
@@ -18,6 +19,7 @@ USES = (
 """Need over what the derated motor allows."""
 
 
+@explain_methods
 @dataclass(frozen=True)
 class MotorUse:
     """What one joint, or the worst of several, takes of a motor. A use passes at <= 1.
@@ -104,6 +106,7 @@ class MotorUse:
         return max(use for use in uses if use is not None)
 
 
+@explain_methods
 @dataclass(frozen=True)
 class BatteryLoad:
     """What all joints together draw at the same time; from data-sheet currents, an estimate.

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.robot.description.urdf_file import LARGEST_LENGTH
+
 Vector = tuple[float, float, float]
 
 
@@ -21,7 +26,11 @@ def box_inertia(mass: float, size: Vector) -> Vector:
     Args:
         mass: mass [kg].
         size: full edge lengths along x, y, z [m].
+
+    Raises:
+        ParameterError: a length is beyond `LARGEST_LENGTH`.
     """
+    _require_lengths(size)
     x, y, z = (edge**2 for edge in size)
     return mass / 12 * (y + z), mass / 12 * (x + z), mass / 12 * (x + y)
 
@@ -33,6 +42,16 @@ def rod_inertia(mass: float, length: float, radius: float) -> Vector:
         mass: mass [kg].
         length: length along x [m].
         radius: radius [m].
+
+    Raises:
+        ParameterError: a length is beyond `LARGEST_LENGTH`.
     """
+    _require_lengths((length, radius))
     across = mass / 12 * (3 * radius**2 + length**2)
     return mass / 2 * radius**2, across, across
+
+
+def _require_lengths(lengths: Iterable[float]) -> None:
+    for length in lengths:
+        if not abs(length) <= LARGEST_LENGTH:
+            raise ParameterError("length", length, f"at most {LARGEST_LENGTH:g} m")

@@ -233,7 +233,7 @@ def store_errors(path: Path, kept: int | None = None) -> Iterator[None]:
     """
     try:
         yield
-    except ParameterError as error:
+    except (ParameterError, UnicodeDecodeError) as error:  # the latter: of a name in the schema
         raise damaged(path, str(error)) from error
     except sqlite3.Error as error:
         raise _store_error(path, kept, error) from error

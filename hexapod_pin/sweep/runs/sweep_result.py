@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.arguments import checked
+from hexapod_pin.arguments import checked, explain_methods
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.results.file_ending import NETCDF, check_ending
 from hexapod_pin.results.netcdf import Column, write_netcdf
@@ -35,6 +35,7 @@ ENDINGS = (*NETCDF, *CSV)
 """Of a dataset's file."""
 
 
+@explain_methods
 class SweepResult:
     """What a store held when it was opened; a sweep under way may be looked at.
 
