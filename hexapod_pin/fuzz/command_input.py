@@ -29,6 +29,7 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("budget", "walk.nc"), ("budget", "walk.nc", "--catalog-file", "motors.csv"),
     ("stability", "walk.nc"), ("compare", "case.toml", "--controllers", "conventional,slip"),
     ("sweep", "study.toml"), ("sweep", "study.toml", "--store", "done.db", "--resume"),
+    ("sweep", "study.toml", "--processes", "2"),
     ("select", "kharagpur", "motors.toml", "--quick", "--no-html", "--catalog", "motors.csv"),
     ("bench", "kharagpur", "--quick", "--methods", "rk4", "--duration", "0.02", "--rounds", "1"),
     ("verify", "--only", "gait-form"), ("--version",), ("--help",), ("sweep", "--help"), ("view",),
@@ -71,7 +72,8 @@ BESIDE = ("-lock", "-journal", "-wal", "-shm", ".lock", ".tmp")
 """What is put after the name of a file that is written, by this package or by SQLite."""
 
 STREAMS = ("closed", "full", "leaves", "slow", "terminal", "read-only", "never ready", "file")
-INPUT_STREAMS = ("closed", "waiting", "endless", "folder", "terminal")
+INPUT_STREAMS = ("closed", "waiting", "endless", "terminal")
+"""Not a folder: Python itself does not start with it."""
 
 ENVIRONMENTS: tuple[Mapping[str, str | None], ...] = (
     {"LANG": "C", "LC_ALL": "C"},
@@ -384,7 +386,7 @@ def _name_outputs(found: CommandInput, tree: WatchedFolder) -> None:
         found.named |= {path for path in _paths(value, tree)} - read
     if name == "sweep" and {"--resume", "--retry-failed"} & set(words):
         found.named |= _paths("done.db", tree)
-    if found.exact and not found.limits and not found.gone:
+    if found.exact and "--no-html" not in words:
         for value in values:
             found.promised |= {path for path in _paths(value, tree) if path in found.named}
 

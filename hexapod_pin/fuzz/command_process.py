@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 import random
 import re
 import shutil
@@ -16,7 +17,7 @@ from hexapod_pin.fuzz.command_input import CommandInput, draw, lay_down
 from hexapod_pin.fuzz.command_run import PATIENCE, Ending, run
 from hexapod_pin.fuzz.shown import FaultFound, require_finite
 from hexapod_pin.fuzz.values import ESCAPE
-from hexapod_pin.fuzz.watched_folder import WatchedFolder
+from hexapod_pin.fuzz.watched_folder import WatchedFolder, mark_of
 
 STATUSES = {0, 2, 3}
 """Done, refused or failed, does not walk."""
@@ -30,6 +31,10 @@ _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
 _FORMULA = re.compile(r"^(?:[=@\t\r]|[+-](?!\.?\d|inf|nan))", re.IGNORECASE)
 """How a cell begins that a spreadsheet would compute; a number with a sign is none."""
+
+
+_FIRST = (b"hexapod_pin/__init__.py", b"hexapod_pin/__main__.py", b"hexapod_pin/stop_signals.py")
+"""Modules that are read before signals are taken over."""
 
 
 def command_process(rng: random.Random) -> None:
@@ -100,10 +105,9 @@ def _allowed(given: CommandInput, ending: Ending) -> set[int]:
 
 
 def _is_early(ending: Ending) -> bool:
-    """Tell whether Ctrl-C has met Python itself, before any of this package ran."""
-    return signal.SIGINT in ending.sent and b"hexapod_pin" not in ending.err.replace(
-        b"hexapod_pin/__main__.py", b""
-    )
+    """Tell whether Ctrl-C has met Python itself, before the package had taken signals over."""
+    frames = re.findall(rb'File "([^"]*hexapod_pin[^"]*)"', ending.err)
+    return signal.SIGINT in ending.sent and all(frame.endswith(_FIRST) for frame in frames)
 
 
 def _last_line(err: bytes) -> str:
@@ -119,7 +123,8 @@ def _faults_of_text(given: CommandInput, ending: Ending) -> Iterator[str]:
         text = content.decode("utf-8", "surrogateescape")
         if ESCAPE in text:
             yield f"sets the title of the terminal ({name})"
-        found = _CONTROLS.search(text) if kind != "terminal" else None
+        forced = "FORCE_COLOR" in given.environment  # as for a terminal
+        found = _CONTROLS.search(text) if kind != "terminal" and not forced else None
         if found:
             near = text[max(0, found.start() - 30) : found.end() + 10]
             yield f"prints the control character {found[0]!r} on {name} near {near!r}"
@@ -138,11 +143,15 @@ def _faults_of_files(given: CommandInput, ending: Ending, tree: WatchedFolder) -
     if new:
         yield f"leaves files that nobody named: {', '.join(new)}"
     if ending.status == 0:
-        missing = [path.name for path in given.promised if not path.exists()]
+        asked = not {"--help", "--version"} & set(given.words)
+        missing = [path.name for path in given.promised if asked and not os.path.exists(path)]
         if missing and len(missing) == len(given.promised):
             yield f"ends with status 0, and there is no {ascii(sorted(missing)[0])}"
     for path in named:
-        if path.suffix == ".csv" and path.is_file() and not path.is_symlink():
+        before = tree.before.get(path)
+        if before is not None and before == mark_of(path):
+            continue
+        if path.suffix == ".csv" and os.path.isfile(path) and not os.path.islink(path):
             yield from _formulas(path)
 
 

@@ -139,7 +139,7 @@ def run(given: CommandInput, tree: WatchedFolder) -> Ending:
         _Stream(kind, given.after, scratch / name)
         for name, kind in zip(("out", "err"), given.streams[1:], strict=True)
     ]
-    stdin, kept = _stdin(given.streams[0], tree)
+    stdin, kept = _stdin(given.streams[0])
     folder = tree.work
     if given.gone:
         folder = tree.root.with_name("gone")
@@ -208,7 +208,7 @@ def _kill_group(pid: int) -> bool:
     return True
 
 
-def _stdin(kind: str, tree: WatchedFolder) -> tuple[int, list[int]]:
+def _stdin(kind: str) -> tuple[int, list[int]]:
     """Return the process' stdin, and what else is to be closed at its end."""
     if kind == "waiting":
         mine, other = os.pipe()
@@ -218,8 +218,6 @@ def _stdin(kind: str, tree: WatchedFolder) -> tuple[int, list[int]]:
         return other, [mine]
     if kind == "endless":
         return os.open("/dev/zero", os.O_RDONLY), []
-    if kind == "folder":
-        return os.open(tree.root, os.O_RDONLY), []
     return os.open(os.devnull, os.O_RDONLY), []
 
 
@@ -262,6 +260,7 @@ def _environment(given: CommandInput, tree: WatchedFolder) -> dict[str, str]:
     plain = {name: os.environ[name] for name in kept if name in os.environ}
     plain |= {"LANG": "C.UTF-8", "HOME": str(tree.home), "TMPDIR": str(tree.temporary)}
     plain |= {"MPLCONFIGDIR": font_cache()}
+    plain |= {"PYTHONDONTWRITEBYTECODE": "1"}  # else a limit of file sizes truncates that of others
     for name, value in given.environment.items():
         if value is None:
             plain.pop(name, None)
