@@ -27,6 +27,7 @@ from hexapod_pin.control.body_path import BodyPath
 from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES
 from hexapod_pin.control.footholds import COINCIDENT, Footholds
 from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.joint_trajectory import cycles_between
 from hexapod_pin.control.six_legs import SixLegs
 from hexapod_pin.control.step_functions import adams_step
 from hexapod_pin.control.walk_schedule import WalkSchedule, last_motion
@@ -119,7 +120,7 @@ class ArcPath(WalkSchedule):
         marks = np.array(
             [0.0, duty, *(duty + swing * np.array([BLEND_SHARE, 0.5, 1 - BLEND_SHARE]))]
         )
-        cycles = np.arange(int(since / period) - 1, int(until / period) + 2)
+        cycles = cycles_between(since, until, period)
         placed = cycles[:, None] + np.array(self.gait.phases)
         times = period * (placed[..., None] + marks).ravel()
         times = np.sort(np.concatenate([times, self.body.kinks]))

@@ -30,6 +30,7 @@ from hexapod_pin.control.body_path import BodyPath, PlanarMotion
 from hexapod_pin.control.commanded_body import CommandedBody, ForeseenFootholds
 from hexapod_pin.control.footholds import COINCIDENT, Footholds, turned
 from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.joint_trajectory import cycles_between
 from hexapod_pin.control.rolling import roll_table
 from hexapod_pin.control.walk_schedule import WalkSchedule, last_motion
 from hexapod_pin.errors import ParameterError
@@ -111,7 +112,7 @@ class FootPath(WalkSchedule, Immutable):
         waypoints of the trunk's motion.
         """
         period = self.gait.cycle_time
-        cycles = np.arange(int(since / period) - 1, int(until / period) + 2)
+        cycles = cycles_between(since, until, period)
         placed = cycles[:, None] + np.array(self.gait.phases)
         times = np.concatenate([placed.ravel(), (placed + self.gait.duty).ravel()]) * period
         kinks = np.zeros(0) if self.motion is None else self.motion.kinks_until(until)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args
 
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
 
 
 TrajectoryKind = Literal["cubic", "held", "linear", "quintic"]
+
+MOST_CYCLES = 1e6
+"""Cycles that are planned at once: longer walks are planned in parts [-]."""
 
 CURVED = ("cubic", "quintic")
 """Kinds whose knots are joined by curves with a rate."""
@@ -132,9 +136,26 @@ def check_duration(duration: float) -> float:
     Raises:
         ParameterError: it is not.
     """
-    if not (np.isfinite(duration) and duration > 0.0):
+    if not (math.isfinite(duration) and duration > 0.0):
         raise ParameterError("duration", duration, "finite and above 0 s")
     return float(duration)
+
+
+def cycles_between(since: float, until: float, period: float) -> Array:
+    """Return the numbers of the cycles that reach into a span of time, one before and one after.
+
+    Args:
+        since: begin of the span [s].
+        until: its end [s].
+        period: of a cycle [s].
+
+    Raises:
+        ParameterError: there are more than `MOST_CYCLES`.
+    """
+    if not until - since <= MOST_CYCLES * period:
+        allowed = f"at most {MOST_CYCLES * period:g} s, {MOST_CYCLES:g} cycles, planned at once"
+        raise ParameterError("duration", until - since, allowed)
+    return np.arange(int(since / period) - 1, int(until / period) + 2)
 
 
 def whole_cycles(time: float, period: float) -> float:

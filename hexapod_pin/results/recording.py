@@ -31,9 +31,13 @@ def recorded_groups(chosen: Iterable[str] | None) -> tuple[str, ...] | None:
     if chosen is None:
         return None
     known = ", ".join(GROUPS)
-    if isinstance(chosen, str) or not isinstance(chosen, Iterable):
-        raise ParameterError("record", chosen, f"a list of some of {known}")
-    names = tuple(chosen)
+    allowed = f"a list of some of {known}"
+    if isinstance(chosen, str):
+        raise ParameterError("record", chosen, allowed)
+    try:
+        names = tuple(chosen)
+    except TypeError as error:  # nothing to iterate over, such as an array without an axis
+        raise ParameterError("record", chosen, allowed) from error
     for name in names:
         if not isinstance(name, str) or name not in GROUPS:
             raise ParameterError("record", name, f"some of {known}")

@@ -143,7 +143,7 @@ class Session:
             ParameterError: wrong shape, not finite, `q` beyond a joint's range or `v` beyond its
                 velocity limit.
         """
-        if not (np.isfinite(ramp) and ramp >= 0.0):
+        if not (math.isfinite(ramp) and ramp >= 0.0):
             raise ParameterError("ramp", ramp, "finite and not negative [s]")
         told = self._run.rollout.set_points() if q is None else self._row("q", q)
         rate = None if v is None else self._row("v", v)[None]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from importlib.util import find_spec
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -46,9 +46,15 @@ def require_matplotlib(wanted: str) -> None:
 
     Raises:
         MissingPackageError: matplotlib is not installed.
+        ParameterError: the variable MPLBACKEND names a backend that does not exist.
     """
-    if find_spec("matplotlib") is None:
-        raise MissingPackageError("matplotlib", "plot", wanted)
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        raise MissingPackageError("matplotlib", "plot", wanted) from error
+    except ValueError as error:
+        given, hint = os.environ.get("MPLBACKEND", ""), "Unset it: figures need no backend here."
+        raise ParameterError("MPLBACKEND", given, "a backend of matplotlib", hint) from error
 
 
 def settle_layout(figure: Figure) -> None:

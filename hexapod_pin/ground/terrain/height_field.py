@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import math
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -126,7 +127,7 @@ class HeightField(Ground):
         Raises:
             ParameterError: the file cannot be read, or neither library is installed.
         """
-        if not np.isfinite(height):
+        if not math.isfinite(height):
             raise ParameterError("height", height, "finite [m]")
         return cls.from_array(height * read_image(path)[::-1], spacing, origin)
 
@@ -160,11 +161,11 @@ class HeightField(Ground):
             raise ParameterError("seed", seed, "0 or more")
         extent = _pair("size", size)
         for name, value in (("wavelength", wavelength), ("size", extent[0]), ("size", extent[1])):
-            if not (np.isfinite(value) and value > 0.0):
+            if not (math.isfinite(value) and value > 0.0):
                 raise ParameterError(name, value, "positive and finite [m]")
-        if not (np.isfinite(amplitude) and amplitude >= 0.0):
+        if not (math.isfinite(amplitude) and amplitude >= 0.0):
             raise ParameterError("amplitude", amplitude, "finite, not negative [m]")
-        if not (np.isfinite(flat_radius) and flat_radius >= 0.0):
+        if not (math.isfinite(flat_radius) and flat_radius >= 0.0):
             raise ParameterError("flat_radius", flat_radius, "finite, not negative [m]")
         if not np.isfinite(center).all():
             raise ParameterError("center", center, "finite [m]")

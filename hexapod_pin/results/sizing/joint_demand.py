@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -216,7 +217,7 @@ class JointDemand(Immutable):
         Raises:
             ParameterError: it is not positive and finite.
         """
-        if not (np.isfinite(time_constant) and time_constant > 0.0):
+        if not (math.isfinite(time_constant) and time_constant > 0.0):
             raise ParameterError("time_constant", time_constant, "positive and finite [s]")
         if time_constant not in self._lagged:
             largest = largest_lagged(self.time, np.square(self.torque), time_constant)
