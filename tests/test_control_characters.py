@@ -16,6 +16,7 @@ from synthetic import synthetic_trace
 
 import hexapod_pin as hp
 import hexapod_pin.commands
+from hexapod_pin.benchmark.report.pages import BenchmarkReport, csv_text
 from hexapod_pin.commands.progress import progress_bar, time_left_bar
 from hexapod_pin.commands.terminal import echo
 from hexapod_pin.drive.catalog import Catalog, MotorRecord
@@ -25,6 +26,7 @@ from hexapod_pin.results.motor_selection import KindUse, MotorCandidate, MotorSe
 from hexapod_pin.results.motor_selection_table import write_selection_csv
 from hexapod_pin.results.netcdf import Column
 from hexapod_pin.sweep.runs.sweep_csv import sweep_csv
+from hexapod_pin.validation.machine import Machine
 from hexapod_pin.view import html
 
 COMMANDS = Path(hexapod_pin.commands.__file__).parent
@@ -195,6 +197,12 @@ def test_names_in_tables_are_no_formulas(text: str, tmp_path: Path) -> None:
     (cells,) = csv.DictReader(path.read_text().splitlines())
     assert cells["motor"] == cells["source"] == cells["kind of joint"] == f"'{text.strip()}"
     assert float(cells["robot mass [kg]"]) == 3.2
+
+
+def test_remarks_of_a_table_stay_in_their_lines() -> None:
+    """A file's name may hold a newline: what follows it is no row."""
+    lines = csv_text(BenchmarkReport(Machine.here(), "bench a\n=1\r=2\u2028=3", ())).splitlines()
+    assert [line[0] for line in lines] == ["#", "#", "s"]
 
 
 def chosen(text: str) -> MotorSelection:

@@ -124,10 +124,9 @@ def scene_text(comparison: Comparison) -> str:
 def csv_text(report: BenchmarkReport) -> str:
     """Return every row of every scene; the lines before the table begin with "#"."""
     stream = io.StringIO()
-    for line in (report.command, str(report.machine)):
-        stream.write(f"# {line}\n")
-    for scene in report.scenes:
-        stream.writelines(f"# {scene.task.name}: {line}\n" for line in facts(scene))
+    remarks = [report.command, str(report.machine)]
+    remarks += [f"{scene.task.name}: {line}" for scene in report.scenes for line in facts(scene)]
+    stream.writelines(f"# {' '.join(line.splitlines())}\n" for line in remarks)
     names = [*(field.name for field in fields(BenchmarkRow)), "verdict"]
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["scene", *names])
