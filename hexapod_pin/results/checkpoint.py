@@ -68,6 +68,8 @@ class Checkpoint(Immutable):
         """
         if not 0.0 <= self.time <= LATEST:
             raise ParameterError("Checkpoint.time", self.time, f"from 0 to {LATEST:g} s")
+        object.__setattr__(self, "time", float(self.time))
+        object.__setattr__(self, "controller", tuple(map(float, self.controller)))
         if not isinstance(self.loop, Mapping | None):
             kind = type(self.loop).__name__
             raise ParameterError("Checkpoint.loop", kind, "a mapping or None")

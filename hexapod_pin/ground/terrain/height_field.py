@@ -226,7 +226,7 @@ def _rectangle(z: ArrayLike) -> Array:
     allowed = "a rectangle of numbers [m], 2 x 2 at least"
     try:
         grid = np.array(z, dtype=float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ParameterError("HeightField.z", "rows that differ", allowed) from error
     if grid.ndim != 2 or min(grid.shape) < 2:
         raise ParameterError("HeightField.z", f"an array of shape {grid.shape}", allowed)
