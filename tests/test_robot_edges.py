@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -12,7 +13,7 @@ from types import FrameType
 
 import numpy as np
 import pytest
-from broken_urdfs import SOUND, NoMeshes, broken, put
+from broken_urdfs import SOUND, NoMeshes, broken, part, put
 
 import hexapod_pin as hp
 from hexapod_pin.control import leg_clearance
@@ -254,7 +255,6 @@ LONG: dict[str, tuple[Parent, str, bool]] = {
     "fixed in a row on a leg": (lambda k: f"x{k - 1}" if k else "lf_tibia", "fixed", True),
     "fixed around the trunk": (lambda k: "base_link", "fixed", True),
     "moved in a row": (lambda k: f"x{k - 1}" if k else "base_link", "revolute", True),
-    "moved around the trunk": (lambda k: "base_link", "revolute", True),
     "moved as a tree": (lambda k: f"x{k // 2 - 1}" if k > 1 else "base_link", "revolute", True),
     "of one name": (lambda k: "x" if k else "base_link", "fixed", False),
     "on a loop": (lambda k: f"x{k - 1}" if k else "x9", "fixed", True),
@@ -333,3 +333,22 @@ def test_fixed_links_change_nothing_but_the_mass(tmp_path: Path) -> None:
     assert long.total_mass == pytest.approx(short.total_mass + 1.0)
     gait = hp.Gait.tripod(stroke=0.05, cycle_time=2.0)
     assert leg_clearance(long, gait).distance == leg_clearance(short, gait).distance
+
+
+def test_limbs_on_a_link_fixed_to_the_root(tmp_path: Path) -> None:
+    """Six limbs that are no six alike: refused by name; it ended in a KeyError."""
+    root = parse_urdf(SOUND.encode(), "x").root
+    own = root.find("hexapod_pin")
+    assert own is not None
+    root.remove(own)
+    ET.SubElement(root, "link", name="top")
+    joint = ET.SubElement(root, "joint", name="top_joint", type="fixed")
+    ET.SubElement(joint, "parent", link="top")
+    ET.SubElement(joint, "child", link="base_link")
+    for name in ("lf_tibia_joint", "lm_tibia_joint", "lr_tibia_joint"):
+        part(root, f"joint {name}").set("type", "fixed")
+    path = tmp_path / "a.urdf"
+    path.write_bytes(ET.tostring(root))
+    with pytest.raises(UrdfError, match="a walk needs 4 to 8 similar legs"):
+        hp.load_robot(path)
+    assert not hp.robot.inspect(path).ok

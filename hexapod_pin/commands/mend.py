@@ -9,13 +9,17 @@ import typer
 
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.commands.motor_options import speed_limit, torque_limit
+from hexapod_pin.commands.option_names import option_names, spelt_in_options
 from hexapod_pin.commands.options import (
+    Feet,
+    FootRadius,
     OptionalFloat,
     OptionalText,
     PackagePath,
     XacroArgs,
     given,
 )
+from hexapod_pin.commands.robot_options import Forward, Hold, Legs, PostureText, load_options
 from hexapod_pin.commands.status import FAILED, fail
 from hexapod_pin.commands.terminal import echo
 from hexapod_pin.errors import ParameterError
@@ -40,25 +44,42 @@ Velocity = Annotated[
 
 
 def mend(
+    context: typer.Context,
     file: Annotated[Path, typer.Argument(help="The URDF to mend; it is not touched.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="The mended URDF to write.")],
     mass: Mass = None,
     density: Density = None,
     effort: Effort = None,
     velocity: Velocity = None,
+    feet: Feet = None,
+    foot_radius: FootRadius = None,
+    forward: Forward = None,
+    legs: Legs = None,
+    posture: PostureText = None,
+    hold: Hold = None,
     package_path: PackagePath = None,
     xacro_arg: XacroArgs = None,
 ) -> None:
-    """Write a sound URDF: what is missing, impossible or absurd replaced, and each change said."""
+    """Write a URDF that `check` accepts: what is missing, impossible or absurd is replaced.
+
+    Every change is printed. Where `check`, with the same options, would still refuse the file,
+    nothing is written.
+    """
     from hexapod_pin.commands.output_files import writable
-    from hexapod_pin.commands.robot_options import load_options
     from hexapod_pin.robot.loading.intake import read_file
-    from hexapod_pin.robot.mending import MendOptions, find_all, mend_urdf
+    from hexapod_pin.robot.loading.load_options import read_hints
+    from hexapod_pin.robot.mending import MendOptions, mend_urdf
     from hexapod_pin.robot.mending.finding_lines import finding_lines
     from hexapod_pin.robot.mending.rebased_meshes import rebased
+    from hexapod_pin.robot.reading.resources import ResourceFinder
+    from hexapod_pin.robot.urdf_report import judged
 
     path, folders = writable("--out", out), package_path or []
-    read = read_file(file, load_options(package_path=folders, xacro_arg=xacro_arg))
+    hints = load_options(
+        feet=feet, legs=legs, posture=posture, hold=hold, package_path=folders,
+        xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
+    ).over(read_hints(user_path(file)))  # fmt: skip
+    read = read_file(file, hints)
     urdf, finder = read.file, read.finder
     if path.exists() and path.samefile(user_path(file)):
         raise ParameterError("--out", str(out), "another file than the one to mend")
@@ -66,12 +87,11 @@ def mend(
         mass=mass, density=density, effort=torque_limit(effort), velocity=speed_limit(velocity)
     )
     mended = mend_urdf(urdf, finder, MendOptions(**options))
-    left = find_all(mended.file, finder)
-    refused = [finding for finding in left if finding.severity == "refused"]
-    if refused:
-        text = "\n".join([f"{file}: no mend for this; nothing is written", *finding_lines(refused)])
-        fail(text, FAILED)
     written, moved = rebased(mended.file, finder, path, folders)
+    report = judged(read._replace(file=written, finder=ResourceFinder(path, folders)), hints)
+    if not report.ok:
+        text = "\n".join([f"{file}: no repair for this; nothing is written", *report.refused_lines])
+        fail(spelt_in_options(text, option_names(context.command)), FAILED)
     if written is urdf and not read.expanded:
         write_atomically(path, user_path(file).read_bytes())
     else:
@@ -80,7 +100,7 @@ def mend(
         *(f"note: {text}" for text in read.notes),
         *_report(mended),
         *(f"changed: {text}" for text in moved),
-        *finding_lines(left),
+        *finding_lines(report.found),
     ]:
         echo(line)
     echo(f"wrote {path}" + ("" if mended.changes or moved else ": a copy, nothing to mend"))

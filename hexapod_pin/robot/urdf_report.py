@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_file import UrdfFile
-from hexapod_pin.robot.loading.intake import read_file
+from hexapod_pin.robot.loading.intake import SourceFile, explicit, read_file
 from hexapod_pin.robot.loading.limbs import Leg
 from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
 from hexapod_pin.robot.mending.find_all import find_all
@@ -19,10 +19,9 @@ from hexapod_pin.robot.mending.finding_lines import finding_lines, places_text
 from hexapod_pin.robot.mending.link_solids import LinkSolids
 from hexapod_pin.robot.mending.measures import Measures
 from hexapod_pin.robot.mending.urdf_check import check_urdf
-from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.recognition.layout import RobotLayout
 from hexapod_pin.robot.recognition.recognise import recognise
-from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot, urdf_path
+from hexapod_pin.robot.robot import PACKAGED, Robot, robot_of, urdf_path
 
 
 @dataclass(frozen=True)
@@ -45,6 +44,8 @@ class UrdfReport:
         found: every trouble of the file, those that refuse it and those that are suspicious.
         findings: why the file is refused, a sentence each; empty where it is accepted.
         notes: what the loader drops or changes.
+        left: of a refused file, why it would be refused after a repair too; empty where a repair
+            makes it usable.
     """
 
     source: str
@@ -61,6 +62,7 @@ class UrdfReport:
     found: tuple[Finding, ...]
     findings: tuple[str, ...]
     notes: tuple[str, ...]
+    left: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -84,9 +86,28 @@ class UrdfReport:
             *(f"note: {text}" for text in self.notes),
             *finding_lines(self.found),
             *(f"REFUSED: {text}" for text in folded_texts(self.refusals)),
-            "accepted" if self.ok else "refused: see `hexapod-pin mend` for what a mend does",
+            self.verdict,
         ]
         return "\n".join(lines)
+
+    @property
+    def verdict(self) -> str:
+        """Whether the file can be used and, where it cannot, whether a repair changes that."""
+        if self.ok:
+            return "accepted"
+        if not self.left:
+            return "refused; `hexapod-pin mend` repairs it"
+        if self.left == self.findings:
+            return "refused; no repair changes that"
+        return f"refused; a repair would leave this: {'; '.join(folded_texts(self.left))}"
+
+    @property
+    def refused_lines(self) -> list[str]:
+        """Why the file is refused, as lines of text; empty where it is accepted."""
+        return [
+            *finding_lines(one for one in self.found if one.severity == "refused"),
+            *(f"REFUSED: {text}" for text in folded_texts(self.refusals)),
+        ]
 
 
 def recognised_lines(report: UrdfReport) -> list[str]:
@@ -131,7 +152,7 @@ def inspect(
     Args:
         source: name of a packaged robot or path of a URDF or xacro file.
         feet: as in `load_robot`.
-        options: as in `load_robot`; nothing is mended.
+        options: as in `load_robot`; nothing is repaired.
 
     Raises:
         UrdfError: the file is missing or is not a URDF at all.
@@ -142,30 +163,59 @@ def inspect(
     arguments = LoadOptions(feet=None if feet is None else tuple(feet))
     arguments = arguments if options is None else arguments.over(options)
     given = arguments.over(read_hints(path)).model_copy(update={"mend": False})
-    file, finder, _, _ = read_file(path, given)
-    checked, layout, robot = check_urdf(file), None, None
-    findings = list(checked.findings)
+    read = read_file(path, given)
+    report = judged(read, given)
+    return report if report.ok else replace(report, left=_left(read, given))
+
+
+def judged(read: SourceFile, options: LoadOptions) -> UrdfReport:
+    """Report on a URDF as it was read, whether by `check` or as what `mend` is about to write.
+
+    Raises:
+        UnknownNameError: a hint names no link or joint of a sound file.
+    """
+    file, finder, *_ = read
+    found, layout, robot = find_all(file, finder), None, None
+    findings = [str(one) for one in found if one.severity == "refused"]
+    sound = not findings
     try:
-        layout = recognise(file, finder, given)
-        robot = None if findings else load_robot(path, options=given)
+        layout = recognise(file, finder, options)
+        if sound:
+            intake = explicit(read, options)
+            robot = robot_of(
+                intake.file, file.source, feet=intake.feet, foot_radius=options.foot_radius,
+                posture=options.posture, intake=intake,
+            )  # fmt: skip
     except UrdfError as error:
         findings += [text for text in error.findings if text not in findings]
     except (ParameterError, UnknownNameError) as error:
-        if isinstance(error, UnknownNameError) and not findings:
+        if isinstance(error, UnknownNameError) and sound:
             raise
         findings.append(str(error))
-    return _report(file, finder, robot, layout, findings, checked.notes)
+    return _report(file, found, robot, layout, findings)
+
+
+def _left(read: SourceFile, options: LoadOptions) -> tuple[str, ...]:
+    """Return why a refused file would be refused after a repair too; empty where it would not."""
+    from hexapod_pin.robot.mending.mend_urdf import mend_urdf
+
+    repaired = mend_urdf(read.file, read.finder)
+    try:
+        report = judged(read._replace(file=repaired.file), options)
+    except UnknownNameError as error:
+        return (str(error),)
+    return report.findings
 
 
 def _report(
     file: UrdfFile,
-    finder: ResourceFinder,
+    found: Sequence[Finding],
     robot: Robot | None,
     layout: RobotLayout | None,
     findings: Sequence[str],
-    checked: Sequence[str],
 ) -> UrdfReport:
     """Collect the report; of a refused file what can be counted and recognised."""
+    checked = check_urdf(file).notes if robot is not None else []
     masses = [link.mass for link in file.links if link.mass is not None]
     legs = () if layout is None else layout.legs
     feet = [(leg.foot, leg.radius) for leg in legs]
@@ -178,7 +228,7 @@ def _report(
         chains=tuple(len(chain) for chain in Measures(file, LinkSolids(None)).chains),
         legs=robot.legs if robot else tuple(Leg(x.name, x.joints, x.foot) for x in legs),
         feet=tuple(feet), layout=layout,
-        assumed=robot.assumed if robot else (), found=tuple(find_all(file, finder)),
+        assumed=robot.assumed if robot else (), found=tuple(found),
         findings=tuple(findings),
         notes=tuple(text for text in robot.notes if text not in checked) if robot else (),
     )  # fmt: skip

@@ -319,7 +319,7 @@ def attribute(element: ET.Element | None, name: str, default: float) -> float:
     if text is None:
         return default
     try:
-        return float(text)
+        return _number(text)
     except ValueError:
         return math.nan
 
@@ -329,7 +329,7 @@ def triple(text: str | None, largest: float = LARGEST) -> tuple[float, ...]:
     if text is None:
         return (0.0, 0.0, 0.0)
     try:
-        values = tuple(_bounded(float(word), largest) for word in text.split())
+        values = tuple(_bounded(_number(word), largest) for word in text.split())
     except ValueError:
         values = ()
     return values if len(values) == 3 else (math.nan,) * 3
@@ -348,6 +348,13 @@ def quantity(element: ET.Element | None, name: str) -> float:
 def length(element: ET.Element | None, name: str) -> float:
     """Return a size [m]; NaN where it is absent, no number or beyond `LARGEST_LENGTH`."""
     return _bounded(attribute(element, name, math.nan), LARGEST_LENGTH)
+
+
+def _number(text: str) -> float:
+    """Return a number as parsers of URDFs read it: not 1_000, and no other digits than ASCII's."""
+    if "_" in text or not text.isascii():
+        raise ValueError(text)
+    return float(text)
 
 
 def _bounded(value: float, largest: float) -> float:

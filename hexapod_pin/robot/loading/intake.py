@@ -53,7 +53,12 @@ def read_explicit(path: Path, arguments: LoadOptions) -> Intake:
         UnknownNameError: a hint names no link or joint.
     """
     options = arguments.over(read_hints(path))
-    file, finder, _, notes = read_file(path, options)
+    return explicit(read_file(path, options), options)
+
+
+def explicit(read: SourceFile, options: LoadOptions) -> Intake:
+    """State in a robot's file, as read, what its geometry and its hints say; as `read_explicit`."""
+    file, finder, _, notes = read
     mended: tuple[str, ...] = ()
     if options.mend:
         from hexapod_pin.robot.mending.mend_urdf import mend_urdf

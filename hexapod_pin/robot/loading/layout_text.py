@@ -100,7 +100,9 @@ def _state(root: ET.Element, layout: RobotLayout) -> None:
         for old in element.findall(tag):
             element.remove(old)
     for leg in layout.legs:
-        ET.SubElement(element, "leg", name=leg.name, joints=" ".join(leg.joints), foot=leg.foot)
+        separator = "\t" if any(len(joint.split()) > 1 for joint in leg.joints) else " "
+        joints = separator.join(leg.joints)
+        ET.SubElement(element, "leg", name=leg.name, joints=joints, foot=leg.foot)
     for joint, angle in layout.posture.items():
         ET.SubElement(element, "posture", joint=joint, angle=number(angle))
     for joint, place in layout.held.items():

@@ -6,6 +6,7 @@
   <held joint="head_pan" position="0.1"/> ...
 </hexapod_pin>
 ```
+Joints whose names have blanks in them are separated by tabs.
 What is stated goes before every search by names. A joint that no leg walks with is held.
 """
 
@@ -42,13 +43,10 @@ def stated_limbs(file: UrdfFile, feet: Sequence[str] | None = None) -> Limbs | N
         UrdfError: an element names what does not exist or no chain from the trunk to the foot, a
             joint serves twice, the count is not 4 to 8, or other feet are given; all at once.
     """
-    element = file.root.find("hexapod_pin")
-    entries = [] if element is None else element.findall("leg")
-    if not entries:
+    legs = _stated(file)
+    if not legs:
         return None
-    legs = [_leg(entry) for entry in entries]
-    findings = [text for leg in legs for text in _leg_findings(file, leg)]
-    findings += _count_findings(legs)
+    findings = stated_leg_faults(file)
     stated = [leg.foot for leg in legs]
     if feet is not None and sorted(feet) != sorted(stated):
         findings.append(f"feet {list(feet)}: the file states {stated}; give these, or none")
@@ -57,6 +55,19 @@ def stated_limbs(file: UrdfFile, feet: Sequence[str] | None = None) -> Limbs | N
     if sorted(leg.name for leg in legs) == sorted(LEG_NAMES):
         legs.sort(key=lambda leg: LEG_NAMES.index(leg.name))
     return Limbs(tuple(legs), tuple(leg.foot for leg in legs))
+
+
+def stated_leg_faults(file: UrdfFile) -> list[str]:
+    """Return what is wrong with the legs that a file states, a sentence each."""
+    legs = _stated(file)
+    found = [text for leg in legs for text in _leg_findings(file, leg)]
+    return found + (_count_findings(legs) if legs else [])
+
+
+def _stated(file: UrdfFile) -> list[Leg]:
+    """Return the legs that a file states, unchecked."""
+    element = file.root.find("hexapod_pin")
+    return [] if element is None else [_leg(entry) for entry in element.findall("leg")]
 
 
 def stated_places(file: UrdfFile) -> dict[str, float]:
@@ -84,7 +95,8 @@ def stated_places(file: UrdfFile) -> dict[str, float]:
 
 def _leg(entry: Element) -> Leg:
     """Return the leg of an element, unchecked."""
-    joints = tuple((entry.get("joints") or "").split())
+    text = entry.get("joints") or ""
+    joints = tuple(text.split("\t") if "\t" in text else text.split())
     return Leg(entry.get("name") or "", joints, entry.get("foot") or "")
 
 
@@ -126,9 +138,9 @@ def _count_findings(legs: Sequence[Leg]) -> list[str]:
 def moved_joints_above(file: UrdfFile, link: str) -> list[Joint]:
     """Return the moved joints between the base and a link, from the base outwards."""
     by_child = {joint.child: joint for joint in file.joints}
-    above = []
+    above: list[Joint] = []
     while link in by_child:
-        joint = by_child[link]
+        joint = by_child.pop(link)  # each once, also where they form a loop
         above += [joint] if joint.moves else []
         link = joint.parent
     return above[::-1]

@@ -123,8 +123,9 @@ def _of_mesh(measures: Measures, mesh: ET.Element, where: str, uri: str) -> Iter
             where,
             f"mesh {uri!r}",
             "a file that can be found",
-            "none: give its package's folder by package_path=[...]",
+            "give its package's folder by package_path=[...]",
             "suspicious",
+            repairable=False,
         )
     elif not bad_scale(mesh) and measures.solids.mesh(mesh) is None:
         yield Finding(
@@ -132,8 +133,9 @@ def _of_mesh(measures: Measures, mesh: ET.Element, where: str, uri: str) -> Iter
             where,
             f"mesh {uri!r}",
             "a mesh of a solid in STL, DAE or OBJ",
-            "none: the link counts as having no shape",
+            "export it as a closed solid; the link counts as having no shape",
             "suspicious",
+            repairable=False,
         )
 
 
@@ -151,7 +153,8 @@ def _materials(file: UrdfFile) -> Iterator[Finding]:
 
 
 def _colours(file: UrdfFile) -> Iterator[Finding]:
-    for number, element in enumerate(file.root.iter("color"), 1):
+    elements = (x for material in file.root.iter("material") for x in material.findall("color"))
+    for number, element in enumerate(elements, 1):
         colour = colour_of(element)
         where = f"colour {number}"
         if len(colour) != CHANNELS or not all(map(math.isfinite, colour)):

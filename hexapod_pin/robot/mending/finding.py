@@ -1,4 +1,4 @@
-"""One trouble in a URDF: what, where, with which value, by which rule, and what mends it."""
+"""One fault of a URDF: what, where, with which value, by which rule, and what repairs it."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ Severity = Literal["refused", "suspicious"]
 
 @dataclass(frozen=True)
 class Finding:
-    """One trouble at one place.
+    """One fault at one place.
 
     Attributes:
         what: short kind, such as "zero inertia".
         where: such as "link 'tibia_1'".
         value: as found, with its unit.
         rule: what is allowed.
-        mend: what a mend does, with the option that changes it; what the user must do where no
-            mend can.
+        mend: what the repair does, with the option that changes it; without a repair, what the
+            user must do.
         severity: "refused" (the file cannot be used) or "suspicious" (it is used, but this is
-            said).
+            reported).
+        repairable: whether `mend_urdf` removes it.
     """
 
     what: str
@@ -30,6 +31,7 @@ class Finding:
     rule: str
     mend: str
     severity: Severity = "refused"
+    repairable: bool = True
 
     def __str__(self) -> str:
         """Return the finding as a sentence."""
@@ -52,10 +54,11 @@ class FoldedFinding:
 
 
 def folded(findings: Iterable[Finding]) -> list[FoldedFinding]:
-    """Fold findings of one kind, rule and mend; those that refuse come first."""
-    groups: dict[tuple[str, str, str, str], list[Finding]] = {}
+    """Fold findings of one kind, rule and repair; those that refuse come first."""
+    groups: dict[tuple[object, ...], list[Finding]] = {}
     for found in findings:
-        groups.setdefault((found.severity, found.what, found.rule, found.mend), []).append(found)
+        key = (found.severity, found.what, found.rule, found.mend, found.repairable)
+        groups.setdefault(key, []).append(found)
     ordered = sorted(groups.values(), key=lambda group: group[0].severity == "suspicious")
     return [
         FoldedFinding(

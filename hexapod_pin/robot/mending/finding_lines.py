@@ -1,4 +1,4 @@
-"""Findings as blocks of text: what, where, value, rule, and what a mend does."""
+"""Findings as blocks of text: what, where, value, rule, and what the repair does."""
 
 from __future__ import annotations
 
@@ -35,5 +35,5 @@ def _block(block: FoldedFinding) -> list[str]:
         f"  where  {places_text(block.places)}",
         f"  value  {text}",
         f"  rule   {found.rule}",
-        f"  mend   {found.mend}",
+        f"  mend   {'' if found.repairable else 'none: '}{found.mend}",
     ]

@@ -18,6 +18,7 @@ from hexapod_pin.robot.description.urdf_inertia import (
 from hexapod_pin.robot.mending import rules
 from hexapod_pin.robot.mending.finding import Finding
 from hexapod_pin.robot.mending.measures import Measures
+from hexapod_pin.robot.mending.structure_findings import tree_of, trunk_root
 from hexapod_pin.robot.mending.units import gyration, readable
 
 NEGLIGIBLE_INERTIA_SHARE = 1e-3
@@ -25,6 +26,7 @@ NEGLIGIBLE_INERTIA_SHARE = 1e-3
 
 MEND_MASS = "that of other legs' part; else from the solid and --density, or its share of --mass"
 MEND_NEAREST = "the nearest possible moments; those of the link's solid where they do not fit it"
+CORRECT_SIZE = "correct it by hand: what is drawn of the link fits its size no better"
 MEND_SOLID = "that of the link's solid, or of a rod to its next joint, with the link's mass"
 
 
@@ -74,6 +76,15 @@ def misfit(measures: Measures, link: Link) -> str:
     if not size or low * size <= gyration(link) <= high * size:
         return ""
     return f"radius of gyration {gyration(link):.3g} m against a size of {size:.3g} m"
+
+
+def replaceable(measures: Measures, link: Link) -> bool:
+    """Whether the inertia of a link's body, with its mass, fits its size."""
+    body, (size, (low, high)) = measures.body(link), size_of(measures, link)
+    if body is None:
+        return True
+    largest = float(np.linalg.eigvalsh(body.inertia)[-1]) / body.volume
+    return low * size <= math.sqrt(max(largest, 0.0)) <= high * size
 
 
 def off_centre(measures: Measures, link: Link) -> str:
@@ -126,7 +137,7 @@ def _of_body(measures: Measures, group: list[str]) -> Iterator[Finding]:
     mover = "the floating base" if head in file.roots else "a joint"
     links = [file.link_by_name[name] for name in group]
     if math.fsum(link.mass or 0.0 for link in links) <= 0.0:
-        yield _massless(where, links[0], mover)
+        yield _massless(measures, where, links[0], mover)
         return
     heavy = [link for link in links if link.mass]
     smallest, _, largest = principal_moments(body_inertia(file, group))
@@ -145,12 +156,17 @@ def _of_body(measures: Measures, group: list[str]) -> Iterator[Finding]:
         yield Finding(kind, where, value, f"{mover} moves it: all moments above 0", MEND_SOLID)
 
 
-def _massless(where: str, head: Link, mover: str) -> Finding:
+def _massless(measures: Measures, where: str, head: Link, mover: str) -> Finding:
     if head.mass is None:
         value, kind = f"no <inertial>, but {mover} moves it", "no inertial"
     else:
         value, kind = f"mass {head.mass:g} kg, but {mover} moves it", "zero mass"
-    return Finding(kind, where, value, "its mass must be above 0", MEND_MASS)
+    file, root = measures.file, trunk_root(measures.file)
+    links = [file.link_by_name[name] for name in ([] if root is None else tree_of(file, root))
+             if name in file.link_by_name]  # fmt: skip
+    known = any((link.mass or 0.0) > 0.0 or measures.body(link) for link in links)
+    mend = MEND_MASS if known else "write masses: nothing in the file tells of any"
+    return Finding(kind, where, value, "its mass must be above 0", mend, repairable=known)
 
 
 def _of_size(measures: Measures, link: Link, judged: bool) -> Iterator[Finding]:
@@ -173,8 +189,9 @@ def _of_size(measures: Measures, link: Link, judged: bool) -> Iterator[Finding]:
             where,
             f"mass {link.mass:g} kg for {solid.volume * 1e3:.3g} litres",
             f"at most ten times as dense as osmium ({rules.HEAVIEST:g} kg/m^3)",
-            "none for one link alone: check its mass and shape",
+            "check its mass and shape: one link alone tells of no unit",
             "suspicious",
+            repairable=False,
         )
     if not judged and (text := broken(link)):
         yield Finding(
@@ -186,13 +203,15 @@ def _of_size(measures: Measures, link: Link, judged: bool) -> Iterator[Finding]:
             "suspicious",
         )
     if text := misfit(measures, link):
+        fits = replaceable(measures, link)
         yield Finding(
             "inertia against size",
             where,
             text,
             "check the unit of its inertia (kg m^2): no body is so large or small",
-            MEND_SOLID,
+            MEND_SOLID if fits else CORRECT_SIZE,
             "suspicious",
+            repairable=fits,
         )
     if text := off_centre(measures, link):
         yield Finding(

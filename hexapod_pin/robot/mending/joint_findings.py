@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import xml.etree.ElementTree as ET
+from collections.abc import Container, Iterator
 
-from hexapod_pin.robot.description.urdf_file import JOINT_TYPES, LARGEST_LENGTH, Joint, UrdfFile
+from hexapod_pin.robot.description.urdf_file import JOINT_TYPES, LARGEST_LENGTH, Joint, attribute
 from hexapod_pin.robot.mending.finding import Finding
+from hexapod_pin.robot.mending.measures import Measures
 
 AXIS_NORM_TOLERANCE = 1e-6
 """An axis shorter than this is zero; one off unit length by more is normalised with a note."""
@@ -21,19 +23,53 @@ JOINT_TYPE_REMEDY = {
 }
 """Types that are not simulated. One that is not listed needs limits and gets no finding."""
 
+ALONE = "make it revolute or fixed: one joint alone is a wheel"
+"""Way out of an endless joint that is in no leg."""
+
+FRICTION_UNITS = {
+    "revolute": {"damping": "N m s/rad", "friction": "N m"},
+    "prismatic": {"damping": "N s/m", "friction": "N"},
+}
+"""Units of damping and friction by type of joint; of other types they do not count."""
+
+NUMBERS = {
+    "limit": (("lower", "upper", "effort", "velocity"), ("effort", "velocity")),
+    "dynamics": (("damping", "friction"), ()),
+    "mimic": (("multiplier", "offset"), ("joint",)),
+    "calibration": (("rising", "falling"), ()),
+    "safety_controller": (
+        ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"),
+        ("k_velocity",),
+    ),
+}
+"""Numbers of the elements of a joint, and the attributes without which urdfdom refuses them."""
+
+MADE_FIXED = ("planar", "floating")
+"""Types that a repair makes fixed."""
+
+FEWEST_JOINTS = 2
+"""A chain of fewer moved joints is a wheel, not a leg."""
+
 MEND_OF_TYPE = {
-    "continuous": "revolute with assumed limits; a wheel-leg of one joint is left: none for it",
+    "continuous": "revolute with assumed limits",
     "planar": "made fixed where it is at zero",
     "floating": "dropped with the link above it if that is an empty root, else made fixed",
 }
 
 
-def joint_findings(file: UrdfFile) -> list[Finding]:
+def joint_findings(measures: Measures) -> list[Finding]:
     """Return every trouble of types, places, axes and couplings."""
-    return [found for joint in file.joints for found in _of_joint(joint)]
+    legs = joints_of_legs(measures)
+    return [found for joint in measures.file.joints for found in _of_joint(joint, legs)]
 
 
-def _of_joint(joint: Joint) -> Iterator[Finding]:
+def joints_of_legs(measures: Measures) -> set[str]:
+    """Return the names of the joints in chains of several that stay moved: others are wheels."""
+    kept = [[j.name for j in chain if j.kind not in MADE_FIXED] for chain in measures.chains]
+    return {name for names in kept if len(names) >= FEWEST_JOINTS for name in names}
+
+
+def _of_joint(joint: Joint, legs: Container[str]) -> Iterator[Finding]:
     where = f"joint {joint.name!r}"
     if not all(map(math.isfinite, joint.xyz + joint.rpy)):
         yield Finding(
@@ -41,8 +77,10 @@ def _of_joint(joint: Joint) -> Iterator[Finding]:
             where,
             f"origin {_written(joint)}",
             f"xyz [m] and rpy [rad] are three numbers each, xyz at most {LARGEST_LENGTH:g} m",
-            "none: write the numbers",
+            "write the numbers",
+            repairable=False,
         )
+    yield from _numbers(joint, where)
     if joint.kind not in JOINT_TYPES:
         rule = f"known: {', '.join(JOINT_TYPES)}"
         value = f"unknown type {joint.kind!r}"
@@ -55,17 +93,19 @@ def _of_joint(joint: Joint) -> Iterator[Finding]:
         )
         return
     if joint.moves:
-        yield from _of_moved(joint, where)
+        yield from _of_moved(joint, where, legs)
 
 
-def _of_moved(joint: Joint, where: str) -> Iterator[Finding]:
+def _of_moved(joint: Joint, where: str, legs: Container[str]) -> Iterator[Finding]:
     if joint.kind in JOINT_TYPE_REMEDY:
+        wheel = joint.kind == "continuous" and joint.name not in legs
         yield Finding(
             f"{joint.kind} joint",
             where,
             f"type {joint.kind}",
             JOINT_TYPE_REMEDY[joint.kind],
-            MEND_OF_TYPE[joint.kind],
+            ALONE if wheel else MEND_OF_TYPE[joint.kind],
+            repairable=not wheel,
         )
     if joint.name in KEPT_NAMES:
         yield Finding(
@@ -103,6 +143,50 @@ def _of_moved(joint: Joint, where: str) -> Iterator[Finding]:
             "made a unit vector",
             "suspicious",
         )
+
+
+def _numbers(joint: Joint, where: str) -> Iterator[Finding]:
+    """Yield numbers that cannot be read, also of joints that do not move: parsers refuse them."""
+    for name, unit in bad_friction(joint):
+        yield Finding(
+            f"bad {name}",
+            where,
+            f"{name} {joint.dynamics(name):g} {unit}",
+            "must be finite and at least 0",
+            "set to 0",
+        )
+    for element in unreadable_elements(joint):
+        attributes = ", ".join(f"{name} {value!r}" for name, value in element.attrib.items())
+        yield Finding(
+            "unreadable element",
+            where,
+            f"<{element.tag}> with {attributes or 'no attribute'}",
+            "parsers refuse missing and non-finite numbers, of fixed joints too",
+            "the element is dropped",
+        )
+
+
+def bad_friction(joint: Joint) -> list[tuple[str, str]]:
+    """Return name and unit of damping and friction that a simulated joint cannot have."""
+    names = FRICTION_UNITS.get(joint.kind, {}).items()
+    return [(x, unit) for x, unit in names if not 0.0 <= joint.dynamics(x) < math.inf]
+
+
+def unreadable_elements(joint: Joint) -> list[ET.Element]:
+    """Return elements of a joint that do not count and have numbers that cannot be read."""
+    found = (joint.element.find(tag) for tag in NUMBERS)
+    return [x for x in found if x is not None and not _readable(joint, x)]
+
+
+def _readable(joint: Joint, element: ET.Element) -> bool:
+    if joint.kind in FRICTION_UNITS and element.tag in ("limit", "mimic"):
+        return True  # judged by other rules
+    numbers, needed = NUMBERS[element.tag]
+    if joint.kind in FRICTION_UNITS and element.tag == "dynamics":
+        return any(name in element.attrib for name in numbers)
+    finite = all(math.isfinite(attribute(element, name, 0.0)) for name in numbers)
+    some = element.tag != "dynamics" or any(name in element.attrib for name in numbers)
+    return finite and some and all(name in element.attrib for name in needed)
 
 
 def _written(joint: Joint) -> str:

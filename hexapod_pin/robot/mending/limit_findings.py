@@ -11,14 +11,15 @@ from hexapod_pin.robot.mending.finding import Finding, Severity
 from hexapod_pin.robot.mending.joint_findings import JOINT_TYPE_REMEDY
 from hexapod_pin.robot.mending.measures import Measures
 
-MEND_RANGE = f"assumed: {-rules.JOINT_RANGE:g} to {rules.JOINT_RANGE:g} rad"
+MEND_RANGE = {
+    "revolute": f"assumed: {-rules.JOINT_RANGE:g} to {rules.JOINT_RANGE:g} rad",
+    "prismatic": "assumed: 0 to 0 m, so that it is held",
+}
+GIVE_RANGE = "give the range of its travel: nothing tells of it"
+GIVE_EFFORT = "give effort: nothing tells of the length of the legs; --effort"
 MEND_EFFORT = "assumed from weight and leg length; --effort"
 MEND_SPEED = f"assumed: {rules.SPEED:g} rad/s; --velocity"
 UNITS = {"revolute": ("rad", "N m", "rad/s"), "prismatic": ("m", "N", "m/s")}
-FRICTION_UNITS = {
-    "revolute": {"damping": "N m s/rad", "friction": "N m"},
-    "prismatic": {"damping": "N s/m", "friction": "N"},
-}
 
 
 def limit_findings(measures: Measures) -> list[Finding]:
@@ -48,6 +49,11 @@ def range_trouble(joint: Joint) -> tuple[str, str, bool] | None:
     return None
 
 
+def is_held(joint: Joint) -> bool:
+    """Whether a sliding joint has a range of 0: it is held there, as nothing tells of another."""
+    return joint.kind == "prismatic" and joint.limit("lower", 0.0) == joint.limit("upper", 0.0)
+
+
 def effort_trouble(measures: Measures, joint: Joint) -> tuple[str, bool] | None:
     """Return what is wrong with the torque limit, and whether it refuses the file."""
     effort = joint.limit("effort")
@@ -67,7 +73,7 @@ def effort_trouble(measures: Measures, joint: Joint) -> tuple[str, bool] | None:
 def velocity_trouble(joint: Joint) -> tuple[str, bool] | None:
     """Return what is wrong with the speed limit, and whether it refuses the file."""
     velocity = joint.limit("velocity")
-    if not velocity > 0.0:
+    if not 0.0 < velocity < math.inf:
         return ("zero velocity" if velocity == 0.0 else "unreadable velocity"), True
     if joint.kind != "revolute":
         return None
@@ -93,37 +99,27 @@ def _of_joint(measures: Measures, joint: Joint) -> Iterator[Finding]:
             where,
             "no <limit>",
             "give lower, upper, effort and velocity",
-            f"{MEND_RANGE}; effort and velocity {MEND_EFFORT}, --velocity",
+            f"{MEND_RANGE[joint.kind]}; effort and velocity {MEND_EFFORT}, --velocity",
         )
         return
     if trouble := range_trouble(joint):
         rule = "must be finite, lower below upper" + (
             ", at most one turn apart" if unit == "rad" else ""
         )
-        mend = "swapped" if trouble[0] == "reversed limits" else MEND_RANGE
-        yield Finding(trouble[0], where, trouble[1], rule, mend, _severity(trouble[2]))
+        mend = "swapped" if trouble[0] == "reversed limits" else MEND_RANGE[joint.kind]
+        held = is_held(joint)
+        mend, severity = GIVE_RANGE if held else mend, _severity(trouble[2])
+        yield Finding(trouble[0], where, trouble[1], rule, mend, severity, repairable=not held)
     if bad := effort_trouble(measures, joint):
-        value = f"effort {joint.limit('effort'):g} {torque_unit}"
-        yield Finding(bad[0], where, value, _effort_rule(measures), MEND_EFFORT, _severity(bad[1]))
+        value, rule = f"effort {joint.limit('effort'):g} {torque_unit}", _effort_rule(measures)
+        told = joint.kind == "prismatic" or measures.leg_length > 0.0
+        mend, severity = MEND_EFFORT if told else GIVE_EFFORT, _severity(bad[1])
+        yield Finding(bad[0], where, value, rule, mend, severity, repairable=told)
     if bad := velocity_trouble(joint):
         value = f"velocity {joint.limit('velocity'):g} {speed_unit}"
         low, high = rules.SPEEDS
         rule = f"must be above 0; {low:g} to {high:g} rad/s is usual"
         yield Finding(bad[0], where, value, rule, MEND_SPEED, _severity(bad[1]))
-    yield from _friction(joint, where)
-
-
-def _friction(joint: Joint, where: str) -> Iterator[Finding]:
-    for name, unit in FRICTION_UNITS[joint.kind].items():
-        value = joint.dynamics(name)
-        if not (value >= 0.0 and math.isfinite(value)):
-            yield Finding(
-                f"bad {name}",
-                where,
-                f"{name} {value:g} {unit}",
-                "must be finite and at least 0",
-                "set to 0",
-            )
 
 
 def _effort_rule(measures: Measures) -> str:

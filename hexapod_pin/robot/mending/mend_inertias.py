@@ -7,10 +7,15 @@ import math
 import numpy as np
 
 from hexapod_pin.robot.description.urdf_file import Link
-from hexapod_pin.robot.description.urdf_inertia import inertia_matrix, principal_moments, rotation
+from hexapod_pin.robot.description.urdf_inertia import (
+    INERTIA_RELATIVE_TOLERANCE,
+    inertia_matrix,
+    principal_moments,
+    rotation,
+)
 from hexapod_pin.robot.mending import rules
 from hexapod_pin.robot.mending.draft import Draft, scaled
-from hexapod_pin.robot.mending.inertia_findings import broken, misfit, off_centre
+from hexapod_pin.robot.mending.inertia_findings import broken, misfit, off_centre, replaceable
 from hexapod_pin.robot.mending.inertial_element import ENTRIES, write_inertial, write_moments
 from hexapod_pin.robot.mending.measures import Measures
 from hexapod_pin.robot.mending.possible_inertia import nearest_possible
@@ -32,21 +37,31 @@ def mend_inertias(draft: Draft) -> None:
     for link in measures.file.links:
         if link.mass:
             _mend_link(draft, measures, link)
+        elif link.mass is not None and not _is_readable(link):
+            link.element.remove(link.element.find("inertial"))  # type: ignore[arg-type]
+            why = "it has no mass, and missing or non-finite numbers"
+            draft.change(f"link {link.name!r}", f"inertial dropped: {why}")
 
 
 def _mend_link(draft: Draft, measures: Measures, link: Link) -> None:
     """Mend one link with mass: first the moments alone, then, if they do not fit, all of it."""
-    numbers = (*link.com, *link.inertia_rpy, *link.moments)
-    if not all(map(math.isfinite, numbers)):
+    if not _is_readable(link):
         _replace(draft, measures, link, "its inertial has missing or non-finite numbers")
         return
-    _, _, largest = principal_moments(inertia_matrix(link))
+    smallest, _, largest = principal_moments(inertia_matrix(link))
     if largest <= 0.0:
         _replace(draft, measures, link, "zero inertia")
-    elif text := misfit(measures, link) or off_centre(measures, link):
+    elif (text := misfit(measures, link)) and replaceable(measures, link):
         _replace(draft, measures, link, text)
-    elif broken(link) or principal_moments(inertia_matrix(link))[0] <= 0.0:
+    elif text := off_centre(measures, link):
+        _replace(draft, measures, link, text)
+    elif broken(link) or smallest <= INERTIA_RELATIVE_TOLERANCE * largest:
         _project(draft, measures, link)
+
+
+def _is_readable(link: Link) -> bool:
+    """Whether place, axes and moments of a link are numbers."""
+    return all(map(math.isfinite, (*link.com, *link.inertia_rpy, *link.moments)))
 
 
 def _project(draft: Draft, measures: Measures, link: Link) -> None:

@@ -8,10 +8,14 @@ import xml.etree.ElementTree as ET
 from hexapod_pin.robot.description.urdf_file import JOINT_TYPES, Joint
 from hexapod_pin.robot.mending import rules
 from hexapod_pin.robot.mending.draft import Draft
-from hexapod_pin.robot.mending.joint_findings import AXIS_NORM_TOLERANCE, JOINT_TYPE_REMEDY
-
-FEWEST_JOINTS = 2
-"""A chain of fewer moved joints is a wheel, not a leg."""
+from hexapod_pin.robot.mending.joint_findings import (
+    AXIS_NORM_TOLERANCE,
+    JOINT_TYPE_REMEDY,
+    MADE_FIXED,
+    bad_friction,
+    joints_of_legs,
+    unreadable_elements,
+)
 
 
 def mend_joints(draft: Draft) -> None:
@@ -23,6 +27,8 @@ def mend_joints(draft: Draft) -> None:
         if joint.moves:
             _drop_coupling(draft, joint)
             _mend_axis(draft, joint)
+    for joint in draft.file.joints:
+        _mend_numbers(draft, joint)
 
 
 def _mend_type(draft: Draft, joint: Joint) -> None:
@@ -33,7 +39,7 @@ def _mend_type(draft: Draft, joint: Joint) -> None:
         new = known if known in JOINT_TYPES else "revolute" if turns else "fixed"
         assumed = "" if new == known else f"is {new}: its type {kind!r} is none"
         _retype(draft, joint, new, assumed)
-    elif kind in JOINT_TYPE_REMEDY and kind != "continuous":
+    elif kind in MADE_FIXED:
         _retype(draft, joint, "fixed", f"is fixed: type {kind} is not simulated")
         draft.change(where, "its limits, axis and friction no longer count")
 
@@ -42,12 +48,7 @@ def _mend_continuous(draft: Draft) -> None:
     """Make continuous joints of legs revolute; their range is assumed with other limits."""
     if "continuous" not in JOINT_TYPE_REMEDY:
         return
-    legs = {
-        joint.name
-        for chain in draft.measures.chains
-        if len(chain) >= FEWEST_JOINTS
-        for joint in chain
-    }
+    legs = joints_of_legs(draft.measures)
     for joint in draft.file.joints:
         if joint.kind == "continuous" and joint.name in legs:
             limit = joint.element.find("limit")
@@ -56,6 +57,19 @@ def _mend_continuous(draft: Draft) -> None:
                 limit.set(name, f"{value:g}")
             text = f"turns {-rules.JOINT_RANGE:g} to {rules.JOINT_RANGE:g} rad, not endlessly"
             _retype(draft, joint, "revolute", text)
+
+
+def _mend_numbers(draft: Draft, joint: Joint) -> None:
+    where = f"joint {joint.name!r}"
+    for name, unit in bad_friction(joint):
+        dynamics = joint.element.find("dynamics")
+        if dynamics is not None:
+            text = f"{name} {dynamics.get(name)!r} -> 0 {unit}"
+            dynamics.set(name, "0")
+            draft.change(where, text, f"no {name}")
+    for element in unreadable_elements(joint):
+        joint.element.remove(element)
+        draft.change(where, f"<{element.tag}> dropped: it has missing or non-finite numbers")
 
 
 def _retype(draft: Draft, joint: Joint, new: str, assumed: str) -> None:

@@ -1,17 +1,16 @@
-"""Mends of ranges, torque limits, speed limits and friction."""
+"""Repairs of ranges, torque limits and speed limits."""
 
 from __future__ import annotations
 
-import math
 import xml.etree.ElementTree as ET
 
 from hexapod_pin.robot.description.urdf_file import Joint
 from hexapod_pin.robot.mending import rules
 from hexapod_pin.robot.mending.draft import Draft
 from hexapod_pin.robot.mending.limit_findings import (
-    FRICTION_UNITS,
     UNITS,
     effort_trouble,
+    is_held,
     limited,
     range_trouble,
     velocity_trouble,
@@ -27,15 +26,15 @@ def mend_limits(draft: Draft) -> None:
             limit = joint.element.find("limit")
             if limit is None:
                 limit = ET.SubElement(joint.element, "limit")
+            _mend_range(draft, joint, limit)  # once swapped, it may be above a turn
             _mend_range(draft, joint, limit)
             _mend_effort(draft, measures, joint, limit)
             _mend_velocity(draft, joint, limit)
-            _mend_friction(draft, joint)
 
 
 def _mend_range(draft: Draft, joint: Joint, limit: ET.Element) -> None:
     trouble = range_trouble(joint)
-    if trouble is None or (joint.kind == "prismatic" and trouble[0] == "no range"):
+    if trouble is None or is_held(joint):
         return
     before = f"{limit.get('lower')} to {limit.get('upper')}"
     unit = UNITS[joint.kind][0]
@@ -106,13 +105,3 @@ def _set(
         return
     limit.set(name, f"{new:g}")
     draft.change(f"joint {joint.name!r}", f"{name} {before} -> {new:g} {unit}", assumed)
-
-
-def _mend_friction(draft: Draft, joint: Joint) -> None:
-    dynamics = joint.element.find("dynamics")
-    for name, unit in FRICTION_UNITS[joint.kind].items():
-        value = joint.dynamics(name)
-        if dynamics is not None and not (value >= 0.0 and math.isfinite(value)):
-            text = f"{name} {dynamics.get(name)!r} -> 0 {unit}"
-            dynamics.set(name, "0")
-            draft.change(f"joint {joint.name!r}", text, f"no {name}")

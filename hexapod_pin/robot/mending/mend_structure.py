@@ -4,15 +4,25 @@ from __future__ import annotations
 
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.mending.draft import Draft
-from hexapod_pin.robot.mending.structure_findings import SHAPES, WORLD
+from hexapod_pin.robot.mending.structure_findings import (
+    SHAPES,
+    WORLD,
+    leads_nowhere,
+    moved_joints,
+    tree_of,
+    trunk_root,
+)
 
 
 def mend_structure(draft: Draft) -> None:
-    """Leave one tree: each step starts from what the one before left."""
-    _drop_joints_to_nowhere(draft)
-    _drop_second_parents(draft)
-    _keep_one_root(draft)
-    _drop_above_trunk(draft)
+    """Leave one tree: each step starts from what the one before left, until nothing is dropped."""
+    before = None
+    while before != len(draft.root):
+        before = len(draft.root)
+        _drop_joints_to_nowhere(draft)
+        _drop_second_parents(draft)
+        _keep_one_root(draft)
+        _drop_above_trunk(draft)
 
 
 def _drop_joints_to_nowhere(draft: Draft) -> None:
@@ -20,7 +30,7 @@ def _drop_joints_to_nowhere(draft: Draft) -> None:
     file = draft.file
     for joint in file.joints:
         unknown = [x for x in (joint.parent, joint.child) if x not in file.link_by_name]
-        if unknown and (joint.child in unknown or not joint.moves):
+        if leads_nowhere(file, joint):
             draft.drop([joint.element])
             draft.change(f"joint {joint.name!r}", f"dropped: no link {unknown[0]!r}")
 
@@ -54,31 +64,15 @@ def _from_roots(file: UrdfFile) -> list[Joint]:
 def _keep_one_root(draft: Draft) -> None:
     """Drop trees without moved joints beside the one with most, then most links."""
     file = draft.file
-    trees = {root: _tree(file, root) for root in file.roots}
-    if not trees:
-        return
-
-    def weight(root: str) -> tuple[int, int]:
-        moved = sum(j.moves for name in trees[root] for j in file.joints_below.get(name, ()))
-        return moved, len(trees[root])
-
-    kept = max(trees, key=weight)
-    gone = {x for root in trees for x in trees[root] if root != kept and not weight(root)[0]}
+    kept = trunk_root(file)
+    trees = [tree_of(file, root) for root in file.roots if root != kept]
+    gone = {name for tree in trees if not moved_joints(file, tree) for name in tree}
     lost = [link for link in file.links if link.name in gone]
     draft.drop(j.element for j in file.joints if j.parent in gone)
     draft.drop(link.element for link in lost)
     for link in lost:
         mass = f", {link.mass:g} kg" if link.mass else ""
         draft.change(f"link {link.name!r}", f"dropped: not part of the robot's tree{mass}")
-
-
-def _tree(file: UrdfFile, root: str) -> list[str]:
-    names, seen = [root], {root}
-    for name in names:
-        below = [j.child for j in file.joints_below.get(name, ()) if j.child not in seen]
-        names += dict.fromkeys(below)
-        seen.update(below)
-    return names
 
 
 def _drop_above_trunk(draft: Draft) -> None:

@@ -19,6 +19,7 @@ from hexapod_pin.robot.mending.mend_masses import mend_masses
 from hexapod_pin.robot.mending.mend_names import mend_names
 from hexapod_pin.robot.mending.mend_structure import mend_structure
 from hexapod_pin.robot.mending.options import MendOptions
+from hexapod_pin.robot.mending.statement import mend_statement
 
 Step = Callable[[Draft], None]
 STEPS: tuple[Step, ...] = (
@@ -32,6 +33,9 @@ STEPS: tuple[Step, ...] = (
 
 STEPS_OF_A_SIZE: tuple[Step, ...] = (mend_masses, mend_inertias, mend_limits)
 """What needs a robot of a possible size: masses need lengths, limits need masses."""
+
+MOST_ROUNDS = 5
+"""A repair can show a further fault: a joint made fixed leaves a tree without moved ones."""
 
 Moments = tuple[float, float, float]
 
@@ -85,11 +89,16 @@ def mend_urdf(
         options: numbers of the user; None assumes what is missing.
     """
     draft = Draft(file, finder, options or MendOptions())
-    for step in STEPS:
-        step(draft)
+    for _ in range(MOST_ROUNDS):
+        before = draft.changes
+        for step in STEPS:
+            step(draft)
+        if draft.changes == before:
+            break
     if draft.measures.plausible_size:
         for step in STEPS_OF_A_SIZE:
             step(draft)
+    mend_statement(draft)
     if not draft.changes:
         return Mended(file, (), (), masses(file, file), tuple(draft.notes))
     _write_assumed(draft.root, draft.assumed)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
-from hexapod_pin.robot.description.urdf_file import UrdfFile
+from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.mending.finding import Finding
 
 MAX_MOVED_JOINTS = 300
@@ -19,7 +19,8 @@ def structure_findings(file: UrdfFile) -> list[Finding]:
     """Return every trouble of names and of the tree."""
     if not file.links:
         rule = "a robot needs at least one"
-        return [Finding("no link", "robot", "no <link>", rule, "give the whole file")]
+        way_out = "give the whole file"
+        return [Finding("no link", "robot", "no <link>", rule, way_out, repairable=False)]
     found = [*_text(file), *_names(file), *_ends(file), *_parents(file), *_roots(file)]
     found += [*_loops(file), *_world(file)]
     moved = sum(joint.moves for joint in file.joints)
@@ -32,6 +33,7 @@ def structure_findings(file: UrdfFile) -> list[Finding]:
                 f"{moved} moved joints",
                 rule,
                 "make joints that do not matter fixed",
+                repairable=False,
             )
         )
     return found
@@ -74,7 +76,8 @@ def _names(file: UrdfFile) -> Iterator[Finding]:
                     f"link {name!r}",
                     "this name is kept for the ground",
                     "another name",
-                    "none: name it otherwise, in its joints too",
+                    "name it otherwise, in its joints too",
+                    repairable=False,
                 )
             if not name:
                 yield Finding(
@@ -99,41 +102,78 @@ def _ends(file: UrdfFile) -> Iterator[Finding]:
     for joint in file.joints:
         for end, link in (("parent", joint.parent), ("child", joint.child)):
             if link not in known:
-                value = f"its {end} link {link!r} does not exist"
+                gone = leads_nowhere(file, joint)
                 yield Finding(
                     "unknown link",
                     f"joint {joint.name!r}",
-                    value,
+                    f"its {end} link {link!r} does not exist",
                     "both ends must be links of the file",
-                    "dropped; none for a moved joint without parent: name a link of the file",
+                    "the joint is dropped" if gone else "name a link of the file",
+                    repairable=gone,
                 )
 
 
+def leads_nowhere(file: UrdfFile, joint: Joint) -> bool:
+    """Whether a joint can be dropped: without a child, or fixed without a parent."""
+    known = file.link_by_name
+    return joint.child not in known or (joint.parent not in known and not joint.moves)
+
+
 def _parents(file: UrdfFile) -> Iterator[Finding]:
-    parents: dict[str, list[str]] = {}
+    parents: dict[str, list[Joint]] = {}
     for joint in file.joints:
-        parents.setdefault(joint.child, []).append(joint.name)
+        parents.setdefault(joint.child, []).append(joint)
+    reached = {name for root in file.roots for name in tree_of(file, root)}
     for link, joints in parents.items():
         if len(joints) > 1 and link in file.link_by_name:
-            value = f"child of {len(joints)} joints ({', '.join(map(repr, joints))})"
+            names = ", ".join(repr(joint.name) for joint in joints)
+            on_tree = all(x.parent in reached or leads_nowhere(file, x) for x in joints)
+            kept = "the first joint from the root is kept, the others are dropped"
             yield Finding(
                 "two parents",
                 f"link {link!r}",
-                value,
+                f"child of {len(joints)} joints ({names})",
                 "the links must form a tree",
-                "the first joint from the root is kept, the others are dropped",
+                kept if on_tree else "remove the joint that closes the loop",
+                repairable=on_tree,
             )
 
 
 def _roots(file: UrdfFile) -> Iterator[Finding]:
     if len(file.roots) > 1:
+        moving = [root for root in file.roots if moved_joints(file, tree_of(file, root))]
+        many = f"add the joints between {', '.join(map(repr, moving))}, which all carry moved ones"
         yield Finding(
             "several roots",
             f"links {', '.join(map(repr, file.roots))}",
             f"{len(file.roots)} roots",
             "must be one",
-            "those without moved joints dropped; none for others: add the missing joint",
+            many if len(moving) > 1 else "those without moved joints are dropped",
+            repairable=len(moving) < 2,
         )
+
+
+def tree_of(file: UrdfFile, root: str) -> list[str]:
+    """Return the links that a link leads to, itself first."""
+    names, seen = [root], {root}
+    for name in names:
+        for child in (joint.child for joint in file.joints_below.get(name, ())):
+            if child not in seen and child in file.link_by_name:
+                seen.add(child)
+                names.append(child)
+    return names
+
+
+def moved_joints(file: UrdfFile, names: Iterable[str]) -> int:
+    """Return how many moved joints lead from links to others."""
+    joints = (joint for name in names for joint in file.joints_below.get(name, ()))
+    return sum(joint.moves and joint.child in file.link_by_name for joint in joints)
+
+
+def trunk_root(file: UrdfFile) -> str | None:
+    """Return the root of the tree with most moved joints, then most links; None without a root."""
+    trees = {root: tree_of(file, root) for root in file.roots}
+    return max(trees, key=lambda x: (moved_joints(file, trees[x]), len(trees[x])), default=None)
 
 
 def _loops(file: UrdfFile) -> Iterator[Finding]:
@@ -150,7 +190,8 @@ def _loops(file: UrdfFile) -> Iterator[Finding]:
             f"links {', '.join(map(repr, lost))}",
             "on a loop of joints",
             "the links must form a tree",
-            "none: remove the joint that closes the loop",
+            "remove the joint that closes the loop",
+            repairable=False,
         )
 
 

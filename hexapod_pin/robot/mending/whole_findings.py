@@ -16,12 +16,16 @@ from hexapod_pin.robot.mending.units import (
     mesh_slips,
 )
 
+SCALE_FIRST = "scale the lengths first: nothing tells what fits a robot of such a size"
+"""Way out for what needs a robot of a possible size to be repaired."""
+
 
 def whole_findings(measures: Measures) -> list[Finding]:
     """Return every trouble of the robot as a whole; nothing of files without moved joints."""
     slips = [joint_length_slip(measures), mass_slip(measures), inertia_slip(measures)]
     slips += [*length_slips(measures), *mesh_slips(measures).values()]
-    found = [_slip(slip) for slip in slips if slip is not None]
+    sized = measures.plausible_size or slips[0] is not None
+    found = [_slip(slip, sized) for slip in slips if slip is not None]
     kinds = {slip.kind for slip in slips if slip is not None}
     if "joints" not in kinds:
         found += _size(measures)
@@ -30,15 +34,18 @@ def whole_findings(measures: Measures) -> list[Finding]:
     return found
 
 
-def _slip(slip: UnitSlip) -> Finding:
+def _slip(slip: UnitSlip, sized: bool) -> Finding:
+    """Return a finding; masses and inertias are scaled where the size of the robot is possible."""
+    repairable = sized or slip.kind not in ("masses", "inertias")
     si = {"masses": "kg", "inertias": "kg m^2"}.get(slip.kind, "m")
     return Finding(
         f"{slip.kind} in {slip.unit}",
         "robot",
         slip.value,
         f"in {si}",
-        f"all multiplied by {slip.factor:g}",
+        f"all multiplied by {slip.factor:g}" if repairable else SCALE_FIRST,
         "suspicious",
+        repairable=repairable,
     )
 
 
@@ -50,8 +57,9 @@ def _size(measures: Measures) -> Iterator[Finding]:
             "robot",
             f"joints span {span:.3g} m",
             f"{low:g} to {high:g} m is plausible",
-            "none: no unit explains it; scale the lengths",
+            "no unit explains it; scale the lengths",
             "suspicious",
+            repairable=False,
         )
 
 
@@ -59,10 +67,11 @@ def _mass(measures: Measures) -> Iterator[Finding]:
     span, total, (low, high) = measures.span, measures.total_mass, rules.MASS_PER_SPAN
     if span <= 0.0 or total <= 0.0 or low <= total / span**3 <= high:
         return
+    light = total < low * span**3
     mend = (
         "from the links' solids and --density, or --mass"
-        if total < low * span**3
-        else "--mass scales all masses and inertias"
+        if light
+        else "give --mass, which scales all masses and inertias"
     )
     yield Finding(
         "absurd mass",
@@ -71,6 +80,7 @@ def _mass(measures: Measures) -> Iterator[Finding]:
         f"{grams(low * span**3)} to {grams(high * span**3)} is plausible",
         mend,
         "suspicious",
+        repairable=light,
     )
 
 

@@ -107,9 +107,10 @@ def _wrong_legs(file: UrdfFile, trunk: str, chains: Sequence[Chain], joints: int
             f"limbs of {joints} joints each on {trunk!r} ({firsts}): legs have 2 to"
             f" {MOST_JOINTS}; fix the surplus joints, or name the legs' joints with legs=[...]"
         )
-    for link in file.links:
+    fixed = file.rigid_group(trunk)
+    for link in (link for link in file.links if link.name not in fixed):
         inner = [chain for chain in limb_chains(file, link.name) if len(chain.joints) >= 2]
-        if link.name != trunk and len(inner) >= min(LEG_COUNTS):
+        if len(inner) >= min(LEG_COUNTS):
             carrier = _carrier(file, link.name)
             return (
                 f"{len(inner)} limbs start at {link.name!r}, which joint {carrier.name!r}"
@@ -117,7 +118,9 @@ def _wrong_legs(file: UrdfFile, trunk: str, chains: Sequence[Chain], joints: int
                 " it. Make that joint fixed, or remove what stands above it (a robot's trunk"
                 " floats without a joint)"
             )
-    found = f"{len(chains)} limbs of {joints} joints ({firsts})" if chains else "no moved limbs"
+    slides = sum(joint.moves and not walks(joint) for joint in file.joints)
+    none = f"no turning limbs ({slides} joints move otherwise)" if slides else "no moved limbs"
+    found = f"{len(chains)} limbs of {joints} joints ({firsts})" if chains else none
     return (
         f"{found} on {trunk!r}: a walk needs 4 to 8 similar legs of 2 to {MOST_JOINTS} turning"
         " joints. Name the legs with legs=[...]; for a simulation without gait give feet=[...],"

@@ -87,13 +87,15 @@ class LegBody:
             float(np.linalg.norm(a)) + s.radius for a, s in zip(balls, self.spheres, strict=True)
         ]
         reach = self.reach
-        near = [
-            a / np.linalg.norm(a) for a, s in zip(balls, sizes, strict=True) if s > 0.98 * reach
-        ]
-        near += list(arms[across > 0.98 * reach] / across[across > 0.98 * reach][:, None])
-        direction = np.sum(near, axis=0)
-        unit: Array = direction / np.linalg.norm(direction)
-        return unit
+        near = [a for a, s in zip(balls, sizes, strict=True) if s > 0.98 * reach]
+        near += list(arms[across > 0.98 * reach])
+        return _unit(np.sum([_unit(arm) for arm in near], axis=0) + np.zeros(3))
+
+
+def _unit(vector: Array) -> Array:
+    """Return a vector (3,) at unit length; zeros for zeros, as of a shape on the axis."""
+    size = float(np.linalg.norm(vector))
+    return vector / size if size > 0.0 else np.zeros(3)
 
 
 def leg_body(file: UrdfFile, finder: ResourceFinder, frames: TreeFrames, chain: Chain) -> LegBody:

@@ -142,7 +142,7 @@ def _no_range(joint: Joint) -> str:
         return ""
     return (
         f"joint {joint.name!r}: limits {lower:g} to {upper:g} rad leave no range to walk;"
-        " correct them, let them be mended, or state how the robot stands with posture=[...]"
+        " correct them, or state how the robot stands with posture=[...]"
     )
 
 

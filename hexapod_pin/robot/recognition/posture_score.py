@@ -110,7 +110,8 @@ class LegMeasure:
         if jacobian.shape[-1] < 3:
             square = np.swapaxes(jacobian, -1, -2) @ jacobian
         volume: Array = np.abs(np.linalg.det(square)) ** (1.0 if square is jacobian else 0.5)
-        return np.asarray(volume / (self.length * self.links))
+        size = np.asarray(self.length * self.links)
+        return np.asarray(volume / np.where(size > 0.0, size, np.inf))
 
 
 def standing_score(measure: LegMeasure, q: Array, clearance: Array) -> Array:

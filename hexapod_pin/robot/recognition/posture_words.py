@@ -17,10 +17,7 @@ from hexapod_pin.robot.recognition.posture_coxa import coxa_choices, radial_dire
 from hexapod_pin.robot.recognition.posture_frame import LegFrame, axis_points, leg_length
 from hexapod_pin.robot.serial_chain import SerialChain
 
-WAY_OUT = (
-    "Widen the limits (mending does it where they are zero or absurd), or state the standing "
-    "angles with posture=[...]."
-)
+WAY_OUT = "Widen the limits, or state the standing angles with posture=[...]."
 
 
 def sentence(legs: Sequence[LegFrame], angles: Sequence[Array], sole: float) -> str:

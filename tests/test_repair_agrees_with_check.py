@@ -1,0 +1,205 @@
+"""`check` sends to `mend` what `mend` repairs, and nothing else; what `mend` writes, it accepts."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+from broken_urdfs import SOUND, NoMeshes, add, broken, every, part, put, remove
+from conftest import Run
+from mutated_urdfs import mutated
+from test_findings import ALONE, TOGETHER
+
+import hexapod_pin as hp
+from hexapod_pin.robot import inspect
+from hexapod_pin.robot.description.urdf_file import parse_urdf
+from hexapod_pin.robot.mending import find_all, mend_urdf
+from hexapod_pin.robot.mending.finding_lines import finding_lines
+
+RECOMMENDED = "`hexapod-pin mend` repairs it"
+TEXTS = (hp.urdf_path("athena").read_text(), hp.urdf_path("kharagpur").read_text(), SOUND)
+BLOCKS = 10
+
+
+@pytest.mark.parametrize("block", range(BLOCKS))
+def test_commands_agree_on_mutated_files(run: Run, tmp_path: Path, block: int) -> None:
+    """430 files with one to three faults each: they disagreed on 238 of them."""
+    for seed in range(block, 430, 2 * BLOCKS):  # every second one; `make fuzz` draws more
+        text = mutated(TEXTS[seed % len(TEXTS)], seed)
+        (tmp_path / "in.urdf").write_text(text)
+        (tmp_path / "out.urdf").unlink(missing_ok=True)
+        before, done = run("check", "in.urdf"), run("mend", "in.urdf", "-o", "out.urdf")
+        assert {before.status, done.status} <= {0, 2}, seed
+        assert (tmp_path / "in.urdf").read_text() == text
+        assert (done.status == 0) == ("out.urdf" in done.left), seed
+        assert (before.status, done.status) != (0, 2), seed
+        if before.status == 2:
+            recommended = RECOMMENDED in before.out + before.err
+            assert recommended == (done.status == 0), seed
+            assert "nothing to mend" not in done.out, seed
+        if done.status == 0:
+            assert run("check", "out.urdf").status == 0, seed
+        else:
+            assert "REFUSED" in done.err or " = " in done.err, seed  # what is left, or which option
+
+
+@pytest.mark.parametrize("block", range(BLOCKS))
+def test_findings_know_whether_they_are_repaired(block: int) -> None:
+    """After a repair nothing is left that a repair is said to exist for, and it is all done."""
+    for seed in range(block, 430, BLOCKS):
+        text = mutated(TEXTS[seed % len(TEXTS)], seed)
+        repaired = mend_urdf(parse_urdf(text.encode(), "x"), NoMeshes())
+        left = find_all(repaired.file, NoMeshes())
+        assert [str(x) for x in left if x.repairable] == [], seed
+        assert mend_urdf(repaired.file, NoMeshes()).changes == (), seed
+
+
+@pytest.mark.parametrize("name", [*TOGETHER, *ALONE])
+def test_each_kind_of_finding_knows_it(name: str) -> None:
+    change, kind, place = {**TOGETHER, **ALONE}[name]
+    file = broken(change)
+    found = [x for x in find_all(file, NoMeshes()) if x.what == kind and place in x.where + x.value]
+    left = {(x.what, x.where) for x in find_all(mend_urdf(file, NoMeshes()).file, NoMeshes())}
+    assert {(x.what, x.where) in left for x in found} == {not found[0].repairable}
+    assert {x.repairable for x in found} == {found[0].repairable}
+
+
+def test_sliding_joints(run: Run, tmp_path: Path) -> None:
+    """`sed s/revolute/prismatic/`: no legs to walk with, which no repair invents."""
+    text = TEXTS[1].replace("revolute", "prismatic")
+    (tmp_path / "a.urdf").write_text(text)
+    before, done = run("check", "a.urdf"), run("mend", "a.urdf", "-o", "b.urdf")
+    assert (before.status, done.status) == (2, 2)
+    assert RECOMMENDED not in before.out + before.err
+    assert "18 joints move otherwise" in done.err and "--legs" in done.err and "--feet" in done.err
+    assert done.left == ["a.urdf"]
+
+
+def test_a_file_that_is_refused_for_one_thing_too_many(run: Run, tmp_path: Path) -> None:
+    """One fault has a repair, the other has none: nothing is written, and the second is named."""
+    bad = broken(
+        put("joint lf_foot_joint/origin", xyz="1 2 z"), every("joint", "limit", velocity="0")
+    )
+    (tmp_path / "a.urdf").write_text(bad.text)
+    report = inspect(tmp_path / "a.urdf")
+    (left,) = {text for text in report.left if "unreadable origin" in text}
+    assert "lf_foot_joint" in left and left in report.findings
+    assert not any("velocity" in text for text in report.left)
+    done = run("mend", "a.urdf", "-o", "b.urdf")
+    assert (done.status, done.left) == (2, ["a.urdf"])
+    assert "lf_foot_joint" in done.err and "velocity" not in done.err
+
+
+def test_hints_are_those_of_check(run: Run, tmp_path: Path) -> None:
+    """A robot that only stands on given feet is repaired with the same option, or hints file."""
+    inertia = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
+    feet = "".join(
+        f'<link name="p{k}"/><joint name="j{k}" type="fixed"><parent link="b"/><child link="p{k}"/>'
+        f'<origin xyz="{x} {y} -0.1"/></joint>'
+        for k, (x, y) in enumerate(((0.1, 0.1), (-0.1, 0.1), (0, -0.1)))
+    )
+    text = f'<robot name="block"><link name="b"><inertial><mass value="-1"/>{inertia}</inertial>'
+    (tmp_path / "a.urdf").write_text(f"{text}{BOX}</link>{feet}</robot>")
+    given = ("--feet", "p0,p1,p2")
+    plain = run("mend", "a.urdf", "-o", "b.urdf")
+    assert (plain.status, plain.left) == (2, ["a.urdf"]) and "--feet" in plain.err
+    before = run("check", "a.urdf", *given)
+    assert before.status == 2 and RECOMMENDED in before.out + before.err
+    assert run("mend", "a.urdf", "-o", "b.urdf", *given).status == 0
+    assert run("check", "b.urdf", *given).status == 0
+    (tmp_path / "a.hints.toml").write_text('feet = ["p0", "p1", "p2"]\n')
+    assert run("mend", "a.urdf", "-o", "c.urdf").status == 0
+
+
+BOX = '<visual><geometry><box size="0.2 0.2 0.05"/></geometry></visual>'
+
+
+def test_lines_say_where_there_is_no_repair() -> None:
+    file = broken(put("joint lf_foot_joint/origin", xyz="z"), every("joint", "limit", velocity="0"))
+    mends = [line for line in finding_lines(find_all(file, None)) if line.startswith("  mend ")]
+    assert [line.split()[1] == "none:" for line in mends] == [True, False]
+
+
+# what the campaign found ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["<limit/>", '<limit lower="x" effort="1" velocity="1"/>', "<dynamics/>",
+     '<dynamics damping="nan"/>', '<dynamics friction="0 0"/>', '<mimic multiplier="2"/>',
+     '<calibration rising="inf"/>', '<safety_controller k_position="1"/>'],
+)  # fmt: skip
+def test_elements_of_fixed_joints_that_parsers_refuse(text: str) -> None:
+    """They do not count, yet urdfdom refused the whole file for them, without saying where."""
+    file = broken(add("joint lf_foot_joint", text))
+    (found,) = find_all(file, None)
+    assert (found.what, found.where) == ("unreadable element", "joint 'lf_foot_joint'")
+    assert (found.severity, found.repairable) == ("refused", True)
+    tag = ET.fromstring(text).tag
+    repaired = mend_urdf(file).file
+    assert part(repaired.root, "joint lf_foot_joint").find(tag) is None
+    assert find_all(repaired, None) == []
+
+
+def test_statements_that_do_not_fit_the_links(tmp_path: Path) -> None:
+    """A file's own legs and places go where they name nothing; the robot is then inferred."""
+    path = tmp_path / "a.urdf"
+    text = TEXTS[0].replace("<hexapod_pin", '<hexapod_pin x=""', 1)
+    root = ET.fromstring(text)
+    own = root.find("hexapod_pin")
+    assert own is not None
+    for extra in ('<posture joint="tail" angle="1"/>', '<held joint="tail" position="1"/>',
+                  '<posture joint="lf_coxa_joint" angle="nan"/>',
+                  '<posture joint="lm_coxa_joint" angle="50"/>',
+                  '<leg name="lf" joints="lf_coxa_joint tail" foot="lf_foot"/>'):  # fmt: skip
+        own.append(ET.fromstring(extra))
+    path.write_text(ET.tostring(root, encoding="unicode"))
+    report = inspect(path)
+    found = [x for x in report.found if x.what == "unusable statement"]
+    assert {x.where for x in found} == {
+        "joint 'tail'", "joint 'lf_coxa_joint'", "joint 'lm_coxa_joint'", "robot"
+    }  # fmt: skip
+    assert not report.ok and report.left == ()
+    repaired = mend_urdf(parse_urdf(path.read_bytes(), "x"))
+    path.write_text(repaired.file.text)
+    assert inspect(path).ok and hp.load_robot(path).legs == hp.load_robot("athena").legs
+
+
+def test_names_with_blanks_are_kept_apart(tmp_path: Path) -> None:
+    """CAD programs name joints "Revolute 1"; the stated legs were split at the blank."""
+    path = tmp_path / "a.urdf"
+    path.write_text(SOUND.replace("_joint", " joint"))
+    robot = hp.load_robot(path)
+    assert robot.leg("lf").joints == ("lf_coxa joint", "lf_femur joint", "lf_tibia joint")
+
+
+def test_what_a_repair_shows_is_repaired_too() -> None:
+    """Without its joint a sliding foot's link is a second root, whose joint then leads nowhere."""
+    top = '<joint name="top" type="planar"><parent link="odom"/><child link="lr_foot"/></joint>'
+    file = broken(remove("link lr_tibia"), add("", '<link name="odom"/>'), add("", top))
+    repaired = mend_urdf(file)
+    assert [x for x in find_all(repaired.file, None) if x.repairable] == []
+    assert mend_urdf(repaired.file).changes == ()
+
+
+def test_an_inertial_without_mass_or_numbers() -> None:
+    """On a fixed link it is dropped; it was refused and left."""
+    bad = '<inertial><mass value="0"/><inertia ixx="x"/></inertial>'
+    file = broken(add("link lf_foot", bad))
+    (found,) = find_all(file, None)
+    assert (found.what, found.severity) == ("unreadable inertial", "refused")
+    assert find_all(mend_urdf(file).file, None) == []
+
+
+@pytest.mark.parametrize("number", ["1_0", "\u0661", "inf"])
+def test_numbers_that_other_parsers_refuse(number: str) -> None:
+    """Python reads the first two, and an endless speed was let through: urdfdom takes none."""
+    file = broken(put("joint lf_tibia_joint/limit", velocity=number))
+    (found,) = find_all(file, None)
+    assert (found.what, found.severity, found.repairable) == (
+        "unreadable velocity",
+        "refused",
+        True,
+    )
+    assert find_all(mend_urdf(file).file, None) == []
