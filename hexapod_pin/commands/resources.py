@@ -23,7 +23,10 @@ SPARE = 20_000_000
 """Numbers that must have room beside the libraries, for a run and its files."""
 
 MOST_THREADS = 64
-"""Threads that the libraries start at most, whatever the machine has."""
+"""Threads that linear algebra has at most, whatever the machine has."""
+
+COPIES = 2
+"""Copies of that library: NumPy and SciPy bring one each, with threads of its own."""
 
 ROOM_HINT = "Raise the limit, or let fewer processes run beside it."
 
@@ -97,24 +100,27 @@ def _limit_text() -> str:
 
 
 def _require_threads() -> None:
-    """Start as many threads as the library of linear algebra does when it is loaded.
+    """Start as many threads as the libraries of linear algebra do when they are loaded.
 
-    Where they are refused, that library sends this process SIGINT, as Ctrl-C does.
+    Where they are refused, such a library sends this process SIGINT, as Ctrl-C does.
 
     Raises:
         ResourceError: the system refuses them.
     """
     done = Event()
-    threads = [Thread(target=done.wait, daemon=True) for _ in range(_workers())]
+    threads = [Thread(target=done.wait, daemon=True) for _ in range(COPIES * _workers())]
     try:
         for thread in threads:
             thread.start()
     except RuntimeError as error:
-        reason = f"the system does not start {len(threads)} of them beside the first"
+        reason = f"the system does not start {len(threads)} more of them"
         hint = "Raise its limit (ulimit -u), or set OPENBLAS_NUM_THREADS=1."
         raise ResourceError("threads", reason, hint) from error
     finally:
         done.set()
+        for thread in threads:
+            if thread.ident is not None:  # it was started
+                thread.join()
 
 
 def _workers() -> int:
