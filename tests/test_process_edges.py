@@ -100,6 +100,7 @@ def test_a_slow_reader_of_a_pipe_that_does_not_wait(tmp_path: Path) -> None:
     """All reaches it, however little the pipe holds at a time."""
     code = """
 import hexapod_pin.commands.process as process
+from hexapod_pin.commands.terminal import echo
 def prints(argv):
     for number in range(3):
         echo(str(number) * 100_000)
