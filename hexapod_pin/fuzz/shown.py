@@ -78,4 +78,5 @@ def described(error: Exception) -> str:
     """Return an exception, and where in this package it was raised."""
     frames = [f for f in traceback.extract_tb(error.__traceback__) if "hexapod_pin" in f.filename]
     place = f"{frames[-1].filename.rpartition('hexapod_pin/')[2]}:{frames[-1].lineno}"
-    return f"{type(error).__name__}: {str(error)[:100]} at {place}"
+    first = (str(error).splitlines() or [""])[0]
+    return f"{type(error).__name__}: {first[:100]} at {place}"
