@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError
@@ -141,7 +142,7 @@ def check_duration(duration: float) -> float:
     return float(duration)
 
 
-def cycles_between(since: float, until: float, period: float) -> Array:
+def cycles_between(since: float, until: float, period: float) -> NDArray[np.int_]:
     """Return the numbers of the cycles that reach into a span of time, one before and one after.
 
     Args:
