@@ -123,7 +123,7 @@ def pool(
         return
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(
-        processes=True, n_workers=1, threads_per_worker=1, dashboard_address=None,
+        processes=True, n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0",
         host="127.0.0.1", local_directory=str(tmp_path_factory.mktemp("dask")),
     ) as cluster, distributed.Client(cluster, set_as_default=False) as client:  # fmt: skip
         yield client.get_executor()
