@@ -7,6 +7,8 @@ import multiprocessing
 import os
 import random
 import re
+import shutil
+import tempfile
 import time
 import warnings
 from collections.abc import Callable, Collection, Sequence
@@ -122,9 +124,9 @@ def run_campaign(
     """
     waiting, found = list(reversed(inputs)), list[Outcome]()
     doors = {door for door, _ in inputs} - set(SELDOM)
-    workers = list[_Worker]()
+    workers, folder = list[_Worker](), tempfile.mkdtemp(prefix="hexapod-campaign-")
     try:
-        workers += [_Worker(doors) for _ in range(processes)]
+        workers += [_Worker(doors, folder) for _ in range(processes)]
         while waiting or any(worker.task for worker in workers):
             for k, worker in enumerate(workers):
                 if worker.task is None and waiting:
@@ -134,21 +136,22 @@ def run_campaign(
                     found.append(outcome)
                     report(outcome)
                     if worker.lost:
-                        workers[k] = _Worker(doors)
+                        workers[k] = _Worker(doors, folder)
     except KeyboardInterrupt:
         pass
     for worker in workers:
         worker.end()
+    shutil.rmtree(folder, ignore_errors=True)
     return found
 
 
 class _Worker:
     """A process that tries one input after the other."""
 
-    def __init__(self, doors: Collection[str]) -> None:
+    def __init__(self, doors: Collection[str], folder: str) -> None:
         context = multiprocessing.get_context("spawn")
         self._pipe, other = context.Pipe()
-        self._process = context.Process(target=_serve, args=(other, doors), daemon=True)
+        self._process = context.Process(target=_serve, args=(other, doors, folder), daemon=True)
         self._process.start()
         other.close()
         if not self._pipe.poll(LONGEST_START):
@@ -188,24 +191,19 @@ class _Worker:
         return Outcome(door, seed, FAULT, fault, seconds=PATIENCE)
 
     def end(self) -> None:
-        """End the process: at once where it hangs, else so that it removes its files."""
-        if self.task is None and self._process.is_alive():
-            try:
-                self._pipe.send(None)
-                self._process.join(PATIENCE)
-            except (OSError, AttributeError):
-                pass
+        """End the process."""
         self._process.kill()
         self._process.join()
 
 
-def _serve(pipe: Any, doors: Collection[str]) -> None:
-    """Try what comes through the pipe."""
+def _serve(pipe: Any, doors: Collection[str], folder: str) -> None:
+    """Try what comes through the pipe; all files are made in a folder that the campaign removes."""
     import resource
 
     os.setpgid(0, 0)  # a Ctrl-C at the terminal is for the campaign
     faulthandler.disable()
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    tempfile.tempdir = folder
     nothing = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nothing, 1)
     os.dup2(nothing, 2)
@@ -213,5 +211,5 @@ def _serve(pipe: Any, doors: Collection[str]) -> None:
     for door in doors:
         attempt(door, -1)  # makes what doors are made from
     pipe.send("ready")
-    while (task := pipe.recv()) is not None:
-        pipe.send(attempt(*task))
+    while True:
+        pipe.send(attempt(*pipe.recv()))

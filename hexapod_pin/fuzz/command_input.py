@@ -54,9 +54,14 @@ INPUTS: Mapping[str, tuple[str, ...]] = {
 
 DEFAULT_OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "walk": ("walk.nc", "walk.html"), "run": ("run.nc", "run.html"), "contact": ("contact.png",),
-    "sweep": ("study.db",), "select": ("motors.html",), "check": ("robot.hints.toml",),
+    "select": ("motors.html",),
 }  # fmt: skip
 """What a command writes where no option names it."""
+
+BESIDE_INPUT: Mapping[str, tuple[str, str]] = {
+    "sweep": (".toml", ".db"), "check": (".urdf", ".hints.toml"),
+}  # fmt: skip
+"""Endings of what a command reads and of what it writes beside that, under the same name."""
 
 ENDINGS: Mapping[str, tuple[str, ...]] = {
     "--html": (".html",), "--save-case": (".toml",), "--store": (".db",), "--csv": (".csv",),
@@ -78,9 +83,9 @@ INPUT_STREAMS = ("closed", "waiting", "endless", "terminal")
 ENVIRONMENTS: tuple[Mapping[str, str | None], ...] = (
     {"LANG": "C", "LC_ALL": "C"},
     {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
-    {"LANG": None, "PYTHONUTF8": "0"}, {"HOME": None}, {"HOME": "/nonexistent"}, {"COLUMNS": "1"},
+    {"LANG": None, "PYTHONUTF8": "0"}, {"HOME": None}, {"HOME": "/dev/null/home"}, {"COLUMNS": "1"},
     {"COLUMNS": "x", "LINES": "-1"}, {"NO_COLOR": "1"}, {"FORCE_COLOR": "1"}, {"TERM": "dumb"},
-    {"PYTHONIOENCODING": "ascii"}, {"TZ": "nowhere"}, {"TMPDIR": "/nonexistent"}, {"PATH": None},
+    {"PYTHONIOENCODING": "ascii"}, {"TZ": "nowhere"}, {"TMPDIR": "/dev/null/tmp"}, {"PATH": None},
     {"PYTHONWARNINGS": "error"}, {"PYTHONOPTIMIZE": "2"}, {"PYTHONDEVMODE": "1"},
     {"OMP_NUM_THREADS": "x"}, {"ROS_PACKAGE_PATH": "/dev/zero:/proc"}, {"MPLBACKEND": "nonsense"},
 )  # fmt: skip
@@ -211,6 +216,8 @@ def _odd_process(found: CommandInput, rng: random.Random) -> None:
         found.streams[0] = rng.choice(INPUT_STREAMS)
     if rng.random() < 0.25:
         found.environment = rng.choice(ENVIRONMENTS)
+    if "HOME" in found.environment and any(word.startswith("~") for word in found.words):
+        found.environment = {}  # else it would be written to another home than that of the tree
     if rng.random() < 0.1:
         found.umask = rng.choice((0o777, 0, 0o077))
     if rng.random() < 0.15:
@@ -382,7 +389,9 @@ def _name_outputs(found: CommandInput, tree: WatchedFolder) -> None:
         else:
             others.append(word)
     read = {tree.work / word for word in others if word in sound_files()}
-    for value in (*values, *DEFAULT_OUTPUTS.get(name, ())):
+    old, new = BESIDE_INPUT.get(name, ("", ""))
+    beside = [word.removesuffix(old) + new for word in others if old and word.endswith(old)]
+    for value in (*values, *DEFAULT_OUTPUTS.get(name, ()), *beside):
         found.named |= {path for path in _paths(value, tree)} - read
     if name == "sweep" and {"--resume", "--retry-failed"} & set(words):
         found.named |= _paths("done.db", tree)
