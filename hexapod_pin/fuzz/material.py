@@ -56,8 +56,14 @@ def watched() -> WatchedFolder:
 @cache
 def _own_folder() -> Path:
     path = Path(tempfile.mkdtemp(prefix="hexapod-fuzz-"))
-    atexit.register(shutil.rmtree, path, ignore_errors=True)
+    atexit.register(_remove, path, os.getpid())
     return path
+
+
+def _remove(path: Path, owner: int) -> None:
+    """Remove the folder of this process; a forked child that ends leaves that of its parent."""
+    if os.getpid() == owner:
+        shutil.rmtree(path, ignore_errors=True)
 
 
 @cache
