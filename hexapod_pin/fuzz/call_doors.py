@@ -69,20 +69,21 @@ def public_call(rng: random.Random) -> None:
 
 
 def _call(call: PublicCall, rng: random.Random) -> None:
-    instance = None
+    instance, changed = None, list[str]()
     if isinstance(call.owner, type):
         instance = rng.choice(sound.instances(call.owner))
         if call.needs_instance and isinstance(instance, Spec) and rng.random() < 0.5:
             instance = _changed(instance, rng)
+            changed = [repr(instance)]
     if call.kind == COPIES:
         _copied(instance)
     elif call.kind == PROPERTY:
-        _shown(getattr(instance, call.attribute))
+        _shown(getattr(instance, call.attribute), *changed)
     else:
         given = sound.arguments(call, rng, instance)
         odd = _make_odd(call, given, rng)
         own = (instance,) if call.kind == METHOD else ()
-        _shown(call.target(*own, **given), *odd)
+        _shown(call.target(*own, **given), *odd, *changed)
 
 
 def _changed(instance: Spec, rng: random.Random) -> Spec:
