@@ -21,7 +21,7 @@ from pathlib import Path
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.fuzz import DOORS, SELDOM, WEIGHTS, Outcome, run_campaign
 from hexapod_pin.fuzz.campaign import FAULT, REFUSED, USED
-from hexapod_pin.fuzz.command_process import repeated
+from hexapod_pin.fuzz.command_process import run_one
 from hexapod_pin.fuzz.shown import FaultFound
 from hexapod_pin.validation.tables import Table
 
@@ -72,12 +72,14 @@ def again(door: str, seed: str) -> int:
     rng = random.Random(f"{door}/{seed}")
     try:
         if door in SELDOM:
-            given, ending, folder = repeated(rng, keep=True)
-            print(f"{given.as_shell()}\n{ending}\n{folder}")
+            ran = run_one(rng, keep=True)
+            print(f"{ran.given.as_shell()}\n{ran.ending}\nin {ran.folder}")
+            if ran.error is not None:
+                raise ran.error
         else:
             DOORS[door](rng)
     except FaultFound as found:
-        print(f"{found}\n{found.repeat}")
+        print(f"fault: {found}")
         return 1
     except HexapodError as error:
         print(f"refused: {error}")

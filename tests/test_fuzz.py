@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.util
 import random
 import re
+import shutil
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +16,7 @@ from hypothesis import HealthCheck, given, settings, strategies
 
 import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError
-from hexapod_pin.fuzz import DOORS, SELDOM, attempt, material, run_campaign
+from hexapod_pin.fuzz import DOORS, SELDOM, Outcome, attempt, material, run_campaign
 from hexapod_pin.fuzz.shown import FaultFound
 from hexapod_pin.fuzz.watched_folder import WatchedFolder
 from hexapod_pin.robot.mending.options import MendOptions
@@ -141,3 +143,51 @@ def test_a_changed_file_of_others_is_a_fault_once(
     bad, good = attempt("bad", 1), attempt("good", 1)
     assert bad.kind == "FAULT" and bad.changed >= 1 and told in bad.fault
     assert (good.kind, good.changed) == ("used", 0)
+
+
+def campaign_script() -> Any:
+    """Return the module of the script."""
+    path = Path(__file__).parents[1] / "scripts/fault_campaign.py"
+    spec = importlib.util.spec_from_file_location("fault_campaign", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_script_counts_by_door_and_groups_faults_by_cause(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    script = campaign_script()
+
+    def run(inputs: Any, processes: int, report: Any) -> list[Outcome]:
+        kinds = {1: "used", 2: "refused"}
+        found = [
+            Outcome(door, seed, kinds.get(seed, "FAULT"), "" if seed in kinds else f"lost '{seed}'",
+                    seconds=0.5, watched=40, changed=seed > 2)
+            for door, seed in inputs
+        ]  # fmt: skip
+        for outcome in found:
+            report(outcome)
+        return found
+
+    monkeypatch.setattr(script, "run_campaign", run)
+    page = tmp_path / "page.md"
+    given = ["--doors", "session,command_process", "--inputs", "4", "--commands", "1"]
+    assert script.main([*given, "--seed", "1", "--page", str(page)]) == 1
+    text = page.read_text(encoding="utf-8")
+    assert "| session | 4 | 1 | 1 | 2 | 0.500 | 0.50 | 160 | 2 |" in text
+    assert "| command_process | 1 | 1 | 0 | 0 |" in text
+    assert text.count("lost") == 1  # two of one cause
+    assert "5 of 5 inputs, 2 faults" in capsys.readouterr().err
+    assert script.main(["--doors", "session", "--inputs", "2", "--seed", "1"]) == 0
+
+
+def test_one_input_can_be_tried_again(capsys: pytest.CaptureFixture[str]):
+    assert campaign_script().main(["--again", "height_field", "3"]) == 0
+    assert campaign_script().main(["--again", "command_process", "6"]) == 0
+    shown = capsys.readouterr().out
+    assert "hexapod" in shown and "Ending(status=" in shown
+    folder = re.search(r"^in (.*)$", shown, re.MULTILINE)
+    assert folder is not None
+    shutil.rmtree(folder[1])

@@ -10,6 +10,7 @@ import shutil
 import signal
 import tempfile
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from hexapod_pin.errors import HexapodError
@@ -39,28 +40,45 @@ _FIRST = (b"hexapod_pin/__init__.py", b"hexapod_pin/__main__.py", b"hexapod_pin/
 
 def command_process(rng: random.Random) -> None:
     """A command as a process of its own."""
-    repeated(rng, keep=False)
+    error = run_one(rng).error
+    if error is not None:
+        raise error
 
 
-def repeated(rng: random.Random, *, keep: bool) -> tuple[CommandInput, Ending, Path]:
-    """Run one input and judge it; `keep` leaves its folder.
+@dataclass(frozen=True)
+class CommandRun:
+    """One input that was run.
 
-    Raises:
-        FaultFound: it did what no command may do.
-        HexapodError: it was refused, or ended by a signal.
+    Attributes:
+        given: the input.
+        ending: how the process ended.
+        folder: where it ran.
+        error: `FaultFound`, or `HexapodError` where it was refused or ended by a signal.
     """
+
+    given: CommandInput
+    ending: Ending
+    folder: Path
+    error: FaultFound | HexapodError | None = None
+
+
+def run_one(rng: random.Random, *, keep: bool = False) -> CommandRun:
+    """Draw an input, run and judge it; `keep` leaves its folder."""
     root = Path(tempfile.mkdtemp(prefix="hexapod-command-"))
     try:
         tree = WatchedFolder(root / "tree")
         given = draw(rng, tree)
         lay_down(given, tree)
         ending = run(given, tree)
-        judge(given, ending, tree)
+        try:
+            judge(given, ending, tree)
+        except (FaultFound, HexapodError) as error:
+            return CommandRun(given, ending, root, error)
+        return CommandRun(given, ending, root)
     finally:
         if not keep:
             tree.work.chmod(0o755)
             shutil.rmtree(root, ignore_errors=True)
-    return given, ending, root
 
 
 def judge(given: CommandInput, ending: Ending, tree: WatchedFolder) -> None:
