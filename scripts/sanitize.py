@@ -71,6 +71,8 @@ def main() -> int:
         "no:cacheprovider",
         "-p",
         "no:xdist",
+        "-o",
+        "timeout=0",
         "--capture=sys",
         "-m",
         "not little_memory",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
@@ -28,7 +29,23 @@ def pytest_configure() -> None:
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+def own_modules(tmp_path: Path) -> Iterator[None]:
+    """Forget the modules that a test imports from its folder, and the folder as a place of them."""
+    places = list(sys.path)
+    yield
+    sys.path[:] = places
+    for name, module in list(sys.modules.items()):
+        if str(getattr(module, "__file__", None)).startswith(str(tmp_path)):
+            del sys.modules[name]
+
+
+@pytest.fixture
+def run(
+    own_modules: None,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> Run:
     """Run a command in an empty folder; give its status, stdout, stderr and what it left."""
     monkeypatch.chdir(tmp_path)
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -22,8 +21,7 @@ from hexapod_pin.user_file import declare_output, outputs_of_command, read_bytes
 
 Run = Callable[..., SimpleNamespace]
 
-GUARD = 60
-"""A reader that waits for ever is ended then [s]."""
+pytestmark = pytest.mark.timeout(60)
 
 READERS = {
     "robot": (hp.load_robot, ".urdf"),
@@ -63,14 +61,6 @@ def _huge(path: Path) -> None:
 
 
 KINDS = {"pipe": _pipe, "device": _device, "folder": _folder, "huge": _huge}
-
-
-@pytest.fixture(autouse=True)
-def guard() -> Iterator[None]:
-    """End a test that waits for ever."""
-    signal.alarm(GUARD)
-    yield
-    signal.alarm(0)
 
 
 @pytest.mark.parametrize("kind", KINDS)

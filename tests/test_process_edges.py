@@ -385,17 +385,6 @@ def test_tests_have_ctrl_c_where_it_is_ignored() -> None:
     assert done.returncode == 0, done.stdout
 
 
-@pytest.fixture
-def modules() -> object:
-    """Put `sys.modules` and `sys.path` back."""
-    modules, path = dict(sys.modules), list(sys.path)
-    yield
-    for name in set(sys.modules) - set(modules):
-        del sys.modules[name]
-    sys.modules.update(modules)
-    sys.path[:] = path
-
-
 def _refused(path: Path) -> str:
     """Return the way out that the refusal of a file states."""
     modules, places = dict(sys.modules), list(sys.path)
@@ -466,7 +455,7 @@ def test_files_that_cannot_be_code_are_refused(name: str, tmp_path: Path) -> Non
     _refused(path)
 
 
-@pytest.mark.usefixtures("modules")
+@pytest.mark.usefixtures("own_modules")
 def test_a_file_takes_the_name_of_no_other_module(tmp_path: Path) -> None:
     """Neither one that is loaded already, nor one that is loaded later."""
     for name in ("json", "stringprep", "mailcap", "numpy", "own"):
@@ -482,7 +471,7 @@ def test_a_file_takes_the_name_of_no_other_module(tmp_path: Path) -> None:
     assert own.mine
 
 
-@pytest.mark.usefixtures("modules")
+@pytest.mark.usefixtures("own_modules")
 def test_neighbours_of_a_file_are_found_last(tmp_path: Path) -> None:
     """It imports what lies beside it, now and later; that stands in for nothing else."""
     (tmp_path / "stringprep.py").write_text("mine = True")
@@ -505,7 +494,7 @@ def test_neighbours_of_a_file_are_found_last(tmp_path: Path) -> None:
     assert sys.path[-1] == str(tmp_path)
 
 
-@pytest.mark.usefixtures("modules")
+@pytest.mark.usefixtures("own_modules")
 def test_a_traceback_names_the_file(tmp_path: Path) -> None:
     path = tmp_path / "own.py"
     path.write_text("def fail():\n    raise ValueError\n")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import resource
 import socket
@@ -367,10 +368,14 @@ def test_an_empty_address_is_refused_before_anything_is_opened(
 
 @pytest.mark.parametrize("address", ["tls://127.0.0.1:1", "x"])
 def test_an_address_of_no_scheduler(tmp_path: Path, address: str) -> None:
-    pytest.importorskip("distributed")
+    distributed = pytest.importorskip("distributed")
     error = _raised(lambda: run_sweep(STUDY, tmp_path / "a.db", scheduler=address))
     assert isinstance(error, WorkersError) and error.kept == 0
     assert not list(tmp_path.iterdir())
+    assert not any(  # it would close itself when it is collected, in the midst of anything
+        isinstance(one, distributed.Client) and one.status == "connecting"
+        for one in gc.get_objects()
+    )
 
 
 def test_a_sweep_without_dask_leaves_no_store(tmp_path: Path, monkeypatch: Any) -> None:

@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import suppress
 from typing import Any, Protocol
 
 from hexapod_pin.errors import ParameterError, WorkersError
@@ -115,14 +116,15 @@ class DaskWorkers:
         except ImportError as error:
             hint = "pip install 'hexapod-pin[cluster]'"
             raise ParameterError("scheduler", address, "left out without Dask", hint) from error
-        connect: Any = distributed.Client
-        client = None
+        client: Any = distributed.Client.__new__(distributed.Client)
         try:
-            client = connect(address, timeout=PATIENCE, set_as_default=False)
+            client.__init__(address, timeout=PATIENCE, set_as_default=False)
             client.wait_for_workers(1, timeout=PATIENCE)
         except Exception as error:  # a scheme that lacks something ends in a TypeError
-            if client is not None:
-                client.close()
+            # One that is left to the garbage collector closes itself whenever that runs. While
+            # another client starts, in the same thread, it would wait for ever for Dask's lock.
+            with suppress(Exception):
+                client.__del__()
             text = f"no Dask scheduler with a worker at {address} ({' '.join(str(error).split())})"
             raise WorkersError(
                 f"{text}; start them with `dask scheduler`, `dask worker`.", 0
