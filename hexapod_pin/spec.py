@@ -80,14 +80,14 @@ def parameter_error(owner: str, error: ValidationError) -> ParameterError:
     return ParameterError(where, first["input"], allowed)
 
 
-def require_factor(factor: float) -> float:
+def require_factor(factor: float, name: str = "factor") -> float:
     """Return a factor on a parameter.
 
     Raises:
         ParameterError: it is not positive and finite.
     """
     if not (math.isfinite(factor) and factor > 0.0):
-        raise ParameterError("factor", factor, "positive and finite")
+        raise ParameterError(name, factor, "positive and finite")
     return float(factor)
 
 

@@ -81,6 +81,9 @@ PAST: dict[str, tuple[Callable[[], Any], str]] = {
     "a robot of 1e18 kg": (lambda: MendOptions(mass=1e18), "MendOptions.mass"),
     "no file": (lambda: hp.load_robot(""), "give the path"),
     "a tuple for a time": (lambda: hp.JointMotion({}, cycle_time=()), "cycle_time"),
+    "full effort at no error": (
+        lambda: hp.Servo.from_effort(material.robot(), error=0.0), "error = 0.0"),
+    "a foot of no size on a soil": (lambda: hp.Contact.soil(radius=1e-200), "radius = 1e-200"),
     "1e308 V": (lambda: hp.MotorRecord(model="a", voltage=1e308, stall_torque=1), "voltage"),
 }  # fmt: skip
 """Inputs that once ended in an exception that is none of the package's, or in nan."""

@@ -157,8 +157,9 @@ class Servo(Spec):
             time: kd / kp of the assumed gains [s].
 
         Raises:
-            ParameterError: a gain is negative or not finite.
+            ParameterError: a gain is negative or not finite, the error or the time not positive.
         """
+        error, time = require_factor(error, "error"), require_factor(time, "time")
         efforts = robot.effort[robot.turning]
         effort = float(efforts.max()) if efforts.size else 0.0
         stiffness = effort / error

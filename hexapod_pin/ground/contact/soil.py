@@ -18,14 +18,24 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Annotated
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat
+from pydantic import Field
 
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.spec import Spec
 
 Angle = Annotated[float, Field(gt=0.0, lt=0.5 * math.pi)]
 
+Exponent = Annotated[float, Field(gt=0.0, le=10.0)]
+Cohesive = Annotated[float, Field(ge=0.0, le=1e15)]
+Frictional = Annotated[float, Field(ge=1e-3, le=1e15)]
+
 SINKAGE_BISECTIONS = 200
+
+RANGES = {"radius": (1e-6, 1e3, "m"), "load": (1e-9, 1e9, "N"), "depth": (-1e6, 1e6, "m")}
+"""What is computed with neither overflow nor underflow, for any soil."""
+
+NOTHING = 1e-60
+"""Depth below which no soil resists [m]."""
 
 
 class Soil(Spec):
@@ -39,21 +49,26 @@ class Soil(Spec):
         source: where the numbers are from.
     """
 
-    exponent: PositiveFloat
-    cohesive_modulus: NonNegativeFloat = 0.0
-    frictional_modulus: PositiveFloat
+    exponent: Exponent
+    cohesive_modulus: Cohesive = 0.0
+    frictional_modulus: Frictional
     friction_angle: Angle
     source: str = ""
 
     def force(self, depth: float, radius: float) -> float:
-        """Return the force on a sphere of some radius [m] at a depth [m], nothing moving [N]."""
-        return self._force_and_slope(depth, radius)[0] if depth > 0.0 else 0.0
+        """Return the force on a sphere of some radius [m] at a depth [m], nothing moving [N].
+
+        Raises:
+            ParameterError: depth or radius is out of `RANGES`.
+        """
+        _require(depth=depth, radius=radius)
+        return self._force_and_slope(depth, radius)[0] if depth > NOTHING else 0.0
 
     def sinkage(self, load: float, radius: float) -> float:
         """Return the depth at which a sphere of some radius [m] carries a load [N] at rest [m].
 
         Raises:
-            ParameterError: load or radius is not positive and finite.
+            ParameterError: load or radius is out of `RANGES`, or it sinks for ever.
         """
         _require(radius=radius, load=load)
         low, high = 0.0, radius
@@ -75,7 +90,7 @@ class Soil(Spec):
                 depths, which is a power of the depth only without cohesive modulus.
 
         Raises:
-            ParameterError: a value is not positive and finite, `load` is missing, or it sinks the
+            ParameterError: a value is out of `RANGES`, `load` is missing, or it sinks the
                 foot so deep that the force rises less than in proportion.
         """
         if load is None:
@@ -109,10 +124,11 @@ class Soil(Spec):
         return two_pi * modulus * volume, two_pi * (modulus * slope + softening * volume)
 
 
-def _require(**lengths: float) -> None:
-    for name, value in lengths.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise ParameterError(name, value, "positive and finite (SI)")
+def _require(**values: float) -> None:
+    for name, value in values.items():
+        least, most, unit = RANGES[name]
+        if not least <= value <= most:
+            raise ParameterError(name, value, f"from {least:g} to {most:g} {unit}")
 
 
 _WONG = "table of Wong, Theory of Ground Vehicles, as public vehicle simulations quote it"
