@@ -8,17 +8,21 @@ how arguments fit together, are for the call itself and for the parameter sets i
 The public methods of such a class, of parameter sets and of records are called by the package
 itself, some at every tick of a run. Their arguments are looked at where a call fails, so that a
 call that succeeds costs nothing: an argument of a wrong kind then ends in the same error.
+
+Where any of these calls fails by arithmetic, or on what counts as a number but has no place in an
+array (a `Fraction`, 2**70), that ends in a `ParameterError`, too, whose cause is the failure.
 """
 
 from __future__ import annotations
 
 import functools
 import inspect
+import numbers
 from collections.abc import Callable
 from typing import Any, TypeVar, overload
 
 from hexapod_pin.errors import HexapodError, ParameterError
-from hexapod_pin.value_kinds import Check, WrongKindError, kind_of, takes_arrays
+from hexapod_pin.value_kinds import LARGEST_WHOLE, Check, WrongKindError, kind_of, takes_arrays
 
 Owner = TypeVar("Owner", bound=type)
 Public = TypeVar("Public", bound=Callable[..., Any])
@@ -53,7 +57,13 @@ def _checked(function: Any, name: str, but: str) -> Any:
     @functools.wraps(function)
     def call(*args: Any, **keywords: Any) -> Any:
         arguments.check(args, keywords)
-        return function(*args, **keywords)
+        try:
+            return function(*args, **keywords)
+        except HexapodError:
+            raise
+        except Exception as failure:
+            arguments.explain(args, keywords, failure)
+            raise
 
     return call
 
@@ -91,6 +101,7 @@ def _explained(function: Any, name: str) -> Any:
             raise
         except Exception as failure:
             arguments.check(args, keywords, failure)
+            arguments.explain(args, keywords, failure)
             raise
 
     return call
@@ -129,8 +140,41 @@ class _Arguments:
             except WrongKindError as error:
                 where = f"{self.name}.{argument}{error.where}"
                 raise ParameterError(where, error.value, error.allowed) from failure
-        if failure is not None:
-            self._check_arrays(given, failure)
+
+    def explain(self, args: tuple[Any, ...], keywords: dict[str, Any], failure: Exception) -> None:
+        """Refuse what a call has failed on though its kind is that of the annotation.
+
+        Raises:
+            ParameterError: there is such an argument; its cause is the failure.
+        """
+        try:
+            given = self.signature.bind(*args, **keywords).arguments
+        except TypeError:
+            return
+        for argument, value in given.items():
+            allowed = self._machine_kind(argument, value)
+            if allowed:
+                raise ParameterError(f"{self.name}.{argument}", value, allowed) from failure
+        self._check_arrays(given, failure)
+        if isinstance(failure, ArithmeticError):
+            named = {key: x for key, x in given.items() if isinstance(x, int | float)}
+            values = list(named.values() or given.values())
+            shown: Any = tuple(values) if len(named) > 1 else [*values, None][0]
+            where = ".".join(filter(None, (self.name, ", ".join(named))))
+            reason = f"{type(failure).__name__}: {failure}"
+            raise ParameterError(where, shown, "such that it can be computed", reason) from failure
+
+    def _machine_kind(self, argument: str, value: Any) -> str:
+        """Return what an argument must be to be a number of the machine, or a list; "": it is."""
+        import numpy as np
+
+        if isinstance(value, numbers.Number) and not isinstance(value, int | float | np.number):
+            return "a float or an int"
+        if isinstance(value, int) and abs(value) > LARGEST_WHOLE:
+            return f"at most {LARGEST_WHOLE:g}"
+        annotation = self.signature.parameters[argument].annotation
+        array = any(takes_arrays(annotation, self.function))
+        return "a list" if isinstance(value, np.ndarray) and not array else ""
 
     def _check_arrays(self, given: dict[str, Any], failure: Exception) -> None:
         """Refuse lists where arrays are wanted, and arrays whose shapes do not fit together.

@@ -466,7 +466,7 @@ class ResourceError(HexapodError):
     """The system does not give what a command needs: a working folder, threads, memory.
 
     Attributes:
-        name: what it is: "working folder", "threads", "memory", "open files".
+        name: what it is: "working folder", "threads", "memory", "open files", a table.
         reason: what the system says, or its limit.
     """
 

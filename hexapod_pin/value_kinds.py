@@ -54,7 +54,8 @@ def takes_arrays(annotation: Any, function: Any) -> tuple[bool, bool]:
     """Tell whether an annotation asks for an array itself, and for what makes one (`ArrayLike`)."""
     found = resolved(annotation, function)
     kinds = {getattr(typing.get_origin(part) or part, "__name__", "") for part in _parts(found)}
-    return "ndarray" in kinds, _array_like_parts() <= set(typing.get_args(found))
+    members = typing.get_args(found)  # of a callable, one of them is a list
+    return "ndarray" in kinds, all(part in members for part in _array_like_parts())
 
 
 def _parts(kind: Any) -> tuple[Any, ...]:
@@ -85,7 +86,7 @@ def _check(kind: Any) -> Check:
         return _PLAIN[kind]
     if origin is tuple:
         return _each(_check(parts[0])) if parts[1:] == (...,) else _row([_check(p) for p in parts])
-    if origin in (list, abc.Sequence):
+    if origin in (list, abc.Sequence, abc.Collection, abc.Set):
         return _each(_check(parts[0]))
     if origin in (dict, abc.Mapping):
         return _values(_check(parts[0]), _check(parts[1]))
@@ -155,8 +156,8 @@ def _iterable(check: Check) -> Check:
     def check_stored(value: Any) -> None:
         if isinstance(value, str | bytes) or not hasattr(value, "__iter__"):
             raise WrongKindError(value, "several of them, such as a list")
-        if isinstance(value, abc.Sequence):  # others are made as they are taken
-            _each(check)(value)
+        if isinstance(value, abc.Sequence | abc.Set) or hasattr(value, "dtype"):
+            _each(check)(value)  # others are made as they are taken
 
     return check_stored
 
@@ -174,7 +175,7 @@ def _arrays(value: Any) -> None:
 
 def _one_of(choices: tuple[Any, ...]) -> Check:
     def check(value: Any) -> None:
-        if not any(value is choice or value == choice for choice in choices):
+        if not any(isinstance(value, type(one)) and value == one for one in choices):
             raise WrongKindError(value, f"one of {', '.join(map(repr, choices))}")
 
     return check

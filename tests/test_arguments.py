@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -191,6 +192,9 @@ def test_what_a_method_raises_itself_passes_unchanged() -> None:
         def divide(self, by: float) -> float:
             return 1.0 / by
 
+        def fail(self, by: float) -> float:
+            raise ValueError("own words")
+
         def refuse(self, by: float) -> float:
             raise ParameterError("by", by, "another")
 
@@ -200,8 +204,8 @@ def test_what_a_method_raises_itself_passes_unchanged() -> None:
 
     own = Own()
     assert (own.divide(2.0), own.two) == (0.5, 2)
-    with pytest.raises(ZeroDivisionError):
-        own.divide(0.0)
+    with pytest.raises(ValueError, match="own words"):
+        own.fail(0.0)
     with pytest.raises(TypeError, match="missing"):
         own.divide()  # type: ignore[call-arg]
     with pytest.raises(ParameterError) as caught:
@@ -211,3 +215,46 @@ def test_what_a_method_raises_itself_passes_unchanged() -> None:
     with pytest.raises(ParameterError) as caught:
         own.refuse("x")  # type: ignore[arg-type]
     assert caught.value.name == "by"
+
+
+def fails(number: float, power: float = 1.0, names: Sequence[str] = ()) -> float:
+    """Fail on what its annotations allow."""
+    if not names:
+        np.exp(np.asarray([number]))
+    return float(f"{number:g}") ** power
+
+
+@explain_methods
+class Fails:
+    """The same as a method."""
+
+    def fails(self, number: float, power: float = 1.0, names: Sequence[str] = ()) -> float:
+        """Call it."""
+        return fails(number, power, names)
+
+
+NOT_COMPUTED = {
+    "division": ((0.0, -1.0), "number, power", (0.0, -1.0)),
+    "overflow": ((10.0, 1e9), "number, power", (10.0, 1e9)),
+    "a fraction": ((Fraction(1, 3),), "number", Fraction(1, 3)),
+    "beyond 64 bits": ((2**70,), "number", 2**70),
+    "an array of names": ((1.0, 1.0, np.array([])), "names", None),
+}
+
+
+@pytest.mark.parametrize("name", NOT_COMPUTED)
+@pytest.mark.parametrize("public", [checked(fails), Fails().fails])
+def test_what_cannot_be_computed_is_an_error_of_the_arguments(public: Any, name: str) -> None:
+    given, where, value = NOT_COMPUTED[name]
+    with pytest.raises(ParameterError) as caught:
+        public(*given)
+    error = caught.value
+    assert error.name.removeprefix("Fails.") == f"fails.{where}"
+    assert value is None or error.value == value
+    by_arithmetic = isinstance(error.__cause__, ArithmeticError)
+    assert by_arithmetic == (name in ("division", "overflow"))
+
+
+def test_an_array_that_is_not_false_is_a_list_of_names() -> None:
+    """Only a call that fails is explained."""
+    assert checked(fails)(2.0, 2.0, np.array(["a"])) == 4.0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -91,6 +93,30 @@ def test_quasi_random_means_are_closer() -> None:
         return float(np.sqrt(np.mean([(np.prod(c, axis=1).mean() - 0.125) ** 2 for c in cubes])))
 
     assert max(error("sobol"), error("halton")) < 0.2 * error("random")
+
+
+WITHOUT_FILES = """
+import resource, sys
+import scipy.stats.qmc
+from hexapod_pin.errors import ResourceError
+from hexapod_pin.sweep.study.design import Design
+resource.setrlimit(resource.RLIMIT_NOFILE, (3, 3))
+try:
+    Design(kind=sys.argv[1], samples=4).cube(2)
+except ResourceError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("kind", ["sobol", "sobol-indices"])
+def test_directions_that_cannot_be_read_are_told(kind: str) -> None:
+    """SciPy goes on without them and draws one point again and again."""
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_FILES, kind], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("SciPy's table of Sobol's directions: it cannot be read")
+    assert "Too many open files" in done.stdout and "ulimit -n" in done.stdout
 
 
 def test_saltelli_matrices() -> None:

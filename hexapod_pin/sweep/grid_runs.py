@@ -127,7 +127,7 @@ class GridRuns:
             {
                 part[round(k)]
                 for part in _parts(walked, lambda place: order(place)[0])
-                for k in np.linspace(0, len(part) - 1, count)
+                for k in np.linspace(0, len(part) - 1, min(count, len(part)))
             }
         )
         cases: dict[Place, Case | Exception] = {}

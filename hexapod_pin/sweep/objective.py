@@ -73,9 +73,16 @@ class RelativeObjective:
         return math.fsum(scores) / len(scores)
 
     def value(self, name: str, run: Summary) -> float:
-        """Return one metric of a run."""
+        """Return one metric of a run.
+
+        Raises:
+            ParameterError: it is neither one of `metrics` nor an attribute of Summary.
+        """
         if name in self.metrics:
             return float(self.metrics[name](run))
+        if name not in Summary.__dataclass_fields__:
+            allowed = "an attribute of Summary, or of metrics"
+            raise ParameterError("RelativeObjective.value.name", name, allowed)
         sizes = np.abs(np.asarray(getattr(run, name), dtype=float))
         return float(sizes.max() if name.endswith("peak") else sizes.sum())
 

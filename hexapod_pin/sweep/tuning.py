@@ -85,7 +85,7 @@ def tune(
     space = SearchSpace.of(start, bounds)
     size = CANDIDATES_PER_PARAMETER * len(space.names) if population is None else population
     size = max(size, SMALLEST_POPULATION) if population is None else size
-    _check(scenes, held_out, size, budget, penalty)
+    _check(scenes, held_out, size, budget, penalty, seed)
     settings = {
         "duration": duration, "accuracy": accuracy, "method": method, "step": step,
         "threads": threads,
@@ -140,6 +140,7 @@ def _check(
     size: int,
     budget: int,
     penalty: float,
+    seed: int,
 ) -> None:
     """Refuse sets of scenes that are empty or overlap, and numbers out of range."""
     for name, given in (("scenes", scenes), ("held_out", held_out)):
@@ -156,3 +157,5 @@ def _check(
         raise ParameterError("budget", budget, f"at least two generations, {2 * size}")
     if not math.isfinite(penalty):
         raise ParameterError("penalty", penalty, "finite")
+    if not 0 <= seed < 2**32:
+        raise ParameterError("seed", seed, "from 0 to 2**32 - 1")

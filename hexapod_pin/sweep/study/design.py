@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
@@ -9,7 +10,7 @@ import numpy as np
 from pydantic import Field, Strict
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import ParameterError, ResourceError
 from hexapod_pin.spec import Spec
 from hexapod_pin.sweep.study.fields import known_name
 
@@ -67,9 +68,35 @@ def _require_power_of_two(samples: int) -> None:
         )  # fmt: skip
 
 
+def _require_directions(inputs: int) -> None:
+    """Look whether SciPy has the table of Sobol's directions, which it reads from a file.
+
+    Where it cannot, it goes on and draws one point again and again; the reason goes to the hooks.
+
+    Raises:
+        ResourceError: it has not.
+    """
+    from scipy.stats import qmc
+
+    reasons = list[str]()
+    hooks = sys.excepthook, sys.unraisablehook
+    sys.excepthook = lambda kind, error, trace: reasons.append(str(error))
+    sys.unraisablehook = lambda found: None  # the same once more
+    try:
+        second = qmc.Sobol(inputs, scramble=False).random(2)[1]
+    finally:
+        sys.excepthook, sys.unraisablehook = hooks
+    if not np.array_equal(second, np.full(inputs, 0.5)):
+        raise ResourceError(
+            "SciPy's table of Sobol's directions", f"it cannot be read ({'; '.join(reasons)})",
+            "Raise the limit of open files (ulimit -n), or repair the installation of SciPy.",
+        )  # fmt: skip
+
+
 def _sobol(inputs: int, samples: int, dice: np.random.Generator) -> Array:
     from scipy.stats import qmc
 
+    _require_directions(inputs)
     return np.asarray(qmc.Sobol(inputs, scramble=True, seed=dice).random(samples))
 
 
