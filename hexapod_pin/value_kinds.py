@@ -156,8 +156,8 @@ def _iterable(check: Check) -> Check:
     def check_stored(value: Any) -> None:
         if isinstance(value, str | bytes) or not hasattr(value, "__iter__"):
             raise WrongKindError(value, "several of them, such as a list")
-        if isinstance(value, abc.Sequence | abc.Set) or hasattr(value, "dtype"):
-            _each(check)(value)  # others are made as they are taken
+        if isinstance(value, abc.Sequence | abc.Set | Mapping) or hasattr(value, "dtype"):
+            _each(check)(list(value))  # others are made as they are taken
 
     return check_stored
 

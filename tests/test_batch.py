@@ -182,3 +182,14 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     with pytest.raises(SimulationInterrupted, match="3 of 4") as caught:
         hp.simulate_batch(cases, threads=2, keep="summary", progress=after_third)
     assert [type(r) for r in caught.value.results] == [hp.Summary] * 3 + [type(None)]
+
+
+def test_what_a_generator_gives_is_looked_at_when_it_is_taken() -> None:
+    """No call looks into a generator; one that gives no cases, or no motors, is named."""
+    with pytest.raises(ParameterError) as caught:
+        list(hp.iterate_batch(one for one in [3]))  # type: ignore[misc]
+    assert (caught.value.name, caught.value.value) == ("cases", 3)
+    trace = hp.simulate(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.1)
+    with pytest.raises(ParameterError) as caught:
+        hp.motor_ranking(trace, (one for one in ["AX-12A"]))  # type: ignore[misc]
+    assert (caught.value.name, caught.value.value) == ("motor_ranking.records", "AX-12A")

@@ -14,6 +14,9 @@ import hexapod_pin as hp
 _NOT_FINITE = re.compile(r"(?<![\w.'-])[-+]?(?:nan|inf)(?![\w.'-])", re.IGNORECASE)
 """Between quotes it is a text: a name, or what was given."""
 
+_GIVEN = re.compile(r"(?<![\w.-])[-+]?(?:nan|inf)(?![\w.-])", re.IGNORECASE)
+"""The same as a number or a text."""
+
 
 class FaultFound(Exception):
     """What a door has found: something that no input may bring about.
@@ -35,7 +38,7 @@ def require_finite(text: str, *given: str) -> None:
     Raises:
         FaultFound: there is one.
     """
-    if any(_NOT_FINITE.search(one) or _is_read_as_not_finite(one) for one in given):
+    if any(_GIVEN.search(one) or _is_read_as_not_finite(one) for one in given):
         return
     found = _NOT_FINITE.search(text)
     if found:

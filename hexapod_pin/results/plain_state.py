@@ -77,7 +77,7 @@ def from_plain(value: Any, where: str = "state") -> Any:
 
 def _array(value: Mapping[str, Any], where: str) -> np.ndarray[Any, Any]:
     kind, shape, data = value[ARRAY], value.get("shape"), value.get("data")
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise StateError(f"{where}: {ARRAY} = {kind!r}: must be one of {', '.join(KINDS)}.")
     if not isinstance(shape, list) or not all(type(n) is int and n >= 0 for n in shape):
         raise StateError(f"{where}.shape = {shape!r}: must be whole numbers.")

@@ -150,6 +150,8 @@ def _settled(case: Case | Exception, settings: Mapping[str, Any]) -> Case | Exce
     """Return the case with the batch's settings for those that it leaves open."""
     if isinstance(case, Exception):
         return case
+    if not isinstance(case, Case):  # of a generator, which no call looks into
+        raise ParameterError("cases", case, "several of Case")
     try:
         return case.with_defaults(**settings)
     except ParameterError as error:  # they do not fit this case's own

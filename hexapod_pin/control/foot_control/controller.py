@@ -28,6 +28,9 @@ from hexapod_pin.immutable import Immutable
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
 
+MOST_RUNS = 1_000_000
+"""Most runs in lock-step."""
+
 KEPT_SCENES = 64
 """For how many scenes a controller stays ready."""
 
@@ -134,10 +137,13 @@ class FootControl(Immutable):
         """Return the memory before the first tick of `batch` runs in lock-step.
 
         Raises:
-            ParameterError: gains with which the loop would be unstable; says the range.
+            ParameterError: gains with which the loop would be unstable, with the range; a batch
+                of no runs or of more than `MOST_RUNS`.
             GaitError, ReachError: the robot has other than six legs of three joints, holds joints,
                 or cannot walk the plan.
         """
+        if not 1 <= batch <= MOST_RUNS:
+            raise ParameterError("FootControl.start.batch", batch, f"from 1 to {MOST_RUNS}")
         key = self.start_key(scene)
         if key not in self._ready:
             require_six_of_three(scene.robot, "FootControl", held=False)

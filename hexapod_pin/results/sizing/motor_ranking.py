@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.budget_table import aligned
 from hexapod_pin.results.sizing.joint_demand import JointDemand
 from hexapod_pin.results.sizing.motor_budget import MotorBudget, motor_budget
@@ -96,10 +97,13 @@ def motor_ranking(
         source: of the catalogue, for the heading.
 
     Raises:
-        ParameterError, NotRecordedError: as `joint_demand`.
+        ParameterError, NotRecordedError: as `joint_demand`; something is no record of a motor.
     """
     demand = joint_demand(run) if isinstance(run, Trace) else run
     rows = list(records)
+    for row in rows:
+        if not hasattr(row, "stall_torque"):
+            raise ParameterError("motor_ranking.records", row, "several of MotorRecord")
     good = [row for row in rows if row.stall_torque and row.no_load_speed]
     found = [(motor_budget(demand, row, derating), row.mass) for row in good]
     found.sort(key=lambda item: _order(*item))
