@@ -306,6 +306,7 @@ def test_command_prints_tables_and_writes_report_and_figure(run: Callable[..., S
         (("walk", "--out", "nowhere/r.md"), "there is no folder"),
         (("walk", "--methods", "extrapolated-euler,magic"), "'magic'"),
         (("walk", "--rounds", "0"), "--rounds"),
+        (("walk", "--rounds", "1001"), "--rounds"),
         (("gallop",), "hc40-soft"),
     ],
 )

@@ -23,6 +23,10 @@ ROUNDS = 5
 Progress = Callable[[float], None]
 
 
+MOST_ROUNDS = 1000
+"""Most timed rounds."""
+
+
 @dataclass(frozen=True)
 class ComparisonSettings:
     """What to measure.
@@ -45,8 +49,8 @@ class ComparisonSettings:
         Raises:
             ParameterError, UnknownNameError: no rounds, or a method that does not exist.
         """
-        if self.rounds < 1:
-            raise ParameterError("--rounds", self.rounds, "at least 1")
+        if not 1 <= self.rounds <= MOST_ROUNDS:
+            raise ParameterError("--rounds", self.rounds, f"from 1 to {MOST_ROUNDS}")
         method_names(self.names)
 
 
