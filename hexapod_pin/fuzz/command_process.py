@@ -76,7 +76,7 @@ def run_one(rng: random.Random, *, keep: bool = False) -> CommandRun:
     for _ in range(TRIALS):
         rng.setstate(start)
         found = _run_once(rng, keep)
-        if found.ending.late or found.ending.seconds <= PATIENCE:
+        if found.ending.late or found.ending.seconds <= _patience(found.given):
             break
     return found
 
@@ -120,7 +120,7 @@ def judge(given: CommandInput, ending: Ending, tree: WatchedFolder) -> None:
 def _faults_of_end(given: CommandInput, ending: Ending) -> Iterator[str]:
     if ending.late:
         yield "does not end"
-    elif ending.seconds > PATIENCE:
+    elif ending.seconds > _patience(given):
         yield f"computes for {ending.seconds:.1f} s"
     elif ending.status not in _allowed(given, ending):
         yield f"ends with status {ending.status}"
@@ -128,6 +128,13 @@ def _faults_of_end(given: CommandInput, ending: Ending) -> Iterator[str]:
         yield "leaves processes that live on"
     if b"Traceback (most recent call last)" in ending.err + ending.out and not _is_early(ending):
         yield f"prints a traceback, {_last_line(ending.err)}"
+
+
+def _patience(given: CommandInput) -> float:
+    """Return the processor time that a command may take with all processes that it starts [s]."""
+    words = " ".join(given.words)
+    asked = re.search(r"--processes[ =](\d)\b", words)
+    return PATIENCE * (1 + int(asked[1]) if asked else 1)
 
 
 def _allowed(given: CommandInput, ending: Ending) -> set[int]:

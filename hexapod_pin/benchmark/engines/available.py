@@ -87,7 +87,7 @@ def engine_entries(
     engines = []
     for module, (name, adapter, kind) in ENGINES.items():
         if find_spec(module) is None:
-            found.notes.append(f"{name}: not installed")
+            found.notes.append(f"{name}: not installed (pip install {name.lower()})")
             continue
         maker = getattr(import_module(f"hexapod_pin.benchmark.engines.{adapter}"), kind)
         engines.append(cast(Engine, maker(problem)))
