@@ -170,7 +170,8 @@ def test_engines_that_are_not_installed_are_named(monkeypatch):
     monkeypatch.setattr(rivals_module, "find_spec", lambda name: None)
     found = engine_entries(built_in("walk"), quick=True)
     assert found.notes == [
-        "MuJoCo: not installed", "Drake: not installed", "PyBullet: not installed",
+        "MuJoCo: not installed (pip install mujoco)", "Drake: not installed (pip install drake)",
+        "PyBullet: not installed (pip install pybullet)",
     ]  # fmt: skip
 
 
