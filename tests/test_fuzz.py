@@ -175,6 +175,7 @@ def test_the_script_counts_by_door_and_groups_faults_by_cause(
         return found
 
     monkeypatch.setattr(script, "run_campaign", run)
+    monkeypatch.setattr(script, "write_byte_code", lambda processes: None)
     page = tmp_path / "page.md"
     given = ["--doors", "session,command_process", "--inputs", "4", "--commands", "1"]
     assert script.main([*given, "--seed", "1", "--page", str(page)]) == 1
