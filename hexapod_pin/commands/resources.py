@@ -28,6 +28,9 @@ MOST_THREADS = 64
 COPIES = 2
 """Copies of that library: NumPy and SciPy bring one each, with threads of its own."""
 
+LONGEST_LOAD = 10
+"""Processor time that loading the libraries takes at most, compiling them included [s]."""
+
 ROOM_HINT = "Raise the limit, or let fewer processes run beside it."
 
 
@@ -134,7 +137,8 @@ def _workers() -> int:
 def _require_room() -> None:
     """Where memory is limited, load the libraries in a process of their own, to see if they can be.
 
-    Where they cannot, some of them end the process that loads them.
+    Where they cannot, some of them end the process that loads them, and others (OpenBLAS) ask for
+    memory again and again, for ever.
 
     Raises:
         ResourceError: they cannot.
@@ -158,6 +162,9 @@ def _load_and_leave() -> NoReturn:
     status = 1
     with contextlib.suppress(BaseException):
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+        before, most = resource.getrlimit(resource.RLIMIT_CPU)
+        if before == resource.RLIM_INFINITY or before > LONGEST_LOAD:
+            resource.setrlimit(resource.RLIMIT_CPU, (LONGEST_LOAD, most))
         nothing = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nothing, 1)
         os.dup2(nothing, 2)
@@ -165,6 +172,7 @@ def _load_and_leave() -> NoReturn:
         import h5py  # noqa: F401
         import numpy as np
         import pinocchio  # noqa: F401
+        import scipy.linalg  # noqa: F401  # which brings a copy of OpenBLAS
 
         from hexapod_pin import native  # noqa: F401
 

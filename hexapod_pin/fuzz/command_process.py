@@ -125,7 +125,7 @@ def _faults_of_end(given: CommandInput, ending: Ending) -> Iterator[str]:
     elif ending.status not in _allowed(given, ending):
         yield f"ends with status {ending.status}"
     if ending.lives:
-        yield "leaves processes that live on"
+        yield f"leaves processes that live on: {'; '.join(ending.lives)}"
     if b"Traceback (most recent call last)" in ending.err + ending.out and not _is_early(ending):
         yield f"prints a traceback, {_last_line(ending.err)}"
 
@@ -184,7 +184,7 @@ def _faults_of_files(given: CommandInput, ending: Ending, tree: WatchedFolder) -
     if ending.status < 0:  # killed: what is left then is for the next command
         return
     new = tree.new_files(named) if given.exact else tree.left_over(named)
-    new = [name for name in new if not _is_of_python(name)]
+    new = [name for name in new if not _is_of_python(name) and not _is_log(name, ending)]
     if new:
         yield f"leaves files that nobody named: {', '.join(new)}"
     if ending.status == 0:
@@ -203,6 +203,11 @@ def _faults_of_files(given: CommandInput, ending: Ending, tree: WatchedFolder) -
 def _is_of_python(name: str) -> bool:
     """Tell whether Python itself leaves such a file, beside a module of the user's."""
     return "__pycache__" in name
+
+
+def _is_log(name: str, ending: Ending) -> bool:
+    """Tell whether it is the log of a store that could not be finished: `--resume` needs it."""
+    return name.endswith(("-wal", "-shm")) and b"go on with --resume" in ending.err
 
 
 def _formulas(path: Path) -> Iterator[str]:

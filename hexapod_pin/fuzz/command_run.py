@@ -12,7 +12,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -47,7 +47,7 @@ class Ending:
         seconds: processor time of it and of the processes that it waited for [s].
         sent: signals that it was sent.
         late: whether it was killed because it went on for longer than `LONGEST_WAIT`.
-        lives: whether processes that it started live on.
+        lives: processes that it started and that live on, by their command lines.
     """
 
     status: int
@@ -56,7 +56,7 @@ class Ending:
     seconds: float
     sent: frozenset[int]
     late: bool
-    lives: bool
+    lives: tuple[str, ...]
 
 
 class _Stream:
@@ -195,17 +195,28 @@ def processor_time(pid: int | None) -> float:
         return time.monotonic()
 
 
-def _kill_group(pid: int) -> bool:
-    """End what a process has left behind; tell whether there was anything after a while."""
+def _kill_group(pid: int) -> tuple[str, ...]:
+    """End what a process has left behind; return what there was after a while, dead ones apart."""
     for _ in range(200):
         try:
             os.killpg(pid, 0)
         except ProcessLookupError:
-            return False
+            return ()
         time.sleep(POLL)
+    found = tuple(_alive_in_group(pid))
     with contextlib.suppress(ProcessLookupError):
         os.killpg(pid, signal.SIGKILL)
-    return True
+    return found
+
+
+def _alive_in_group(group: int) -> Iterator[str]:
+    """Yield the command lines of a group's processes that are no zombies."""
+    for folder in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError, IndexError):
+            state, _, own = (folder / "stat").read_text("utf-8").rpartition(")")[2].split()[:3]
+            if int(own) == group and state not in "ZX":
+                words = (folder / "cmdline").read_bytes().replace(b"\0", b" ")
+                yield words.decode("utf-8", "replace").strip()
 
 
 def _stdin(kind: str) -> tuple[int, list[int]]:
