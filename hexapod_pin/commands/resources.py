@@ -11,6 +11,8 @@ import os
 import resource
 import signal
 import sys
+from importlib.util import find_spec
+from pathlib import Path
 from threading import Event, Thread
 from typing import NoReturn
 
@@ -30,6 +32,9 @@ COPIES = 2
 
 LONGEST_LOAD = 10
 """Processor time that loading the libraries takes at most, compiling them included [s]."""
+
+LONGEST_OPENBLAS = 1.0
+"""The same of one copy of OpenBLAS, which takes a hundredth of it [s]."""
 
 ROOM_HINT = "Raise the limit, or let fewer processes run beside it."
 
@@ -157,6 +162,23 @@ def _require_room() -> None:
         raise ResourceError("memory", reason, ROOM_HINT)
 
 
+def _load_linear_algebra() -> None:
+    """Load the copies of OpenBLAS that NumPy and SciPy bring, each in the time that it takes.
+
+    One that asks for memory for ever lets no Python run: SIGPROF ends this process then.
+    """
+    import ctypes
+
+    signal.signal(signal.SIGPROF, signal.SIG_DFL)
+    for package in ("numpy", "scipy"):
+        spec = find_spec(package)
+        folder = Path(spec.origin or "").parents[1] if spec is not None else Path()
+        for library in sorted((folder / f"{package}.libs").glob("*openblas*")):
+            signal.setitimer(signal.ITIMER_PROF, LONGEST_OPENBLAS)
+            ctypes.CDLL(str(library))
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+
+
 def _load_and_leave() -> NoReturn:
     """Load what nearly every command does, and end: 0 where it was possible."""
     status = 1
@@ -168,6 +190,7 @@ def _load_and_leave() -> NoReturn:
         nothing = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nothing, 1)
         os.dup2(nothing, 2)
+        _load_linear_algebra()
         import h5netcdf  # noqa: F401
         import h5py  # noqa: F401
         import numpy as np
