@@ -170,6 +170,16 @@ def test_a_planted_fault_is_found(
     assert told in judged(script, tmp_path, monkeypatch, plants=plants)
 
 
+@pytest.mark.parametrize(("at", "allowed"), [(0.01, True), (1.0, False)])
+def test_ctrl_c_in_pythons_own_start_is_no_fault(at: float, allowed: bool):
+    """Python ends with 1 then, or with 120 where it cannot print its traceback."""
+    given = CommandInput(["walk"], signals=[(at, signal.SIGINT, True)])
+    sent = frozenset({int(signal.SIGINT)})
+    for status in (1, 120):
+        ending = command_run.Ending(status, b"", b"", 0.05, sent, False, ())
+        assert (status in command_process._allowed(given, ending)) is allowed
+
+
 def trap(work: Path) -> None:
     """Lay a module down that marks that it was run."""
     (work / "struct_.py").write_text('open("RUN", "w")', encoding="utf-8")

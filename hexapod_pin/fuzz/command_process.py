@@ -26,8 +26,12 @@ STATUSES = {0, 2, 3}
 MISSED = 1
 """Of `verify` and `bench`, whose rows may miss their numbers."""
 
-DEAD_PYTHON = 1
-"""Of a Python that died of an exception, as of Ctrl-C before it has begun the command."""
+DEAD_PYTHON = (1, 120)
+"""Of a Python that died of an exception, as of Ctrl-C before it has begun the command; 120 where it
+could not print that either."""
+
+EARLY = 0.2
+"""Processor time that Python has used at most when its own start is met by Ctrl-C [s]."""
 
 TRIALS = 3
 """Times that a command may take too long before that is a fault."""
@@ -126,7 +130,8 @@ def _faults_of_end(given: CommandInput, ending: Ending) -> Iterator[str]:
         yield f"ends with status {ending.status}"
     if ending.lives:
         yield f"leaves processes that live on: {'; '.join(ending.lives)}"
-    if b"Traceback (most recent call last)" in ending.err + ending.out and not _is_early(ending):
+    traceback = b"Traceback (most recent call last)" in ending.err + ending.out
+    if traceback and not _is_early(given, ending):
         yield f"prints a traceback, {_last_line(ending.err)}"
 
 
@@ -144,15 +149,16 @@ def _allowed(given: CommandInput, ending: Ending) -> set[int]:
         found.add(MISSED)
     for number in ending.sent:
         found |= {128 + number, -number}
-    if _is_early(ending):
-        found.add(DEAD_PYTHON)
+    if _is_early(given, ending):
+        found.update(DEAD_PYTHON)
     return found
 
 
-def _is_early(ending: Ending) -> bool:
+def _is_early(given: CommandInput, ending: Ending) -> bool:
     """Tell whether Ctrl-C has met Python itself, before the package had taken signals over."""
     frames = re.findall(rb'File "([^"]*hexapod_pin[^"]*)"', ending.err)
-    return signal.SIGINT in ending.sent and all(frame.endswith(_FIRST) for frame in frames)
+    early = any(at <= EARLY and number == signal.SIGINT for at, number, _ in given.signals)
+    return early and signal.SIGINT in ending.sent and all(one.endswith(_FIRST) for one in frames)
 
 
 def _last_line(err: bytes) -> str:
