@@ -59,9 +59,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def write_byte_code(processes: int) -> None:
-    """Compile all modules: commands write none, and would take seconds to compile what they use."""
+    """Compile all modules: commands write none, and would take seconds to compile what they use.
+
+    Some of them run with PYTHONOPTIMIZE=2, which has byte code of its own.
+    """
     for folder in (ROOT / "hexapod_pin", sysconfig.get_paths()["purelib"]):
-        compileall.compile_dir(folder, quiet=2, workers=processes)
+        compileall.compile_dir(folder, quiet=2, workers=processes, optimize=[0, 2])
 
 
 def drawn(doors: Sequence[str], inputs: int, commands: int, first: int) -> list[tuple[str, int]]:
