@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from hexapod_pin import stop_signals
-from hexapod_pin.commands.resources import lack_of, open_streams
 
 
 def main(argv: Sequence[str] | None = None) -> NoReturn:
@@ -16,7 +15,9 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
     Args:
         argv: arguments without the program's name; None takes those of the process.
     """
-    stop_signals.install()
+    stop_signals.install()  # before more is read: until here Ctrl-C ends in Python's traceback
+    from hexapod_pin.commands.resources import lack_of, open_streams
+
     open_streams()
     try:
         from hexapod_pin.commands.process import run_process

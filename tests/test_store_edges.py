@@ -337,6 +337,60 @@ def test_a_lock_where_no_file_can_have_two_names(tmp_path: Path, monkeypatch: An
     assert not list(tmp_path.iterdir())
 
 
+LOCK_AND_SIGNAL = """
+import os, signal, sys
+from pathlib import Path
+from hexapod_pin import stop_signals
+from hexapod_pin.sweep.runs.store_lock import StoreLock
+
+stop_signals.install()
+stop_signals.begin()
+store, moment = Path(sys.argv[1]), sys.argv[2]
+stop = lambda *_: os.kill(os.getpid(), signal.SIGTERM)
+if moment == "while it is made":
+    StoreLock._lock = stop
+try:
+    lock = StoreLock(store)
+    if moment == "before it is given back":
+        stop()
+finally:
+    print("lock", store.with_name(store.name + "-lock").exists())
+"""
+"""A process that SIGTERM meets while it takes a lock, or holds one that nobody gives back."""
+
+
+@pytest.mark.parametrize("moment", ["while it is made", "before it is given back"])
+def test_a_signal_leaves_no_lock(tmp_path: Path, moment: str) -> None:
+    run = [sys.executable, "-c", LOCK_AND_SIGNAL, str(tmp_path / "a.db"), moment]
+    done = subprocess.run(run, check=False, capture_output=True, text=True, timeout=PATIENCE)
+    assert done.stdout == "lock True\n" and "StopSignal: SIGTERM" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_lock_that_is_lost_is_given_back(tmp_path: Path) -> None:
+    lock = StoreLock(tmp_path / "a.db")
+    assert [one.name for one in tmp_path.iterdir()] == ["a.db-lock"]
+    del lock
+    gc.collect()
+    assert list(tmp_path.iterdir()) == []
+    again = StoreLock(tmp_path / "a.db")
+    again.release()
+    again.release()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_forked_child_does_not_give_back_the_lock_of_its_parent(tmp_path: Path) -> None:
+    lock = StoreLock(tmp_path / "a.db")
+    child = os.fork()
+    if child == 0:
+        lock.release()
+        os._exit(0)
+    os.waitpid(child, 0)
+    assert [one.name for one in tmp_path.iterdir()] == ["a.db-lock"]
+    lock.release()
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_an_empty_file_that_was_there_is_never_removed(tmp_path: Path, monkeypatch: Any) -> None:
     path = tmp_path / "a.db"
     path.touch()

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import OtherStudyError, SimulationInterrupted, StoreExistsError
 from hexapod_pin.simulation.run_meta import package_versions
+from hexapod_pin.stop_signals import unbroken
 from hexapod_pin.sweep.runs.case_numbers import quantities
 from hexapod_pin.sweep.runs.outcome import Outcome
 from hexapod_pin.sweep.runs.store_file import (
@@ -63,7 +64,8 @@ class SweepStore:
         self.texts: dict[str, int] = {}
         self.created: os.stat_result | None = None
         try:
-            self.created = create(self.path)
+            with unbroken():
+                self.created = create(self.path)
             self._open(study, resume, retry)
         except BaseException:
             self._remove_new()

@@ -8,10 +8,12 @@ import fcntl
 import os
 import stat
 import threading
+import weakref
 from pathlib import Path
 
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import StoreLockedError, SweepStoreError, TraceFileError
+from hexapod_pin.stop_signals import unbroken
 from hexapod_pin.sweep.runs.store_guard import is_same, refused
 from hexapod_pin.user_file import kind_of
 
@@ -27,7 +29,7 @@ NO_LINKS = (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS)
 """What a file system without hard links answers."""
 
 _own: set[Path] = set()
-_guard = threading.Lock()
+_guard = threading.RLock()  # a lost lock may be given back while another is taken
 
 
 class StoreLock:
@@ -35,7 +37,9 @@ class StoreLock:
 
     A lock of the file beside the store (`fcntl.lockf`): forked children do not inherit it, and the
     system releases it when the process ends. The file is made whole and is never written again. One
-    of that name that is not such a file, a link included, is left alone.
+    of that name that is not such a file, a link included, is left alone. A lock that its owner
+    loses, as where a signal comes right after it is taken, is given back at the latest when the
+    process exits.
     """
 
     def __init__(self, store: Path) -> None:
@@ -49,16 +53,21 @@ class StoreLock:
         """
         self.path = store.with_name(store.name + "-lock")
         self.store = store
-        self.file: int | None = None
-        with _guard:
+        with unbroken(), _guard:
             try:
                 self._key = Path(os.path.realpath(store.parent)) / store.name
             except (OSError, ValueError) as error:
                 raise refused(store, error) from error
             if self._key in _own:  # a second descriptor, once closed, would end the lock
                 raise self._locked("this process")
-            self.file = self._take()
+            file = self._take()
             _own.add(self._key)
+            owner = os.getpid()
+            self._end = weakref.finalize(self, _give_back, self.path, self._key, file, owner)
+
+    def release(self) -> None:
+        """Give the lock back; a second time nothing happens."""
+        self._end()
 
     def _take(self) -> int:
         for _ in range(TRIES):
@@ -141,18 +150,6 @@ class StoreLock:
                 "store on a disk of this machine.",
             ) from error  # fmt: skip
 
-    def release(self) -> None:
-        """Give the lock back."""
-        with _guard:
-            if self.file is None:
-                return
-            _own.discard(self._key)
-            if is_same(self.path, os.fstat(self.file)):
-                with contextlib.suppress(OSError):  # one that stays is taken by the next sweep
-                    self.path.unlink()
-            os.close(self.file)
-            self.file = None
-
     def _foreign(self, error: Exception) -> SweepStoreError:
         """Return the error of a name that cannot be opened: that of a link, or not permitted."""
         try:
@@ -174,3 +171,15 @@ class StoreLock:
             str(self.store), f"{who} writes to it; wait until that sweep has ended, or name "
             "another store. It can be read meanwhile.",
         )  # fmt: skip
+
+
+def _give_back(path: Path, key: Path, file: int, owner: int) -> None:
+    """Give a lock back; a forked child has none to give."""
+    if os.getpid() != owner:
+        return
+    with unbroken(), _guard:
+        _own.discard(key)
+        if is_same(path, os.fstat(file)):
+            with contextlib.suppress(OSError):  # one that stays is taken by the next sweep
+                path.unlink()
+        os.close(file)
