@@ -30,6 +30,11 @@ def has_control(text: str) -> bool:
     return _NOT_PRINTED.search(text) is not None
 
 
+def encoded(text: str) -> bytes:
+    r"""Return the UTF-8 of a page or table; half a pair of surrogates stands in it as `\ud800`."""
+    return text.encode("utf-8", "backslashreplace")
+
+
 def csv_cell(text: str) -> str:
     """Return the cell of a text: with an apostrophe first where it begins like a formula.
 

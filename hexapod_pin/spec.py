@@ -119,13 +119,18 @@ def read_toml(text: str, *, required: tuple[str, ...] = ()) -> dict[str, Any]:
     """Parse TOML text and require top-level keys.
 
     Raises:
-        ParameterError: bad syntax, a key of more than `MOST_KEY_PARTS` parts, or a missing key.
+        ParameterError: half a pair of surrogates, which no file can hold, bad syntax, a key of more
+            than `MOST_KEY_PARTS` parts, or a missing key.
     """
     if sys.version_info >= (3, 11):
         import tomllib
     else:
         import tomli as tomllib
 
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        raise ParameterError("TOML text", text[:40], f"UTF-8 ({error})") from error
     parts = max(piece.count(".") for piece in _NO_KEY.split(_STRING.sub("", text))) + 1
     if parts > MOST_KEY_PARTS:
         allowed = (

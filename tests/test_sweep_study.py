@@ -17,6 +17,7 @@ import pytest
 import hexapod_pin as hp
 from hexapod_pin.control.feasible_gait import fit_gait
 from hexapod_pin.drive.catalog import load_catalog
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.case_data import case_to_dict
 from hexapod_pin.simulation.mass_changes import MassFactor
 from hexapod_pin.sweep import random_bumps
@@ -302,3 +303,10 @@ def test_samples_are_sparse_where_only_a_summary_is_kept():
         assert SweepStudy.from_toml(text.format(given)).base.sample == sample
     for given in ("step = 1e-3", 'method = "rk4"\nstep = 1e-4'):
         assert SweepStudy.from_toml(text.format(given)).base.sample is None
+
+
+def test_a_text_that_no_file_can_hold_is_refused() -> None:
+    """Half a pair of surrogates: SQLite and every file would refuse it in the middle of a sweep."""
+    with pytest.raises(ParameterError) as caught:
+        SweepStudy.from_toml(f'schema = 1\nname = "a\ud800"\n{BASE}{SAMPLED}')
+    assert caught.value.name == "TOML text"

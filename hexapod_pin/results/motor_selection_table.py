@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.foreign_text import csv_cell
+from hexapod_pin.foreign_text import csv_cell, encoded
 from hexapod_pin.results.file_ending import check_ending
 from hexapod_pin.results.plain_json import without_non_finite
 
@@ -171,7 +171,7 @@ def write_selection_csv(selection: MotorSelection, path: str | Path) -> Path:
     writer = csv.writer(stream, lineterminator="\n")
     for row in _rows(selection):
         writer.writerow([csv_cell(x) if isinstance(x, str) else x for x in row])
-    return write_atomically(path, stream.getvalue().encode())
+    return write_atomically(path, encoded(stream.getvalue()))
 
 
 def _rows(selection: MotorSelection) -> Iterator[list[Any]]:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hexapod_pin.foreign_text import csv_cell
+from hexapod_pin.foreign_text import csv_cell, encoded
 from hexapod_pin.results.file_ending import CSV, ending
 from hexapod_pin.results.netcdf import Column
 
@@ -40,7 +40,7 @@ def csv_bytes(path: str | Path, columns: Mapping[str, Column]) -> bytes:
     tables = [c.values.reshape(len(c.values), -1) for c in sampled.values()]
     for row in zip(*(_texts(table) for table in tables), strict=True):
         stream.write(",".join(row) + "\n")
-    text = stream.getvalue().encode()
+    text = encoded(stream.getvalue())
     if ending(path, CSV[1:]) is None:
         return text
     return gzip.compress(text, LEVEL, mtime=0)

@@ -14,6 +14,7 @@ import numpy as np
 
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ViewerError
+from hexapod_pin.foreign_text import encoded
 from hexapod_pin.view.meshcat_commands import Command
 
 _POLICY = (
@@ -102,7 +103,7 @@ def write_page(
         data=text,
         unpack=_UNPACK if arrays else "",
     )
-    return write_atomically(path, page.encode())
+    return write_atomically(path, encoded(page))
 
 
 def still_bytes(scene: Sequence[Command], caption: str) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.foreign_text import visible
 from hexapod_pin.view.figure_file import settle_layout
 from hexapod_pin.view.report_text import LEADING, wrapped
 
@@ -76,7 +77,7 @@ class Sheets:
     ) -> None:  # fmt: skip
         """Write one line whose base is at y [pt]."""
         self.pages[-1].text(
-            x / PAGE[0], 1.0 - y / PAGE[1], text, fontsize=size, color=color, ha=align,
+            x / PAGE[0], 1.0 - y / PAGE[1], visible(text), fontsize=size, color=color, ha=align,
             va="baseline", weight="bold" if bold else "normal", parse_math=False,
         )  # fmt: skip
 
@@ -107,7 +108,7 @@ class Sheets:
         from matplotlib.backends.backend_pdf import PdfPages
 
         stream = io.BytesIO()
-        metadata = {"Title": footer, "CreationDate": None, "ModDate": None}
+        metadata = {"Title": visible(footer), "CreationDate": None, "ModDate": None}
         count = len(self.pages)
         with PdfPages(stream, metadata=metadata) as file:
             for number, page in enumerate(self.pages, start=1):

@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
+from hexapod_pin.foreign_text import visible
+
 if TYPE_CHECKING:
     from matplotlib.ft2font import FT2Font
 
@@ -24,7 +26,7 @@ def text_width(text: str, size: float, bold: bool = False) -> float:
         size: of the type [pt].
         bold: whether it is bold.
     """
-    return size * sum(_advance(letter, bold) for letter in text)
+    return size * sum(_advance(letter, bold) for letter in visible(text))
 
 
 @cache
@@ -48,7 +50,7 @@ def _font(bold: bool) -> FT2Font:
 def wrapped(text: str, width: float, size: float, bold: bool = False) -> list[str]:
     """Return a text in lines of at most this width [pt]; longer words are broken."""
     lines = [""]
-    for word in text.split():
+    for word in visible(text).split():
         for piece in _pieces(word, width, size, bold):
             longer = f"{lines[-1]} {piece}".strip()
             if lines[-1] and text_width(longer, size, bold) > width:

@@ -7,6 +7,7 @@ import html
 import io
 from functools import singledispatch
 
+from hexapod_pin.foreign_text import encoded
 from hexapod_pin.view.figure_file import settle_layout
 from hexapod_pin.view.report_blocks import (
     LEVELS,
@@ -107,7 +108,7 @@ def html_page(blocks: Blocks) -> bytes:
     title = next((block.text for block in blocks if isinstance(block, Title)), "Report")
     body = "\n".join(_element(block) for block in blocks)
     page = _PAGE.format(policy=_POLICY, title=html.escape(title), style=_STYLE, body=body)
-    return page.encode()
+    return encoded(page)
 
 
 @singledispatch

@@ -16,7 +16,7 @@ from hexapod_pin.benchmark.report.tables import has_engines, tables
 from hexapod_pin.benchmark.work_precision.comparison import Comparison
 from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
 from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow
-from hexapod_pin.foreign_text import csv_cell
+from hexapod_pin.foreign_text import csv_cell, encoded
 from hexapod_pin.results.file_ending import check_ending
 from hexapod_pin.results.plain_json import without_non_finite
 from hexapod_pin.spec import Spec
@@ -176,7 +176,7 @@ def write_report(report: BenchmarkReport, path: Path) -> Path:
         TraceFileError: the ending is not .md, .csv or .json, or the file cannot be written.
     """
     text = WRITERS[check_ending(path, tuple(WRITERS))](report)
-    return write_atomically(path, text.encode())
+    return write_atomically(path, encoded(text))
 
 
 def _cell(value: Any) -> Any:

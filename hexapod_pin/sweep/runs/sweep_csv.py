@@ -27,7 +27,9 @@ def sweep_csv(made: Mapping[str, Column]) -> bytes:
     parts = {name: column for name in order for column in [along[name]]}
     heads = [head for name, column in parts.items() for head in _heads(name, column, made)]
     content = io.BytesIO()
-    text = io.TextIOWrapper(content, encoding="utf-8", newline="", write_through=True)
+    text = io.TextIOWrapper(
+        content, encoding="utf-8", errors="backslashreplace", newline="", write_through=True
+    )
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(heads)
     tables = [column.values.reshape(len(column.values), -1) for column in parts.values()]
