@@ -10,7 +10,8 @@ itself, some at every tick of a run. Their arguments are looked at where a call 
 call that succeeds costs nothing: an argument of a wrong kind then ends in the same error.
 
 Where any of these calls fails by arithmetic, or on what counts as a number but has no place in an
-array (a `Fraction`, 2**70), that ends in a `ParameterError`, too, whose cause is the failure.
+array (a `Fraction`, 2**70), that ends in a `ParameterError`, too, whose cause is the failure. So
+does a text with half a pair of surrogates, which no file and no figure can hold.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from __future__ import annotations
 import functools
 import inspect
 import numbers
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar, overload
 
 from hexapod_pin.errors import HexapodError, ParameterError
@@ -151,6 +152,8 @@ class _Arguments:
             given = self.signature.bind(*args, **keywords).arguments
         except TypeError:
             return
+        if isinstance(failure, TypeError | UnicodeEncodeError):  # matplotlib's is a TypeError
+            self._check_texts(given, failure)
         for argument, value in given.items():
             allowed = self._machine_kind(argument, value)
             if allowed:
@@ -163,6 +166,22 @@ class _Arguments:
             where = ".".join(filter(None, (self.name, ", ".join(named))))
             reason = f"{type(failure).__name__}: {failure}"
             raise ParameterError(where, shown, "such that it can be computed", reason) from failure
+
+    def _check_texts(self, given: dict[str, Any], failure: Exception) -> None:
+        """Refuse a text that cannot be encoded, wherever in an argument it is; paths may be such.
+
+        Raises:
+            ParameterError: there is one; its cause is the failure.
+        """
+        for argument, value in given.items():
+            if "Path" in str(self.signature.parameters[argument].annotation):
+                continue
+            for text in _texts(value, DEEPEST_TEXT):
+                try:
+                    text.encode()
+                except UnicodeEncodeError:
+                    where, allowed = f"{self.name}.{argument}", "without half pairs of surrogates"
+                    raise ParameterError(where, text, f"text {allowed}") from failure
 
     def _machine_kind(self, argument: str, value: Any) -> str:
         """Return what an argument must be to be a number of the machine, or a list; "": it is."""
@@ -199,6 +218,28 @@ class _Arguments:
             where = f"{self.name}.{', '.join(shapes)}"
             allowed = "arrays whose shapes fit together"
             raise ParameterError(where, tuple(shapes.values()), allowed) from failure
+
+
+DEEPEST_TEXT = 6
+"""Levels of records and lists in which a text is looked for."""
+
+
+def _texts(value: Any, depth: int) -> Iterator[str]:
+    """Yield the texts in a value: in lists, mappings, arrays and the package's own records."""
+    import numpy as np
+
+    if isinstance(value, str):
+        yield value
+        return
+    if isinstance(value, np.ndarray):
+        value = value.ravel().tolist() if value.dtype.kind in "OU" else ()
+    elif type(value).__module__.startswith("hexapod_pin."):
+        value = getattr(value, "__dict__", {})
+    if isinstance(value, Mapping):
+        value = [*value, *value.values()]
+    if depth and isinstance(value, list | tuple | set | frozenset):
+        for one in value:
+            yield from _texts(one, depth - 1)
 
 
 def _checks_of(function: Any, signature: inspect.Signature) -> dict[str, Check]:

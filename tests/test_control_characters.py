@@ -27,7 +27,7 @@ from hexapod_pin.results.motor_selection_table import write_selection_csv
 from hexapod_pin.results.netcdf import Column
 from hexapod_pin.sweep.runs.sweep_csv import sweep_csv
 from hexapod_pin.validation.machine import Machine
-from hexapod_pin.view import html
+from hexapod_pin.view import html, write_gait_energy_figure
 
 COMMANDS = Path(hexapod_pin.commands.__file__).parent
 
@@ -215,3 +215,16 @@ def chosen(text: str) -> MotorSelection:
         choice=candidate, iterations=(), confidence=None, derating=Derating(), catalog=text,
         assumed=(), notes=(), demands={},
     )  # fmt: skip
+
+
+def test_a_figure_or_a_file_cannot_hold_half_a_pair_of_surrogates(tmp_path: Path) -> None:
+    """Matplotlib raises a TypeError of its own, HDF5 a UnicodeEncodeError."""
+    given = hp.load_robot("kharagpur")
+    gait = {"tripod \ud800": hp.Gait.tripod()}
+    found = hp.gait_energy(hp.Scene(given), gait, (0.05,), accuracy=1e-3, check=0)
+    for write in (found.save, lambda path: write_gait_energy_figure(found, path)):
+        path = tmp_path / ("a.nc" if write == found.save else "a.svg")
+        with pytest.raises(ParameterError) as caught:
+            write(path)
+        assert caught.value.value == "tripod \ud800" and "surrogates" in caught.value.allowed
+    assert list(tmp_path.iterdir()) == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import faulthandler
 import multiprocessing
 import os
@@ -164,7 +165,8 @@ class _Worker:
     def begin(self, task: tuple[str, int]) -> None:
         self.task, self._since = task, time.monotonic()
         self._computed = processor_time(self._process.pid)
-        self._pipe.send(task)
+        with contextlib.suppress(OSError):  # of one that has died since: `outcome` sees that
+            self._pipe.send(task)
 
     def outcome(self) -> Outcome | None:
         """Return what became of the input, waiting a moment; None where it goes on."""
