@@ -310,3 +310,14 @@ def test_a_text_that_no_file_can_hold_is_refused() -> None:
     with pytest.raises(ParameterError) as caught:
         SweepStudy.from_toml(f'schema = 1\nname = "a\ud800"\n{BASE}{SAMPLED}')
     assert caught.value.name == "TOML text"
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    case = hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=1.0)
+    tables = [{"input": "friction", "values": np.array([0.5, 0.7])}]
+    random = {"input": "payload", "distribution": "uniform", "low": np.float64(0.1), "high": 1}
+    design = {"kind": "random", "samples": np.int8(2), "seed": np.uint16(3)}
+    of = SweepStudy.of_case(case, [*tables, random], design)
+    plain = [{"input": "friction", "values": [0.5, 0.7]}, {**random, "low": 0.1}]
+    same = SweepStudy.of_case(case, plain, {"kind": "random", "samples": 2, "seed": 3})
+    assert of.digest == same.digest and len(of) == 4

@@ -304,7 +304,7 @@ def open_loop_run(
     controller = cast("Controller", case.controller)
     plan, parts = plan_of(
         controller, scene.robot, begin, begin + max(how.duration, how.grid.sample),
-        how.limits.memory, in_parts=in_parts and not scene.prescribed,
+        how.limits.memory, in_parts=in_parts and not scene.prescribed, sample=how.grid.sample,
     )  # fmt: skip
     start = starting_point(scene, plan.q[0], initial, plan.start_pose)
     if scene.prescribed:

@@ -63,7 +63,14 @@ class PlanParts:
 
 
 def plan_of(
-    controller: Controller, robot: Robot, begin: float, end: float, memory: float, *, in_parts: bool
+    controller: Controller,
+    robot: Robot,
+    begin: float,
+    end: float,
+    memory: float,
+    *,
+    in_parts: bool,
+    sample: float = 0.0,
 ) -> tuple[JointTrajectory, PlanParts | None]:
     """Return what the drives follow from `begin` to `end` [s], or its first part and the rest.
 
@@ -74,24 +81,31 @@ def plan_of(
         end: where it ends [s].
         memory: that a plan may take [bytes].
         in_parts: whether the run can be given more later.
+        sample: time between two samples, where it can be given more [s].
 
     Raises:
         GaitError, ReachError, ParameterError: as of the controller; or it plans something else
             than a trajectory of this robot's joints.
         UserCodeError: it raises.
     """
+    per_second = KNOT_COPIES * 8.0 * (2 * len(robot.joint_names) + 1) / MAX_KNOT_SPACING
     if in_parts and end > PART and isinstance(controller, KinematicControl):
         if controller.repeats(robot):
+            if (needed := per_second * min(sample, end - begin)) > memory:
+                raise _too_long("sample", sample, needed, memory, "Sample more often. ")
             parts = PlanParts(controller, robot, end)
             return parts.part(begin), parts
-    needed = KNOT_COPIES * 8.0 * (2 * len(robot.joint_names) + 1) * end / MAX_KNOT_SPACING
+    needed = per_second * end
     if needed > memory and not isinstance(controller, HoldPosture | SampledTrajectory):
-        raise ParameterError(
-            "duration", end, f"short enough for a plan of {memory / 1e9:.3g} GB; it would take "
-            f"{needed / 1e9:.3g} GB",
-            "Only a KinematicControl whose cycles repeat is planned in parts, by `simulate`. "
-            + LIFT,
-        )  # fmt: skip
+        hint = "Only a KinematicControl whose cycles repeat is planned in parts, by `simulate`. "
+        raise _too_long("duration", end, needed, memory, hint)
     with UserCode(method_name(controller, "plan")):
         plan = controller.plan(robot, end)
     return checked_plan(controller, plan, robot), None
+
+
+def _too_long(name: str, value: float, needed: float, memory: float, hint: str) -> ParameterError:
+    return ParameterError(
+        name, value, f"short enough for a plan of {memory / 1e9:.3g} GB; it would take "
+        f"{needed / 1e9:.3g} GB", hint + LIFT,
+    )  # fmt: skip

@@ -10,6 +10,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.case import Case
@@ -100,9 +102,9 @@ class SweepStudy:
             "name": name,
             "base": {"case": case_to_dict(case)},
         }
-        data["vary"] = [dict(table) for table in vary]
+        data["vary"] = [_plain(table) for table in vary]
         if design is not None:
-            data["design"] = dict(design)
+            data["design"] = _plain(design)
         return cls(tomli_w.dumps(data))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -223,3 +225,12 @@ def load_sweep(path: str | Path) -> SweepStudy:
     """
     text = read_text(path, "study file")
     return SweepStudy(text, user_path(path).absolute().parent)
+
+
+def _plain(value: Any) -> Any:
+    """Return a table with Python's own numbers and lists in the place of NumPy's."""
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
