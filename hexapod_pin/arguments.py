@@ -11,7 +11,7 @@ call that succeeds costs nothing: an argument of a wrong kind then ends in the s
 
 Where any of these calls fails by arithmetic, or on what counts as a number but has no place in an
 array (a `Fraction`, 2**70), that ends in a `ParameterError`, too, whose cause is the failure. So
-does a text with half a pair of surrogates, which no file and no figure can hold.
+does a text with an unpaired surrogate, which no file and no figure can hold.
 """
 
 from __future__ import annotations
@@ -180,8 +180,10 @@ class _Arguments:
                 try:
                     text.encode()
                 except UnicodeEncodeError:
-                    where, allowed = f"{self.name}.{argument}", "without half pairs of surrogates"
-                    raise ParameterError(where, text, f"text {allowed}") from failure
+                    where = f"{self.name}.{argument}"
+                    raise ParameterError(
+                        where, text, "text without unpaired surrogates"
+                    ) from failure
 
     def _machine_kind(self, argument: str, value: Any) -> str:
         """Return what an argument must be to be a number of the machine, or a list; "": it is."""

@@ -119,7 +119,7 @@ def read_toml(text: str, *, required: tuple[str, ...] = ()) -> dict[str, Any]:
     """Parse TOML text and require top-level keys.
 
     Raises:
-        ParameterError: half a pair of surrogates, which no file can hold, bad syntax, a key of more
+        ParameterError: an unpaired surrogate, which no file can hold, bad syntax, a key of more
             than `MOST_KEY_PARTS` parts, or a missing key.
     """
     if sys.version_info >= (3, 11):

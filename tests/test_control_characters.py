@@ -6,6 +6,7 @@ import ast
 import csv
 import io
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,7 +17,7 @@ from synthetic import synthetic_trace
 
 import hexapod_pin as hp
 import hexapod_pin.commands
-from hexapod_pin.benchmark.report.pages import BenchmarkReport, csv_text
+from hexapod_pin.benchmark.report.pages import BenchmarkReport, csv_text, write_report
 from hexapod_pin.commands.progress import progress_bar, time_left_bar
 from hexapod_pin.commands.terminal import echo
 from hexapod_pin.drive.catalog import Catalog, MotorRecord
@@ -199,6 +200,24 @@ def test_names_in_tables_are_no_formulas(text: str, tmp_path: Path) -> None:
     assert float(cells["robot mass [kg]"]) == 3.2
 
 
+def test_an_unpaired_surrogate_is_an_escape_in_tables_and_pages(tmp_path: Path) -> None:
+    case = Column(("case",), np.arange(1), {})
+    columns = {"case": case, "reason": Column(("case",), np.array(["a\ud800"], dtype=object), {})}
+    assert r"a\ud800" in sweep_csv(columns).decode()
+    found = chosen("M1")
+    use = replace(found.candidates[0].uses[0], reasons=("a\ud800",))
+    found = replace(found, candidates=(replace(found.candidates[0], uses=(use,)),))
+    assert r"a\ud800" in write_selection_csv(found, tmp_path / "m.csv").read_text("utf-8")
+    report = BenchmarkReport(Machine.here(), "bench a\ud800", ())
+    assert r"a\ud800" in write_report(report, tmp_path / "a.md").read_text("utf-8")
+    trace = synthetic_trace(duration=0.1)
+    names = tuple(f"{name}\ud800" for name in trace.joint_names)
+    replace(trace, joint_names=names).save(tmp_path / "a.csv")
+    assert rf"{names[0][:-1]}\ud800" in (tmp_path / "a.csv").read_text("utf-8")
+    robot = replace(trace, meta={**trace.meta, "robot_name": "a\ud800"})
+    assert r"a\ud800" in html.write_html(robot, tmp_path / "a.html").read_text("utf-8")
+
+
 def test_remarks_of_a_table_stay_in_their_lines() -> None:
     """A file's name may hold a newline: what follows it is no row."""
     lines = csv_text(BenchmarkReport(Machine.here(), "bench a\n=1\r=2\u2028=3", ())).splitlines()
@@ -217,7 +236,7 @@ def chosen(text: str) -> MotorSelection:
     )  # fmt: skip
 
 
-def test_a_figure_or_a_file_cannot_hold_half_a_pair_of_surrogates(tmp_path: Path) -> None:
+def test_a_figure_or_a_file_cannot_hold_an_unpaired_surrogate(tmp_path: Path) -> None:
     """Matplotlib raises a TypeError of its own, HDF5 a UnicodeEncodeError."""
     given = hp.load_robot("kharagpur")
     gait = {"tripod \ud800": hp.Gait.tripod()}

@@ -96,9 +96,7 @@ def test_a_short_run_from_a_late_checkpoint_plans_no_more_than_it_needs():
 @pytest.mark.parametrize("setting", [{"step": 1e9}, {"sample": 1e6}])
 def test_a_sample_is_refused_that_would_take_too_much_of_a_plan(setting):
     """Parts were planned for minutes, all to be held at once: none is forgotten within a sample."""
+    limits = hp.WorkLimits(steps=1e12)
     with pytest.raises(ParameterError) as caught:
-        hp.simulate(SCENE, hp.KinematicControl(GAIT), duration=1e9, limits=LIMITS, **setting)
+        hp.simulate(SCENE, hp.KinematicControl(GAIT), duration=1e9, limits=limits, **setting)
     assert caught.value.name == "sample" and "Sample more often" in caught.value.hint
-
-
-LIMITS = hp.WorkLimits(steps=1e12)

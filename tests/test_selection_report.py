@@ -22,7 +22,6 @@ from hexapod_pin.results.motor_selection import (
     MotorSelection,
     WalkRun,
 )
-from hexapod_pin.results.motor_selection_table import write_selection_csv
 from hexapod_pin.results.sizing import JointDemand, motor_budget
 from hexapod_pin.results.sizing.battery_load import battery_current
 from hexapod_pin.results.sizing.motors import Motors
@@ -290,15 +289,12 @@ def test_errors_are_typed_and_leave_no_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("ending", [".html", ".pdf", ".csv"])
-def test_half_a_pair_of_surrogates_is_an_escape(ending: str, tmp_path):
+@pytest.mark.parametrize("ending", [".html", ".pdf"])
+def test_an_unpaired_surrogate_is_an_escape(ending: str, tmp_path):
     """As in the name of a file that is no UTF-8: such a text cannot be encoded as it is."""
     s = selection(robot="six\udc80legs", notes=("a \ud800 note",), unusable=(("M\udc80", "why"),))
     path = tmp_path / f"motors{ending}"
-    if ending == ".csv":
-        write_selection_csv(s, path)
-    else:
-        write_selection_report(s, path)
+    write_selection_report(s, path)
     if ending == ".html":
         assert r"a \ud800 note" in path.read_text("utf-8")
     assert path.stat().st_size > 100

@@ -306,7 +306,7 @@ def test_samples_are_sparse_where_only_a_summary_is_kept():
 
 
 def test_a_text_that_no_file_can_hold_is_refused() -> None:
-    """Half a pair of surrogates: SQLite and every file would refuse it in the middle of a sweep."""
+    """An unpaired surrogate: SQLite and every file would refuse it in the middle of a sweep."""
     with pytest.raises(ParameterError) as caught:
         SweepStudy.from_toml(f'schema = 1\nname = "a\ud800"\n{BASE}{SAMPLED}')
     assert caught.value.name == "TOML text"

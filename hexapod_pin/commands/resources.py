@@ -34,7 +34,7 @@ LONGEST_LOAD = 10
 """Processor time that loading the libraries takes at most, compiling them included [s]."""
 
 LONGEST_OPENBLAS = 1.0
-"""The same of one copy of OpenBLAS, which takes a hundredth of it [s]."""
+"""The same of one copy of OpenBLAS, which takes some milliseconds [s]."""
 
 ROOM_HINT = "Raise the limit, or let fewer processes run beside it."
 

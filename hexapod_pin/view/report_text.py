@@ -26,7 +26,11 @@ def text_width(text: str, size: float, bold: bool = False) -> float:
         size: of the type [pt].
         bold: whether it is bold.
     """
-    return size * sum(_advance(letter, bold) for letter in visible(text))
+    return _width(visible(text), size, bold)
+
+
+def _width(text: str, size: float, bold: bool) -> float:
+    return size * sum(_advance(letter, bold) for letter in text)
 
 
 @cache
@@ -53,7 +57,7 @@ def wrapped(text: str, width: float, size: float, bold: bool = False) -> list[st
     for word in visible(text).split():
         for piece in _pieces(word, width, size, bold):
             longer = f"{lines[-1]} {piece}".strip()
-            if lines[-1] and text_width(longer, size, bold) > width:
+            if lines[-1] and _width(longer, size, bold) > width:
                 lines.append(piece)
             else:
                 lines[-1] = longer
@@ -62,11 +66,11 @@ def wrapped(text: str, width: float, size: float, bold: bool = False) -> list[st
 
 def _pieces(word: str, width: float, size: float, bold: bool) -> list[str]:
     """Return a word, or the parts of it that fit into a line."""
-    if text_width(word, size, bold) <= width:
+    if _width(word, size, bold) <= width:
         return [word]
     pieces = [""]
     for letter in word:
-        if pieces[-1] and text_width(pieces[-1] + letter, size, bold) > width:
+        if pieces[-1] and _width(pieces[-1] + letter, size, bold) > width:
             pieces.append(letter)
         else:
             pieces[-1] += letter

@@ -66,7 +66,7 @@ class UncertainInputs:
         default = {"kind": DESIGN, "samples": SAMPLES, "seed": 1}
         design = dict(table_at(tables.get("design", default), "design"))
         if samples is not None:
-            design["samples"] = int(samples)  # NumPy integers are no TOML
+            design["samples"] = samples
         if given:
             words = tuple(_words(x) for x in given)
         else:
