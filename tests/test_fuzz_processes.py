@@ -166,6 +166,7 @@ def test_a_planted_fault_is_found(
     for name, value in (("PATIENCE", 0.3), ("LONGEST_WAIT", 1.5)):
         monkeypatch.setattr(command_run, name, value)
     monkeypatch.setattr(command_process, "PATIENCE", 0.3)
+    monkeypatch.setattr(command_run, "slowness", lambda: 1.0)
     plants: list[tuple[str, Callable[[Path], None]]] = [("", trap)]
     assert told in judged(script, tmp_path, monkeypatch, plants=plants)
 
@@ -178,6 +179,28 @@ def test_ctrl_c_in_pythons_own_start_is_no_fault(at: float, allowed: bool):
     for status in (1, 120):
         ending = command_run.Ending(status, b"", b"", 0.05, sent, False, ())
         assert (status in command_process._allowed(given, ending)) is allowed
+
+
+@pytest.mark.parametrize(
+    ("words", "seconds", "slow"),
+    [
+        (["sweep"], 14.9, False), (["sweep"], 15.1, True),
+        (["sweep", "--processes", "2"], 44.9, False), (["sweep", "--processes", "2"], 45.1, True),
+    ],
+)  # fmt: skip
+def test_a_slow_machine_may_take_longer(
+    words: list[str], seconds: float, slow: bool, monkeypatch: pytest.MonkeyPatch
+):
+    """One of a third of the speed three times the 5 s, a command in each of its processes."""
+    monkeypatch.setattr(command_run, "slowness", lambda: 3.0)
+    ending = command_run.Ending(0, b"", b"", seconds, frozenset(), False, ())
+    assert command_process._is_slow(CommandInput(words), ending) is slow
+
+
+def test_no_machine_may_take_less(monkeypatch: pytest.MonkeyPatch):
+    """A quicker one has the same 5 s."""
+    monkeypatch.setattr(command_run, "LOOP", 1e9)
+    assert command_run.patience() == 5.0
 
 
 def trap(work: Path) -> None:

@@ -19,7 +19,7 @@ from typing import Any
 from hexapod_pin.errors import HexapodError, UserCodeError
 from hexapod_pin.fuzz import material
 from hexapod_pin.fuzz.command_run import LONGEST_WAIT as LONGEST_COMMAND
-from hexapod_pin.fuzz.command_run import PATIENCE, processor_time
+from hexapod_pin.fuzz.command_run import PATIENCE, patience, processor_time
 from hexapod_pin.fuzz.doors import DOORS, SELDOM
 from hexapod_pin.fuzz.shown import FaultFound, described, is_wrong_call
 from hexapod_pin.fuzz.watched_folder import LOOKS
@@ -182,8 +182,8 @@ class _Worker:
         waited = time.monotonic() - self._since
         if waited > PATIENCE:
             spent = processor_time(self._process.pid) - self._computed
-            if spent > PATIENCE or waited > LONGEST_WAIT:
-                return self._lose(f"hangs for more than {PATIENCE:g} s")
+            if waited > LONGEST_WAIT or (spent > PATIENCE and spent > patience()):
+                return self._lose(f"hangs: {spent:.1f} s of computing in {waited:.0f} s")
         return None
 
     def _lose(self, fault: str) -> Outcome:

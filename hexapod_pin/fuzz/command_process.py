@@ -15,7 +15,7 @@ from pathlib import Path
 
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.fuzz.command_input import CommandInput, draw, lay_down
-from hexapod_pin.fuzz.command_run import PATIENCE, Ending, run
+from hexapod_pin.fuzz.command_run import PATIENCE, Ending, patience, run
 from hexapod_pin.fuzz.shown import FaultFound, require_finite
 from hexapod_pin.fuzz.values import ESCAPE
 from hexapod_pin.fuzz.watched_folder import WatchedFolder, mark_of
@@ -80,7 +80,7 @@ def run_one(rng: random.Random, *, keep: bool = False) -> CommandRun:
     for _ in range(TRIALS):
         rng.setstate(start)
         found = _run_once(rng, keep)
-        if found.ending.late or found.ending.seconds <= _patience(found.given):
+        if found.ending.late or not _is_slow(found.given, found.ending):
             break
     return found
 
@@ -124,7 +124,7 @@ def judge(given: CommandInput, ending: Ending, tree: WatchedFolder) -> None:
 def _faults_of_end(given: CommandInput, ending: Ending) -> Iterator[str]:
     if ending.late:
         yield "does not end"
-    elif ending.seconds > _patience(given):
+    elif _is_slow(given, ending):
         yield f"computes for {ending.seconds:.1f} s"
     elif ending.status not in _allowed(given, ending):
         yield f"ends with status {ending.status}"
@@ -135,11 +135,12 @@ def _faults_of_end(given: CommandInput, ending: Ending) -> Iterator[str]:
         yield f"prints a traceback, {_last_line(ending.err)}"
 
 
-def _patience(given: CommandInput) -> float:
-    """Return the processor time that a command may take with all processes that it starts [s]."""
+def _is_slow(given: CommandInput, ending: Ending) -> bool:
+    """Tell whether it took too much processor time, with all processes that it started."""
     words = " ".join(given.words)
     asked = re.search(r"--processes[ =](\d)\b", words)
-    return PATIENCE * (1 + int(asked[1]) if asked else 1)
+    share = ending.seconds / (1 + int(asked[1]) if asked else 1)
+    return share > PATIENCE and share > patience()
 
 
 def _allowed(given: CommandInput, ending: Ending) -> set[int]:

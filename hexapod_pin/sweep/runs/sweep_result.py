@@ -96,7 +96,7 @@ class SweepResult:
     @property
     def not_walking(self) -> int:
         """How many cases were run in which the robot does not walk."""
-        return int(np.sum(self.dataset["walks"].values == 0.0))
+        return int(np.sum(self._columns["walks"].values == 0.0))
 
     @property
     def case_time(self) -> float:
