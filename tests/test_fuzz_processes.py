@@ -11,6 +11,8 @@ from typing import get_type_hints
 
 import pytest
 
+import hexapod_pin.errors
+import hexapod_pin.stop_signals
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.fuzz import attempt, command_process, command_run
 from hexapod_pin.fuzz.command_input import (
@@ -179,6 +181,22 @@ def test_ctrl_c_in_pythons_own_start_is_no_fault(at: float, allowed: bool):
     for status in (1, 120):
         ending = command_run.Ending(status, b"", b"", 0.05, sent, False, ())
         assert (status in command_process._allowed(given, ending)) is allowed
+
+
+@pytest.mark.parametrize(
+    ("file", "allowed"),
+    [
+        ("/usr/lib/python3.11/urllib/parse.py", True),
+        ("/venv/lib/_editable_skbc_hexapod_pin.py", True),  # finds the package, for Python
+        (hexapod_pin.stop_signals.__file__, True), (hexapod_pin.errors.__file__, False),
+    ],
+)  # fmt: skip
+def test_a_traceback_of_pythons_own_start_shows_no_file_that_comes_later(file: str, allowed: bool):
+    given = CommandInput(["walk"], signals=[(0.02, signal.SIGINT, True)])
+    text = f'Traceback (most recent call last):\n  File "{file}", line 1\nKeyboardInterrupt\n'
+    sent = frozenset({int(signal.SIGINT)})
+    ending = command_run.Ending(1, b"", text.encode(), 0.05, sent, False, ())
+    assert (not list(command_process._faults_of_end(given, ending))) is allowed
 
 
 @pytest.mark.parametrize(

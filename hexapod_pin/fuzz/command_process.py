@@ -43,6 +43,9 @@ _FORMULA = re.compile(r"^(?:[=@\t\r]|[+-](?!\.?\d|inf|nan))", re.IGNORECASE)
 """How a cell begins that a spreadsheet would compute; a number with a sign is none."""
 
 
+_PACKAGE = os.fsencode(f"{Path(__file__).resolve().parents[1]}{os.sep}")
+"""Folder of the package; what finds it for Python, in an installation that can be edited, is not."""
+
 _FIRST = (b"hexapod_pin/__init__.py", b"hexapod_pin/__main__.py", b"hexapod_pin/stop_signals.py")
 """Modules that are read before signals are taken over."""
 
@@ -157,7 +160,7 @@ def _allowed(given: CommandInput, ending: Ending) -> set[int]:
 
 def _is_early(given: CommandInput, ending: Ending) -> bool:
     """Tell whether Ctrl-C has met Python itself, before the package had taken signals over."""
-    frames = re.findall(rb'File "([^"]*hexapod_pin[^"]*)"', ending.err)
+    frames = [one for one in re.findall(rb'File "([^"]*)"', ending.err) if one.startswith(_PACKAGE)]
     early = any(at <= EARLY and number == signal.SIGINT for at, number, _ in given.signals)
     return early and signal.SIGINT in ending.sent and all(one.endswith(_FIRST) for one in frames)
 
