@@ -44,7 +44,7 @@ _FORMULA = re.compile(r"^(?:[=@\t\r]|[+-](?!\.?\d|inf|nan))", re.IGNORECASE)
 
 
 _PACKAGE = os.fsencode(f"{Path(__file__).resolve().parents[1]}{os.sep}")
-"""Folder of the package; what finds it for Python, in an installation that can be edited, is not."""
+"""Folder of the package; what finds it for Python, in an editable installation, is outside."""
 
 _FIRST = (b"hexapod_pin/__init__.py", b"hexapod_pin/__main__.py", b"hexapod_pin/stop_signals.py")
 """Modules that are read before signals are taken over."""
