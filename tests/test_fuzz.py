@@ -9,7 +9,7 @@ import shutil
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies
@@ -103,6 +103,44 @@ def test_what_dies_is_a_fault_and_another_process_goes_on(monkeypatch: pytest.Mo
     found = run_campaign([("height_field", 1), ("height_field", 2)], processes=1)
     assert (found[0].kind, found[0].fault) == ("FAULT", "the process died")
     assert found[1].kind in ("refused", "used")
+
+
+class PlayedWorker:
+    """In the place of a process: input 1 takes too long twice, input 2 always, input 4 crashes."""
+
+    tried: ClassVar[list[int]] = []
+    lost = False
+    task: tuple[str, int] | None = None
+
+    def __init__(self, *given: object) -> None:
+        """It needs nothing."""
+
+    def begin(self, task: tuple[str, int]) -> None:
+        """Take an input."""
+        self.task = task
+        self.tried.append(task[1])
+
+    def outcome(self) -> Outcome:
+        """Be done with it at once."""
+        assert self.task is not None
+        (door, seed), self.task = self.task, None
+        slow = seed == 2 or (seed == 1 and self.tried.count(1) <= 2)
+        return Outcome(door, seed, "FAULT" if slow or seed == 4 else "used", "so", slow=slow)
+
+    def end(self) -> None:
+        """There is nothing to end."""
+
+
+def test_what_takes_too_long_is_tried_again_after_all_others(monkeypatch: pytest.MonkeyPatch):
+    from hexapod_pin.fuzz import campaign
+
+    monkeypatch.setattr(campaign, "_Worker", PlayedWorker)
+    monkeypatch.setattr(PlayedWorker, "tried", [])
+    reported = list[Outcome]()
+    found = run_campaign([("a", k) for k in (1, 2, 3, 4)], processes=1, report=reported.append)
+    kinds = {outcome.seed: outcome.kind for outcome in found}
+    assert kinds == {1: "used", 2: "FAULT", 3: "used", 4: "FAULT"} and reported == found
+    assert PlayedWorker.tried == [1, 2, 3, 4, 1, 2, 1, 2, 2, 2]
 
 
 def kill_the_first(begin: Any) -> Any:

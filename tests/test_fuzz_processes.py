@@ -168,7 +168,6 @@ def test_a_planted_fault_is_found(
     for name, value in (("PATIENCE", 0.3), ("LONGEST_WAIT", 1.5)):
         monkeypatch.setattr(command_run, name, value)
     monkeypatch.setattr(command_process, "PATIENCE", 0.3)
-    monkeypatch.setattr(command_run, "slowness", lambda: 1.0)
     plants: list[tuple[str, Callable[[Path], None]]] = [("", trap)]
     assert told in judged(script, tmp_path, monkeypatch, plants=plants)
 
@@ -202,23 +201,13 @@ def test_a_traceback_of_pythons_own_start_shows_no_file_that_comes_later(file: s
 @pytest.mark.parametrize(
     ("words", "seconds", "slow"),
     [
-        (["sweep"], 14.9, False), (["sweep"], 15.1, True),
-        (["sweep", "--processes", "2"], 44.9, False), (["sweep", "--processes", "2"], 45.1, True),
+        (["sweep"], 4.9, False), (["sweep"], 5.1, True),
+        (["sweep", "--processes", "2"], 14.9, False), (["sweep", "--processes", "2"], 15.1, True),
     ],
 )  # fmt: skip
-def test_a_slow_machine_may_take_longer(
-    words: list[str], seconds: float, slow: bool, monkeypatch: pytest.MonkeyPatch
-):
-    """One of a third of the speed three times the 5 s, a command in each of its processes."""
-    monkeypatch.setattr(command_run, "slowness", lambda: 3.0)
+def test_a_command_has_5_s_in_each_of_its_processes(words: list[str], seconds: float, slow: bool):
     ending = command_run.Ending(0, b"", b"", seconds, frozenset(), False, ())
     assert command_process._is_slow(CommandInput(words), ending) is slow
-
-
-def test_no_machine_may_take_less(monkeypatch: pytest.MonkeyPatch):
-    """A quicker one has the same 5 s."""
-    monkeypatch.setattr(command_run, "LOOP", 1e9)
-    assert command_run.patience() == 5.0
 
 
 def trap(work: Path) -> None:

@@ -59,7 +59,7 @@ def test_what_a_sweep_came_to_is_told_without_xarray(
     expected = int(np.sum(found.dataset["walks"].values == 0.0))
     monkeypatch.setitem(sys.modules, "xarray", None)
     assert hp.open_sweep("study.db").not_walking == expected
-    assert _run(study, "--resume") == 0
+    assert _run(study, "--resume", "--plot", "a.svg", "--out", "a.nc") == 0
 
 
 def test_failed_cases_are_counted_by_reason(study: Path, capsys: Any) -> None:
@@ -133,7 +133,7 @@ def test_the_figure_follows_what_varies(
     tmp_path: Path, inputs: str, panels: int, words: list[str]
 ) -> None:
     found = run_sweep(SweepStudy.from_toml(BASE + inputs), tmp_path / "a.db")
-    figure = draw_sweep(found.dataset)
+    figure = draw_sweep(found)
     drawn = [axes for axes in figure.axes if axes.axison and axes.get_label() != "<colorbar>"]
     assert len(drawn) == panels
     text = " ".join(
@@ -154,4 +154,4 @@ def test_a_sweep_without_numbers_is_not_drawn(tmp_path: Path) -> None:
     with SweepStore(tmp_path / "a.db", small_study(1)):
         pass
     with pytest.raises(ParameterError, match="not run"):
-        write_sweep_figure(hp.open_sweep(tmp_path / "a.db").dataset, tmp_path / "a.png")
+        write_sweep_figure(hp.open_sweep(tmp_path / "a.db"), tmp_path / "a.png")

@@ -73,7 +73,7 @@ def run_and_report(study: SweepStudy, files: SweepFiles, **how: Any) -> None:
         if plot is not None and result.done:
             from hexapod_pin.view.sweep_figure import write_sweep_figure
 
-            written(lambda: write_sweep_figure(result.dataset, plot))
+            written(lambda: write_sweep_figure(result, plot))
 
 
 def _print(result: SweepResult, taken: float, run_now: float) -> None:

@@ -12,6 +12,7 @@ import shutil
 import tempfile
 import time
 import warnings
+from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +20,7 @@ from typing import Any
 from hexapod_pin.errors import HexapodError, UserCodeError
 from hexapod_pin.fuzz import material
 from hexapod_pin.fuzz.command_run import LONGEST_WAIT as LONGEST_COMMAND
-from hexapod_pin.fuzz.command_run import PATIENCE, patience, processor_time
+from hexapod_pin.fuzz.command_run import PATIENCE, processor_time
 from hexapod_pin.fuzz.doors import DOORS, SELDOM
 from hexapod_pin.fuzz.shown import FaultFound, described, is_wrong_call
 from hexapod_pin.fuzz.watched_folder import LOOKS
@@ -29,6 +30,12 @@ LONGEST_WAIT = LONGEST_COMMAND + 60.0
 
 LONGEST_START = 240.0
 """Of a process that tries inputs [s]."""
+
+TRIALS = 5
+"""Times that an input may take too long before that is a fault.
+
+It is tried again after all others: on a busy machine processor time doubles for minutes.
+"""
 
 MEMORY = 6 * 2**30
 """Address space of a process that tries inputs [bytes]."""
@@ -52,6 +59,7 @@ class Outcome:
         seconds: processor time that it took [s].
         watched: how many files of others were looked at.
         changed: how many of them had changed.
+        slow: whether the fault is that it took too long, and nothing else.
     """
 
     door: str
@@ -62,6 +70,7 @@ class Outcome:
     seconds: float = 0.0
     watched: int = 0
     changed: int = 0
+    slow: bool = False
 
     @property
     def cause(self) -> str:
@@ -72,7 +81,7 @@ class Outcome:
 def attempt(door: str, seed: int) -> Outcome:
     """Try one input in this process, and look at the files of others."""
     tree, looks, begin = material.watched(), LOOKS.files, _spent()
-    kind, fault, repeat, changed = USED, "", "", 0
+    kind, fault, repeat, changed, slow = USED, "", "", 0, False
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -84,6 +93,7 @@ def attempt(door: str, seed: int) -> Outcome:
         kind = REFUSED
     except FaultFound as found:
         kind, fault, repeat, changed = FAULT, str(found), found.repeat, len(found.changed)
+        slow = found.slow
     except Exception as error:
         kind = REFUSED if is_wrong_call(error) else FAULT
         fault = described(error) if kind == FAULT else ""
@@ -92,9 +102,9 @@ def attempt(door: str, seed: int) -> Outcome:
     if here or tree.changes():
         tree.accept()
     if here:
-        kind = FAULT
+        kind, slow = FAULT, False
         fault = f"changes a file of others: {'; '.join(here)}{f'; {fault}' if fault else ''}"
-    return Outcome(door, seed, kind, fault, repeat, spent, watched, changed + len(here))
+    return Outcome(door, seed, kind, fault, repeat, spent, watched, changed + len(here), slow)
 
 
 def _of_control(cause: BaseException | None) -> str:
@@ -124,6 +134,7 @@ def run_campaign(
         report: called with each outcome.
     """
     waiting, found = list(reversed(inputs)), list[Outcome]()
+    trials = Counter[tuple[str, int]]()
     doors = {door for door, _ in inputs} - set(SELDOM)
     workers, folder = list[_Worker](), tempfile.mkdtemp(prefix="hexapod-campaign-")
     try:
@@ -133,11 +144,17 @@ def run_campaign(
                 if worker.task is None and waiting:
                     worker.begin(waiting.pop())
                 outcome = worker.outcome()
-                if outcome is not None:
-                    found.append(outcome)
-                    report(outcome)
-                    if worker.lost:
-                        workers[k] = _Worker(doors, folder)
+                if outcome is None:
+                    continue
+                if worker.lost:
+                    workers[k] = _Worker(doors, folder)
+                task = outcome.door, outcome.seed
+                trials[task] += outcome.slow
+                if outcome.slow and trials[task] < TRIALS:
+                    waiting.insert(0, task)
+                    continue
+                found.append(outcome)
+                report(outcome)
     except KeyboardInterrupt:
         pass
     for worker in workers:
@@ -182,15 +199,15 @@ class _Worker:
         waited = time.monotonic() - self._since
         if waited > PATIENCE:
             spent = processor_time(self._process.pid) - self._computed
-            if waited > LONGEST_WAIT or (spent > PATIENCE and spent > patience()):
-                return self._lose(f"hangs: {spent:.1f} s of computing in {waited:.0f} s")
+            if spent > PATIENCE or waited > LONGEST_WAIT:
+                return self._lose(f"hangs for more than {PATIENCE:g} s", slow=True)
         return None
 
-    def _lose(self, fault: str) -> Outcome:
+    def _lose(self, fault: str, *, slow: bool = False) -> Outcome:
         door, seed = self.task or ("", 0)
         self.end()
         self.task, self.lost = None, True
-        return Outcome(door, seed, FAULT, fault, seconds=PATIENCE)
+        return Outcome(door, seed, FAULT, fault, seconds=PATIENCE, slow=slow)
 
     def end(self) -> None:
         """End the process."""

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.fuzz.command_input import CommandInput, draw, lay_down
-from hexapod_pin.fuzz.command_run import PATIENCE, Ending, patience, run
+from hexapod_pin.fuzz.command_run import PATIENCE, Ending, run
 from hexapod_pin.fuzz.shown import FaultFound, require_finite
 from hexapod_pin.fuzz.values import ESCAPE
 from hexapod_pin.fuzz.watched_folder import WatchedFolder, mark_of
@@ -32,9 +32,6 @@ could not print that either."""
 
 EARLY = 0.2
 """Processor time that Python has used at most when its own start is met by Ctrl-C [s]."""
-
-TRIALS = 3
-"""Times that a command may take too long before that is a fault."""
 
 _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 """What no text may hold that is not for a terminal; tabs and ends of lines may stand in it."""
@@ -75,20 +72,7 @@ class CommandRun:
 
 
 def run_one(rng: random.Random, *, keep: bool = False) -> CommandRun:
-    """Draw an input, run and judge it; `keep` leaves its folder.
-
-    One that takes too long is run again: on a busy machine processor time grows by half and more.
-    """
-    start = rng.getstate()
-    for _ in range(TRIALS):
-        rng.setstate(start)
-        found = _run_once(rng, keep)
-        if found.ending.late or not _is_slow(found.given, found.ending):
-            break
-    return found
-
-
-def _run_once(rng: random.Random, keep: bool) -> CommandRun:
+    """Draw an input, run and judge it; `keep` leaves its folder."""
     root = Path(tempfile.mkdtemp(prefix="hexapod-command-"))
     try:
         tree = WatchedFolder(root / "tree")
@@ -119,7 +103,8 @@ def judge(given: CommandInput, ending: Ending, tree: WatchedFolder) -> None:
     faults += [*_faults_of_files(given, ending, tree)]
     if faults:
         repeat = f"{given.as_shell()} -> status {ending.status}"
-        raise FaultFound(f"{given.words[0]}: {'; '.join(faults)}", repeat, changed)
+        slow = len(faults) == 1 and (ending.late or _is_slow(given, ending))
+        raise FaultFound(f"{given.words[0]}: {'; '.join(faults)}", repeat, changed, slow=slow)
     if ending.status:
         raise HexapodError(f"status {ending.status}")
 
@@ -142,8 +127,7 @@ def _is_slow(given: CommandInput, ending: Ending) -> bool:
     """Tell whether it took too much processor time, with all processes that it started."""
     words = " ".join(given.words)
     asked = re.search(r"--processes[ =](\d)\b", words)
-    share = ending.seconds / (1 + int(asked[1]) if asked else 1)
-    return share > PATIENCE and share > patience()
+    return ending.seconds > PATIENCE * (1 + int(asked[1]) if asked else 1)
 
 
 def _allowed(given: CommandInput, ending: Ending) -> set[int]:

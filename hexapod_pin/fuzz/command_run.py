@@ -21,10 +21,7 @@ from hexapod_pin.fuzz.command_input import CommandInput
 from hexapod_pin.fuzz.watched_folder import WatchedFolder
 
 PATIENCE = 5.0
-"""Processor time that an input may use where a million turns of a loop take `LOOP` [s]."""
-
-LOOP = 0.07
-"""Of `slowness`: of CPython 3.11 on a core of about 3.4 GHz [s]."""
+"""Processor time that an input may use [s]."""
 
 LONGEST_WAIT = 30.0
 """Time that a command may take, whether it computes or not [s]."""
@@ -189,26 +186,6 @@ def _watched(
         time.sleep(POLL if all(stream.kind != "slow" for stream in streams) else SLOW)
 
 
-def patience() -> float:
-    """Return the processor time that an input may use on this machine as it is now [s]."""
-    return PATIENCE * slowness()
-
-
-def slowness() -> float:
-    """Return how many times longer than `LOOP` a million turns take here, the best of three; >= 1.
-
-    Most of what a command takes goes into importing: on a machine of half the speed, or one that
-    is busy, a sweep would pass for one that hangs.
-    """
-    best = float("inf")
-    for _ in range(3):
-        begin, total = time.process_time(), 0
-        for turn in range(1_000_000):
-            total += turn * turn
-        best = min(best, time.process_time() - begin)
-    return max(1.0, best / LOOP)
-
-
 def processor_time(pid: int | None) -> float:
     """Return the processor time of a process so far [s]; wall time where that is not known."""
     try:
@@ -267,7 +244,7 @@ def _before(given: CommandInput, folder: Path) -> Callable[[], None]:
             os.rmdir(folder)
         if given.umask is not None:
             os.umask(given.umask)
-        seconds = int(LONGEST_WAIT) + 3  # what takes less is judged by `patience`
+        seconds = int(LONGEST_WAIT) + 3  # what takes less is judged by `PATIENCE`
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
         for name, value in given.limits:
             kind = getattr(resource, f"RLIMIT_{name}")

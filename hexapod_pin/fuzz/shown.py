@@ -24,11 +24,14 @@ class FaultFound(Exception):
     Attributes:
         repeat: how the input can be repeated by hand; empty where door and seed are the only way.
         changed: files of others that have changed.
+        slow: whether it only took too long, which may be the machine's fault.
     """
 
-    def __init__(self, message: str, repeat: str = "", changed: Sequence[str] = ()) -> None:
+    def __init__(
+        self, message: str, repeat: str = "", changed: Sequence[str] = (), *, slow: bool = False
+    ) -> None:
         """Keep the way to repeat it, and what has changed, beside the message."""
-        self.repeat, self.changed = repeat, tuple(changed)
+        self.repeat, self.changed, self.slow = repeat, tuple(changed), slow
         super().__init__(message)
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -14,9 +15,9 @@ from hexapod_pin.view.figure_file import figure_format, save_figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from xarray import Dataset
 
     from hexapod_pin.arrays import Array
+    from hexapod_pin.results.netcdf import Column
 
 PEAK, RMS = "kind_torque_peak", "kind_torque_rms"
 LINES = {PEAK: ("-", "peak"), RMS: ("--", "RMS")}
@@ -33,7 +34,29 @@ SCATTERED = 5000
 """Most points of a scatter plot."""
 
 
-def write_sweep_figure(dataset: Dataset, path: str | Path) -> Path:
+class SweepNumbers(Protocol):
+    """What is drawn of a `SweepResult`."""
+
+    @property
+    def name(self) -> str:
+        """Name of the study."""
+
+    @property
+    def columns(self) -> Mapping[str, Column]:
+        """Quantities along the cases."""
+
+    @property
+    def attributes(self) -> Mapping[str, str]:
+        """What holds for all cases."""
+
+    def input_values(self, name: str) -> Array:
+        """Return the values of an input along the cases."""
+
+    def __len__(self) -> int:
+        """Return the number of cases."""
+
+
+def write_sweep_figure(found: SweepNumbers, path: str | Path) -> Path:
     """Draw a sweep into a file, and return its path.
 
     One grid axis of numbers: peak and RMS torque of each kind of joint against it, with a band from
@@ -42,7 +65,7 @@ def write_sweep_figure(dataset: Dataset, path: str | Path) -> Path:
     against every input.
 
     Args:
-        dataset: of a `SweepResult`.
+        found: the sweep.
         path: ends in .png, .svg or .pdf.
 
     Raises:
@@ -51,36 +74,34 @@ def write_sweep_figure(dataset: Dataset, path: str | Path) -> Path:
         MissingPackageError: matplotlib is not installed.
     """
     ending = figure_format(path)
-    return save_figure(draw_sweep(dataset), path, ending)
+    return save_figure(draw_sweep(found), path, ending)
 
 
-def draw_sweep(dataset: Dataset) -> Figure:
+def draw_sweep(found: SweepNumbers) -> Figure:
     """Return the figure; errors as of `write_sweep_figure`."""
-    if PEAK not in dataset or not np.isfinite(dataset[PEAK].values).any():
-        raise ParameterError("dataset", _reason(dataset), "one with a case that has numbers")
-    inputs = json.loads(dataset.attrs["inputs"])
-    axes = [item for item in inputs if item["grid"] and _is_number(dataset, item)]
-    named = [item for item in inputs if item["grid"] and not _is_number(dataset, item)]
+    if PEAK not in found.columns or not np.isfinite(found.columns[PEAK].values).any():
+        raise ParameterError("found", _reason(found), "a sweep with a case that has numbers")
+    inputs = json.loads(found.attributes["inputs"])
+    axes = [item for item in inputs if item["grid"] and _is_number(found, item)]
+    named = [item for item in inputs if item["grid"] and not _is_number(found, item)]
     if not named and len(axes) == 1:
-        return _lines(dataset, axes[0])
+        return _lines(found, axes[0])
     if not named and len(axes) == 2:
-        return _heat_maps(dataset, *axes)
-    return _distributions(dataset, inputs)
+        return _heat_maps(found, *axes)
+    return _distributions(found, inputs)
 
 
-def _reason(dataset: Dataset) -> str:
-    return str(dataset["reason"].values[0]) if dataset.sizes.get("case") else "no case"
+def _reason(found: SweepNumbers) -> str:
+    return str(found.columns["reason"].values[0]) if len(found) else "no case"
 
 
-def _values(dataset: Dataset, item: dict[str, Any]) -> Array:
+def _values(found: SweepNumbers, item: dict[str, Any]) -> Array:
     """Return the values of an input along the cases."""
-    name = item["name"].replace("/", "_")
-    found: Array = dataset[name if name in dataset.coords else f"input_{name}"].values
-    return found
+    return found.input_values(item["name"])
 
 
-def _is_number(dataset: Dataset, item: dict[str, Any]) -> bool:
-    return bool(_values(dataset, item).dtype.kind == "f")
+def _is_number(found: SweepNumbers, item: dict[str, Any]) -> bool:
+    return bool(_values(found, item).dtype.kind == "f")
 
 
 def _label(item: dict[str, Any]) -> str:
@@ -88,24 +109,24 @@ def _label(item: dict[str, Any]) -> str:
     return f"{item['name']} [{unit}]" if unit not in ("", "-") else str(item["name"])
 
 
-def _title(dataset: Dataset) -> str:
-    known = int(np.isfinite(dataset[PEAK].values).any(axis=1).sum())
-    robots = "; ".join(line.split(":")[0] for line in dataset.attrs["robots"].split("\n"))
-    return f"{dataset.attrs['study_name']} ({robots}): {known} of {dataset.sizes['case']} cases"
+def _title(found: SweepNumbers) -> str:
+    known = int(np.isfinite(found.columns[PEAK].values).any(axis=1).sum())
+    robots = "; ".join(line.split(":")[0] for line in found.attributes["robots"].split("\n"))
+    return f"{found.name} ({robots}): {known} of {len(found)} cases"
 
 
-def _lines(dataset: Dataset, item: dict[str, Any]) -> Figure:
+def _lines(found: SweepNumbers, item: dict[str, Any]) -> Figure:
     """Draw torque against one axis."""
     from matplotlib.figure import Figure
 
-    kinds = dataset["kind"].values.tolist()
-    across = _values(dataset, item)
+    kinds = found.columns["kind"].values.tolist()
+    across = _values(found, item)
     points = np.unique(across)
     figure = Figure(figsize=(1.0 + 3.4 * len(kinds), 3.8), layout="constrained")
     panels = figure.subplots(1, len(kinds), squeeze=False, sharey=True)[0]
     for k, (axes, kind) in enumerate(zip(panels, kinds, strict=True)):
         for name, (line, words) in LINES.items():
-            cells = [dataset[name].values[across == x, k] for x in points]
+            cells = [found.columns[name].values[across == x, k] for x in points]
             low, middle, high = np.array(
                 [_percentiles(c, (BAND[0], 50.0, BAND[1])) for c in cells]
             ).T
@@ -120,7 +141,7 @@ def _lines(dataset: Dataset, item: dict[str, Any]) -> Figure:
     panels[0].set_ylabel("torque of the worst joint [N m]")
     many = len(across) > len(points)
     band = "; median, band 5 to 95 % of the samples" if many else ""
-    figure.suptitle(_title(dataset) + band, fontsize="medium")
+    figure.suptitle(_title(found) + band, fontsize="medium")
     return figure
 
 
@@ -129,17 +150,17 @@ def _percentiles(values: Array, which: tuple[float, ...]) -> Array:
     return np.percentile(known, which) if len(known) else np.full(len(which), np.nan)
 
 
-def _heat_maps(dataset: Dataset, first: dict[str, Any], second: dict[str, Any]) -> Figure:
+def _heat_maps(found: SweepNumbers, first: dict[str, Any], second: dict[str, Any]) -> Figure:
     """Draw peak torque over two axes, a panel for each kind."""
     from matplotlib.figure import Figure
 
-    kinds = dataset["kind"].values.tolist()
-    x, y = _values(dataset, first), _values(dataset, second)
+    kinds = found.columns["kind"].values.tolist()
+    x, y = _values(found, first), _values(found, second)
     along, up = np.unique(x), np.unique(y)
     figure = Figure(figsize=(1.0 + 3.6 * len(kinds), 3.9), layout="constrained")
     panels = figure.subplots(1, len(kinds), squeeze=False, sharey=True)[0]
     for k, (axes, kind) in enumerate(zip(panels, kinds, strict=True)):
-        peak = dataset[PEAK].values[:, k]
+        peak = found.columns[PEAK].values[:, k]
         cells = [[_percentiles(peak[(x == a) & (y == b)], (50.0,))[0] for a in along] for b in up]
         mesh = axes.pcolormesh(_edges(along), _edges(up), np.ma.masked_invalid(cells))
         axes.set_facecolor("lightgrey")
@@ -148,8 +169,8 @@ def _heat_maps(dataset: Dataset, first: dict[str, Any], second: dict[str, Any]) 
         figure.colorbar(mesh, ax=axes, label="peak torque [N m]", location="bottom")
     panels[0].set_ylabel(_label(second))
     many = "; median of the samples" if len(x) > len(along) * len(up) else ""
-    grey = "; grey: no numbers" if not np.isfinite(dataset[PEAK].values).all() else ""
-    figure.suptitle(f"{_title(dataset)}, worst joint of each kind{many}{grey}", fontsize="medium")
+    grey = "; grey: no numbers" if not np.isfinite(found.columns[PEAK].values).all() else ""
+    figure.suptitle(f"{_title(found)}, worst joint of each kind{many}{grey}", fontsize="medium")
     return figure
 
 
@@ -162,31 +183,31 @@ def _edges(centres: Array) -> Array:
     return np.concatenate([[first], middle, [last]])
 
 
-def _distributions(dataset: Dataset, inputs: list[dict[str, Any]]) -> Figure:
+def _distributions(found: SweepNumbers, inputs: list[dict[str, Any]]) -> Figure:
     """Draw histograms of the peak torque, and the largest one against every input."""
     from matplotlib.figure import Figure
 
-    kinds = dataset["kind"].values.tolist()
+    kinds = found.columns["kind"].values.tolist()
     columns = max(len(kinds), min(len(inputs), 4))
     rows = 1 + -(-len(inputs) // columns)
     figure = Figure(figsize=(1.0 + 3.2 * columns, 0.6 + 2.8 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False)
     for k, (axes, kind) in enumerate(zip(panels[0], kinds, strict=False)):
-        _histogram(axes, dataset[PEAK].values[:, k], kind, f"C{k}")
+        _histogram(axes, found.columns[PEAK].values[:, k], kind, f"C{k}")
     panels[0, 0].set_ylabel("cases")
-    peak = dataset[PEAK].values
+    peak = found.columns[PEAK].values
     known = np.flatnonzero(np.isfinite(peak).any(axis=1))
     shown = known[:: max(1, len(known) // SCATTERED)]
     largest = np.nanmax(peak[shown], axis=1)
     for axes, item in zip(panels[1:].ravel(), inputs, strict=False):
-        axes.scatter(_values(dataset, item)[shown], largest, s=4, alpha=0.5, lw=0)
+        axes.scatter(_values(found, item)[shown], largest, s=4, alpha=0.5, lw=0)
         axes.set_xlabel(_label(item))
         axes.grid(lw=0.3)
     for row in panels[1:]:
         row[0].set_ylabel("largest peak torque [N m]")
     for axes in [*panels[0, len(kinds) :], *panels[1:].ravel()[len(inputs) :]]:
         axes.set_axis_off()
-    figure.suptitle(f"{_title(dataset)}, worst joint of each kind", fontsize="medium")
+    figure.suptitle(f"{_title(found)}, worst joint of each kind", fontsize="medium")
     return figure
 
 

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.arrays import Array
 from hexapod_pin.atomic_file import write_atomically
+from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.results.file_ending import NETCDF, check_ending
 from hexapod_pin.results.netcdf import Column, write_netcdf
 from hexapod_pin.sweep.runs.dataset import (
@@ -96,7 +98,7 @@ class SweepResult:
     @property
     def not_walking(self) -> int:
         """How many cases were run in which the robot does not walk."""
-        return int(np.sum(self._columns["walks"].values == 0.0))
+        return int(np.sum(self.columns["walks"].values == 0.0))
 
     @property
     def case_time(self) -> float:
@@ -111,11 +113,29 @@ class SweepResult:
         Variables have `units` and `long_name`. Cases without numbers are NaN, and `reason` says
         why. Wall times are no part of it: the same study gives the same bits.
         """
-        return to_dataset(self._columns, sweep_attributes(self._stored))
+        return to_dataset(self.columns, self.attributes)
 
     @cached_property
-    def _columns(self) -> dict[str, Column]:
+    def columns(self) -> dict[str, Column]:
+        """The dataset's variables and coordinates, without xarray: it takes seconds to import."""
         return sweep_columns(self._stored)
+
+    @cached_property
+    def attributes(self) -> dict[str, str]:
+        """The dataset's attributes."""
+        return sweep_attributes(self._stored)
+
+    def input_values(self, name: str) -> Array:
+        """Return the values of an input along the cases, as of the dataset's coordinate.
+
+        Raises:
+            UnknownNameError: the study does not vary it.
+        """
+        names = [item.about["name"] for item in self._stored.inputs]
+        if name not in names:
+            raise UnknownNameError("input", name, names)
+        values: Array = self._stored.inputs[names.index(name)].values
+        return values
 
     def save(self, path: str | Path) -> Path:
         """Write the dataset as netCDF-4 (.nc) or CSV (.csv), wholly or not at all.
@@ -124,7 +144,7 @@ class SweepResult:
             TraceFileError: another ending, or the file cannot be written; an old one is intact.
         """
         form = check_ending(path, ENDINGS)
-        made, attributes = self._columns, sweep_attributes(self._stored)
+        made, attributes = self.columns, self.attributes
         if form in CSV:
             return write_atomically(path, sweep_csv(made))
         names = coordinate_names(json.loads(attributes["inputs"])).values()
