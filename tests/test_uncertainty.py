@@ -77,6 +77,15 @@ def test_inputs_that_decide_together() -> None:
     assert "overlap" in found.text
 
 
+def test_one_input_has_all_of_the_variance() -> None:
+    """A function of one input: AB is B, so both indices are 1 but for the error of the points."""
+    points = np.random.default_rng(1).random((2, 4096))
+    found = sobol_indices(np.concatenate([*points, points[1]]), ("a",))
+    assert found.first.shape == found.total.shape == (1,)
+    np.testing.assert_allclose([*found.first, *found.total], 1.0, atol=0.05)
+    assert found.deciding == ("a",)
+
+
 def test_nothing_varies() -> None:
     """A constant has no indices, and says so."""
     found = sobol_indices(np.ones(8 * 4), ("a", "b"), "y")

@@ -141,9 +141,9 @@ def _indices(rows: Array) -> Array:
     """Return first-order and total indices. Shape (2, d). Nil where nothing varies."""
     from scipy import stats
 
-    f_ab = rows[2:, None, :]
+    d = len(rows) - 2
+    f_ab = np.repeat(rows[2:, None, :], 2 if d == 1 else 1, axis=0)  # SciPy fails on one input
     found = stats.sobol_indices(
         func={"f_A": rows[:1], "f_B": rows[1:2], "f_AB": f_ab}, n=rows.shape[1]
     )
-    d = len(f_ab)
-    return np.stack([np.reshape(found.first_order, d), np.reshape(found.total_order, d)])
+    return np.stack([found.first_order[:d], found.total_order[:d]])
