@@ -14,7 +14,7 @@ import pytest
 import hexapod_pin.errors
 import hexapod_pin.stop_signals
 from hexapod_pin.errors import HexapodError
-from hexapod_pin.fuzz import attempt, command_process, command_run
+from hexapod_pin.fuzz import attempt, command_input, command_process, command_run
 from hexapod_pin.fuzz.command_input import (
     COMMANDS,
     DEFAULT_OUTPUTS,
@@ -82,6 +82,15 @@ def test_all_that_is_to_be_drawn_is_drawn(tmp_path: Path):
     words = {word for one in found for word in one.words}
     assert ESCAPE in "".join(words) and "/dev/zero" in words and set(HAZARDS) & words
     assert any(one.gone for one in found) and any(one.umask == 0o777 for one in found)
+
+
+@pytest.mark.parametrize("words", [["view", "~/x.nc"], ["verify", "--out=~/x.md"]])
+def test_nothing_is_written_to_the_home_of_who_runs_the_campaign(words: list[str]):
+    """Without HOME, or with another, `~` is no folder of the tree."""
+    for seed in range(300):
+        one = CommandInput(list(words))
+        command_input._odd_process(one, random.Random(seed))
+        assert "HOME" not in one.environment
 
 
 def judged(script: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, **given: object) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import shlex
 import signal
 import stat
@@ -206,6 +207,10 @@ def draw(rng: random.Random, tree: WatchedFolder) -> CommandInput:
     return found
 
 
+_HOME = re.compile(r"(^|=)~")
+"""A word that names the home folder, also as the value of an option: `--out=~/x.md`."""
+
+
 def _odd_process(found: CommandInput, rng: random.Random) -> None:
     """Draw what the process is started with, and what happens to it."""
     if rng.random() < 0.35:
@@ -216,7 +221,7 @@ def _odd_process(found: CommandInput, rng: random.Random) -> None:
         found.streams[0] = rng.choice(INPUT_STREAMS)
     if rng.random() < 0.25:
         found.environment = rng.choice(ENVIRONMENTS)
-    if "HOME" in found.environment and any(word.startswith("~") for word in found.words):
+    if "HOME" in found.environment and any(_HOME.search(word) for word in found.words):
         found.environment = {}  # else it would be written to another home than that of the tree
     if rng.random() < 0.1:
         found.umask = rng.choice((0o777, 0, 0o077))
