@@ -117,7 +117,7 @@ class SweepResult:
 
     @cached_property
     def columns(self) -> dict[str, Column]:
-        """The dataset's variables and coordinates, without xarray: it takes seconds to import."""
+        """The dataset's variables and coordinates, without importing xarray."""
         return sweep_columns(self._stored)
 
     @cached_property
