@@ -155,6 +155,19 @@ def test_a_motion_beyond_reach_is_refused_with_its_time() -> None:
         hp.KinematicControl(GAIT, body=shaking).plan(robot, 5.0)
 
 
+@pytest.mark.parametrize("duration", [5e-324, 1e-12, 1e-7])
+def test_a_plan_of_no_length_begins_like_a_long_one(duration: float) -> None:
+    """It reaches to the first event at least: before, that of 0 s was divided by."""
+    robot, control = hp.load_robot("kharagpur"), hp.KinematicControl(
+        GAIT, body=hp.BodyMotion(height=FUNCTIONS["sine"])
+    )  # fmt: skip
+    short, long = control.plan(robot, duration), control.plan(robot, 2.0)
+    count = len(short.time)
+    assert 1 < count < len(long.time) and short.time[-1] >= duration
+    np.testing.assert_array_equal(short.q[0], long.q[0])
+    np.testing.assert_allclose(short.q, long.q[:count], atol=1e-12)
+
+
 @pytest.mark.parametrize(
     "offsets", [{"height": 0.3}, {"height": -0.2}, {"height": -0.05, "pitch": 0.9}]
 )

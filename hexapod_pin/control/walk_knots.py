@@ -126,7 +126,7 @@ def _unrepeated(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array,
     """Return the knots of a walk that does not repeat, each span as dense as it needs."""
     period = path.gait.cycle_time
     events = np.append(0.0, path.events(end + 2.0 * period))
-    last = int(np.searchsorted(events, end - EVENT_SEPARATION_CYCLES * period))
+    last = max(1, int(np.searchsorted(events, end - EVENT_SEPARATION_CYCLES * period)))
     events = events[: last + 1]
     path = path.solved_until(float(events[-1]))
     share = max(1, int(BLOCK_KNOTS * MAX_KNOT_SPACING * last / events[-1]))
