@@ -13,6 +13,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from conftest import Run
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 from synthetic import synthetic_trace
 
 import hexapod_pin as hp
@@ -28,7 +30,9 @@ from hexapod_pin.results.motor_selection_table import write_selection_csv
 from hexapod_pin.results.netcdf import Column
 from hexapod_pin.sweep.runs.sweep_csv import sweep_csv
 from hexapod_pin.validation.machine import Machine
-from hexapod_pin.view import html, write_gait_energy_figure
+from hexapod_pin.view import html
+from hexapod_pin.view.figure_file import figure_bytes
+from hexapod_pin.view.gait_energy_figure import draw_gait_energy
 
 COMMANDS = Path(hexapod_pin.commands.__file__).parent
 
@@ -236,14 +240,44 @@ def chosen(text: str) -> MotorSelection:
     )  # fmt: skip
 
 
-def test_a_figure_or_a_file_cannot_hold_an_unpaired_surrogate(tmp_path: Path) -> None:
-    """Matplotlib raises a TypeError of its own, HDF5 a UnicodeEncodeError."""
-    given = hp.load_robot("kharagpur")
-    gait = {"tripod \ud800": hp.Gait.tripod()}
-    found = hp.gait_energy(hp.Scene(given), gait, (0.05,), accuracy=1e-3, check=0)
-    for write in (found.save, lambda path: write_gait_energy_figure(found, path)):
-        path = tmp_path / ("a.nc" if write == found.save else "a.svg")
-        with pytest.raises(ParameterError) as caught:
-            write(path)
-        assert caught.value.value == "tripod \ud800" and "surrogates" in caught.value.allowed
+def test_a_file_cannot_hold_an_unpaired_surrogate(tmp_path: Path) -> None:
+    """HDF5 raises a UnicodeEncodeError of its own."""
+    with pytest.raises(ParameterError) as caught:
+        costs("tripod \ud800").save(tmp_path / "a.nc")
+    assert caught.value.value == "tripod \ud800" and "surrogates" in caught.value.allowed
     assert list(tmp_path.iterdir()) == []
+
+
+NAMES = {
+    r"$\frac$": r"$\frac$",  # of a formula, which matplotlib cannot read
+    "$a$ $b": "$a$ $b",
+    "a\x1b]0;b\x07": r"a\x1b]0;b\x07",
+    "a\ud800": r"a\ud800",
+    "\u4e2d": "\u4e2d",  # which the font lacks: of that matplotlib warns
+}
+"""What names are drawn as."""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_in_figures_are_drawn_as_they_are(name: str, tmp_path: Path) -> None:
+    """In legends, ticks and titles; a warning would be an error here."""
+    found = draw_gait_energy(costs(name), costs=("torque_index",))
+    ticks = Figure()
+    axes = ticks.subplots()
+    axes.set_title(name)
+    axes.set_xticks([0.2, 0.8], [name, "N2"])
+    axes.set_yscale("log")
+    for number, figure in enumerate((found, ticks)):
+        for ending in ("svg", "png"):
+            (tmp_path / f"{number}.{ending}").write_bytes(figure_bytes(figure, ending))
+        assert any(NAMES[name] in text.get_text() for text in figure.findobj(Text))
+    assert "frac" not in name or (tmp_path / "1.svg").read_text("utf-8").count("frac") == 2
+    powers = [text.get_text() for text in axes.get_yticklabels()]
+    assert any("10^{" in text for text in powers)  # those of a logarithmic axis stay formulas
+
+
+def costs(name: str) -> hp.GaitEnergy:
+    """Return the energy of a gait that is called so."""
+    gait = {name: hp.Gait.tripod()}
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    return hp.gait_energy(scene, gait, (0.05,), accuracy=1e-3, check=0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +13,7 @@ from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.estimate import CONFIDENCE
 from hexapod_pin.results.walk_metrics import METRICS
-from hexapod_pin.view.figure_file import figure_format
+from hexapod_pin.view.figure_file import figure_bytes, figure_format
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -50,9 +49,9 @@ def write_comparison_figure(
         MissingPackageError: matplotlib is not installed.
     """
     ending = figure_format(path)
-    stream = io.BytesIO()
-    draw_comparison(comparison, metrics=metrics).savefig(stream, format=ending)
-    return write_atomically(path, stream.getvalue())
+    return write_atomically(
+        path, figure_bytes(draw_comparison(comparison, metrics=metrics), ending)
+    )
 
 
 def draw_comparison(comparison: Comparison, *, metrics: Sequence[str] | None = None) -> Figure:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +12,7 @@ from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.ground.contact import Contact, FrictionLaw, NormalLaw, Restitution
 from hexapod_pin.ground.contact.bounce import bounce
 from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, delivered_restitution
-from hexapod_pin.view.figure_file import figure_format
+from hexapod_pin.view.figure_file import figure_bytes, figure_format
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,9 +37,7 @@ def write_figure(
         MissingPackageError: matplotlib is not installed.
     """
     ending = figure_format(path)
-    stream = io.BytesIO()
-    draw(law, mass=mass, speed=speed).savefig(stream, format=ending)
-    return write_atomically(path, stream.getvalue())
+    return write_atomically(path, figure_bytes(draw(law, mass=mass, speed=speed), ending))
 
 
 def draw(law: NormalLaw | FrictionLaw | Contact, *, mass: float, speed: float) -> Figure:

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import io
 import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import MissingPackageError, ParameterError
+from hexapod_pin.foreign_text import visible
 
 if TYPE_CHECKING:
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 FORMATS = ("png", "svg", "pdf")
@@ -89,9 +94,7 @@ def save_figure(figure: Figure, path: str | Path, ending: str) -> Path:
     Raises:
         TraceFileError: the file cannot be written.
     """
-    stream = io.BytesIO()
-    figure.savefig(stream, format=ending, dpi=DPI)
-    return write_atomically(path, stream.getvalue())
+    return write_atomically(path, figure_bytes(figure, ending, dpi=DPI))
 
 
 def write_svg(figure: Figure, path: Path) -> Path:
@@ -100,6 +103,49 @@ def write_svg(figure: Figure, path: Path) -> Path:
     Raises:
         TraceFileError: the file cannot be written.
     """
+    return write_atomically(path, figure_bytes(figure, "svg", metadata={"Date": None}))
+
+
+def figure_bytes(figure: Figure, ending: str, **options: Any) -> bytes:
+    """Return the file of a figure; options as of matplotlib's `savefig`."""
     stream = io.BytesIO()
-    figure.savefig(stream, format="svg", metadata={"Date": None})
-    return write_atomically(path, stream.getvalue())
+    with plain_texts(figure):
+        figure.savefig(stream, format=ending, **options)
+    return stream.getvalue()
+
+
+@contextmanager
+def plain_texts(figure: Figure) -> Iterator[None]:
+    """Draw the texts of a figure as they are, within this context.
+
+    Names from files are among them: none is a formula, whatever dollars it has, and a control
+    character is drawn as its escape. What a font lacks is drawn as a box, without a warning.
+    """
+    from matplotlib.text import Text
+
+    numbers = set()
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            numbers |= _settle_ticks(axis)
+    for text in figure.findobj(Text):
+        if text not in numbers:
+            text.set_text(visible(text.get_text()))
+            text.set_parse_math(False)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        yield
+
+
+def _settle_ticks(axis: Axis) -> set[Any]:
+    """Make names along an axis visible; return the labels of an axis of numbers.
+
+    Those of a logarithmic axis are formulas of matplotlib's own.
+    """
+    from matplotlib.ticker import FixedFormatter, FuncFormatter
+
+    named = axis.get_major_formatter()
+    labels = {*axis.get_majorticklabels(), *axis.get_minorticklabels(), axis.get_offset_text()}
+    if not isinstance(named, FixedFormatter | FuncFormatter):
+        return labels
+    axis.set_major_formatter(FuncFormatter(lambda x, place=None: visible(named(x, place))))
+    return set()

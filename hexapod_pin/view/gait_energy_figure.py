@@ -24,8 +24,8 @@ LABELS = {
     "cost_of_transport_positive": "CoT, positive [-]",
     "cost_of_transport": "CoT, absolute [-]",
     "cost_of_transport_electrical": "CoT, electrical [-]",
-    "torque_index": "torque index [N$^2$ m s]",
-    "torque_index_largest": "torque index,\nlargest joint [N$^2$ m s]",
+    "torque_index": "torque index [N² m s]",
+    "torque_index_largest": "torque index,\nlargest joint [N² m s]",
 }
 """Label of the axis of each cost."""
 

@@ -6,7 +6,7 @@ import io
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.foreign_text import visible
-from hexapod_pin.view.figure_file import settle_layout
+from hexapod_pin.view.figure_file import plain_texts, settle_layout
 from hexapod_pin.view.report_text import LEADING, wrapped
 
 if TYPE_CHECKING:
@@ -118,5 +118,6 @@ class Sheets:
                 page.text(1.0 - LEFT / PAGE[0], base, f"page {number} of {count}", ha="right",
                           **style)  # fmt: skip
                 settle_layout(page)
-                file.savefig(page, dpi=200)
+                with plain_texts(page):
+                    file.savefig(page, dpi=200)
         return stream.getvalue()

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import base64
 import html
-import io
 from functools import singledispatch
 
 from hexapod_pin.foreign_text import encoded
-from hexapod_pin.view.figure_file import settle_layout
+from hexapod_pin.view.figure_file import figure_bytes, settle_layout
 from hexapod_pin.view.report_blocks import (
     LEVELS,
     WIDTH,
@@ -189,9 +188,8 @@ def _picture(block: Picture) -> str:
     figure = Figure(figsize=(WIDTH, block.height), layout="constrained")
     block.draw(figure)
     settle_layout(figure)
-    stream = io.BytesIO()
-    figure.savefig(stream, format="svg", dpi=200, metadata={"Date": None})
-    data = base64.b64encode(stream.getvalue()).decode("ascii")
+    drawn = figure_bytes(figure, "svg", dpi=200, metadata={"Date": None})
+    data = base64.b64encode(drawn).decode("ascii")
     caption = html.escape(block.caption)
     return (
         f'<figure><img alt="{caption}" src="data:image/svg+xml;base64,{data}">'

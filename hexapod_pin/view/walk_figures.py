@@ -38,12 +38,12 @@ SIGNS = (1.0, -1.0, 1.0)
 TIBIA_REFERENCE = 90.0
 """Of beta_3 as drawn [degrees]: the tibia upright below a level femur."""
 
-ANGLES = (r"$\theta_1$", r"$\beta_2$", rf"$\beta_3 - {TIBIA_REFERENCE:g}°$")
+ANGLES = ("θ₁", "β₂", f"β₃ − {TIBIA_REFERENCE:g}°")
 
 LINES = ("-", "-", "--")
 """Of the joints: femur and tibia both stand still in stance."""
 
-RATES = (r"$\dot\theta_1$", r"$\dot\beta_2$", r"$\dot\beta_3$")
+RATES = ("dθ₁/dt", "dβ₂/dt", "dβ₃/dt")
 
 
 @checked

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +13,7 @@ from hexapod_pin.benchmark.work_precision.entry import OURS
 from hexapod_pin.benchmark.work_precision.tolerance_sweep import sweeps
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.validation.solver_setting import KEPT
-from hexapod_pin.view.figure_file import figure_format
+from hexapod_pin.view.figure_file import figure_bytes, figure_format
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,9 +33,7 @@ def write_plot(report: BenchmarkReport, path: Path) -> Path:
         MissingPackageError: matplotlib is not installed.
     """
     ending = figure_format(path)
-    stream = io.BytesIO()
-    draw(report.scenes, report.machine).savefig(stream, format=ending)
-    return write_atomically(path, stream.getvalue())
+    return write_atomically(path, figure_bytes(draw(report.scenes, report.machine), ending))
 
 
 def draw(scenes: Sequence[Comparison], machine: Machine) -> Figure:
