@@ -31,7 +31,7 @@ from hexapod_pin.results.netcdf import Column
 from hexapod_pin.sweep.runs.sweep_csv import sweep_csv
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.view import html
-from hexapod_pin.view.figure_file import figure_bytes
+from hexapod_pin.view.figure_file import figure_bytes, settle_layout
 from hexapod_pin.view.gait_energy_figure import draw_gait_energy
 
 COMMANDS = Path(hexapod_pin.commands.__file__).parent
@@ -274,6 +274,15 @@ def test_names_in_figures_are_drawn_as_they_are(name: str, tmp_path: Path) -> No
     assert "frac" not in name or (tmp_path / "1.svg").read_text("utf-8").count("frac") == 2
     powers = [text.get_text() for text in axes.get_yticklabels()]
     assert any("10^{" in text for text in powers)  # those of a logarithmic axis stay formulas
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_layout_is_settled_whatever_the_names_are(name: str) -> None:
+    """As that of a report's pictures, before they are drawn."""
+    figure = Figure(layout="constrained")
+    figure.subplots().set_title(name)
+    settle_layout(figure)
+    assert figure.axes[0].get_title() == NAMES[name]
 
 
 def costs(name: str) -> hp.GaitEnergy:

@@ -71,7 +71,8 @@ def settle_layout(figure: Figure) -> None:
     engine = figure.get_layout_engine()
     if engine is None:
         return
-    engine.execute(figure)
+    with plain_texts(figure):
+        engine.execute(figure)
     figure.set_layout_engine("none")
     for part in figure.subfigs:
         box = part.bbox_relative
@@ -116,10 +117,11 @@ def figure_bytes(figure: Figure, ending: str, **options: Any) -> bytes:
 
 @contextmanager
 def plain_texts(figure: Figure) -> Iterator[None]:
-    """Draw the texts of a figure as they are, within this context.
+    """Change a figure so that its texts are drawn as they are; within this context draw it.
 
     Names from files are among them: none is a formula, whatever dollars it has, and a control
-    character is drawn as its escape. What a font lacks is drawn as a box, without a warning.
+    character is drawn as its escape. What a font lacks is drawn as a box; the warning of that is
+    left out within this context.
     """
     from matplotlib.text import Text
 
