@@ -24,6 +24,7 @@ from hexapod_pin.errors import HexapodError
 from hexapod_pin.fuzz import DOORS, SELDOM, WEIGHTS, Outcome, run_campaign
 from hexapod_pin.fuzz.campaign import FAULT, REFUSED, USED
 from hexapod_pin.fuzz.command_process import run_one
+from hexapod_pin.fuzz.command_run import PATIENCE
 from hexapod_pin.fuzz.shown import FaultFound
 from hexapod_pin.validation.tables import Table
 
@@ -145,10 +146,12 @@ def page(found: list[Outcome], requested: int, first: int, spent: float) -> str:
         (one[0].door, str(one[0].seed), str(len(one)), one[0].fault, one[0].repeat)
         for one in sorted(causes.values(), key=len, reverse=True)
     ]
+    long = sum(one.seconds > PATIENCE and one.kind != FAULT for one in found)
     about = (
         f"{len(found)} of {requested} inputs, seeds from {first}; {spent:.0f} s. "
         f"{sum(outcome.kind == FAULT for outcome in found)} faults. Times are processor times; "
-        "looks are at files of others, after each input."
+        f"looks are at files of others, after each input. {long} commands took more than "
+        f"{PATIENCE:g} s and are no faults: in several processes, or as long as the sound command."
     )
     faults = Table("Faults", ("door", "seed", "times", "what", "by hand"), listed)
     parts = [Table("Doors", head, rows), *([faults] if listed else [])]

@@ -95,10 +95,14 @@ def test_nothing_is_written_to_the_home_of_who_runs_the_campaign(words: list[str
 
 def judged(script: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, **given: object) -> str:
     """Return what is found of a script that runs in the place of a command; empty: nothing."""
-    monkeypatch.setattr(command_run, "_program", lambda one: [sys.executable, "-c", script])
+    sound = str(given.pop("sound", "pass"))
+    scripts = {"walk": script, "sound": sound}
+    monkeypatch.setattr(
+        command_run, "_program", lambda one: [sys.executable, "-c", scripts[one.words[0]]]
+    )
     monkeypatch.setattr("hexapod_pin.fuzz.command_input.sound_files", dict)
     tree = WatchedFolder(tmp_path / "tree")
-    one = CommandInput(["walk"], **given)  # type: ignore[arg-type]
+    one = CommandInput(["walk"], sound=["sound"], **given)  # type: ignore[arg-type]
     one.named = {tree.work / name for name in ("out.nc", "out.csv", "hard.nc", "linked.nc")}
     if one.promised:
         one.promised = {tree.work / "out.nc"}
@@ -181,6 +185,24 @@ def test_a_planted_fault_is_found(
     assert told in judged(script, tmp_path, monkeypatch, plants=plants)
 
 
+def test_a_command_that_is_slow_by_itself_is_no_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(command_process, "PATIENCE", 0.3)
+    compute = "import time\nwhile time.process_time() < {}: pass"
+    assert not judged(compute.format(0.5), tmp_path / "a", monkeypatch, sound=compute.format(0.4))
+    told = judged(compute.format(0.9), tmp_path / "b", monkeypatch, sound=compute.format(0.4))
+    assert "computes for 0.9" in told or "computes for 1." in told
+
+
+def test_the_sound_form_of_an_input_writes_the_same_kinds_of_files():
+    found = CommandInput(["sweep", "study.toml"], sound=["sweep", "study.toml"])
+    for seed in range(20):
+        command_input._odd_output(found, random.Random(seed))
+    assert found.sound[:2] == ["sweep", "study.toml"]
+    assert set(found.sound[2:]) == {"--store=usual.db", "--out=usual.nc", "--plot=usual.png"}
+
+
 @pytest.mark.parametrize(("at", "allowed"), [(0.01, True), (1.0, False)])
 def test_ctrl_c_in_pythons_own_start_is_no_fault(at: float, allowed: bool):
     """Python ends with 1 then, or with 120 where it cannot print its traceback."""
@@ -204,7 +226,7 @@ def test_a_traceback_of_pythons_own_start_shows_no_file_that_comes_later(file: s
     text = f'Traceback (most recent call last):\n  File "{file}", line 1\nKeyboardInterrupt\n'
     sent = frozenset({int(signal.SIGINT)})
     ending = command_run.Ending(1, b"", text.encode(), 0.05, sent, False, ())
-    assert (not list(command_process._faults_of_end(given, ending))) is allowed
+    assert (not list(command_process._faults_of_end(given, ending, False))) is allowed
 
 
 @pytest.mark.parametrize(

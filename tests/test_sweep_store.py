@@ -26,6 +26,7 @@ from hexapod_pin.sweep.runs.store import SweepStore
 from hexapod_pin.sweep.runs.store_lock import StoreLock
 from hexapod_pin.sweep.runs.store_reading import DAMAGED
 from hexapod_pin.sweep.study import SweepStudy
+from hexapod_pin.sweep.study.design import Design
 from tests.sweep_studies import require_same_bits, small_study, study_text
 
 STUDY = small_study(1)
@@ -180,6 +181,28 @@ def test_a_damaged_row_is_told_and_run_again(done: Path) -> None:
     assert found.failed == [(1, DAMAGED)] and found.done == 2
     assert np.isnan(found.dataset["torque_peak"].values[1]).all()
     require_same_bits(run_sweep(STUDY, done, resume=True).dataset, whole)
+
+
+GAIT = '[[vary]]\ninput = "gait"\n{}values = ["tripod"]\n'
+
+
+@pytest.mark.parametrize(
+    ("more", "draws"),
+    [("", 0), (GAIT.format(""), 0), (GAIT.format('distribution = "choice"\n'), 1)],
+)
+def test_who_goes_on_takes_the_drawn_values_from_the_store(
+    more: str, draws: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The library that draws takes a second to read; texts do not tell kinds apart: drawn again."""
+    study, drawn = SweepStudy.from_toml(study_text(2, more=more)), []
+    path = run_sweep(study, tmp_path / "a.db").path
+    whole, cube = hp.open_sweep(path).dataset, Design.cube
+    _edit(path, "DELETE FROM cases WHERE number IN (1, 4)")
+    monkeypatch.setattr(Design, "cube", lambda *given: drawn.append(1) or cube(*given))
+    again = SweepStudy.from_toml(study_text(2, more=more))
+    require_same_bits(run_sweep(again, path, resume=True, threads=1).dataset, whole)
+    assert len(drawn) == draws
+    assert [again.point(k) for k in range(6)] == [study.point(k) for k in range(6)]
 
 
 def test_a_full_disk_keeps_what_was_committed(tmp_path: Path) -> None:

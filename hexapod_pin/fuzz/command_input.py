@@ -124,6 +124,7 @@ class CommandInput:
         ignored: whether SIGINT is ignored when it starts.
         signals: processor time at which each is sent [s], and whether to all of its processes.
         exact: whether only what is named may be new: no word was changed at random.
+        sound: words of the command that it was made from, with the same kinds of outputs.
     """
 
     words: list[str]
@@ -140,6 +141,7 @@ class CommandInput:
     ignored: bool = False
     signals: list[tuple[float, int, bool]] = field(default_factory=list)
     exact: bool = True
+    sound: list[str] = field(default_factory=list)
 
     def plant(self, shell: str, action: Callable[[Path], object]) -> None:
         """Lay something down in the working folder."""
@@ -187,7 +189,7 @@ def sound_files() -> Mapping[str, bytes]:
 def draw(rng: random.Random, tree: WatchedFolder) -> CommandInput:
     """Draw an input for a tree, whose working folder holds `sound_files`."""
     command = list(rng.choice(COMMANDS))
-    found = CommandInput(command, script=rng.random() < 0.6)
+    found = CommandInput(command, script=rng.random() < 0.6, sound=list(command))
     if rng.random() < 0.35:
         odd = odd_options(command, rng)
         found.exact, found.words = False, odd
@@ -250,6 +252,7 @@ def _odd_output(found: CommandInput, rng: random.Random) -> None:
     elif rng.random() < 0.2:
         path = rng.choice(list(sound_files()))
     found.words = _with_option(found.words, option, path, rng)
+    found.sound.append(f"{option}=usual{endings[0]}")
 
 
 def _odd_names(ending: str) -> tuple[str, ...]:

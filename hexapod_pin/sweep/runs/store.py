@@ -10,7 +10,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from hexapod_pin.errors import OtherStudyError, SimulationInterrupted, StoreExistsError
+from hexapod_pin.errors import (
+    OtherStudyError,
+    ParameterError,
+    SimulationInterrupted,
+    StoreExistsError,
+)
 from hexapod_pin.simulation.run_meta import package_versions
 from hexapod_pin.stop_signals import unbroken
 from hexapod_pin.sweep.runs.case_numbers import quantities
@@ -24,7 +29,7 @@ from hexapod_pin.sweep.runs.store_file import (
     store_errors,
 )
 from hexapod_pin.sweep.runs.store_guard import create, remove, require_own_file
-from hexapod_pin.sweep.runs.store_inputs import read_meta, study_sum, write_study
+from hexapod_pin.sweep.runs.store_inputs import read_inputs, read_meta, study_sum, write_study
 from hexapod_pin.sweep.runs.store_lock import StoreLock
 from hexapod_pin.sweep.runs.store_rows import row_of, stored_rows, write_rows
 from hexapod_pin.user_file import user_path
@@ -120,8 +125,19 @@ class SweepStore:
         """Refuse to mix cases that are not of one study; write anew what is damaged of it."""
         meta = read_meta(self.connection)
         self._require_same(meta, study)
-        if meta.get("sum") != study_sum(self.connection):
+        try:
+            intact = meta.get("sum") == study_sum(self.connection)
+            columns = read_inputs(self.connection, len(study)) if intact else []
+        except ParameterError:
+            intact, columns = False, []
+        if not intact:
             self._write_study(study)
+            return
+        names = {item.name for item in study.uncertain}
+        drawn = {one.about["name"]: one.values for one in columns if one.about["name"] in names}
+        kinds_known = all(values.dtype == float for values in drawn.values())  # texts do not tell
+        if kinds_known and names == drawn.keys():
+            study._take_drawn({name: drawn[name][: study.rows].tolist() for name in drawn})
 
     def _require_same(self, meta: Mapping[str, str], study: SweepStudy) -> None:
         """Refuse to mix cases that are not of one study, or whose bits would differ."""

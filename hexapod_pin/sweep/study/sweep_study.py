@@ -208,6 +208,14 @@ class SweepStudy:
             if (item := self.inputs[place]).distribution is not None
         }
 
+    def _take_drawn(self, drawn: Mapping[str, Sequence[float | str]]) -> None:
+        """Take values that were drawn before, one per row: their library takes a second to read.
+
+        Args:
+            drawn: of each uncertain input, by its name.
+        """
+        self._columns = {k: list(drawn[self.inputs[k].name]) for k in self._uncertain}
+
     def _refuse_too_many(self) -> None:
         if len(self) > MOST_CASES:
             where = "vary" if self.design is None else "vary, design.samples"
