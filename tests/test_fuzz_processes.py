@@ -15,6 +15,7 @@ import hexapod_pin.errors
 import hexapod_pin.stop_signals
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.fuzz import attempt, command_input, command_process, command_run
+from hexapod_pin.fuzz.command_door import odd_options
 from hexapod_pin.fuzz.command_input import (
     COMMANDS,
     DEFAULT_OUTPUTS,
@@ -193,6 +194,16 @@ def test_a_command_that_is_slow_by_itself_is_no_fault(
     assert not judged(compute.format(0.5), tmp_path / "a", monkeypatch, sound=compute.format(0.4))
     told = judged(compute.format(0.9), tmp_path / "b", monkeypatch, sound=compute.format(0.4))
     assert "computes for 0.9" in told or "computes for 1." in told
+
+
+def test_the_duration_of_a_bench_stays_short():
+    """Two seconds of its reference, at accuracy 1e-10, are seven of processor time."""
+    command = ["bench", "kharagpur", "--quick", "--duration", "0.02", "--rounds", "1"]
+    drawn = [odd_options(command, random.Random(seed)) for seed in range(300)]
+    assert len({words[1] for words in drawn}) > 5  # others are changed
+    for option, value in (("--duration", "0.02"), ("--rounds", "1")):
+        given = [words[words.index(option) + 1] for words in drawn if option in words]
+        assert set(given) == {value} and len(given) > 250
 
 
 def test_the_sound_form_of_an_input_writes_the_same_kinds_of_files():

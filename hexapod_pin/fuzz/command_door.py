@@ -30,7 +30,7 @@ LEFT_OUT = {"--help", "--force", "--show", "--hard", "--all", "--engines", "--pe
 """Options that ask for long work, or say what is said anyway."""
 
 STIFF = {"--kp", "--kd", "--duration", "--advise", "--contact", "--cycle"}
-"""Options of `bench` that make its references long work."""
+"""Options of `bench` that make its references long work; what it is given of them stays."""
 
 
 def command_line(rng: random.Random) -> None:
@@ -71,7 +71,8 @@ def odd_options(command: Sequence[str], rng: random.Random) -> list[str]:
             words.append(str(rng.choice(rng.choice((NUMBERS, WORDS, HAZARDS)))))
     if words and rng.random() < 0.2:
         k = rng.randrange(len(words))
-        words[k] = odd_text(words[k], rng)
+        if k == 0 or words[k - 1] not in left_out:
+            words[k] = odd_text(words[k], rng)
     return [name, *words]
 
 
