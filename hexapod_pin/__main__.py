@@ -10,10 +10,10 @@ from typing import NoReturn
 from hexapod_pin import stop_signals
 
 COLLECT_AFTER = 100_000
-"""New objects after which Python looks for garbage.
+"""New objects after which Python collects garbage.
 
-Libraries make some hundred thousand objects while they are read and leave no garbage; with
-Python's own 700, looking for it took 0.8 s of the 5.8 s of a first small `sweep --plot`.
+Libraries make some hundred thousand objects while they are imported and leave no garbage. With
+Python's own 700, collections took 0.8 s of the 5.8 s of a first small `sweep --plot`.
 """
 
 

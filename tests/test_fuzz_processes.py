@@ -192,8 +192,8 @@ def test_a_command_that_is_slow_by_itself_is_no_fault(
     monkeypatch.setattr(command_process, "PATIENCE", 0.3)
     compute = "import time\nwhile time.process_time() < {}: pass"
     assert not judged(compute.format(0.5), tmp_path / "a", monkeypatch, sound=compute.format(0.4))
-    told = judged(compute.format(0.9), tmp_path / "b", monkeypatch, sound=compute.format(0.4))
-    assert "computes for 0.9" in told or "computes for 1." in told
+    fault = judged(compute.format(0.9), tmp_path / "b", monkeypatch, sound=compute.format(0.4))
+    assert "computes for 0.9" in fault or "computes for 1." in fault
 
 
 def test_the_duration_of_a_bench_stays_short():

@@ -21,8 +21,10 @@ from hexapod_pin.fuzz.values import ESCAPE
 from hexapod_pin.fuzz.watched_folder import WatchedFolder, mark_of
 
 LONGER = 1.5
-"""Of the processor time of the sound command: where it takes long itself, an input may take this
-many times as much. Twice the fifth between two runs of one command, and a margin."""
+"""Largest ratio of an input's processor time to that of the sound command, where that is long too.
+
+Two runs of one command differ by up to a quarter on a busy machine (4.6 and 5.7 s).
+"""
 
 STATUSES = {0, 2, 3}
 """Done, refused or failed, does not walk."""
@@ -131,8 +133,8 @@ def _faults_of_end(given: CommandInput, ending: Ending, slow: bool) -> Iterator[
 def _is_slow(given: CommandInput, ending: Ending) -> bool:
     """Tell whether it took too much processor time, with all processes that it started.
 
-    On a slow machine a sound command may take more than `PATIENCE`, most of it to read libraries:
-    then it is run beside, and tells what the oddity of the input has cost.
+    On a slow machine a sound command may take more than `PATIENCE`, most of it to import
+    libraries. It is run right after the input then, and the ratio shows what the oddity costs.
     """
     words = " ".join(given.words)
     asked = re.search(r"--processes[ =](\d)\b", words)
@@ -142,8 +144,11 @@ def _is_slow(given: CommandInput, ending: Ending) -> bool:
 
 
 def sound_seconds(given: CommandInput) -> float:
-    """Return the processor time that the command takes which an input was made from [s]."""
-    plain = CommandInput(given.sound, script=given.script, environment=given.environment)
+    """Return the processor time of the sound command that an input was made from [s].
+
+    Its streams, limits and environment are plain, so that all that is odd counts.
+    """
+    plain = CommandInput(given.sound, script=given.script)
     with tempfile.TemporaryDirectory(prefix="hexapod-command-") as root:
         tree = WatchedFolder(Path(root) / "tree")
         lay_down(plain, tree)
