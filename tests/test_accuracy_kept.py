@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.results.error_estimate import ErrorEstimate
@@ -284,9 +285,9 @@ def test_torques_may_be_asked_for_instead():
     for bad in (0.0, -1.0, "1", "150 %", "much", float("nan")):
         with pytest.raises(hp.errors.ParameterError, match="torque_accuracy"):
             hp.simulate(scene, hp.HoldPosture(), duration=0.05, torque_accuracy=bad)
-    with pytest.raises(hp.errors.ParameterError, match="torque_accuracy"):
+    with refused(hp.errors.ParameterError, "torque_accuracy", 0.1):
         hp.simulate(scene, hp.HoldPosture(), duration=0.05, step=1e-3, torque_accuracy=0.1)
-    with pytest.raises(hp.errors.ParameterError, match="record"):
+    with refused(hp.errors.ParameterError, "record", "without torque"):
         hp.simulate(scene, hp.HoldPosture(), duration=0.05, torque_accuracy=0.1, record=[])
 
 
@@ -349,7 +350,7 @@ def test_amplification_is_the_distance_of_its_two_runs_over_that_of_their_starts
     # arccos near 1 loses half the digits: 1e-8 rad of 1e-6
     assert found.factor == pytest.approx(apart, rel=0.05)
     assert found.factor[-1] > 1.5 * found.factor[0] and found.at(0.2) == found.factor[-1]
-    with pytest.raises(hp.errors.ParameterError, match="duration"):
+    with refused(hp.errors.ParameterError, "duration", 0.0):
         hp.amplification(drawn.scene, drawn.controller, duration=0.0, initial=drawn.initial)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
@@ -139,19 +140,19 @@ def test_settings_are_data_and_build_the_controller_again() -> None:
     assert hp.BodyMotion(**data["body"]) == motion
     assert hp.VelocityCommand(**data["velocity"]) == command
     assert hash(control) == hash(hp.KinematicControl(GAIT, body=motion, velocity=command))
-    with pytest.raises(ParameterError, match="stop_at"):
+    with refused(ParameterError, "stop_at", 20.0):
         hp.KinematicControl(GAIT, velocity=command, stop_at=20.0)
 
 
 def test_a_motion_beyond_reach_is_refused_with_its_time() -> None:
     robot = hp.load_robot("kharagpur")
     rising = hp.BodyMotion(height=hp.Waypoints(time=(2.0, 4.0), value=(0.0, 0.25)))
-    with pytest.raises(GaitError, match=r"at t = [23]\.\d+ s with the trunk's motion: leg") as far:
+    with refused(GaitError, quantity="body") as far:
         hp.KinematicControl(GAIT, body=rising).plan(robot, 5.0)
     assert far.value.quantity == "body"
     hp.KinematicControl(GAIT, body=rising).plan(robot, 2.0)
     shaking = hp.BodyMotion(height=hp.Sine(amplitude=0.02, period=0.05))
-    with pytest.raises(GaitError, match=r"at t = .* s .*joint \w+ would turn at"):
+    with refused(GaitError, quantity="cycle_time"):
         hp.KinematicControl(GAIT, body=shaking).plan(robot, 5.0)
 
 
@@ -260,10 +261,10 @@ def test_a_walk_on_command_goes_where_it_is_told_and_ends_standing() -> None:
 def test_a_command_beyond_reach_names_time_and_limit() -> None:
     robot = hp.load_robot("kharagpur")
     fast = hp.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.5))
-    with pytest.raises(GaitError, match=r"VelocityCommand at t = 3 s \(0.5 m/s\)") as refused:
+    with pytest.raises(GaitError, match=r"VelocityCommand at t = 3 s \(0.5 m/s\)") as caught:
         hp.KinematicControl(GAIT, velocity=fast).plan(robot, 10.0)
-    limit = refused.value.limit
-    assert refused.value.quantity == "speed" and limit is not None and 0.05 < limit < 0.5
+    limit = caught.value.limit
+    assert caught.value.quantity == "speed" and limit is not None and 0.05 < limit < 0.5
     slower = hp.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.98 * limit))
     hp.KinematicControl(GAIT, velocity=slower).plan(robot, 10.0)
     hp.KinematicControl(GAIT, velocity=fast).plan(robot, 2.0)  # ends before

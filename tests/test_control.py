@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.interpolate import CubicHermiteSpline
 
 from hexapod_pin.control import HoldPosture, JointTrajectory, KinematicControl
@@ -161,12 +161,12 @@ def test_middle_legs_of_s2_swing_by_twenty_degrees(kharagpur: Robot) -> None:
 
 @every_gait
 def test_stroke_too_long_names_the_leg_and_the_largest(robot: Robot, make: MakeGait) -> None:
-    with pytest.raises(GaitError, match=r"leg \w\w: foot target .* outside the reach") as refused:
+    with refused(GaitError, quantity="stroke") as caught:
         KinematicControl(make(stroke=0.8)).plan(robot, 10.0)
-    limit = refused.value.limit
-    assert refused.value.quantity == "stroke"
+    limit = caught.value.limit
+    assert caught.value.quantity == "stroke"
     assert limit is not None and 0.1 < limit < 0.5
-    assert f"{limit:.4g} m" in str(refused.value)
+    assert f"{limit:.4g} m" in str(caught.value)
     KinematicControl(make(stroke=0.9999 * limit)).plan(robot, 10.0)
     if make == Gait.tripod:  # a refusal looks for the largest anew, which takes long
         with pytest.raises(GaitError):
@@ -174,10 +174,10 @@ def test_stroke_too_long_names_the_leg_and_the_largest(robot: Robot, make: MakeG
 
 
 def test_lift_too_high_names_the_leg_and_the_largest(robot: Robot) -> None:
-    with pytest.raises(GaitError, match=r"leg \w\w: .*(reach|would need)") as refused:
+    with refused(GaitError, quantity="lift") as caught:
         KinematicControl(Gait.tetrapod(stroke=0.05, lift=0.6)).plan(robot, 10.0)
-    limit = refused.value.limit
-    assert refused.value.quantity == "lift"
+    limit = caught.value.limit
+    assert caught.value.quantity == "lift"
     assert limit is not None and 0.02 < limit < 0.6
     # Slow, so that the joints' speed is not what limits it.
     gait = Gait.tetrapod(stroke=0.05, lift=0.9999 * limit)
@@ -188,10 +188,10 @@ def test_lift_too_high_names_the_leg_and_the_largest(robot: Robot) -> None:
 
 def test_joint_too_fast_names_it_and_the_shortest_cycle(robot: Robot) -> None:
     pattern = r"joint \w\w_\w+_joint would turn at [\d.]+ rad/s; its limit is (6|3\.14) rad/s"
-    with pytest.raises(GaitError, match=pattern) as refused:
+    with refused(GaitError, quantity="cycle_time", about=("6",)) as caught:
         KinematicControl(Gait.tetrapod(cycle_time=0.3)).plan(robot, 3.0)
-    limit = refused.value.limit
-    assert refused.value.quantity == "cycle_time"
+    limit = caught.value.limit
+    assert caught.value.quantity == "cycle_time"
     assert limit is not None and 0.3 < limit < 2.4
     plan = KinematicControl(Gait.tetrapod(cycle_time=1.0001 * limit)).plan(robot, 4 * limit)
     share = np.abs(plan.v / robot.velocity).max()
@@ -206,10 +206,18 @@ def test_joint_limit_names_joint_value_and_range(kharagpur: Robot) -> None:
     upper[row] = np.radians(10)
     narrow = dataclasses.replace(kharagpur, upper=upper)
     pattern = r"leg rm: joint rm_coxa_joint would need 0\.\d+ rad; its limits .* to 0\.1745 rad"
-    with pytest.raises(GaitError, match=pattern) as refused:
+    with refused(
+        GaitError,
+        quantity="stroke",
+        about=(
+            "rm_coxa_joint",
+            "0",
+            "0.1745",
+        ),
+    ) as caught:
         KinematicControl(Gait.tetrapod()).plan(narrow, 10.0)
-    limit = refused.value.limit
-    assert refused.value.quantity == "stroke"
+    limit = caught.value.limit
+    assert caught.value.quantity == "stroke"
     assert limit is not None
     # 2 R tan(10 deg) without the overshoot of the swing, which takes up to a tenth.
     assert 0.85 * 2 * 0.20284 * np.tan(np.radians(10)) < limit < 0.0716
@@ -234,10 +242,10 @@ def test_robot_with_legs_of_another_shape_walks_too(tmp_path: Path) -> None:
 
 def test_turning_too_fast_names_the_turn_rate(kharagpur: Robot) -> None:
     """On the spot there is no stroke to shorten."""
-    with pytest.raises(GaitError, match="turn_rate can be at most") as refused:
+    with refused(GaitError, quantity="turn_rate", about=("turn_rate",)) as caught:
         KinematicControl(Gait.tripod(stroke=0.0, turn_rate=-1.5)).plan(kharagpur, 10.0)
-    limit = refused.value.limit
-    assert refused.value.quantity == "turn_rate"
+    limit = caught.value.limit
+    assert caught.value.quantity == "turn_rate"
     assert limit is not None and -1.5 < limit < -0.1
     KinematicControl(Gait.tripod(stroke=0.0, turn_rate=limit)).plan(kharagpur, 10.0)
 
@@ -249,35 +257,51 @@ def test_almost_straight_knee_is_refused_even_without_joint_limits(kharagpur: Ro
     inf = np.full(n, np.inf)
     free = dataclasses.replace(kharagpur, lower=-inf, upper=inf, velocity=inf, posture=posture)
     pattern = r"leg lf: .*singular posture of lf_coxa_joint, lf_femur_joint, lf_tibia_joint"
-    with pytest.raises(GaitError, match=pattern) as refused:
+    with refused(
+        GaitError,
+        quantity="posture",
+        about=(
+            "lf_coxa_joint",
+            "lf_femur_joint",
+            "lf_tibia_joint",
+        ),
+    ) as caught:
         KinematicControl(Gait.tripod(stroke=0.0)).plan(free, 10.0)
-    assert (refused.value.quantity, refused.value.limit) == ("posture", None)
+    assert (caught.value.quantity, caught.value.limit) == ("posture", None)
 
 
 def test_feet_at_different_heights_are_refused(kharagpur: Robot) -> None:
     posture = kharagpur.posture.copy()
     posture[kharagpur.joint_index("rr_femur_joint")] -= 0.2
     uneven = dataclasses.replace(kharagpur, posture=posture)
-    with pytest.raises(GaitError, match="foot rr 0.02.* m above foot") as refused:
+    with refused(GaitError, quantity="posture", about=("0.02",)) as caught:
         KinematicControl(Gait.tripod()).plan(uneven, 10.0)
-    assert refused.value.quantity == "posture"
+    assert caught.value.quantity == "posture"
 
 
 def test_robot_without_six_legs_cannot_walk(kharagpur: Robot) -> None:
     without = dataclasses.replace(kharagpur, legs=())
-    with pytest.raises(GaitError, match="has 0 legs .* needs 4 to 8"):
+    with refused(
+        GaitError,
+        quantity="legs",
+        about=(
+            "0",
+            "4",
+            "8",
+        ),
+    ):
         KinematicControl(Gait.tripod()).plan(without, 10.0)
 
 
 @pytest.mark.parametrize("controller", [HoldPosture(), KinematicControl(Gait.tripod())])
 @pytest.mark.parametrize("duration", [0.0, -1.0, np.nan, np.inf])
 def test_bad_duration_is_named(kharagpur: Robot, controller: Any, duration: float) -> None:
-    with pytest.raises(ParameterError, match="duration"):
+    with refused(ParameterError, "duration", duration):
         controller.plan(kharagpur, duration)
 
 
 def test_stop_too_early_is_named(kharagpur: Robot) -> None:
-    with pytest.raises(ParameterError, match="stop_at = 3.0: must be at least 7.6 s"):
+    with refused(ParameterError, "stop_at", 3.0, allowed=(7.6,)):
         KinematicControl(Gait.tetrapod(), stop_at=3.0).plan(kharagpur, 10.0)
 
 
@@ -314,15 +338,13 @@ def test_hold_is_data() -> None:
 
 
 def test_hold_refuses_what_the_robot_cannot_take(kharagpur: Robot) -> None:
-    with pytest.raises(ParameterError, match=r"HoldPosture.q\[lf_tibia_joint\] = -0.5"):
+    with refused(ParameterError, "HoldPosture.q[lf_tibia_joint]", -0.5):
         HoldPosture({"lf_tibia_joint": -0.5}).plan(kharagpur, 1.0)
-    with pytest.raises(ParameterError, match=r"HoldPosture.q\[lf_coxa_joint\] = nan"):
+    with refused(ParameterError, "HoldPosture.q[lf_coxa_joint]", float("nan")):
         HoldPosture({"lf_coxa_joint": np.nan}).plan(kharagpur, 1.0)
-    with pytest.raises(UnknownNameError, match="'elbow'"):
+    with refused(UnknownNameError, kind="joint", name="elbow"):
         HoldPosture({"elbow": 0.0}).plan(kharagpur, 1.0)
-    with pytest.raises(
-        ParameterError, match=re.escape("HoldPosture.q = (3,): must be 18 joint angles")
-    ):
+    with refused(ParameterError, "HoldPosture.q", (3,), allowed=(18,)):
         HoldPosture([0.0, 0.0, 0.0]).plan(kharagpur, 1.0)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError, ParameterError, StateError, TraceFileError
@@ -120,7 +121,7 @@ def test_a_summary_or_checkpoint_of_null_is_none(trace: hp.Trace, tmp_path: Path
     meta = {**trace.meta, "summary": None, "checkpoint": None}
     again = hp.load_trace(replace(trace, meta=meta).save(tmp_path / "walk.nc"))
     for name in ("summary", "checkpoint"):
-        with pytest.raises(hp.errors.ParameterError, match=f"given with a {name}"):
+        with refused(hp.errors.ParameterError, "Trace.meta"):
             getattr(again, name)
     from_samples = hp.walk_verdict(again)
     assert (from_samples.robot, from_samples.holds) == ("kharagpur", hp.walk_verdict(trace).holds)

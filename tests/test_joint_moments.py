@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
+from refusals import refused
 from synthetic import synthetic_trace
 
 import hexapod_pin as hp
@@ -185,14 +186,14 @@ def test_motor_turns_its_rotor_and_its_friction() -> None:
 
 
 def test_what_cannot_be_built_again_is_refused(walk: hp.Trace) -> None:
-    with pytest.raises(ParameterError, match="urdf"):
+    with refused(ParameterError, "Trace.meta"):
         hp.joint_moments(synthetic_trace(urdf=None))
-    with pytest.raises(ParameterError, match="not XML|XML"):
+    with refused(ParameterError, "Trace.meta"):
         hp.joint_moments(synthetic_trace(urdf="<robot"))
     athena = hp.load_robot("athena").urdf
-    with pytest.raises(ParameterError, match="foot|joint"):
+    with refused(ParameterError, "Trace.joint_names"):
         hp.joint_moments(synthetic_trace(urdf=athena.replace("lf_coxa_joint", "other_joint")))
-    with pytest.raises(ParameterError, match="loads"):
+    with refused(ParameterError, "scene.loads.kind", ("rocket",)):
         hp.joint_moments(synthetic_trace(scene='[[loads]]\nkind = "rocket"\n'))
-    with pytest.raises(UnknownNameError, match="lf_coxa_joint"):
+    with refused(UnknownNameError, kind="joint", name="knee"):
         hp.joint_moments(walk).joint("knee")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.spatial.transform import Rotation
 
 import hexapod_pin as hp
@@ -124,7 +125,7 @@ def test_unusable_urdf_is_refused() -> None:
         maximal.read_bodies(slides)
     with pytest.raises(hp.errors.UrdfError, match="'arm': mass 0"):
         maximal.read_bodies(pendulum().replace('<mass value="2"/>', '<mass value="0"/>'))
-    with pytest.raises(hp.errors.UnknownNameError, match="nofoot"):
+    with refused(hp.errors.UnknownNameError, kind="foot link", name="nofoot"):
         maximal.read_bodies(pendulum(), ["nofoot"])
 
 
@@ -134,9 +135,9 @@ def test_laws_that_cannot_be_done_are_refused() -> None:
         normal=hp.HuntCrossley(stiffness=1e5),
         friction=hp.StickSlip(mu=0.5, stiffness=1e4, damping=0),
     )
-    with pytest.raises(hp.errors.ParameterError, match="StickSlip.damping"):
+    with refused(hp.errors.ParameterError, "StickSlip.damping", 0.0):
         maximal.GroundContact(bodies, stiff, hp.Flat())
-    with pytest.raises(hp.errors.ParameterError, match="without memory"):
+    with refused(hp.errors.ParameterError, "contact", "Stairs"):
         maximal.GroundContact(
             bodies, hp.Contact.accurate(), hp.Stairs(rise=0.03, run=0.15, count=4)
         )
@@ -160,7 +161,7 @@ def test_bearing_of_a_hanging_arm() -> None:
     assert child.force == pytest.approx([-load, 0, 0], abs=1e-12)  # its x axis points down
     assert (child.axial, child.radial, child.tilting) == pytest.approx((0, load, 0.03 * load))
     assert found.support[:3] == pytest.approx([0, 0, 3.0 * 9.81], abs=1e-12)
-    with pytest.raises(hp.errors.UnknownNameError, match="frame"):
+    with refused(hp.errors.UnknownNameError, kind="frame", name="hinge"):
         maximal.joint_reactions(model, found, "hinge")
 
 
@@ -191,5 +192,5 @@ def test_baumgarte_presets() -> None:
     assert maximal.Baumgarte.by_step(1e-3).alpha == pytest.approx(1e3)
     assert maximal.Baumgarte.by_step(1e-3).beta == pytest.approx(np.sqrt(2.0) * 1e3)
     assert maximal.Baumgarte.constant() == maximal.Baumgarte.critical(5.0)
-    with pytest.raises(hp.errors.ParameterError, match="step"):
+    with refused(hp.errors.ParameterError, "step", 0.0):
         maximal.Baumgarte.by_step(0.0)

@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 
@@ -59,5 +60,5 @@ def test_a_spring_without_damper_is_for_fixed_steps(how: dict) -> None:
     if how == {"method": "robust"}:
         assert hp.simulate(scene, hp.HoldPosture(), duration=0.05, **how).counters["steps"] == 50
         return
-    with pytest.raises(hp.errors.ParameterError, match=r"StickSlip\.damping.*fixed-step"):
+    with refused(hp.errors.ParameterError, "StickSlip.damping", 0.0):
         hp.simulate(scene, hp.HoldPosture(), duration=0.05, **how)

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from leg_robots import COXA, FEMUR, TIBIA, hips, legged, load
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.control.kinematic import KinematicControl
@@ -110,10 +111,10 @@ def test_two_joint_legs_follow_one_direction(tmp_path: Path) -> None:
     )
     assert np.abs(np.einsum("kli,li->kl", off[..., :2], along)).max() < 1e-9
     assert np.abs(off[..., 2]).max() < 1e-9
-    with pytest.raises(GaitError, match="leg l[fmr]: .*singular.*direction of travel"):
+    with refused(GaitError, quantity="posture"):
         KinematicControl(hp.Gait.tripod(heading=np.pi / 2, **STEP)).plan(robot, 2.0)
     wanted = hp.VelocityCommand(time=(0.0, 2.0), forward=(0.05, 0.0), turn_rate=(0.0, 0.2))
-    with pytest.raises(GaitError, match="two joints: its foot follows one direction"):
+    with refused(GaitError, quantity="velocity"):
         KinematicControl(hp.Gait.tripod(**STEP), velocity=wanted).plan(robot, 4.0)
 
 
@@ -131,20 +132,25 @@ def test_what_needs_six_legs_of_three_joints_says_so(part: str, tmp_path: Path) 
     robot = load(legged(joints=2), tmp_path)
     gait = hp.Gait.tetrapod(**STEP)
     control = hp.ArcWalk(gait) if part == "ArcWalk" else hp.FootControl(gait)
-    with pytest.raises(GaitError, match=f"{part} needs six legs of three joints; .* has 6 of 2"):
+    with refused(GaitError, quantity="legs"):
         hp.simulate(hp.Scene(robot, servo=SERVO), control, duration=1.0)
 
 
 def test_robust_needs_legs_of_three_joints(tmp_path: Path) -> None:
     scene = hp.Scene(load(legged(joints=2), tmp_path), servo=SERVO)
-    with pytest.raises(ParameterError, match="legs of three joints"):
+    with refused(ParameterError, "method", "robust"):
         hp.simulate(scene, hp.HoldPosture(), duration=0.01, method="robust", step=1e-3)
 
 
 def test_foot_control_takes_no_held_joints(tmp_path: Path) -> None:
     robot = load(legged(pan=True), tmp_path)
-    with pytest.raises(
-        GaitError, match="FootControl takes no robot with held joints; .* pan_joint"
+    with refused(
+        GaitError,
+        quantity="legs",
+        about=(
+            "FootControl",
+            "pan_joint",
+        ),
     ):
         hp.simulate(hp.Scene(robot), hp.FootControl(hp.Gait.tetrapod(**STEP)), duration=1.0)
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control import KinematicControl, gait_refusal
@@ -183,9 +184,9 @@ def test_a_refusal_is_found_once_and_raised_each_time(monkeypatch: pytest.Monkey
     robot, control = load_robot("kharagpur"), KinematicControl(Gait.tripod(stroke=0.8))
     refusals = []
     for _ in range(2):
-        with pytest.raises(GaitError) as refused:
+        with pytest.raises(GaitError) as caught:
             control.plan(robot, 1.0)
-        refusals.append(refused.value)
+        refusals.append(caught.value)
     evaluations = len(checked)
     with pytest.raises(GaitError):
         control.plan(robot, 3.0)
@@ -201,7 +202,7 @@ def test_narrower_limits_are_another_robot() -> None:
     robot, gait = load_robot("kharagpur"), Gait.tetrapod()
     KinematicControl(gait).plan(robot, 1.0)
     slow = dataclasses.replace(robot, velocity=np.full(len(robot.joint_names), 0.1))
-    with pytest.raises(GaitError, match="would turn at"):
+    with refused(GaitError, quantity="cycle_time"):
         KinematicControl(gait).plan(slow, 1.0)
 
 
@@ -217,5 +218,5 @@ def test_a_robot_is_not_kept_alive_by_its_plans() -> None:
 @pytest.mark.parametrize("make", [Gait.ripple, Gait.wave, Gait.tetrapod])
 def test_of_legs_that_are_equally_fast_the_first_is_named(make: Callable[..., Gait]) -> None:
     """Front left and rear right move alike; rounding does not choose between them."""
-    with pytest.raises(GaitError, match="leg lf: joint lf_coxa_joint would turn at"):
+    with refused(GaitError, quantity="cycle_time", about=("lf_coxa_joint",)):
         KinematicControl(make(cycle_time=0.3)).plan(load_robot("kharagpur"), 1.0)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
@@ -246,5 +247,5 @@ def test_what_does_not_act_is_not_taken(
         assert not list(tmp_path.iterdir())
     from hexapod_pin.validation.checks.maximal_twin import maximal_twin
 
-    with pytest.raises(hp.errors.ParameterError, match=r"prescribed.*maximal coordinates"):
+    with refused(hp.errors.ParameterError, "Scene.prescribed", True):
         maximal_twin(hp.Scene(robot, prescribed=True))

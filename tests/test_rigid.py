@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import vehicles
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
@@ -159,13 +160,13 @@ def vehicles_top() -> tuple[RigidModel, hp.State, dict]:
 def test_what_cannot_be_asked_is_refused() -> None:
     model = RigidModel(vehicles.hexa_ref())
     state = model.robot.stand()
-    with pytest.raises(ParameterError, match="joint values"):
+    with refused(ParameterError, "joint values", (17,)):
         derivative(model, state, np.zeros(17), [0])
-    with pytest.raises(ParameterError, match="each given once"):
+    with refused(ParameterError, "feet", (0, 0)):
         derivative(model, state, np.zeros(18), [0, 0])
-    with pytest.raises(ParameterError, match="mu"):
+    with refused(ParameterError, "RigidGround.mu", -0.1):
         RigidGround(mu=-0.1)
-    with pytest.raises(ParameterError, match="unit length"):
+    with refused(ParameterError, "RigidGround.normal", (0.0, 0.0, 2.0)):
         RigidGround(normal=(0.0, 0.0, 2.0))
-    with pytest.raises(ParameterError, match="gravity"):
+    with refused(ParameterError, "gravity", (0.0, 0.0)):
         RigidModel(model.robot, gravity=(0.0, 0.0))

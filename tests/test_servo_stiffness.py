@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.commands.app import main
@@ -38,7 +39,7 @@ def test_the_changes_are_those_of_runs_with_other_servos() -> None:
 
 def test_without_servos_there_is_nothing_to_change() -> None:
     case = case_of(prescribed=True)
-    with pytest.raises(ParameterError, match="servo stiffness"):
+    with refused(ParameterError, "case", "no servo stiffness"):
         servo_stiffness(case, case.run())
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from refusals import refused
 from synthetic import URDF, synthetic_trace
 
 from hexapod_pin.errors import ParameterError, TraceFileError, ViewerError
@@ -139,7 +140,7 @@ def test_the_page_is_as_closed_as_that_of_one_run(traces: Any, tmp_path: Path) -
 
 def test_refusals(traces: Any, tmp_path: Path) -> None:
     path = tmp_path / "runs.html"
-    with pytest.raises(ParameterError, match="at least one"):
+    with refused(ParameterError, "traces"):
         write_side_by_side({}, path)
     for wrong in ({"fps": 0.0}, {"force_scale": -1.0}):
         with pytest.raises(ParameterError, match=next(iter(wrong))):

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, UnknownNameError
@@ -141,11 +142,11 @@ def test_motors_by_kind_of_joint() -> None:
     assert mixed.kind("femur").motor == "S at 12 V" and mixed.kind("coxa").motor == "M at 12 V"
     alone = hp.motor_budget(demand(), strong, kinds=["femur"])
     assert len(alone.joints) == 6 and alone.kind("femur") == mixed.kind("femur")
-    with pytest.raises(ParameterError, match="tibia"):
+    with refused(ParameterError, "record", ("femur",)):
         hp.motor_budget(demand(), {"femur": strong}, kinds=["femur", "tibia"])
     with pytest.raises(UnknownNameError):
         mixed.kind("wheel")
-    with pytest.raises(ParameterError, match="no_load_speed"):
+    with refused(ParameterError, "M at 12 V: no_load_speed", None):
         hp.motor_budget(demand(), record(no_load_speed=None))
 
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.integrate import quad
 
 import hexapod_pin as hp
@@ -105,11 +106,11 @@ def test_preset_is_named_and_says_what_is_assumed() -> None:
 
 
 def test_what_has_no_law_is_refused() -> None:
-    with pytest.raises(UnknownNameError, match="peat"):
+    with refused(UnknownNameError, kind="soil", name="peat"):
         hp.Contact.soil("peat")
-    with pytest.raises(ParameterError, match="load"):
+    with refused(ParameterError, "load", None):
         hp.HuntCrossley.soil(SOILS["clay"], radius=R)
-    with pytest.raises(ParameterError, match="larger foot"):
+    with refused(ParameterError, "load", 30.0):
         hp.Contact.soil("clay", radius=0.005, load=30.0)
     for wrong in ({"radius": 0.0}, {"radius": math.nan}, {"load": -1.0}):
         with pytest.raises(ParameterError, match=next(iter(wrong))):

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refused
 from synthetic import synthetic_trace
 from typer.testing import CliRunner
 
@@ -173,7 +174,7 @@ def test_text_and_data(walk: hp.Trace) -> None:
         assert data["margins"][name]["time"] == time
     assert "[mm]" in table and "mean normal force > 0" in table
     assert len(found.to_dict(samples=True)["samples"]["zmp"]) == len(found.time)
-    with pytest.raises(hp.errors.UnknownNameError, match="static_margin"):
+    with refused(hp.errors.UnknownNameError, kind="margin", name="margin"):
         found.least("margin")
     with pytest.raises(ValueError, match="read-only"):
         found.nesm[0] = 1.0
@@ -189,5 +190,5 @@ def test_command(walk: hp.Trace, tmp_path: Path) -> None:
 
 
 def test_gravity_is_needed() -> None:
-    with pytest.raises(hp.errors.ParameterError, match="gravity"):
+    with refused(hp.errors.ParameterError, "gravity"):
         hp.stability(synthetic_trace(gravity=[0.0, 0.0, 0.0]))

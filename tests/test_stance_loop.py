@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.benchmark.studies.gain_borders import controller, predicted_border
@@ -183,7 +184,7 @@ def test_ends_of_a_range_are_borders(scene: hp.Scene) -> None:
         assert (spectral_radius(changed, scene) < 1.0) == stable
     with pytest.raises(UnknownNameError):
         stable_range(control, scene, "suspension.mass")
-    with pytest.raises(ParameterError, match=r"FootControl\.slip"):
+    with refused(ParameterError, "FootControl.slip", None):
         stable_range(control, scene, "slip.ki")
 
 
@@ -192,7 +193,7 @@ def test_unstable_gains_are_refused_with_their_range() -> None:
     good = FootControl(STAND, suspension=VirtualSuspension(frequency=1.5), delay=0.02)
     refuse_unstable(good, scene)
     bad = replace(good, suspension=VirtualSuspension(frequency=6.0))
-    with pytest.raises(ParameterError, match=r"suspension\.\w+ = .*shake") as first:
+    with refused(ParameterError, "suspension.frequency", 6.0) as first:
         bad.start(scene, 1)
     assert first.value.name in ("suspension.frequency", "suspension.stiffness")
     with pytest.raises(ParameterError) as second:
@@ -201,5 +202,5 @@ def test_unstable_gains_are_refused_with_their_range() -> None:
 
 
 def test_feet_that_cannot_carry_the_robot_are_refused(scene: hp.Scene) -> None:
-    with pytest.raises(ParameterError, match="centre of mass"):
+    with refused(ParameterError, "StanceModel.feet", 3):
         StanceModel.of(scene, ["lf_foot", "lm_foot", "lr_foot"])

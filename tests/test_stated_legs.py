@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from leg_robots import NAMES, legged, load
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.control.gait import gaits_for
@@ -64,7 +65,7 @@ def test_legs_of_two_and_three_joints_do_not_walk_together(tmp_path: Path) -> No
     text = legged().replace(
         "lm_coxa_joint lm_femur_joint lm_tibia_joint", "lm_coxa_joint lm_femur_joint"
     )
-    with pytest.raises(GaitError, match="different numbers of joints .*lm 2"):
+    with refused(GaitError, quantity="legs", about=("2",)):
         KinematicControl(hp.Gait.tripod()).plan(load(text, tmp_path), 2.0)
 
 
@@ -108,9 +109,9 @@ def test_alternating_tetrapod_and_creep() -> None:
     assert gait.minimum_feet_down == 4 and gait.duty == 0.5
     creep = hp.Gait.wave(0.75, legs=4)  # left hind, left fore, right hind, right fore
     assert creep.phases == (0.0, 0.75, 0.5, 0.25)
-    with pytest.raises(GaitError, match="at least 0.75") as refused:
+    with refused(GaitError, quantity="duty", about=("0.75",)) as caught:
         hp.Gait.wave(0.6, legs=4)
-    assert refused.value.limit == 0.75
+    assert caught.value.limit == 0.75
 
 
 def test_default_gaits_and_those_that_do_not_fit(tmp_path: Path) -> None:
@@ -118,13 +119,20 @@ def test_default_gaits_and_those_that_do_not_fit(tmp_path: Path) -> None:
     assert default_gait(four) == "wave"
     assert default_gait(load(legged(8), tmp_path)) == "tetrapod"
     assert default_gait(hp.load_robot("kharagpur")) == "tetrapod"
-    with pytest.raises(UnknownNameError, match="gait of 4 legs.*tripod.*wave"):
+    with refused(UnknownNameError, kind="gait of 4 legs", name="tripod"):
         named_gait(four, "tripod")
-    with pytest.raises(GaitError, match=r"tripod has phases for 6 legs.* has 4 \(lf.*: wave,"):
+    with refused(
+        GaitError,
+        quantity="phases",
+        about=(
+            "6",
+            "4",
+        ),
+    ):
         KinematicControl(hp.Gait.tripod()).plan(four, 2.0)
-    with pytest.raises(GaitError, match="no table for 4 legs; gaits that fit: wave"):
+    with refused(GaitError, quantity="legs", about=("4",)):
         hp.Gait.tetrapod(legs=4)
-    with pytest.raises(ParameterError, match="phases"):
+    with refused(ParameterError, "Gait.phases", (0.0, 0.5, 0.0)):
         hp.Gait(phases=(0.0, 0.5, 0.0), duty=0.9)
 
 
@@ -140,7 +148,15 @@ def test_phases_by_name(tmp_path: Path) -> None:
     )
     mine, theirs = (KinematicControl(gait).plan(robot, 1.0) for gait in (shuffled, wave))
     np.testing.assert_array_equal(mine.q, theirs.q)
-    with pytest.raises(GaitError, match=r"phases for 8 legs \(l1.*has 6 \(lf"):
+    with refused(
+        GaitError,
+        quantity="phases",
+        about=(
+            "8",
+            "1",
+            "6",
+        ),
+    ):
         KinematicControl(hp.Gait.custom(table, wave.duty)).plan(hp.load_robot("kharagpur"), 1.0)
     case = hp.Case(hp.Scene(robot), KinematicControl(shuffled), duration=1.0)
     again = hp.load_case(case.save(tmp_path / "case.toml"))

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, TraceFileError
@@ -138,7 +139,7 @@ def test_a_budget_takes_a_trace_a_summary_or_an_older_trace(trace: hp.Trace) -> 
         assert mine.at_limit == pytest.approx(other.at_limit, abs=2e-3)
     assert ours.largest_outside == older.largest_outside
     assert ours.window.samples == older.window.samples
-    with pytest.raises(ParameterError, match="no samples"):
+    with refused(ParameterError, "Window.samples", None):
         _ = theirs.window.samples
 
 
@@ -180,7 +181,7 @@ def test_a_run_without_a_whole_cycle_says_how_long_it_must_be(tmp_path: Path) ->
     summary = hp.simulate(SCENE, WALK, duration=1.0).summary
     assert summary.cycles == 0 and np.isnan(summary.torque_peak).all()
     assert np.isfinite(summary.outside_torque).all() and summary.distance is None
-    with pytest.raises(ParameterError, match="at least 2.4 s"):
+    with refused(ParameterError, "duration", 1.0, allowed=(2.4,)):
         hp.torque_budget(summary)
     assert hp.load_summary(summary.save(tmp_path / "short.json")) == summary
 

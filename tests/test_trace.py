@@ -14,6 +14,7 @@ from pathlib import Path
 import h5netcdf
 import numpy as np
 import pytest
+from refusals import refused
 from synthetic import FEET, JOINTS, WEIGHT, synthetic_trace
 
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
@@ -76,16 +77,20 @@ def test_a_wrong_shape_is_refused_by_name(name: str) -> None:
 
 def test_times_must_increase() -> None:
     trace = synthetic_trace()
-    with pytest.raises(ParameterError, match="increasing"):
+    with refused(ParameterError, "Trace.time"):
         replace(trace, time=np.zeros_like(trace.time))
-    with pytest.raises(ParameterError, match="times"):
+    with refused(ParameterError, "Trace.time", (0,)):
         replace(trace, time=np.zeros(0))
 
 
 def test_a_missing_energy_is_refused_by_name() -> None:
     trace = synthetic_trace()
     energy = {name: trace.energy[name] for name in ENERGIES if name != "normal_loss"}
-    with pytest.raises(ParameterError, match="normal_loss"):
+    with refused(
+        ParameterError,
+        "Trace.energy",
+        ("elastic", "friction_loss", "joint_damping_loss", "kinetic", "potential", "servo_work"),
+    ):
         replace(trace, energy=energy)
 
 
@@ -103,7 +108,7 @@ def test_meta_is_kept_as_json_gives_it_back() -> None:
 
 
 def test_meta_that_json_cannot_hold_is_refused() -> None:
-    with pytest.raises(ParameterError, match=r"meta.*set"):
+    with refused(ParameterError, "Trace.meta", "set {1, 2}"):
         synthetic_trace(oddity={1, 2})
     assert synthetic_trace(array=np.arange(2), pair=(1, 2)).meta["array"] == [0, 1]
 
@@ -112,9 +117,9 @@ def test_joints_and_feet_are_found_by_name() -> None:
     trace = synthetic_trace()
     assert trace.joint("rf_femur_joint") == JOINTS.index("rf_femur_joint")
     assert trace.foot("rr_foot") == FEET.index("rr_foot")
-    with pytest.raises(UnknownNameError, match="no joint named 'knee'.*lf_coxa_joint"):
+    with refused(UnknownNameError, kind="joint", name="knee"):
         trace.joint("knee")
-    with pytest.raises(UnknownNameError, match="no foot named 'paw'"):
+    with refused(UnknownNameError, kind="foot", name="paw"):
         trace.foot("paw")
 
 

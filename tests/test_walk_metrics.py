@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy import stats
 
 import hexapod_pin as hp
@@ -75,7 +76,7 @@ def test_what_a_run_does_not_have_is_none(summary: hp.Summary) -> None:
     metrics = hp.WalkMetrics.of(older)
     assert metrics.friction_work_per_metre is None and metrics.heave_rms is None
     assert metrics.table().count(" - ") == 2
-    with pytest.raises(ParameterError, match="at least"):
+    with refused(ParameterError, "duration", 1.0):
         hp.WalkMetrics.of(summary_of(GAIT, duration=1.0))
 
 

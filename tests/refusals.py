@@ -1,0 +1,82 @@
+"""How tests check a refusal: by the type and the fields of the error, not by its sentence.
+
+`refused(ParameterError, "Servo.kp", 0.0, allowed=(1e-6,))` reads: the block raises a ParameterError
+whose `name` is "Servo.kp", whose `value` is 0.0, and whose allowed range states the number 1e-6.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+
+ANY = object()
+"""A value that the test leaves open."""
+
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
+
+
+@contextmanager
+def refused(
+    kind: type[BaseException] | tuple[type[BaseException], ...],
+    name: str | None = None,
+    value: Any = ANY,
+    *,
+    allowed: tuple[float, ...] = (),
+    about: tuple[str, ...] = (),
+    **fields: Any,
+) -> Iterator[pytest.ExceptionInfo[Any]]:
+    """Expect the block to raise an error of this type with these fields.
+
+    Args:
+        kind: type of the error, or several of them.
+        name: its field `name`, exactly: the dotted name of a parameter, a package, a resource.
+        value: its field `value`; two NaN are equal, and so are arrays of equal numbers.
+        allowed: numbers that its field `allowed` must state.
+        about: names, paths and numbers that its message must contain; a number must stand there as
+            a word of its own.
+        fields: any other fields, by name: `leg="lf"`, `quantity="stroke"`, `limit=...`.
+
+    Yields:
+        What `pytest.raises` yields; `.value` is the error once the block has ended.
+    """
+    with pytest.raises(kind) as caught:
+        yield caught
+    error = caught.value
+    expected = dict(fields)
+    if name is not None:
+        expected["name"] = name
+    if value is not ANY:
+        expected["value"] = value
+    for field, wanted in expected.items():
+        assert hasattr(error, field), f"{type(error).__name__} has no {field}: {error}"
+        found = getattr(error, field)
+        assert _equal(found, wanted), f"{field} is {found!r}, not {wanted!r}: {error}"
+    if allowed:
+        numbers = [float(one) for one in NUMBER.findall(str(getattr(error, "allowed", "")))]
+        for number in allowed:
+            assert number in numbers, f"{number} is none of the numbers that are allowed: {error}"
+    for word in about:
+        assert _stands_in(word, str(error)), f"{word!r} is not in the message: {error}"
+
+
+def _equal(found: Any, wanted: Any) -> bool:
+    """Return whether two values are the same; NaN equals NaN, an array its own list."""
+    if found is wanted:
+        return True
+    if isinstance(found, np.ndarray) or isinstance(wanted, np.ndarray):
+        return np.array_equal(found, wanted)
+    if isinstance(found, float) and isinstance(wanted, float) and found != found:
+        return wanted != wanted
+    return bool(found == wanted)
+
+
+def _stands_in(word: str, message: str) -> bool:
+    """Return whether the message contains the word; a number not as a part of another one."""
+    if NUMBER.fullmatch(word):
+        return word in NUMBER.findall(message)
+    return word in message
