@@ -23,6 +23,7 @@ NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
 @contextmanager
 def refused(
     kind: type[BaseException] | tuple[type[BaseException], ...],
+    /,
     name: str | None = None,
     value: Any = ANY,
     *,
@@ -65,9 +66,12 @@ def refused(
 
 
 def _equal(found: Any, wanted: Any) -> bool:
-    """Return whether two values are the same; NaN equals NaN, an array its own list."""
+    """Return whether two values are the same; NaN equals NaN, a list a tuple or an array."""
     if found is wanted:
         return True
+    if isinstance(found, (list, tuple)) and isinstance(wanted, (list, tuple)):
+        pairs = zip(found, wanted, strict=False)
+        return len(found) == len(wanted) and all(_equal(one, other) for one, other in pairs)
     if isinstance(found, np.ndarray) or isinstance(wanted, np.ndarray):
         return np.array_equal(found, wanted)
     if isinstance(found, float) and isinstance(wanted, float) and found != found:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
@@ -141,8 +142,8 @@ def test_the_core_tends_to_it_along_a_slow_gait() -> None:
 
 def test_what_cannot_be_walked_is_refused() -> None:
     model = walk_model()
-    with pytest.raises(ParameterError, match="step"):
+    with refused(ParameterError, "step", 0.0):
         simulate(model, TETRAPOD, duration=1.0, step=0.0)
     slope = RigidModel(model.robot, ground=RigidGround(normal=(0.6, 0.0, 0.8)))
-    with pytest.raises(ParameterError, match="initial"):
+    with refused(ParameterError, "initial", None):
         simulate(slope, TETRAPOD, duration=1.0)

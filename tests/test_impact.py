@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.formulations.rigid import RigidModel, plastic_impact, unilateral_impact
@@ -74,5 +75,5 @@ def test_a_rocking_block_lets_its_far_foot_go() -> None:
 
 
 def test_a_foot_cannot_be_grounded_and_colliding() -> None:
-    with pytest.raises(ParameterError, match="each given once"):
+    with refused(ParameterError, "feet", (0, 0)):
         plastic_impact(hc18_model(), LEVEL, ARRIVING, [0], [0])

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
@@ -156,45 +156,51 @@ def test_kinks_that_differ_by_rounding_are_one_knot(robot: hp.Robot) -> None:
 
 
 @pytest.mark.parametrize(
-    ("motion", "parts"),
+    ("motion", "name", "value", "allowed"),
     [
-        ({"lf_coxa_joint": 3.0}, ("angle of lf_coxa_joint at t = 0 s = 3.0", "1.0472 rad")),
+        (
+            {"lf_coxa_joint": 3.0},
+            "JointMotion: angle of lf_coxa_joint at t = 0 s", 3.0, (-1.0472, 1.0472),
+        ),
         (
             {"lf_coxa_joint": hp.Step(begin=0, end=0.01, initial=0, final=0.3)},
-            ("rate of lf_coxa_joint at t = 0.005 s = 45.0", "-6 to 6 rad/s"),
+            "JointMotion: rate of lf_coxa_joint at t = 0.005 s", pytest.approx(45.0), (-6, 6),
         ),
         (  # the largest angle, 1.0507 rad, lies between knots
             {"rf_coxa_joint": hp.Hermite(time=(0, 0.8), value=(1.0, 1.0), rate=(0.2535, -0.2535))},
-            ("angle of rf_coxa_joint at t = 0.4 s = 1.0507", "1.0472 rad"),
+            "JointMotion: angle of rf_coxa_joint at t = 0.4 s", pytest.approx(1.0507),
+            (-1.0472, 1.0472),
         ),
-        ({"lf_coxa_joint": "a"}, ("JointMotion.motion[lf_coxa_joint]", "'a'")),
-        ({"lf_coxa_joint": float("nan")}, ("JointMotion.motion[lf_coxa_joint]", "finite")),
+        ({"lf_coxa_joint": "a"}, "JointMotion.motion[lf_coxa_joint].float", "a", ()),
+        (
+            {"lf_coxa_joint": float("nan")},
+            "JointMotion.motion[lf_coxa_joint].float", float("nan"), (),
+        ),
         (
             {"lf_coxa_joint": hp.Sine(amplitude=0.1, period=1e-6)},
-            ("JointMotion.plan duration = 2.0", "knots"),
+            "JointMotion.plan duration", 2.0, (1_000_000,),
         ),
     ],
-)
+)  # fmt: skip
 def test_refusals_name_joint_time_value_and_range(
-    robot: hp.Robot, motion: dict[str, Any], parts: tuple[str, ...]
+    robot: hp.Robot, motion: dict[str, Any], name: str, value: Any, allowed: tuple[float, ...]
 ) -> None:
-    with pytest.raises(ParameterError) as caught:
+    with refused(ParameterError, name, value, allowed=allowed):
         hp.JointMotion(motion).plan(robot, 2.0)
-    for part in parts:
-        assert part in str(caught.value)
 
 
 def test_a_motion_just_inside_its_limits_is_planned(robot: hp.Robot) -> None:
     """STEP's largest rate is 1.5 of its mean rate: 6 rad/s here, the limit."""
     step = hp.Step(begin=0.0, end=0.15, initial=-0.3, final=0.3)
     hp.JointMotion({"lf_coxa_joint": step}).plan(robot, 1.0)
-    with pytest.raises(ParameterError, match="rate of lf_coxa_joint at t = 0.074"):
-        faster = step.model_copy(update={"end": 0.149})
+    faster = step.model_copy(update={"end": 0.149})
+    name, rate = "JointMotion: rate of lf_coxa_joint at t = 0.0745 s", 1.5 * 0.6 / 0.149
+    with refused(ParameterError, name, pytest.approx(rate), allowed=(-6, 6)):
         hp.JointMotion({"lf_coxa_joint": faster}).plan(robot, 1.0)
 
 
 def test_unknown_joint_is_refused_by_name(robot: hp.Robot) -> None:
-    with pytest.raises(UnknownNameError, match="'elbow'"):
+    with refused(UnknownNameError, kind="joint", name="elbow"):
         hp.JointMotion({"elbow": 0.1}).plan(robot, 1.0)
 
 
@@ -203,11 +209,11 @@ def test_whole_cycles_of_a_motion_that_repeats(robot: hp.Robot) -> None:
     plan = hp.JointMotion(motion, cycle_time=0.9, steady_from=0.5, speed=0.1).plan(robot, 4.0)
     assert (plan.cycle_time, plan.steady_from, plan.speed) == (0.9, 0.5, 0.1)
     assert plan.steady_until == pytest.approx(0.5 + 3 * 0.9, abs=1e-12)
-    with pytest.raises(ParameterError, match=re.escape("cycle_time = 0.8: must be a period")):
+    with refused(ParameterError, "JointMotion.cycle_time", 0.8, about=("rr_coxa_joint",)):
         hp.JointMotion(motion, cycle_time=0.8).plan(robot, 4.0)
-    for bad in ({"cycle_time": 0.0}, {"steady_from": -1.0}, {"speed": float("inf")}):
-        with pytest.raises(ParameterError, match=f"JointMotion.{next(iter(bad))}"):
-            hp.JointMotion(motion, **bad)
+    for name, bad in {"cycle_time": 0.0, "steady_from": -1.0, "speed": float("inf")}.items():
+        with refused(ParameterError, f"JointMotion.{name}", bad):
+            hp.JointMotion(motion, **{name: bad})
 
 
 def test_case_with_a_joint_motion_is_read_back(robot: hp.Robot, tmp_path: Path) -> None:
@@ -217,7 +223,7 @@ def test_case_with_a_joint_motion_is_read_back(robot: hp.Robot, tmp_path: Path) 
     again = hp.load_case(case.save(tmp_path / "case.toml"))
     assert again == case
     assert again.controller == control
-    with pytest.raises(ParameterError, match="controller.motions"):
+    with refused(ParameterError, "controller.motions", 1):
         read_controller({"kind": "joint-motion", "motion": {}, "motions": 1})
 
 
@@ -227,22 +233,25 @@ def fields(plan: JointTrajectory, **changes: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("changes", "name", "value", "about"),
     [
-        ({"acceleration": None}, "given: kind 'quintic'"),
-        ({"kind": "linear"}, "left out: kind 'linear'"),
-        ({"kind": "held"}, "left out: kind 'held'"),
-        ({"acceleration": np.zeros((3, 2, 17))}, "(K - 1, 2, n) = (3, 2, 18)"),
-        ({"acceleration": np.full((3, 2, 18), np.inf)}, "JointTrajectory.acceleration[0, 0, 0]"),
-        ({"kind": "septic"}, "JointTrajectory.kind = 'septic'"),
+        ({"acceleration": None}, "acceleration", None, "'quintic'"),
+        ({"kind": "linear"}, "acceleration", (3, 2, 18), "'linear'"),
+        ({"kind": "held"}, "acceleration", (3, 2, 18), "'held'"),
+        ({"acceleration": np.zeros((3, 2, 17))}, "acceleration shape", (3, 2, 17), "(3, 2, 18)"),
+        (
+            {"acceleration": np.full((3, 2, 18), np.inf)},
+            "acceleration[0, 0, 0]", np.inf, "finite",
+        ),
+        ({"kind": "septic"}, "kind", "septic", "'quintic'"),
     ],
-)
+)  # fmt: skip
 def test_malformed_accelerations_are_refused(
-    robot: hp.Robot, changes: dict[str, Any], message: str
+    robot: hp.Robot, changes: dict[str, Any], name: str, value: Any, about: str
 ) -> None:
     step = hp.Step(begin=0.25, end=0.75, initial=0.0, final=0.1)
     plan = hp.JointMotion({"lf_coxa_joint": step}).plan(robot, 0.9)
-    with pytest.raises(ParameterError, match=re.escape(message)):
+    with refused(ParameterError, f"JointTrajectory.{name}", value, about=(about,)):
         JointTrajectory(**fields(plan, **changes))
 
 
@@ -261,11 +270,12 @@ def test_extremes_are_those_of_a_dense_search(robot: hp.Robot) -> None:
         value = random.uniform(-0.1, 0.1, 6)
         dense = np.linspace(time[0], time[-1], 200_001)
         largest = np.abs(hp.Waypoints(time=time, value=value).value_and_rate(dense)[1]).max()
-        for share, refused in ((1.0 - 1e-7, False), (1.0 + 1e-7, True)):
+        for share, beyond in ((1.0 - 1e-7, False), (1.0 + 1e-7, True)):
             scaled = hp.Waypoints(time=time, value=value * share * limit / largest)
             motion = hp.JointMotion({joint: scaled})
-            if not refused:
+            if not beyond:
                 motion.plan(robot, 3.0)
                 continue
-            with pytest.raises(ParameterError, match=f"rate of {joint}"):
+            with refused(ParameterError, allowed=(limit,), about=(joint, "rad/s")) as caught:
                 motion.plan(robot, 3.0)
+            assert abs(caught.value.value) == pytest.approx(limit, rel=1e-6)

@@ -183,38 +183,39 @@ def test_a_binary_stl_that_begins_with_solid(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "data", "reason"),
+    ("name", "data", "words"),
     [
-        ("none.stl", None, "cannot be opened"),
-        ("empty.stl", b"", "cannot be read|no triangles"),
-        ("short.stl", binary_stl([0] * 4)[:-7], "cannot be read|no triangles"),
-        ("text.dae", b"no XML", "cannot be read as DAE"),
-        ("bomb.dae", b"<!DOCTYPE x [<!ENTITY a 'b'>]><COLLADA/>", "DOCTYPE"),
-        ("wide.dae", "<!DOCTYPE x [<!ENTITY a 'b'>]><COLLADA/>".encode("utf-16"), "DOCTYPE"),
-        ("wider.dae", "<!DOCTYPE x [<!ENTITY a 'b'>]><COLLADA/>".encode("utf-32"), "DOCTYPE"),
-        ("unit.dae", collada('<unit meter="0"/>').encode(), "unit"),
-        ("none.obj", b"v 0 0 0\n", "no triangles|cannot be read"),
-        ("nan.stl", binary_stl([0] * 4, corners=CORNERS * np.nan), "must be finite"),
-        ("part.step", b"ISO-10303-21;", "export it as STL"),
+        ("none.stl", None, ("opened",)),
+        ("empty.stl", b"", ("triangles", "STL")),  # which of the two is trimesh's affair
+        ("short.stl", binary_stl([0] * 4)[:-7], ("triangles", "STL")),
+        ("text.dae", b"no XML", ("DAE",)),
+        ("bomb.dae", b"<!DOCTYPE x [<!ENTITY a 'b'>]><COLLADA/>", ("DOCTYPE",)),
+        ("wide.dae", "<!DOCTYPE x [<!ENTITY a 'b'>]><COLLADA/>".encode("utf-16"), ("DOCTYPE",)),
+        ("wider.dae", "<!DOCTYPE x [<!ENTITY a 'b'>]><COLLADA/>".encode("utf-32"), ("DOCTYPE",)),
+        ("unit.dae", collada('<unit meter="0"/>').encode(), ("<unit meter",)),
+        ("none.obj", b"v 0 0 0\n", ("triangles", "OBJ")),
+        ("nan.stl", binary_stl([0] * 4, corners=CORNERS * np.nan), ("(nan, nan, nan)",)),
+        ("part.step", b"ISO-10303-21;", (".stl, .dae",)),
     ],
 )
 def test_unusable_files_are_refused_by_name(
-    tmp_path: Path, name: str, data: bytes | None, reason: str
+    tmp_path: Path, name: str, data: bytes | None, words: tuple[str, ...]
 ) -> None:
+    """The reason has one of the words."""
     if data is not None:
         (tmp_path / name).write_bytes(data)
-    with pytest.raises(MeshError, match=reason) as caught:
+    with refused(MeshError, file=str(tmp_path / name), about=(name,)) as caught:
         read_mesh(tmp_path / name)
-    assert caught.value.file == str(tmp_path / name) and name in str(caught.value)
+    assert any(word in caught.value.reason for word in words)
 
 
 def test_limits_of_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write(tmp_path, "binary.stl")
     monkeypatch.setattr(mesh_file, "MAX_MESH_FACES", 3)
-    with pytest.raises(MeshError, match="4 triangles: at most 3; decimate"):
+    with refused(MeshError, file=str(path), about=("4", "triangles", "3")):
         read_mesh(path)
     monkeypatch.setattr("hexapod_pin.robot.reading.mesh_parts.MAX_MESH_BYTES", 100)
-    with pytest.raises(MeshError, match="284 bytes"):
+    with refused(MeshError, file=str(path), about=("284", "100")):
         read_mesh(path)
 
 

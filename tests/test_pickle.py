@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import (
@@ -124,9 +125,9 @@ def test_errors_of_public_calls_survive(tmp_path: Path) -> None:
         hp.load_robot("nope")
     again = pickle.loads(pickle.dumps(unknown.value))
     assert (again.kind, again.name, again.known) == ("robot", "nope", unknown.value.known)
-    with pytest.raises(UrdfError) as refused:
+    with pytest.raises(UrdfError) as caught:
         hp.load_robot(tmp_path / "r.urdf")
-    assert pickle.loads(pickle.dumps(refused.value)).findings == refused.value.findings
+    assert pickle.loads(pickle.dumps(caught.value)).findings == caught.value.findings
     with pytest.raises(ParameterError) as wrong:
         hp.Flat(height="high")
     again = pickle.loads(pickle.dumps(wrong.value))
@@ -201,12 +202,12 @@ def test_a_copied_robot_finds_its_file_and_meshes_from_another_folder(
 def test_copies_of_an_immutable_record_are_immutable() -> None:
     trace = pickle.loads(pickle.dumps(public_samples.trace()))
     for array in (trace.q, trace.energy["kinetic"], trace.error.place, trace.checkpoint.q):
-        with pytest.raises(ValueError, match="read-only"):
+        with refused(ValueError, about=("read-only",)):
             array[0] = 0.0
     for mapping in (trace.meta, trace.energy, trace.counters, trace.summary.meta):
         assert isinstance(mapping, MappingProxyType)
     robot = copy.deepcopy(public_samples.robot())
-    with pytest.raises(ValueError, match="read-only"):
+    with refused(ValueError, about=("read-only",)):
         robot.feet[0].offset[0] = 1.0
     with pytest.raises(AttributeError):
         trace.q = trace.v
@@ -251,10 +252,9 @@ def test_a_session_says_what_to_send_instead() -> None:
     session = hp.Session(public_samples.scene(), accuracy=1e-2)
     session.advance(0.01)
     for way in WAYS.values():
-        with pytest.raises(NotPicklableError) as refused:
+        with refused(NotPicklableError, "Session", instead="Session.checkpoint()") as caught:
             way(session)
-        assert isinstance(refused.value, TypeError)
-        assert (refused.value.name, refused.value.instead) == ("Session", "Session.checkpoint()")
+        assert isinstance(caught.value, TypeError)
     sent = pickle.loads(pickle.dumps((public_samples.scene(), session.checkpoint())))
     ahead = hp.Session(sent[0], initial=sent[1], accuracy=1e-2)
     for one in (session, ahead):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
@@ -71,16 +72,15 @@ def test_a_run_far_from_the_start_plans_from_there():
 def test_a_plan_too_long_to_be_made_at_once_is_refused(duration):
     """It took 1.5 TB, or ended in an IndexError, where `plan` or `bench` was asked directly."""
     control = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=0.3))
-    with pytest.raises(hp.errors.ParameterError, match="at most 5e\\+05 s planned at once"):
+    with refused(ParameterError, "duration", duration, allowed=(5e5,)):
         control.plan(hp.load_robot("kharagpur"), duration)
 
 
 def test_a_plan_too_large_for_memory_is_refused_with_its_size():
     body = hp.BodyMotion(height=hp.Sine(amplitude=0.005, period=3.1))
     control = hp.KinematicControl(GAIT, body=body)
-    with pytest.raises(ParameterError, match=r"duration = .*GB") as caught:
+    with refused(ParameterError, "duration", 1e5, allowed=(4, 8.88), about=("allow=True",)):
         hp.simulate(SCENE, control, duration=1e5, sample=10.0)
-    assert "allow=True" in str(caught.value)
 
 
 def test_a_short_run_from_a_late_checkpoint_plans_no_more_than_it_needs():
@@ -93,10 +93,11 @@ def test_a_short_run_from_a_late_checkpoint_plans_no_more_than_it_needs():
     assert end <= plan.time[-1] < end + 4.0 * GAIT.cycle_time
 
 
-@pytest.mark.parametrize("setting", [{"step": 1e9}, {"sample": 1e6}])
-def test_a_sample_is_refused_that_would_take_too_much_of_a_plan(setting):
+@pytest.mark.parametrize(
+    ("setting", "sample", "size"), [({"step": 1e9}, 1e9, 8.88e4), ({"sample": 1e6}, 1e6, 88.8)]
+)
+def test_a_sample_is_refused_that_would_take_too_much_of_a_plan(setting, sample, size):
     """Parts were planned for minutes, all to be held at once: none is forgotten within a sample."""
     limits = hp.WorkLimits(steps=1e12)
-    with pytest.raises(ParameterError) as caught:
+    with refused(ParameterError, "sample", sample, allowed=(4, size)):
         hp.simulate(SCENE, hp.KinematicControl(GAIT), duration=1e9, limits=limits, **setting)
-    assert caught.value.name == "sample" and "Sample more often" in caught.value.hint

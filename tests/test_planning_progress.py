@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.commands.app import main
@@ -46,9 +47,8 @@ def test_an_interrupted_plan_is_a_typed_error_without_samples(case: hp.Case) -> 
         if share > 0.3:
             raise KeyboardInterrupt
 
-    with pytest.raises(SimulationInterrupted, match="while the run was being planned") as caught:
+    with refused(SimulationInterrupted, trace=None, about=("planned",)):
         run_case(case, planning=stop)
-    assert caught.value.trace is None
 
 
 def test_the_command_ends_as_a_run_does_and_leaves_nothing(

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from refusals import refused
 from synthetic import FEET, JOINTS, URDF, WEIGHT, synthetic_trace
 
 from hexapod_pin.errors import ParameterError, TraceFileError, ViewerError
@@ -241,20 +242,22 @@ def test_a_single_sample_can_be_shown() -> None:
 def test_what_is_not_finite_is_refused_with_its_sample(trace: Trace, name: str) -> None:
     values = np.array(getattr(trace, name))
     values[50, 0] = np.nan
-    with pytest.raises(ViewerError, match=rf"{name} is not finite in sample 50 \(t = 0\.5 s\)"):
+    with refused(ViewerError, about=("50", "0.5")) as caught:
         animation_command(replace(trace, **{name: values}), fps=100.0)
+    assert str(caught.value).split()[0] == name
 
 
 def test_bad_requests_are_refused(trace: Trace, tmp_path: Path) -> None:
     for name in ("fps", "force_scale"):
-        with pytest.raises(ParameterError, match=name):
+        with refused(ParameterError, name, 0.0):
             write_html(trace, tmp_path / "x.html", **{name: 0.0})
-    with pytest.raises(ParameterError, match="speed"):
+    with refused(ParameterError, "speed", float("nan")):
         animation_command(trace, speed=float("nan"))
-    with pytest.raises(ViewerError, match="URDF cannot be drawn"):
+    with refused(ViewerError, about=("URDF",)) as caught:
         write_html(synthetic_trace(urdf="no robot"), tmp_path / "x.html")
+    assert caught.value.__cause__ is not None  # what reads the URDF has said what is wrong
     other = replace(trace, joint_names=("knee", *JOINTS[1:]))
-    with pytest.raises(ViewerError, match="no joint 'knee'"):
+    with refused(ViewerError, about=("'knee'",)):
         write_html(other, tmp_path / "x.html")
     assert os.listdir(tmp_path) == []
 
@@ -263,12 +266,12 @@ def test_a_failed_write_keeps_the_old_page(
     trace: Trace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: object) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     path = tmp_path / "walk.html"
     path.write_text("old")
     monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(TraceFileError, match=r"walk\.html: .*No space left"):
+    with refused(TraceFileError, about=("walk.html", os.strerror(errno.ENOSPC))):
         write_html(trace, path)
     assert (path.read_text(), os.listdir(tmp_path)) == ("old", ["walk.html"])
 
@@ -309,7 +312,7 @@ def test_a_browser_that_comes_late_gets_scene_and_motion(trace: Trace) -> None:
 def test_a_taken_port_is_a_viewer_error(trace: Trace) -> None:
     with live_viewer(trace) as viewer:
         port = int(viewer.url.split(":")[2].split("/")[0])
-        with pytest.raises(ViewerError, match=rf"port {port} "), live_viewer(trace, port=port):
+        with refused(ViewerError, about=(str(port),)), live_viewer(trace, port=port):
             pass
 
 

@@ -125,5 +125,6 @@ def test_what_cannot_be_prescribed_is_refused(robot: hp.Robot) -> None:
     beside = robot.stand()
     q = beside.q.copy()
     q[7] += 0.01
-    with pytest.raises(hp.errors.StateError, match=f"{robot.joint_names[0]} = 0.01 rad"):
+    about = (robot.joint_names[0], "0.01", "Scene.prescribed")
+    with refused(hp.errors.StateError, about=about):
         hp.simulate(scene, hp.HoldPosture(), duration=0.1, initial=hp.State(q, beside.v))

@@ -16,6 +16,7 @@ import time
 from pathlib import Path
 
 import pytest
+from refusals import refused
 from synthetic import synthetic_trace
 
 import hexapod_pin as hp
@@ -212,7 +213,7 @@ def test_a_run_without_a_second_thread_is_the_same(monkeypatch: pytest.MonkeyPat
 
 def test_the_viewer_needs_a_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(threading.Thread, "start", _refuse)
-    with pytest.raises(ViewerError, match="thread"):
+    with refused(ViewerError, about=("thread",)):
         view(synthetic_trace(duration=0.1), seconds=0.0, open_browser=False)
 
 
@@ -254,9 +255,8 @@ def test_threads_are_looked_for_before_libraries_are_loaded(
     monkeypatch.setattr(resources, "_workers", lambda: 3)
     resources.require_resources()
     monkeypatch.setattr(threading.Thread, "start", _refuse)
-    with pytest.raises(ResourceError) as refused:
+    with refused(ResourceError, "threads"):
         resources.require_resources()
-    assert refused.value.name == "threads"
 
 
 @pytest.mark.parametrize(("given", "most"), [("1", 0), ("3", 2), ("0", 63), ("x", 63), ("", 63)])
@@ -400,11 +400,10 @@ def test_tests_have_ctrl_c_where_it_is_ignored() -> None:
 def _refused(path: Path) -> str:
     """Return the way out that the refusal of a file states."""
     modules, places = dict(sys.modules), list(sys.path)
-    with pytest.raises(ParameterError) as refused:
+    with refused(ParameterError, "--import", str(path)) as caught:
         import_file("--import", path)
-    assert (refused.value.name, refused.value.value) == ("--import", str(path))
     assert (sys.modules, sys.path) == (modules, places)
-    return refused.value.hint
+    return caught.value.hint
 
 
 ENDINGS = {

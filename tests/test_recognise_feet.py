@@ -147,11 +147,12 @@ def test_given_feet_and_radius_go_before_shapes() -> None:
     assert [leg.radius for leg in layout.legs] == [0.02] * 6
     knees = [f"{leg}_tibia" for leg in LEGS]
     assert [leg.foot for leg in found(text, feet=knees).legs] == [f"{leg}_foot" for leg in LEGS]
-    with pytest.raises(UrdfError, match="axis of the last joint"):
+    about = ("leg lf", "'lf_tibia'", "'lf_tibia_joint'", "feet=[...]")
+    with refused(UrdfError, source="rewritten.urdf", about=about):
         found(with_shape(""), feet=knees)
     with refused(UnknownNameError, kind="foot link", name="no_such"):
         found(text, feet=["no_such"] * 6)
-    with pytest.raises(UrdfError, match="leg rr"):
+    with refused(UrdfError, source="rewritten.urdf", about=("leg rr", "rr_foot")):
         found(text, feet=[f"{leg}_foot" for leg in LEGS[:5]])
     with refused(ParameterError, "foot_radius", -1.0):
         found(text, foot_radius=-1.0)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from leg_robots import COXA, FEMUR, RADIUS, TIBIA, joint, legged, link
+from refusals import refused
 from rewritten_urdf import Rewritten, about_z
 
 from hexapod_pin.arrays import Array
@@ -153,9 +154,10 @@ def test_hints_name_legs_direction_and_places() -> None:
     assert layout.turn == pytest.approx(about_z(90.0), abs=1e-15)
     assert sorted(leg.name for leg in layout.legs) == sorted(names)
     assert layout.held == {"pan_joint": 0.2}
-    with pytest.raises(UrdfError, match="forward="):
+    with refused(UrdfError, source="rewritten.urdf", about=("'z'", "+z", "forward=[...]")):
         found(legged(6), forward="z")
-    with pytest.raises(UrdfError, match=r"legs=.*leg two: no_such_joint"):
+    about = ("legs=[...]", "leg two", "no_such_joint", "'base_link'")
+    with refused(UrdfError, source="rewritten.urdf", about=about):
         found(legged(6), legs={**given, "two": ["no_such_joint"]})
 
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.special import lambertw
 from vehicles import HARD_CASES
 
@@ -92,16 +93,18 @@ def test_elastic_and_dead() -> None:
     """Restitution 1 needs no damping; 0 would need infinitely much, and says so."""
     assert exact_damping_ratio(1.0) == 0.0
     assert hp.Restitution(stiffness=1e6, restitution=1.0).delivered == 1.0
-    for wrong in (0.0, -0.1, 1.1):
-        with pytest.raises(ParameterError, match=r"Restitution\.restitution"):
+    for wrong, bound in ((-0.1, 0.0), (1.1, 1.0)):
+        with refused(ParameterError, "Restitution.restitution", wrong, allowed=(bound,)):
             hp.Restitution(stiffness=1e6, restitution=wrong)
-    with pytest.raises(ParameterError, match="stops a mass dead"):
+    with refused(
+        ParameterError, "Restitution.restitution", 0.0, allowed=(0.0, 1.0), about=("0.01",)
+    ):
         hp.Restitution(stiffness=1e6, restitution=0.0)
     for wrong in (0.0, 1.0000001, math.nan):
-        with pytest.raises(ParameterError, match="restitution"):
+        with refused(ParameterError, "restitution", wrong, allowed=(0.0, 1.0), about=("0.01",)):
             exact_damping_ratio(wrong)
     for wrong in (-1e-9, math.inf, math.nan):
-        with pytest.raises(ParameterError, match="eta"):
+        with refused(ParameterError, "eta", wrong):
             delivered_restitution(wrong)
 
 
@@ -130,5 +133,6 @@ def test_free_impact_conserves_energy_and_momentum() -> None:
 
 @pytest.mark.parametrize(("mass", "speed"), [(0.0, 0.1), (0.1, -1.0), (math.nan, 0.1)])
 def test_free_impact_needs_mass_and_speed(mass: float, speed: float) -> None:
-    with pytest.raises(ParameterError, match="mass|speed"):
+    name, value = ("speed", speed) if mass > 0.0 else ("mass", mass)
+    with refused(ParameterError, name, value, allowed=(1e-9, 1e9)):
         bounce(hp.Contact.s1().normal, mass=mass, speed=speed)

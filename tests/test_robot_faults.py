@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import html
 import os
 import re
@@ -33,24 +34,33 @@ def links(count: int) -> str:
 ENTITY = '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]><robot name="a">&x;</robot>'
 
 REFUSED = {
-    "ten thousand links": (BASE.replace("</robot>", links(10_000) + "</robot>"), "at most 2000"),
-    "a million levels": ("<a>" * 1_000_000 + "</a>" * 1_000_000, "nested deeper than 100"),
-    "external entity": (ENTITY, "DOCTYPE"),
-    "entity bomb": ('<!DOCTYPE r [<!ENTITY a "aa">]><robot name="&a;"/>', "DOCTYPE"),
-    "empty": ("", "not XML"),
-    "reserved joint": (BASE.replace('"lf_coxa_joint"', '"universe"'), "joint 'universe'"),
-    "reserved link": (BASE.replace('"base_link"', '"universe"'), "link 'universe'"),
-    "huge mass": (re.sub('mass value="[^"]*"', 'mass value="1e308"', BASE), "unreadable mass"),
-    "huge place": (re.sub('xyz="[^"]*"', 'xyz="1e308 0 0"', BASE), "unreadable origin"),
+    "ten thousand links": (
+        BASE.replace("</robot>", links(10_000) + "</robot>"),
+        ("links", "10025", "2000"),
+    ),
+    "a million levels": ("<a>" * 1_000_000 + "</a>" * 1_000_000, ("nested", "100")),
+    "external entity": (ENTITY, ("<!DOCTYPE",)),
+    "entity bomb": ('<!DOCTYPE r [<!ENTITY a "aa">]><robot name="&a;"/>', ("<!DOCTYPE",)),
+    "empty": ("", ("XML", "line 1", "column 0")),
+    "reserved joint": (BASE.replace('"lf_coxa_joint"', '"universe"'), ("joint 'universe'",)),
+    "reserved link": (BASE.replace('"base_link"', '"universe"'), ("link 'universe'",)),
+    "huge mass": (
+        re.sub('mass value="[^"]*"', 'mass value="1e308"', BASE),
+        ("link 'base_link'", "link 'lf_tibia'", "mass '1e308' kg"),
+    ),
+    "huge place": (
+        re.sub('xyz="[^"]*"', 'xyz="1e308 0 0"', BASE),
+        ("joint 'lf_coxa_joint'", "origin xyz '1e308 0 0'"),
+    ),
 }
 
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_a_file_is_refused_with_what_is_wrong(name: str, tmp_path: Path):
-    text, told = REFUSED[name]
+    text, about = REFUSED[name]
     path = tmp_path / "robot.urdf"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(UrdfError, match=re.escape(told)):
+    with refused(UrdfError, source=str(path), about=about):
         hp.load_robot(path)
 
 
@@ -65,22 +75,31 @@ def test_text_that_is_not_utf8_is_told_with_its_byte(data: bytes, tmp_path: Path
     path = tmp_path / "robot.urdf"
     path.write_bytes(data)
     place = next(k for k, byte in enumerate(data) if byte >= 128)
-    with pytest.raises(UrdfError, match=rf"not UTF-8 text \(byte {place}\)"):
+    with refused(UrdfError, source=str(path), about=("UTF-8", f"(byte {place})")):
         hp.load_robot(path)
 
 
 def test_names_that_no_file_has(tmp_path: Path):
-    with pytest.raises(UrdfError, match="[Ff]ile name too long"):
-        hp.load_robot(tmp_path / ("a" * 300 + ".urdf"))
-    with pytest.raises(UrdfError, match="a folder.*; give the path"):
+    long = tmp_path / ("a" * 300 + ".urdf")
+    reason = os.strerror(errno.ENAMETOOLONG)[1:]  # it may begin with a small letter
+    with refused(UrdfError, source=str(long), about=(reason,)):
+        hp.load_robot(long)
+    with refused(UrdfError, source=str(tmp_path), about=("folder", "URDF")):
         hp.load_robot(tmp_path)
     with refused(ParameterError, "load_robot.source", "a\u0000b.urdf"):
         hp.load_robot("a\0b.urdf")
 
 
-@pytest.mark.parametrize("radius", [1e308, 100.1, -1e-3])
-def test_foot_radii_out_of_range(radius: float):
-    with pytest.raises(ParameterError, match="foot_radius"):
+@pytest.mark.parametrize(
+    ("radius", "name", "allowed"),
+    [
+        (1e308, "LoadOptions.foot_radius", (1e30,)),
+        (100.1, "foot_radius", (0.0, 100.0)),
+        (-1e-3, "foot_radius", (0.0, 100.0)),
+    ],
+)
+def test_foot_radii_out_of_range(radius: float, name: str, allowed: tuple[float, ...]):
+    with refused(ParameterError, name, radius, allowed=allowed):
         hp.load_robot("kharagpur", foot_radius=radius)
 
 
@@ -97,19 +116,25 @@ def test_huge_limits_end_in_a_result_or_a_refusal(name: str, tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    "expression",
-    ["${9**9**9}", "${2**(2**40)}", "${1 &lt;&lt; 10**9}", "${10**1000000}",
-     "${__import__('os').getcwd()}", "${(1).__class__}", "${len.__self__}", "${'a'*10**10}",
-     "${len(list(range(10**9)))}", "${[1]*10**9}", "${math.factorial(10**6)}",
-     "${'%999999999d' % 1}", "${'a'.format(1)}", "${'a'.ljust(10**9)}",
-     "${('a'*99999).replace('a', 'b'*99999)}", "${('a'*99999).join(['b']*99999)}",
-     "${[[x for x in range(9999)] for y in range(9999)]}", "${(lambda: 1)()}",
-     "${python.vars(math)}"],
+    ("expression", "about"),
+    [
+        ("${9**9**9}", "4096"), ("${2**(2**40)}", "4096"), ("${1 &lt;&lt; 10**9}", "4096"),
+        ("${10**1000000}", "4096"), ("${__import__('os').getcwd()}", "'__import__'"),
+        ("${(1).__class__}", "'__class__'"), ("${len.__self__}", "'__self__'"),
+        ("${'a'*10**10}", "100000"), ("${len(list(range(10**9)))}", "100000"),
+        ("${[1]*10**9}", "100000"), ("${math.factorial(10**6)}", "'factorial'"),
+        ("${'%999999999d' % 1}", "width"), ("${'a'.format(1)}", "'format'"),
+        ("${'a'.ljust(10**9)}", "'ljust'"),
+        ("${('a'*99999).replace('a', 'b'*99999)}", "100000"),
+        ("${('a'*99999).join(['b']*99999)}", "100000"),
+        ("${[[x for x in range(9999)] for y in range(9999)]}", "200000"),
+        ("${(lambda: 1)()}", "Lambda"), ("${python.vars(math)}", "'vars'"),
+    ],
 )  # fmt: skip
-def test_expressions_that_take_for_ever_or_lead_out(expression: str, tmp_path: Path):
+def test_expressions_that_take_for_ever_or_lead_out(expression: str, about: str, tmp_path: Path):
     path = tmp_path / "robot.xacro"
     path.write_text(XACRO.format(f'<link name="{expression}"/>'), encoding="utf-8")
-    with pytest.raises(UrdfError, match=r"not allowed|more than|may use"):
+    with refused(UrdfError, source=str(path), about=(about, html.unescape(expression[2:-1]))):
         hp.load_robot(path)
 
 
@@ -176,7 +201,7 @@ def test_macros_that_call_each_other_ten_times_each_are_ended(tmp_path: Path):
     path = tmp_path / "robot.xacro"
     last = '<xacro:macro name="m8"/>'
     path.write_text(XACRO.format(macros + last + "<xacro:m0/>"), encoding="utf-8")
-    with pytest.raises(UrdfError, match="more than 5000 calls of macros"):
+    with refused(UrdfError, source=str(path), about=("5000", "macros")):
         hp.load_robot(path)
 
 
@@ -184,7 +209,8 @@ def test_an_include_that_is_no_regular_file_is_refused(tmp_path: Path):
     os.mkfifo(tmp_path / "inc.xacro")
     path = tmp_path / "robot.xacro"
     path.write_text(XACRO.format('<xacro:include filename="inc.xacro"/>'), encoding="utf-8")
-    with pytest.raises(UrdfError, match="no regular file"):
+    about = (str(tmp_path / "inc.xacro"), "regular")
+    with refused(UrdfError, source=str(path), about=about):
         hp.load_robot(path)
 
 
@@ -195,7 +221,7 @@ def test_a_yaml_file_that_repeats_itself_is_not_written_out(member: str, tmp_pat
     loaded = '<xacro:property name="y" value="${xacro.load_yaml(\'y.yaml\')}"/>'
     path = tmp_path / "robot.xacro"
     path.write_text(XACRO.format(loaded + f'<link name="{member}"/>'), encoding="utf-8")
-    with pytest.raises(UrdfError, match="more than 100000"):
+    with refused(UrdfError, source=str(path), about=("100000", "'y.yaml'")):
         hp.load_robot(path)
 
 
@@ -203,5 +229,5 @@ def test_a_yaml_file_that_never_ends_is_not_read(tmp_path: Path):
     path = tmp_path / "robot.xacro"
     loaded = "<link name=\"${xacro.load_yaml('/dev/zero')}\"/>"
     path.write_text(XACRO.format(loaded), encoding="utf-8")
-    with pytest.raises(UrdfError, match="no regular file"):
+    with refused(UrdfError, source=str(path), about=("/dev/zero", "regular")):
         hp.load_robot(path)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
@@ -76,7 +76,8 @@ def test_infinite_limits_jump_and_zero_limits_refuse_to_move(robot: hp.Robot) ->
     velocity = robot.velocity.copy()
     velocity[robot.joint_index("lf_coxa_joint")] = 0.0
     stuck = dataclasses.replace(robot, velocity=velocity)
-    with pytest.raises(ParameterError, match=r"lf_coxa_joint at t = 1 s .* velocity limit is 0"):
+    name = "SampledTrajectory.q of lf_coxa_joint at t = 1 s"
+    with refused(ParameterError, name, 0.3, allowed=(0.0,), about=("0 rad/s",)):
         hp.SampledTrajectory([0.0, 1.0], q).plan(stuck, 2.0)
     still = hp.SampledTrajectory([0.0, 1.0], q[[0, 0]]).plan(stuck, 2.0)
     np.testing.assert_array_equal(still.q[0], q[0])
@@ -85,11 +86,9 @@ def test_infinite_limits_jump_and_zero_limits_refuse_to_move(robot: hp.Robot) ->
 def test_a_set_point_outside_its_range_is_refused(robot: hp.Robot) -> None:
     q = stepped(robot, {"rr_tibia_joint": 9.0})
     row = robot.joint_index("rr_tibia_joint")
-    limits = f"{robot.lower[row]:.4f} to {robot.upper[row]:.4f} rad"
-    told = f"SampledTrajectory.q of rr_tibia_joint at t = 0.5 s = {q[1, row]!r}: must be {limits}"
-    with pytest.raises(ParameterError, match=re.escape(told.replace("np.float64(", "")[:60])):
-        hp.SampledTrajectory([0.0, 0.5], q).plan(robot, 1.0)
-    with pytest.raises(ParameterError, match=re.escape(limits)):
+    name = "SampledTrajectory.q of rr_tibia_joint at t = 0.5 s"
+    limits = tuple(float(f"{limit[row]:.4f}") for limit in (robot.lower, robot.upper))
+    with refused(ParameterError, name, q[1, row], allowed=limits):
         hp.SampledTrajectory([0.0, 0.5], q).plan(robot, 1.0)
     plan = hp.SampledTrajectory([0.0, 0.5], q, limited=False).plan(robot, 1.0)
     assert plan.held

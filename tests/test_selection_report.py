@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import math
+import os
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from refusals import refused
 
 pytest.importorskip("matplotlib")
 
@@ -279,12 +282,13 @@ def test_numbers_lines_and_uses_as_text():
 
 def test_errors_are_typed_and_leave_no_file(tmp_path):
     """Another ending, a folder that is not there, a selection without motors."""
-    with pytest.raises(TraceFileError, match=r"\.html"):
+    with refused(TraceFileError, about=(str(tmp_path / "motors.docx"), ".html", ".pdf")):
         write_selection_report(selection(), tmp_path / "motors.docx")
     small = selection(demands={}, confidence=None)
-    with pytest.raises(TraceFileError, match="nowhere"):
-        write_selection_report(small, tmp_path / "nowhere" / "motors.html")
-    with pytest.raises(ParameterError, match="candidates"):
+    nowhere = tmp_path / "nowhere" / "motors.html"
+    with refused(TraceFileError, about=(str(nowhere), os.strerror(errno.ENOENT))):
+        write_selection_report(small, nowhere)
+    with refused(ParameterError, "selection.candidates", 0):
         write_selection_report(selection(candidates=(), choice=None), tmp_path / "motors.html")
     assert list(tmp_path.iterdir()) == []
 

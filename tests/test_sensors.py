@@ -237,15 +237,14 @@ BAD = [
 
 @pytest.mark.parametrize(("given", "name"), BAD, ids=str)
 def test_bad_settings_are_refused_by_name(given: dict, name: str):
-    with pytest.raises(hp.errors.ParameterError) as caught:
+    with refused(hp.errors.ParameterError, name):
         hp.Sensors(**given)
-    assert caught.value.name == name
 
 
 @pytest.mark.parametrize("field", ["noise", "bias", "quantisation"])
 @pytest.mark.parametrize("value", [-1e-9, float("nan"), float("inf")])
 def test_bad_numbers_of_a_sensor_are_refused(field: str, value: float):
-    with pytest.raises(hp.errors.ParameterError, match=f"Sensor.{field}"):
+    with refused(hp.errors.ParameterError, f"Sensor.{field}", value):
         hp.Sensor(**{field: value})
 
 
@@ -255,7 +254,7 @@ def test_bad_cases_ticks_and_rows_are_refused():
             NOISY.start(cases)
     with refused(hp.errors.ParameterError, "tick", -1):
         NOISY.start([0]).read(-1, still(1))
-    with pytest.raises(hp.errors.StateError, match=r"\(2,\).*1 cases"):
+    with refused(hp.errors.StateError, about=("measurement.q", "(2,)", "1")):
         NOISY.start([0]).read(0, still(2))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
@@ -91,5 +92,5 @@ def test_stiffer_servos_keep_kd_over_kp_limits_and_motor(gain) -> None:
 def test_a_factor_is_positive_and_finite(factor: float) -> None:
     servo = hp.Servo(kp=1.0, kd=0.1)
     for part in (*NORMAL_LAWS.values(), hp.Contact.s1(), hp.Contact.accurate().friction, servo):
-        with pytest.raises(ParameterError, match="factor"):
+        with refused(ParameterError, "factor", factor):
             part.stiffer(factor)

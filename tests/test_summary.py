@@ -161,14 +161,20 @@ def test_a_summary_is_kept_in_a_file(trace: hp.Trace, tmp_path: Path) -> None:
     assert hp.load_summary(path) == summary
     assert hp.load_trace(trace.save(tmp_path / "trace.nc")).summary == summary
     assert hp.Case.from_toml(summary.case_toml) == trace.case
-    with pytest.raises(TraceFileError, match="not a summary"):
-        hp.load_summary(write(tmp_path / "other.json", "{}"))
     found = json.loads(path.read_text())
+    for text in ("{}", json.dumps({**found, "schema": "of another program"})):
+        other = write(tmp_path / "other.json", text)
+        with refused(TraceFileError, about=(str(other),)) as caught:
+            hp.load_summary(other)
+        assert caught.value.__cause__ is None  # it is JSON, and none of its entries is judged
     found["data"]["torque_peak"] = [1.0]
-    with pytest.raises(TraceFileError, match="torque_peak.*18 values, one per joint"):
-        hp.load_summary(write(tmp_path / "bad.json", json.dumps(found)))
-    with pytest.raises(TraceFileError, match="none"):
-        hp.load_summary(tmp_path / "none.json")
+    bad = write(tmp_path / "bad.json", json.dumps(found))
+    with refused(TraceFileError, about=(str(bad), "data.torque_peak", "[1.0]", "18")):
+        hp.load_summary(bad)
+    none = tmp_path / "none.json"
+    with refused(TraceFileError, about=(str(none),)) as caught:
+        hp.load_summary(none)
+    assert isinstance(caught.value.__cause__, FileNotFoundError)
 
 
 def write(path: Path, text: str) -> Path:

@@ -12,6 +12,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import read_terrain
+from hexapod_pin.ground.terrain.ground import FARTHEST_M
 
 HILLS = hp.HeightField.random(3, amplitude=0.02, wavelength=0.3, size=2.0)
 
@@ -20,52 +21,67 @@ HILLS = hp.HeightField.random(3, amplitude=0.02, wavelength=0.3, size=2.0)
 
 
 @pytest.mark.parametrize(
-    ("data", "named"),
+    ("data", "name", "value"),
     [
-        ({"kind": "lava"}, "terrain.kind"),
-        ({}, "terrain.kind"),
-        ({"kind": "flat", "height": math.nan}, "Flat.height"),
-        ({"kind": "slope", "angle": 1.1}, "Slope.angle"),
-        ({"kind": "slope", "angle": math.inf}, "Slope.angle"),
-        ({"kind": "stairs", "rise": -0.1, "run": 0.3, "count": 1}, "Stairs.rise"),
-        ({"kind": "stairs", "rise": 0.1, "run": 0.0, "count": 1}, "Stairs.run"),
-        ({"kind": "stairs", "rise": 0.1, "run": 0.3, "count": 0}, "Stairs.count"),
-        ({"kind": "ledge", "height": 0.0}, "Ledge.height"),
-        ({"kind": "groove", "angle_left": 0.0, "angle_right": 0.5}, "Groove.angle_left"),
-        ({"kind": "groove", "angle_left": 0.5, "angle_right": 1.2}, "Groove.angle_right"),
-        ({"kind": "shaken", "amplitude": 0.1, "frequency": 0.0}, "ShakingGround.frequency"),
-        ({"kind": "shaken", "amplitude": 0.1}, "ShakingGround.frequency"),
-        ({"kind": "patched", "ground": {"kind": "flat"}, "patches": []}, "PatchedGround.patches"),
-        ({"kind": "patched", "ground": {"kind": "slope", "angle": 3.0}, "patches": []}, "angle"),
-        ({**HILLS.model_dump(), "heights": "AAAA"}, "HeightField.heights"),
-        ({**HILLS.model_dump(), "heights": "not base64!"}, "HeightField.heights"),
-        ({**HILLS.model_dump(), "spacing": [0.1, 0.0]}, "HeightField.spacing"),
+        ({"kind": "lava"}, "terrain.kind", "lava"),
+        ({}, "terrain.kind", None),
+        ({"kind": "flat", "height": math.nan}, "Flat.height", math.nan),
+        ({"kind": "slope", "angle": 1.1}, "Slope.angle", 1.1),
+        ({"kind": "slope", "angle": math.inf}, "Slope.angle", math.inf),
+        ({"kind": "stairs", "rise": -0.1, "run": 0.3, "count": 1}, "Stairs.rise", -0.1),
+        ({"kind": "stairs", "rise": 0.1, "run": 0.0, "count": 1}, "Stairs.run", 0.0),
+        ({"kind": "stairs", "rise": 0.1, "run": 0.3, "count": 0}, "Stairs.count", 0),
+        ({"kind": "ledge", "height": 0.0}, "Ledge.height", 0.0),
+        ({"kind": "groove", "angle_left": 0.0, "angle_right": 0.5}, "Groove.angle_left", 0.0),
+        ({"kind": "groove", "angle_left": 0.5, "angle_right": 1.2}, "Groove.angle_right", 1.2),
+        ({"kind": "shaken", "amplitude": 0.1, "frequency": 0.0}, "ShakingGround.frequency", 0.0),
+        ({"kind": "shaken", "amplitude": 0.1}, "ShakingGround.frequency", None),
+        (
+            {"kind": "patched", "ground": {"kind": "flat"}, "patches": []},
+            "PatchedGround.patches",
+            [],
+        ),
+        (
+            {"kind": "patched", "ground": {"kind": "slope", "angle": 3.0}, "patches": []},
+            "Slope.angle",
+            3.0,
+        ),
+        ({**HILLS.model_dump(), "heights": "AAAA"}, "HeightField.heights", "AAAA"),
+        ({**HILLS.model_dump(), "heights": "not base64!"}, "HeightField.heights", "not base64!"),
+        ({**HILLS.model_dump(), "spacing": [0.1, 0.0]}, "HeightField.spacing.1", 0.0),
     ],
 )
-def test_bad_parameters_are_named(data: dict, named: str) -> None:
-    with pytest.raises(ParameterError, match=named):
+def test_bad_parameters_are_named(data: dict, name: str, value: object) -> None:
+    with refused(ParameterError, name, value):
         read_terrain(data)
 
 
 def test_a_patch_must_have_an_area() -> None:
-    with refused(ParameterError, "Patch"):
+    with refused(ParameterError, "Patch", about=("(0.0, 0.0)", "(1.0, 0.0)")):
         hp.Patch(low=(0.0, 0.0), high=(1.0, 0.0))
 
 
 @pytest.mark.parametrize(
-    ("z", "named"),
+    ("z", "name", "allowed", "about"),
     [
-        ([[0.0, 1.0], [0.0]], "rectangle"),
-        ([[0.0, 0.0]], "shape"),
-        ([0.0, 1.0], "shape"),
-        ([["a", 0.0], [0.0, 0.0]], "rectangle"),
-        ([[0.0, 0.0], [0.0, math.nan]], r"z\[1, 1\]"),
-        ([[0.0, 0.0], [0.0, math.inf]], r"z\[1, 1\]"),
-        ([[0.0, 0.0, 0.2], [0.0, 0.0, 0.2]], r"after \[0, 1\].*deg"),
+        ([[0.0, 1.0], [0.0]], "HeightField.z", (2,), ()),
+        ([[0.0, 0.0]], "HeightField.z", (2,), ("(1, 2)",)),
+        ([0.0, 1.0], "HeightField.z", (2,), ("(2,)",)),
+        ([["a", 0.0], [0.0, 0.0]], "HeightField.z", (2,), ()),
+        ([[0.0, 0.0], [0.0, math.nan]], "HeightField.z[1, 1]", (FARTHEST_M,), ("nan",)),
+        ([[0.0, 0.0], [0.0, math.inf]], "HeightField.z[1, 1]", (FARTHEST_M,), ("inf",)),
+        (
+            [[0.0, 0.0, 0.2], [0.0, 0.0, 0.2]],
+            "slope of HeightField.z after [0, 1]",
+            (60,),
+            ("63.4 deg",),
+        ),
     ],
 )
-def test_bad_heights_are_named(z, named: str) -> None:
-    with pytest.raises(ParameterError, match=named):
+def test_bad_heights_are_named(
+    z, name: str, allowed: tuple[float, ...], about: tuple[str, ...]
+) -> None:
+    with refused(ParameterError, name, allowed=allowed, about=about):
         hp.HeightField.from_array(z, 0.1)
 
 
@@ -89,21 +105,28 @@ def test_csv_rows_are_y_and_columns_are_x(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "named"),
+    ("text", "place", "value"),
     [
-        ("0,0\n0,high\n", "row 2, column 2"),
-        ("0,0\n0,nan\n", "row 2, column 2"),
-        ("0,0\n0,\n", "row 2, column 2"),
-        ("0,0\n\n0,0,0\n", "row 3"),
-        ("", "empty"),
-        ("0;0\n0;0\n", "row 1, column 1"),
+        ("0,0\n0,high\n", "row 2, column 2", "high"),
+        ("0,0\n0,nan\n", "row 2, column 2", "nan"),
+        ("0,0\n0,\n", "row 2, column 2", ""),
+        ("0,0\n\n0,0,0\n", "row 3", "3 columns"),
+        ("0;0\n0;0\n", "row 1, column 1", "0;0"),
     ],
 )
-def test_bad_csv_names_row_and_column(text: str, named: str, tmp_path: Path) -> None:
+def test_bad_csv_names_row_and_column(text: str, place: str, value: str, tmp_path: Path) -> None:
     path = tmp_path / "ground.csv"
     path.write_text(text)
-    with pytest.raises(ParameterError, match=named):
+    with refused(ParameterError, f"{path}, {place}", value):
         hp.HeightField.from_csv(path, 0.1)
+
+
+def test_an_empty_csv_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "ground.csv"
+    path.touch()
+    with refused(ParameterError, "path", str(path)) as caught:
+        hp.HeightField.from_csv(path, 0.1)
+    assert caught.value.__cause__ is None  # it could be read, as text
 
 
 def test_unreadable_files_are_refused(tmp_path: Path) -> None:

@@ -168,16 +168,18 @@ def test_a_walk_of_ones_own_and_the_straight_one() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("name", "value", "allowed"),
     [
-        ({"strokes": []}, "strokes"), ({"strokes": [0.1, 0.1]}, "ascending"),
-        ({"cycle_times": [-1.0]}, "cycle_times"), ({"cycles": 0}, "cycles"),
-        ({"check": -1}, "check"), ({"walk": "moon"}, "walk"), ({"accuracy": 3.0}, "accuracy"),
+        ("strokes", [], ()), ("strokes", [0.1, 0.1], ()), ("cycle_times", [-1.0], ()),
+        ("cycles", 0, (1,)), ("check", -1, (0,)), ("walk", "moon", ()),
+        ("accuracy", 3.0, (1e-8, 0.1)),
     ],
 )  # fmt: skip
-def test_what_is_out_of_range_is_refused_before_anything_runs(change: dict, told: str) -> None:
-    settings = {"strokes": [0.1], "cycle_times": [1.0], **change}
-    with pytest.raises(ParameterError, match=told):
+def test_what_is_out_of_range_is_refused_before_anything_runs(
+    name: str, value: object, allowed: tuple[float, ...]
+) -> None:
+    settings = {"strokes": [0.1], "cycle_times": [1.0], name: value}
+    with refused(ParameterError, name, value, allowed=allowed):
         hp.torque_map(SCENE, settings.pop("walk", "arc"), **settings)
 
 
@@ -187,7 +189,7 @@ def test_an_interrupted_map_keeps_what_is_done() -> None:
     def stop(fraction: float) -> None:
         raise KeyboardInterrupt
 
-    with pytest.raises(SweepInterrupted, match="1 of 2 points") as caught:
+    with refused(SweepInterrupted, about=("1", "2")) as caught:
         hp.torque_map(SCENE, strokes=[0.06], cycle_times=[0.8, 0.9], accuracy=1e-3, progress=stop)
     kept = caught.value.result
     assert not kept.finished and sorted(kept.reason[0]) == ["", NOT_RUN]
@@ -203,7 +205,7 @@ def test_the_file_gives_every_bit_back(found: hp.TorqueMap, tmp_path: Path) -> N
         assert data["torque_peak"].dims == ("stroke", "cycle_time", "joint")
         assert all({"units", "long_name"} <= set(data[name].attrs) for name in LAYOUT)
     assert found.meta["scene"] == SCENE.to_toml() and "hexapod-pin" in found.meta["versions"]
-    with pytest.raises(TraceFileError, match="schema"):
+    with refused(TraceFileError, about=("hexapod_pin.torque_map", "hexapod_pin.gait_energy")):
         hp.load_gait_energy(path)
 
 

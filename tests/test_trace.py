@@ -62,7 +62,8 @@ def test_arrays_are_read_only_copies() -> None:
     torque[:] = 7.0
     assert np.all(trace.torque == 1.0)
     for array in (trace.torque, trace.foot_normal, trace.energy["kinetic"]):
-        with pytest.raises(ValueError, match="read-only"):
+        assert not array.flags.writeable
+        with pytest.raises(ValueError):
             array[0] = 1.0
     with pytest.raises(TypeError):
         trace.energy["kinetic"] = np.zeros(3)  # type: ignore[index]
@@ -71,26 +72,24 @@ def test_arrays_are_read_only_copies() -> None:
 @pytest.mark.parametrize("name", ["q", "v", "torque", "q_ref", "foot_force", "foot_gap", "com"])
 def test_a_wrong_shape_is_refused_by_name(name: str) -> None:
     trace = synthetic_trace()
-    with pytest.raises(ParameterError, match=rf"Trace\.{name}\b.*shape"):
-        replace(trace, **{name: getattr(trace, name)[:-1]})
+    whole = getattr(trace, name)
+    with refused(ParameterError, f"Trace.{name}", whole[:-1].shape, allowed=whole.shape):
+        replace(trace, **{name: whole[:-1]})
 
 
 def test_times_must_increase() -> None:
     trace = synthetic_trace()
-    with refused(ParameterError, "Trace.time"):
-        replace(trace, time=np.zeros_like(trace.time))
-    with refused(ParameterError, "Trace.time", (0,)):
+    still = np.zeros_like(trace.time)
+    with refused(ParameterError, "Trace.time", still):
+        replace(trace, time=still)
+    with refused(ParameterError, "Trace.time", (0,), allowed=(1,)):
         replace(trace, time=np.zeros(0))
 
 
 def test_a_missing_energy_is_refused_by_name() -> None:
     trace = synthetic_trace()
     energy = {name: trace.energy[name] for name in ENERGIES if name != "normal_loss"}
-    with refused(
-        ParameterError,
-        "Trace.energy",
-        ("elastic", "friction_loss", "joint_damping_loss", "kinetic", "potential", "servo_work"),
-    ):
+    with refused(ParameterError, "Trace.energy", sorted(energy), about=("['normal_loss']",)):
         replace(trace, energy=energy)
 
 
@@ -117,9 +116,9 @@ def test_joints_and_feet_are_found_by_name() -> None:
     trace = synthetic_trace()
     assert trace.joint("rf_femur_joint") == JOINTS.index("rf_femur_joint")
     assert trace.foot("rr_foot") == FEET.index("rr_foot")
-    with refused(UnknownNameError, kind="joint", name="knee"):
+    with refused(UnknownNameError, kind="joint", name="knee", known=list(JOINTS)):
         trace.joint("knee")
-    with refused(UnknownNameError, kind="foot", name="paw"):
+    with refused(UnknownNameError, kind="foot", name="paw", known=list(FEET)):
         trace.foot("paw")
 
 
@@ -202,32 +201,35 @@ def test_long_texts_fit(tmp_path: Path) -> None:
 
 
 def test_a_missing_file_is_refused_by_name(tmp_path: Path) -> None:
-    with pytest.raises(TraceFileError, match=r"nowhere\.nc: cannot be read \(no such file"):
-        load_trace(tmp_path / "nowhere.nc")
+    path = tmp_path / "nowhere.nc"
+    with refused(TraceFileError, about=(str(path),)) as caught:
+        load_trace(path)
+    assert isinstance(caught.value.__cause__, FileNotFoundError)
 
 
 @pytest.mark.parametrize("keep", [0, 7, 100, 0.5, 0.999])
 def test_a_truncated_file_is_refused(saved: Path, keep: float) -> None:
     content = saved.read_bytes()
     saved.write_bytes(content[: keep if isinstance(keep, int) else int(keep * len(content))])
-    with pytest.raises(TraceFileError, match=r"walk\.nc: (not a netCDF|truncated|damaged)"):
+    with refused(TraceFileError, about=(str(saved),)) as caught:
         load_trace(saved)
+    assert caught.value.__cause__ is not None  # HDF5 has refused it: no attribute was looked at
 
 
 def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "notes.nc"
     path.write_text("time,torque\n0,1\n" * 100)
-    with pytest.raises(TraceFileError, match=r"notes\.nc: not a netCDF-4 file"):
+    with refused(TraceFileError, about=(str(path), "HDF5")):
         load_trace(path)
     with h5netcdf.File(path, "w") as file:
         file.attrs["title"] = "weather"
-    with pytest.raises(TraceFileError, match=r"notes\.nc: not a trace"):
+    with refused(TraceFileError, about=(str(path), "None", "'hexapod_pin.trace'")):
         load_trace(path)
 
 
 def test_a_newer_schema_is_refused_with_the_way_out(saved: Path) -> None:
     edit(saved, "attribute", "schema_version", 3)
-    with pytest.raises(TraceFileError, match="schema version 3; .* up to 2: use the release"):
+    with refused(TraceFileError, about=(str(saved), "3", "2", "hexapod_pin")):
         load_trace(saved)
 
 
@@ -245,20 +247,20 @@ def test_a_file_of_schema_1_is_read_with_its_mean_forces(saved: Path) -> None:
 @pytest.mark.parametrize("name", ["torque", "meta", "energy_servo_work"])
 def test_a_missing_variable_is_named(saved: Path, name: str) -> None:
     edit(saved, "remove", name)
-    with pytest.raises(TraceFileError, match=name.removeprefix("energy_")):
+    with refused(TraceFileError, about=(str(saved), f"'{name}'")):
         load_trace(saved)
 
 
 def test_a_changed_number_does_not_pass_the_digest(saved: Path) -> None:
     edit(saved, "number", "com", 1.0)
-    with pytest.raises(TraceFileError, match="digest"):
+    with refused(TraceFileError, about=(str(saved), "digest")):
         load_trace(saved)
 
 
 def test_flipped_bytes_are_refused_or_harmless(trace: Trace, saved: Path) -> None:
     """Whatever byte a disk corrupts, the result is the same trace or a typed refusal."""
     content, places = saved.read_bytes(), np.random.default_rng(1)
-    refused = 0
+    caught = 0
     for place in places.integers(0, len(content), 60):
         broken = bytearray(content)
         broken[place] ^= 0xFF
@@ -266,8 +268,8 @@ def test_flipped_bytes_are_refused_or_harmless(trace: Trace, saved: Path) -> Non
         try:
             assert load_trace(saved) == trace  # the byte held nothing, or a derived quantity
         except TraceFileError:
-            refused += 1
-    assert refused > 10
+            caught += 1
+    assert caught > 10
 
 
 def refuse_to_write(monkeypatch: pytest.MonkeyPatch, call: str) -> None:
@@ -287,8 +289,9 @@ def test_a_failed_save_keeps_the_old_file(
     before, size = saved.read_bytes(), saved.stat().st_size
     refuse_to_write(monkeypatch, call)
     other = replace(trace, meta={**trace.meta, "method": "xxxx"})  # "none" before: same length
-    with pytest.raises(TraceFileError, match=rf"walk\.nc: .*No space left.* {size} bytes"):
+    with refused(TraceFileError, about=(str(saved), str(size))) as caught:
         other.save(saved)
+    assert caught.value.__cause__.errno == errno.ENOSPC
     assert saved.read_bytes() == before
     assert os.listdir(saved.parent) == ["walk.nc"]
 
@@ -299,28 +302,30 @@ def test_a_real_size_limit_keeps_the_old_file(trace: Trace, saved: Path) -> None
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (4096, hard))
     try:
-        with pytest.raises(TraceFileError, match="too large"):
+        with refused(TraceFileError, about=(str(saved), "ulimit -f")) as caught:
             trace.save(saved)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert caught.value.__cause__.errno == errno.EFBIG
     assert saved.read_bytes() == before
     assert os.listdir(saved.parent) == ["walk.nc"]
 
 
 def test_a_missing_directory_is_a_typed_error(trace: Trace, tmp_path: Path) -> None:
-    with pytest.raises(TraceFileError, match=r"walk\.nc: cannot be written"):
-        trace.save(tmp_path / "none" / "walk.nc")
     (tmp_path / "file").touch()
-    with pytest.raises(TraceFileError, match=r"walk\.nc: cannot be written"):
-        trace.save(tmp_path / "file" / "walk.nc")
+    for folder, number in (("none", errno.ENOENT), ("file", errno.ENOTDIR)):
+        path = tmp_path / folder / "walk.nc"
+        with refused(TraceFileError, about=(str(path),)) as caught:
+            trace.save(path)
+        assert caught.value.__cause__.errno == number
 
 
 def test_save_follows_no_link_and_gives_usual_permissions(trace: Trace, saved: Path) -> None:
     link = saved.with_name("latest.nc")
     link.symlink_to(saved)
-    with pytest.raises(TraceFileError, match="symbolic link"):
+    with refused(TraceFileError, about=(str(link), str(saved))) as caught:
         trace.save(link)
-    assert link.is_symlink()
+    assert caught.value.__cause__.errno == errno.ELOOP and link.is_symlink()
     plain = saved.with_name("plain")
     plain.touch()
     assert saved.stat().st_mode == plain.stat().st_mode
@@ -339,7 +344,7 @@ def test_damage_is_found_before_hdf5_follows_it(saved: Path) -> None:
     data = saved.read_bytes()
     for place in range(0, len(data) - 30, len(data) // 50):
         saved.write_bytes(data[:place] + bytes([data[place] ^ 16]) + data[place + 1 :])
-        with pytest.raises(TraceFileError, match="damaged: its bytes do not match its checksum"):
+        with refused(TraceFileError, about=(str(saved), "checksum")):
             load_trace(saved)
 
 
@@ -354,5 +359,5 @@ def test_an_array_larger_than_its_file_can_hold_is_not_made(saved: Path) -> None
     with h5netcdf.File(saved, "a") as file:
         del file._h5file["com"]
         file._h5file.create_dataset("com", shape=(10**12, 3), dtype="f8", chunks=(1000, 3))
-    with pytest.raises(TraceFileError, match=r"com is said to be of shape \(1000000000000, 3\)"):
+    with refused(TraceFileError, about=(str(saved), "/com", "(1000000000000, 3)")):
         load_trace(saved)

@@ -9,6 +9,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import DivergenceError, ParameterError, TuningInterrupted
@@ -167,9 +168,9 @@ def test_failing_candidates_do_not_stop_the_search() -> None:
 
 
 def test_errors_of_a_program_are_raised_and_not_scored() -> None:
-    with pytest.raises(KeyError, match="knee"):
+    with refused(KeyError, about=("knee",)):
         crouched(objective=lambda found, baseline: {}["knee"])
-    with pytest.raises(TypeError, match="nonsense"):
+    with refused(TypeError, about=("nonsense",)):
 
         def broken(found, baseline):
             if found[0] is not baseline[0]:
@@ -189,9 +190,10 @@ def test_ctrl_c_keeps_the_best_so_far() -> None:
         if len(calls) == 21:  # in the third generation
             raise KeyboardInterrupt
 
-    with pytest.raises(TuningInterrupted, match="20 of 40|21 of 40") as caught:
+    with refused(TuningInterrupted, about=("40",)) as caught:
         crouched(progress=interrupt)
     kept = caught.value.result
+    assert len(kept.history) in (20, 21) and f" {len(kept.history)} " in str(caught.value)
     assert kept.held_out is None and "interrupted" in kept.table()
     assert list(kept.history[:16]) == list(plain().history[:16])
     assert kept.tuned.best == min(one.score for one in kept.history)
@@ -214,30 +216,36 @@ def test_relative_objective_by_hand() -> None:
     ) / 4.5
     assert objective([other], [base]) == pytest.approx(expected, rel=1e-12)
     assert objective([base, other], [base, base]) == pytest.approx(0.5 + 0.5 * expected, rel=1e-12)
-    with pytest.raises(ParameterError, match="baseline"):
+    with refused(ParameterError, "none of the baseline", 0.0):
         hp.RelativeObjective({"none": 1.0}, {"none": lambda run: 0.0})([other], [base])
-    for weights in ({}, {"pitch_rms": -1.0}, {"pitch_rms": 0.0}, {"beauty": 1.0}):
-        with pytest.raises(ParameterError, match="weights"):
+    for weights in ({}, {"pitch_rms": -1.0}, {"pitch_rms": 0.0}):
+        with refused(ParameterError, "RelativeObjective.weights", weights):
             hp.RelativeObjective(weights)
+    with refused(ParameterError, "RelativeObjective.weights", "beauty"):
+        hp.RelativeObjective({"beauty": 1.0})
 
 
 @pytest.mark.parametrize(
-    ("changes", "named"),
+    ("changes", "name", "value"),
     [
-        ({"bounds": {}}, "bounds"),
-        ({"bounds": {"angle": (0.2, -0.2)}}, "bounds"),
-        ({"start": {"angle": 0.3}}, "start"),
-        ({"scenes": {}}, "scenes"),
-        ({"held_out": {}}, "held_out"),
-        ({"held_out": {"other": FLAT}}, "held_out"),
-        ({"held_out": {"flat": HIGH}}, "held_out"),
-        ({"budget": 15}, "budget"),
-        ({"population": 4}, "population"),
-        ({"penalty": math.inf}, "penalty"),
-        ({"objective": lambda found, baseline: math.nan}, "objective"),
-        ({"duration": -1.0}, "duration"),
+        ({"bounds": {}}, "bounds", []),
+        ({"bounds": {"angle": (0.2, -0.2)}}, "bounds[angle]", (0.2, -0.2)),
+        ({"start": {"angle": 0.3}}, "start[angle]", 0.3),
+        ({"scenes": {}}, "scenes", {}),
+        ({"held_out": {}}, "held_out", {}),
+        ({"held_out": {"other": FLAT}}, "held_out", ["other"]),
+        ({"held_out": {"flat": HIGH}}, "held_out", ["flat"]),
+        ({"budget": 15}, "budget", 15),
+        ({"population": 4}, "population", 4),
+        ({"penalty": math.inf}, "tune.penalty", math.inf),
+        (
+            {"objective": lambda found, baseline: math.nan},
+            "objective of the baseline",
+            math.nan,
+        ),
+        ({"duration": -1.0}, "duration", -1.0),
     ],
 )
-def test_what_does_not_fit_is_refused(changes: dict, named: str) -> None:
-    with pytest.raises(ParameterError, match=named):
+def test_what_does_not_fit_is_refused(changes: dict, name: str, value: object) -> None:
+    with refused(ParameterError, name, value):
         crouched(**changes)

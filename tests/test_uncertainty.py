@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from refusals import refused
 from scipy.special import ndtri
 
 import hexapod_pin as hp
@@ -212,7 +213,7 @@ def test_grid_points_are_told_apart() -> None:
         0.05, 0.1,
     ]  # fmt: skip
     for point in (None, 2, -1):
-        with pytest.raises(hp.errors.ParameterError, match="grid_point"):
+        with refused(hp.errors.ParameterError, "grid_point", point, allowed=(0, 1)):
             uncertainty(of, {"y": y}, "y", grid_point=point)
 
 
@@ -220,20 +221,21 @@ def test_wrong_values() -> None:
     """Quantity, shape and limit are checked, and a grid has no uncertainty."""
     of = study("sobol", 8)
     y = np.zeros(8)
-    for values, quantity, limit, name in (
-        ({"y": y}, "z", None, "quantity"),
-        ({"y": np.zeros((8, 3))}, "y", None, r"values\['y'\]"),
-        ({"y": y}, "y", math.nan, "limit"),
-    ):
-        with pytest.raises(hp.errors.ParameterError, match=name):
-            uncertainty(of, values, quantity, limit)
+    with refused(hp.errors.ParameterError, "quantity", "z"):
+        uncertainty(of, {"y": y}, "z")
+    with refused(hp.errors.ParameterError, "values['y']", allowed=(8,), about=("(8, 3)",)):
+        uncertainty(of, {"y": np.zeros((8, 3))}, "y")
+    with refused(hp.errors.ParameterError, "uncertainty.limit", math.nan):
+        uncertainty(of, {"y": y}, "y", math.nan)
     plain = SweepStudy.from_toml(
         'schema = 1\n[base]\nrobot = "kharagpur"\n[[vary]]\ninput = "stroke"\nvalues = [0.1]\n'
     )
-    with pytest.raises(hp.errors.ParameterError, match="a design"):
+    with refused(hp.errors.ParameterError, "study", f"{plain.name!r}, a grid"):
         uncertainty(plain, {"y": np.zeros(1)}, "y")
-    for rows in (np.zeros(30), np.zeros(3 * 4), np.full(32, math.nan)):
-        with pytest.raises(hp.errors.ParameterError, match="values"):
+    for rows, about in (
+        (np.zeros(30), "(30,)"), (np.zeros(3 * 4), "(12,)"), (np.full(32, math.nan), "32"),
+    ):  # fmt: skip
+        with refused(hp.errors.ParameterError, "values", about=(about,)):
             sobol_indices(rows, ("a", "b"))
 
 

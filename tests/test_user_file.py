@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.user_file import user_path
@@ -77,6 +78,8 @@ def test_no_file_ends_a_command_in_one_line(
 def test_a_folder_is_no_store(tmp_path: Path) -> None:
     """Nor is a lock left beside it."""
     study = hp.load_sweep(Path(__file__).parents[1] / "examples/friction_and_payload.toml")
-    with pytest.raises(hp.errors.SweepStoreError, match="is a folder"):
+    with refused(hp.errors.SweepStoreError, path=str(tmp_path), kept=None) as caught:
         hp.run_sweep(study, tmp_path)
+    # neither one that is there, nor one that is locked; and it was not tried to open it
+    assert type(caught.value) is hp.errors.SweepStoreError and caught.value.__cause__ is None
     assert not list(tmp_path.parent.glob("*-lock"))
