@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.control import six_legs
@@ -138,31 +139,28 @@ def test_case_round_trips(tmp_path: Path) -> None:
 
 def test_what_the_robot_cannot_do_is_refused_with_what_it_can() -> None:
     """Rates, ranges, and legs in each other's way; the limit works, a little more does not."""
-    with pytest.raises(GaitError, match="rad/s") as fast:
+    with refused(GaitError, quantity="cycle_time") as fast:
         hp.ArcWalk(hp.Gait.tetrapod(cycle_time=0.2)).plan(ROBOT, 1.0)
-    assert fast.value.quantity == "cycle_time"
     hp.ArcWalk(hp.Gait.tetrapod(cycle_time=fast.value.limit * 1.001)).plan(ROBOT, 1.0)
-    with pytest.raises(GaitError) as wide:
+    with refused(GaitError, quantity="amplitude") as wide:
         hp.ArcWalk(amplitude=1.2).plan(ROBOT, 1.0)
-    assert wide.value.quantity == "amplitude"
     hp.ArcWalk(amplitude=wide.value.limit).plan(ROBOT, 1.0)
     with pytest.raises(GaitError):
         hp.ArcWalk(amplitude=wide.value.limit * 1.01).plan(ROBOT, 1.0)
-    with pytest.raises(GaitError, match="overlap"):
+    with refused(GaitError, quantity="amplitude", about=("overlap",)):
         hp.ArcWalk().plan(hp.load_robot("athena"), 1.0)
-    with pytest.raises(GaitError) as high:
+    with refused(GaitError, quantity="lift_angle"):
         hp.ArcWalk(lift_angle=1.5).plan(ROBOT, 1.0)
-    assert high.value.quantity == "lift_angle"
 
 
 def test_wrong_settings_are_refused() -> None:
-    for settings in (
-        {"amplitude": 0.0}, {"amplitude": np.nan}, {"lift_angle": 2.0}, {"profile": "smooth"},
+    for name, value in (
+        ("amplitude", 0.0), ("amplitude", np.nan), ("lift_angle", 2.0), ("profile", "smooth"),
     ):  # fmt: skip
-        with pytest.raises(ParameterError, match=next(iter(settings))):
-            hp.ArcWalk(**settings)
-    for course in ({"heading": 0.1}, {"turn_rate": 0.1}):
-        with pytest.raises(ParameterError, match=next(iter(course))):
-            hp.ArcWalk(hp.Gait.tetrapod(**course))
-    with pytest.raises(ParameterError, match="stop_at"):
+        with refused(ParameterError, f"ArcWalk.{name}", value):
+            hp.ArcWalk(**{name: value})
+    for name in ("heading", "turn_rate"):
+        with refused(ParameterError, f"ArcWalk.gait.{name}", 0.1, allowed=(0.0,)):
+            hp.ArcWalk(hp.Gait.tetrapod(**{name: 0.1}))
+    with refused(ParameterError, "stop_at", 2.0, allowed=(7.6,)):
         hp.ArcWalk(stop_at=2.0).plan(ROBOT, 1.0)

@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.arguments import checked, explain_methods
@@ -119,7 +120,7 @@ def test_an_iterator_is_not_used_up():
 
 
 def test_an_argument_that_does_not_exist_is_pythons_own_error():
-    with pytest.raises(TypeError, match="unexpected keyword"):
+    with refused(TypeError, about=("'numbre'",)):
         call(numbre=1.0)
 
 
@@ -146,8 +147,10 @@ def test_every_public_call_refuses_an_object_of_no_kind(name: str):
         if parameter.default is parameter.empty
     ]
     if required:
-        with pytest.raises(ParameterError, match=required[0]):
+        with pytest.raises(ParameterError) as caught:
             public(**dict.fromkeys(required, object()))
+        owner = "" if name == "judge_peaks" else f"{name}."  # it looks at its run itself
+        assert caught.value.name == owner + required[0]
 
 
 METHODS = {
@@ -204,9 +207,9 @@ def test_what_a_method_raises_itself_passes_unchanged() -> None:
 
     own = Own()
     assert (own.divide(2.0), own.two) == (0.5, 2)
-    with pytest.raises(ValueError, match="own words"):
+    with refused(ValueError, args=("own words",)):
         own.fail(0.0)
-    with pytest.raises(TypeError, match="missing"):
+    with refused(TypeError, about=("Own.divide", "'by'")):
         own.divide()  # type: ignore[call-arg]
     with pytest.raises(ParameterError) as caught:
         own.divide("x")  # type: ignore[arg-type]
