@@ -148,17 +148,19 @@ def test_a_bare_scene_or_a_list_will_do() -> None:
 
 
 @pytest.mark.parametrize(
-    ("scenes", "controllers", "culprit"),
+    ("scenes", "controllers", "name", "value"),
     [
-        ({}, {"plain": PLAIN}, "scenes"),
-        ({"a": []}, {"plain": PLAIN}, "scenes"),
-        ({"a": [3]}, {"plain": PLAIN}, r"scenes\[a\]\[0\]"),
-        (SCENE, {}, "controllers"),
-        (SCENE, PLAIN, "controllers"),
+        ({}, {"plain": PLAIN}, "scenes", {}),
+        ({"a": []}, {"plain": PLAIN}, "scenes", {"a": []}),
+        ({"a": [3]}, {"plain": PLAIN}, "compare.scenes[a][0]", 3),
+        (SCENE, {}, "controllers", {}),
+        (SCENE, PLAIN, "compare.controllers", PLAIN),
     ],
 )
-def test_nothing_to_compare_is_refused(scenes: Any, controllers: Any, culprit: str) -> None:
-    with pytest.raises(ParameterError, match=culprit):
+def test_nothing_to_compare_is_refused(
+    scenes: Any, controllers: Any, name: str, value: Any
+) -> None:
+    with refused(ParameterError, name, value):
         hp.compare(scenes, controllers, duration=DURATION)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from refusals import refused
+from refusals import ANY, refused
 from scipy.interpolate import CubicHermiteSpline
 
 from hexapod_pin.control import HoldPosture, JointTrajectory, KinematicControl
@@ -161,10 +161,9 @@ def test_middle_legs_of_s2_swing_by_twenty_degrees(kharagpur: Robot) -> None:
 
 @every_gait
 def test_stroke_too_long_names_the_leg_and_the_largest(robot: Robot, make: MakeGait) -> None:
-    with refused(GaitError, quantity="stroke") as caught:
+    with refused(GaitError, quantity="stroke", about=("leg lf", "lf_femur_joint")) as caught:
         KinematicControl(make(stroke=0.8)).plan(robot, 10.0)
     limit = caught.value.limit
-    assert caught.value.quantity == "stroke"
     assert limit is not None and 0.1 < limit < 0.5
     assert f"{limit:.4g} m" in str(caught.value)
     KinematicControl(make(stroke=0.9999 * limit)).plan(robot, 10.0)
@@ -174,10 +173,9 @@ def test_stroke_too_long_names_the_leg_and_the_largest(robot: Robot, make: MakeG
 
 
 def test_lift_too_high_names_the_leg_and_the_largest(robot: Robot) -> None:
-    with refused(GaitError, quantity="lift") as caught:
+    with refused(GaitError, quantity="lift", about=("leg lf", "lf_femur_joint")) as caught:
         KinematicControl(Gait.tetrapod(stroke=0.05, lift=0.6)).plan(robot, 10.0)
     limit = caught.value.limit
-    assert caught.value.quantity == "lift"
     assert limit is not None and 0.02 < limit < 0.6
     # Slow, so that the joints' speed is not what limits it.
     gait = Gait.tetrapod(stroke=0.05, lift=0.9999 * limit)
@@ -187,11 +185,11 @@ def test_lift_too_high_names_the_leg_and_the_largest(robot: Robot) -> None:
 
 
 def test_joint_too_fast_names_it_and_the_shortest_cycle(robot: Robot) -> None:
-    pattern = r"joint \w\w_\w+_joint would turn at [\d.]+ rad/s; its limit is (6|3\.14) rad/s"
-    with refused(GaitError, quantity="cycle_time", about=("6",)) as caught:
+    joint = "lf_coxa_joint"
+    fastest = f"{robot.velocity[robot.joint_index(joint)]:g}"
+    with refused(GaitError, quantity="cycle_time", about=("leg lf", joint, fastest)) as caught:
         KinematicControl(Gait.tetrapod(cycle_time=0.3)).plan(robot, 3.0)
     limit = caught.value.limit
-    assert caught.value.quantity == "cycle_time"
     assert limit is not None and 0.3 < limit < 2.4
     plan = KinematicControl(Gait.tetrapod(cycle_time=1.0001 * limit)).plan(robot, 4 * limit)
     share = np.abs(plan.v / robot.velocity).max()
@@ -205,19 +203,10 @@ def test_joint_limit_names_joint_value_and_range(kharagpur: Robot) -> None:
     upper = kharagpur.upper.copy()
     upper[row] = np.radians(10)
     narrow = dataclasses.replace(kharagpur, upper=upper)
-    pattern = r"leg rm: joint rm_coxa_joint would need 0\.\d+ rad; its limits .* to 0\.1745 rad"
-    with refused(
-        GaitError,
-        quantity="stroke",
-        about=(
-            "rm_coxa_joint",
-            "0",
-            "0.1745",
-        ),
-    ) as caught:
+    about = ("leg rm", "rm_coxa_joint", "0.1745")
+    with refused(GaitError, quantity="stroke", about=about) as caught:
         KinematicControl(Gait.tetrapod()).plan(narrow, 10.0)
     limit = caught.value.limit
-    assert caught.value.quantity == "stroke"
     assert limit is not None
     # 2 R tan(10 deg) without the overshoot of the swing, which takes up to a tenth.
     assert 0.85 * 2 * 0.20284 * np.tan(np.radians(10)) < limit < 0.0716
@@ -245,7 +234,6 @@ def test_turning_too_fast_names_the_turn_rate(kharagpur: Robot) -> None:
     with refused(GaitError, quantity="turn_rate", about=("turn_rate",)) as caught:
         KinematicControl(Gait.tripod(stroke=0.0, turn_rate=-1.5)).plan(kharagpur, 10.0)
     limit = caught.value.limit
-    assert caught.value.quantity == "turn_rate"
     assert limit is not None and -1.5 < limit < -0.1
     KinematicControl(Gait.tripod(stroke=0.0, turn_rate=limit)).plan(kharagpur, 10.0)
 
@@ -256,40 +244,22 @@ def test_almost_straight_knee_is_refused_even_without_joint_limits(kharagpur: Ro
     n = len(kharagpur.joint_names)
     inf = np.full(n, np.inf)
     free = dataclasses.replace(kharagpur, lower=-inf, upper=inf, velocity=inf, posture=posture)
-    pattern = r"leg lf: .*singular posture of lf_coxa_joint, lf_femur_joint, lf_tibia_joint"
-    with refused(
-        GaitError,
-        quantity="posture",
-        about=(
-            "lf_coxa_joint",
-            "lf_femur_joint",
-            "lf_tibia_joint",
-        ),
-    ) as caught:
+    about = ("leg lf", "singular", "lf_coxa_joint", "lf_femur_joint", "lf_tibia_joint")
+    with refused(GaitError, quantity="posture", limit=None, about=about):
         KinematicControl(Gait.tripod(stroke=0.0)).plan(free, 10.0)
-    assert (caught.value.quantity, caught.value.limit) == ("posture", None)
 
 
 def test_feet_at_different_heights_are_refused(kharagpur: Robot) -> None:
     posture = kharagpur.posture.copy()
     posture[kharagpur.joint_index("rr_femur_joint")] -= 0.2
     uneven = dataclasses.replace(kharagpur, posture=posture)
-    with refused(GaitError, quantity="posture", about=("0.02",)) as caught:
+    with refused(GaitError, quantity="posture", limit=None, about=("foot rr 0.02", "foot lf")):
         KinematicControl(Gait.tripod()).plan(uneven, 10.0)
-    assert caught.value.quantity == "posture"
 
 
 def test_robot_without_six_legs_cannot_walk(kharagpur: Robot) -> None:
     without = dataclasses.replace(kharagpur, legs=())
-    with refused(
-        GaitError,
-        quantity="legs",
-        about=(
-            "0",
-            "4",
-            "8",
-        ),
-    ):
+    with refused(GaitError, quantity="legs", limit=None, about=("kharagpur", "0", "4", "8")):
         KinematicControl(Gait.tripod()).plan(without, 10.0)
 
 
@@ -358,17 +328,17 @@ def plan_fields(**changes: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("changes", "culprit"),
+    ("changes", "name", "value"),
     [
-        ({"time": [0.0, 1.0, 1.0]}, "JointTrajectory.time"),
-        ({"time": [0.1, 1.0, 2.0]}, "JointTrajectory.time"),
-        ({"time": [0.0, 1.0]}, "JointTrajectory shapes"),
-        ({"q": np.full((3, 2), np.nan)}, "JointTrajectory.q"),
-        ({"v": np.zeros((3, 1))}, "JointTrajectory shapes"),
+        ({"time": [0.0, 1.0, 1.0]}, "JointTrajectory.time", ANY),
+        ({"time": [0.1, 1.0, 2.0]}, "JointTrajectory.time", ANY),
+        ({"time": [0.0, 1.0]}, "JointTrajectory shapes", ((2,), (3, 2), (3, 2))),
+        ({"q": np.full((3, 2), np.nan)}, "JointTrajectory.q[0, 0]", np.nan),
+        ({"v": np.zeros((3, 1))}, "JointTrajectory shapes", ((3,), (3, 2), (3, 1))),
     ],
 )
-def test_malformed_plan_is_refused(changes: dict[str, Any], culprit: str) -> None:
-    with pytest.raises(ParameterError, match=culprit):
+def test_malformed_plan_is_refused(changes: dict[str, Any], name: str, value: Any) -> None:
+    with refused(ParameterError, name, value):
         JointTrajectory(**plan_fields(**changes))
 
 
@@ -377,5 +347,5 @@ def test_plan_owns_its_arrays() -> None:
     plan = JointTrajectory(**plan_fields(q=q))
     q[:] = 5.0
     assert plan.q.max() == 1.0
-    with pytest.raises(ValueError, match="read-only"):
+    with refused(ValueError, about=("read-only",)):
         plan.q[0, 0] = 2.0

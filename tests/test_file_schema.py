@@ -12,7 +12,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from refusals import refused
+from refusals import ANY, refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError, ParameterError, StateError, TraceFileError
@@ -67,54 +67,56 @@ def with_meta(*keys: Any, value: Any) -> Callable[[dict[str, Any]], tuple[str, A
     return change
 
 
-FORGERIES = {
-    "torque\\[3, 2\\] = nan: must be a number": with_value("torque", (3, 2), np.nan),
-    "com\\[1, 0\\] = inf": with_value("com", (1, 0), np.inf),
-    "v\\[0, 7\\] = 1e\\+200: must be .* of at most 1e": with_value("v", (0, 7), 1e200),
-    "time\\[5\\] = 0.0: must be greater than the one before": with_value("time", 5, 0.0),
-    "time\\[0\\] = -1.0: must be at least 0": with_value("time", 0, -1.0),
-    "q\\[2\\] = .*: must be of length 1": with_value("q", (2, 3), 0.5),
-    "foot_normal\\[0, 1\\] = .*: must be of length 1": with_value("foot_normal", (0, 1, 0), 0.5),
-    "error_place\\[4\\] = 0.0: must be not smaller": with_value("error_place", 4, 0.0),
-    "energy_kinetic\\[0\\] = nan": with_value("energy_kinetic", 0, np.nan),
-    "q_ref.dtype = 'float32'": lambda a: ("q_ref", a["q_ref"].astype("f4")),
-    "foot_gap.shape = .*: must be .*, of time, foot": lambda a: ("foot_gap", a["foot_gap"][:, :-1]),
-    "variable 'com'": lambda a: ("com", None),
-    "joint\\[0\\] = .*: must be a name": lambda a: ("joint", np.array(["", *a["joint"][1:]], "O")),
-    "joint = .*: must be there once": lambda a: ("joint", a["joint"][[0, 0, *range(2, 18)]]),
-    "foot = 'float64 of shape": lambda a: ("foot", np.arange(6.0)),
-    "meta = .*: must be JSON": lambda a: ("meta", "[" * 100_000),
-    "counters = .*: must be a JSON object": lambda a: ("counters", "3"),
-    "counters.steps = -1": with_meta("counters", "steps", value=-1),
-    "meta.method = 3": with_meta("meta", "method", value=3),
-    "meta.cycle_time = 0": with_meta("meta", "cycle_time", value=0.0),
-    "meta.steady_from = inf": with_meta("meta", "steady_from", value=float("inf")),
-    "meta.gravity = .*: must be .* 3 items": with_meta("meta", "gravity", value=[0.0]),
-    "meta.effort_limit = .*: must be 18 values": with_meta("meta", "effort_limit", value=[1.0]),
-    "meta.drive.limit_time.4 = -1": with_meta("meta", "drive", "limit_time", 4, value=-1.0),
-    "meta.events": with_meta("meta", "events", value=[{"time": 0.0}]),
-    "meta.summary.torque_rms.0 = -1": with_meta("meta", "summary", "torque_rms", 0, value=-1.0),
-    "every number of speed_rms": with_meta("meta", "summary", "speed_rms", 1, value=None),
-    "meta.summary.way": with_meta("meta", "summary", "way", value=[[0.0, 0.0]]),
-    "meta.number_errors": with_meta("meta", "number_errors", "torque_rms", value="x"),
-    "meta.checkpoint.q": with_meta("meta", "checkpoint", "q", 6, value=0.1),
-    "meta.scene": with_meta("meta", "scene", value="= ="),
-    "meta.scene.loads": with_meta("meta", "scene", value="loads = 3"),
-    "meta.velocity_limit.2 = 'x'": with_meta("meta", "velocity_limit", 2, value="x"),
+FORGERIES: dict[tuple[str, ...], Callable[[dict[str, Any]], tuple[str, Any]]] = {
+    ("torque[3, 2] = nan", "1e+150"): with_value("torque", (3, 2), np.nan),
+    ("com[1, 0] = inf", "1e+150"): with_value("com", (1, 0), np.inf),
+    ("v[0, 7] = 1e+200", "1e+150"): with_value("v", (0, 7), 1e200),
+    ("time[5] = 0.0",): with_value("time", 5, 0.0),
+    ("time[0] = -1.0",): with_value("time", 0, -1.0),
+    ("q[2] = [0.5,", "1"): with_value("q", (2, 3), 0.5),
+    ("foot_normal[0, 1] = [0.5,",): with_value("foot_normal", (0, 1, 0), 0.5),
+    ("error_place[4] = 0.0",): with_value("error_place", 4, 0.0),
+    ("energy_kinetic[0] = nan", "1e+150"): with_value("energy_kinetic", 0, np.nan),
+    ("q_ref.dtype = 'float32'", "float64"): lambda a: ("q_ref", a["q_ref"].astype("f4")),
+    ("foot_gap.shape = (46, 5)", "(46, 6)"): lambda a: ("foot_gap", a["foot_gap"][:, :-1]),
+    ("variable 'com' = None",): lambda a: ("com", None),
+    ("joint[0] = \"''\"",): lambda a: ("joint", np.array(["", *a["joint"][1:]], "O")),
+    ("joint = 'lf_coxa_joint'",): lambda a: ("joint", a["joint"][[0, 0, *range(2, 18)]]),
+    ("foot = 'float64", "(6,)"): lambda a: ("foot", np.arange(6.0)),
+    ("meta = ", "[[[[", "JSON"): lambda a: ("meta", "[" * 100_000),
+    ("counters = '3'", "JSON"): lambda a: ("counters", "3"),
+    ("counters.steps = -1",): with_meta("counters", "steps", value=-1),
+    ("meta.method = 3",): with_meta("meta", "method", value=3),
+    ("meta.cycle_time = 0.0", "0.000001"): with_meta("meta", "cycle_time", value=0.0),
+    ("meta.steady_from = inf",): with_meta("meta", "steady_from", value=float("inf")),
+    ("meta.gravity = [0.0]", "3"): with_meta("meta", "gravity", value=[0.0]),
+    ("meta.effort_limit = [1.0]", "18"): with_meta("meta", "effort_limit", value=[1.0]),
+    ("meta.drive.limit_time.4 = -1.0",): with_meta("meta", "drive", "limit_time", 4, value=-1.0),
+    ("meta.events.0.kind = None",): with_meta("meta", "events", value=[{"time": 0.0}]),
+    ("meta.summary.torque_rms.0 = -1.0",): with_meta("meta", "summary", "torque_rms", 0, value=-1.0),
+    ("meta.summary = {", "speed_rms"): with_meta("meta", "summary", "speed_rms", 1, value=None),
+    ("meta.summary.way.0 = [0.0, 0.0]", "4"): with_meta("meta", "summary", "way", value=[[0.0, 0.0]]),
+    ("meta.number_errors = {", "torque_rms"): with_meta("meta", "number_errors", "torque_rms", value="x"),
+    ("meta.checkpoint.q = [", "[3:7]"): with_meta("meta", "checkpoint", "q", 6, value=0.1),
+    ("meta.scene = '= ='", "TOML"): with_meta("meta", "scene", value="= ="),
+    ("meta.scene.loads = 3",): with_meta("meta", "scene", value="loads = 3"),
+    ("meta.velocity_limit.2 = 'x'",): with_meta("meta", "velocity_limit", 2, value="x"),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("words", FORGERIES)
-def test_damage_is_told_from_forgery(words: str, trace: hp.Trace, tmp_path: Path) -> None:
+@pytest.mark.parametrize("about", FORGERIES, ids=" ".join)
+def test_damage_is_told_from_forgery(
+    about: tuple[str, ...], trace: hp.Trace, tmp_path: Path
+) -> None:
     path = trace.save(tmp_path / "walk.nc")
-    write(path, *FORGERIES[words](read_netcdf(path)[0]))
-    with pytest.raises(TraceFileError, match="damaged: its content does not match its digest"):
+    write(path, *FORGERIES[about](read_netcdf(path)[0]))
+    with refused(TraceFileError, about=(str(path), "digest", *about)):
         hp.load_trace(path)
     forge(path)
-    with pytest.raises(TraceFileError, match=words) as caught:
+    with refused(TraceFileError, about=(str(path), *about)) as caught:
         hp.load_trace(path)
     readable = _stored_digest(read_netcdf(path)[0]) is not None
-    assert ("damaged" in str(caught.value)) != readable
+    assert ("digest" in str(caught.value)) != readable
 
 
 def test_a_summary_or_checkpoint_of_null_is_none(trace: hp.Trace, tmp_path: Path) -> None:
@@ -133,61 +135,89 @@ def test_a_value_that_breaks_no_rule_is_damage_all_the_same(
     path = trace.save(tmp_path / "walk.nc")
     arrays = read_netcdf(path)[0]
     write(path, *with_value("torque", (0, 0), 0.125)(arrays))
-    with pytest.raises(TraceFileError, match="damaged: its content does not match its digest.$"):
+    with refused(TraceFileError, about=(str(path), "digest")) as caught:
         hp.load_trace(path)
+    assert " = " not in str(caught.value)  # no place in it is named
     forge(path)
     assert hp.load_trace(path).torque[0, 0] == 0.125
 
 
 SUMMARIES = {
     "data.torque_p99.2 = 'x'": ("data", "torque_p99", 2, "x"),
-    "data.at_limit.0 = 2": ("data", "at_limit", 0, 2.0),
+    "data.at_limit.0 = 2.0": ("data", "at_limit", 0, 2.0),
     "data.cycles = -1": ("data", "cycles", -1),
-    "meta.drive": ("meta", "drive", 3),
-    "meta.number_errors": ("meta", "number_errors", "torque_rms", [1.0]),
+    "meta.drive = 3": ("meta", "drive", 3),
+    "meta.number_errors = {": ("meta", "number_errors", "torque_rms", [1.0]),
     "counters.steps = 'x'": ("counters", "steps", "x"),
-    "joint_names.0 = 3": ("joint_names", 0, 3),
-    "data = ": ("data", []),
+    "summary.joint_names.0 = 3": ("joint_names", 0, 3),
+    "summary.data = []": ("data", []),
 }
 
 
-@pytest.mark.parametrize("words", SUMMARIES)
+@pytest.mark.parametrize("about", SUMMARIES)
 def test_a_summary_that_breaks_its_schema_is_refused(
-    words: str, trace: hp.Trace, tmp_path: Path
+    about: str, trace: hp.Trace, tmp_path: Path
 ) -> None:
     found = json.loads(trace.summary.to_json())
-    *keys, last, value = SUMMARIES[words]
+    *keys, last, value = SUMMARIES[about]
     place = found
     for key in keys:
         place = place[key]
     place[last] = value
     path = tmp_path / "summary.json"
     path.write_text(json.dumps(found))
-    with pytest.raises(TraceFileError, match=words):
+    with refused(TraceFileError, about=(f"{path}: {about}",)):
         hp.load_summary(path)
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "name", "value", "allowed"),
     [
-        ({"time": None}, "checkpoint.time"),
-        ({"time": 1e300}, "checkpoint.time"),
-        ({"q": [0.0] * 25}, "quaternion"),
-        ({"v": [0.0]}, "24 velocities"),
-        ({"contacts": [[0.0]]}, "checkpoint.contacts.0"),
-        ({"controller": ["x"]}, "checkpoint.controller.0"),
-        ({"other": 1}, "checkpoint.other"),
-        ({"impulse": 3}, "checkpoint.impulse"),
-        ({"impulse": {"__array__": "O", "shape": [1], "data": [1]}}, "__array__ = 'O'"),
-        ({"impulse": {"__array__": "<f8", "shape": [2, 3], "data": [1]}}, "as much data"),
-        ({"loop": {"a": {"__array__": "<f8", "shape": [1], "data": ["x"]}}}, "loop.a.data"),
+        ({"time": None}, "checkpoint.time", "None", ()),
+        ({"time": 1e300}, "checkpoint.time", "1e+300", (1e150,)),
+        ({"q": [0.0] * 25}, "checkpoint.q", ANY, (1,)),
+        ({"v": [0.0]}, "checkpoint", ANY, (24, 25)),
+        ({"contacts": [[0.0]]}, "checkpoint.contacts.0", "[0.0]", (10, 6)),
+        ({"controller": ["x"]}, "checkpoint.controller.0", "'x'", ()),
+        ({"other": 1}, "checkpoint.other", "1", ()),
     ],
 )
 def test_a_checkpoint_that_breaks_its_schema_is_refused(
-    changes: dict[str, Any], words: str, trace: hp.Trace
+    changes: dict[str, Any],
+    name: str,
+    value: Any,
+    allowed: tuple[float, ...],
+    trace: hp.Trace,
 ) -> None:
     data = copy.deepcopy(trace.checkpoint.to_dict()) | changes
-    with pytest.raises((ParameterError, StateError), match=words):
+    with refused(ParameterError, name, value, allowed=allowed):
+        hp.Checkpoint.from_dict(data)
+    assert hp.Checkpoint.from_dict(trace.checkpoint.to_dict()).time == trace.time[-1]
+
+
+@pytest.mark.parametrize(
+    ("changes", "about"),
+    [
+        ({"impulse": 3}, ("checkpoint.impulse: ", "table")),
+        (
+            {"impulse": {"__array__": "O", "shape": [1], "data": [1]}},
+            ("checkpoint.impulse: __array__ = 'O'", "<f8"),
+        ),
+        (
+            {"impulse": {"__array__": "<f8", "shape": [2, 3], "data": [1]}},
+            ("checkpoint.impulse: ", "shape"),
+        ),
+        (
+            {"loop": {"a": {"__array__": "<f8", "shape": [1], "data": ["x"]}}},
+            ("checkpoint.loop.a.data: ",),
+        ),
+    ],
+)
+def test_an_array_of_a_checkpoint_that_is_none_is_refused(
+    changes: dict[str, Any], about: tuple[str, ...], trace: hp.Trace
+) -> None:
+    data = copy.deepcopy(trace.checkpoint.to_dict()) | changes
+    with refused(StateError, about=about):
         hp.Checkpoint.from_dict(data)
     assert hp.Checkpoint.from_dict(trace.checkpoint.to_dict()).time == trace.time[-1]
 
