@@ -93,10 +93,13 @@ FORGERIES: dict[tuple[str, ...], Callable[[dict[str, Any]], tuple[str, Any]]] = 
     ("meta.effort_limit = [1.0]", "18"): with_meta("meta", "effort_limit", value=[1.0]),
     ("meta.drive.limit_time.4 = -1.0",): with_meta("meta", "drive", "limit_time", 4, value=-1.0),
     ("meta.events.0.kind = None",): with_meta("meta", "events", value=[{"time": 0.0}]),
-    ("meta.summary.torque_rms.0 = -1.0",): with_meta("meta", "summary", "torque_rms", 0, value=-1.0),
+    ("meta.summary.torque_rms.0 = -1.0",):
+        with_meta("meta", "summary", "torque_rms", 0, value=-1.0),
     ("meta.summary = {", "speed_rms"): with_meta("meta", "summary", "speed_rms", 1, value=None),
-    ("meta.summary.way.0 = [0.0, 0.0]", "4"): with_meta("meta", "summary", "way", value=[[0.0, 0.0]]),
-    ("meta.number_errors = {", "torque_rms"): with_meta("meta", "number_errors", "torque_rms", value="x"),
+    ("meta.summary.way.0 = [0.0, 0.0]", "4"):
+        with_meta("meta", "summary", "way", value=[[0.0, 0.0]]),
+    ("meta.number_errors = {", "torque_rms"):
+        with_meta("meta", "number_errors", "torque_rms", value="x"),
     ("meta.checkpoint.q = [", "[3:7]"): with_meta("meta", "checkpoint", "q", 6, value=0.1),
     ("meta.scene = '= ='", "TOML"): with_meta("meta", "scene", value="= ="),
     ("meta.scene.loads = 3",): with_meta("meta", "scene", value="loads = 3"),

@@ -285,16 +285,14 @@ def test_a_bad_file_is_refused_by_field(kind: str, tmp_path: Path) -> None:
 def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
     """No file, a folder and a binary file are told from each other."""
     (tmp_path / "binary.toml").write_bytes(b"\x89HDF\xff\x00\x01")
-    for name, reason in (("none", "no such file"), ("", "a folder"), ("binary.toml", "decode")):
-        with refused(hp.errors.ParameterError, "study file") as caught:
+    for name, reason in (("none", "no such file"), ("", "folder"), ("binary.toml", "decode")):
+        with refused(hp.errors.ParameterError, "study file", about=(reason,)):
             load_sweep(tmp_path / name)
-        assert caught.value.name == "study file"
 
 
 def test_a_stroke_of_a_robot_that_stands(tmp_path: Path) -> None:
     """A base that holds its posture has no gait to vary."""
     scene = hp.Scene(hp.load_robot("kharagpur"))
     hp.Case(scene, hp.HoldPosture(), duration=1.0).save(tmp_path / "stand.toml")
-    with refused(hp.errors.ParameterError, "vary[0].input", "stroke") as caught:
+    with refused(hp.errors.ParameterError, "vary[0].input", "stroke", about=("HoldPosture",)):
         SweepStudy.from_toml(f'{HEAD}[base]\ncase = "stand.toml"\n{GRID}', tmp_path)
-    assert caught.value.name == "vary[0].input"
