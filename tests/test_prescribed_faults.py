@@ -247,5 +247,5 @@ def test_what_does_not_act_is_not_taken(
         assert not list(tmp_path.iterdir())
     from hexapod_pin.validation.checks.maximal_twin import maximal_twin
 
-    with refused(hp.errors.ParameterError, "Scene.prescribed", True):
+    with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("maximal",)):
         maximal_twin(hp.Scene(robot, prescribed=True))

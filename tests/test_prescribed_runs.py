@@ -112,13 +112,13 @@ def test_standing_carries_the_weight_without_servos() -> None:
 def test_what_cannot_be_prescribed_is_refused(robot: hp.Robot) -> None:
     scene = hp.Scene(robot, prescribed=True)
     jumps = hp.SampledTrajectory([0.0, 0.1], np.tile(robot.posture, (2, 1)), limited=False)
-    with refused(hp.errors.ParameterError, "Scene.prescribed", True):
+    with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("set-points",)):
         hp.simulate(scene, jumps, duration=0.2)
-    with refused(hp.errors.ParameterError, "Scene.prescribed", True):
+    with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("commanded",)):
         hp.Session(scene)
-    with refused(hp.errors.ParameterError, "Scene.prescribed", True):
+    with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("commanded",)):
         hp.simulate(scene, hp.FootControl(hp.Gait.tetrapod()), duration=0.2)
-    with refused(hp.errors.ParameterError, "Scene.prescribed", True):
+    with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("LostLeg",)):
         hp.Scene(robot, prescribed=True, loads=[hp.LostLeg(leg="lf", time=1.0)])
     with refused(hp.errors.ParameterError, "Scene.prescribed", 1):
         hp.Scene(robot, prescribed=1)  # type: ignore[arg-type]
