@@ -71,10 +71,10 @@ sanitize: $(VENV)/.dev
 	$(BIN)/python scripts/sanitize.py thread
 
 fuzz: $(VENV)/.test
-	$(BIN)/python scripts/fault_campaign.py --inputs 95000 --commands 5000
+	$(BIN)/python tests/fuzz --inputs 95000 --commands 5000
 
 bench: $(VENV)/.test
-	$(BIN)/python benchmarks/step_cost.py
+	$(BIN)/python scripts/studies step_cost
 
 wheel: $(VENV)/.build | compiler
 	@rm -f dist/hexapod_pin-*.whl
@@ -94,7 +94,7 @@ wheel-smoke: wheel
 
 clean:
 	rm -rf $(VENV) $(STUB) build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
-	find hexapod_pin scripts benchmarks tests examples -name __pycache__ -prune -exec rm -rf {} +
+	find hexapod_pin scripts tests examples -name __pycache__ -prune -exec rm -rf {} +
 
 compiler:
 	@printf '$(PROGRAM)' | $(CXX) -std=c++17 -fsyntax-only -x c++ - 2>/dev/null || \

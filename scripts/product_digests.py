@@ -1,7 +1,7 @@
 """Digests of what a user reads: numbers, texts, studies, maps and robots, a line for each.
 
-    python scripts/product_digests.py --write benchmarks/results/product_digests.txt
-    python scripts/product_digests.py --check benchmarks/results/product_digests.txt
+    python scripts/product_digests.py --write docs/results/product_digests.txt
+    python scripts/product_digests.py --check docs/results/product_digests.txt
     python scripts/product_digests.py --check TABLE --robots FOLDER    # URDF files besides
 
 `run_digests.py` covers the samples and counters of runs, this table what is made of them. A

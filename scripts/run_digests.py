@@ -1,7 +1,7 @@
 """Digests of 130 runs: every method, contact preset and terrain, both robots, drops and walks.
 
-    python scripts/run_digests.py --write benchmarks/results/run_digests.txt
-    python scripts/run_digests.py --check benchmarks/results/run_digests.txt
+    python scripts/run_digests.py --write docs/results/run_digests.txt
+    python scripts/run_digests.py --check docs/results/run_digests.txt
 
 A rearrangement of the code must leave every line as it is. Bits depend on the machine (SIMD width,
 libm), so a table is compared only with one made on the same machine: write it before a change,

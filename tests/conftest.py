@@ -69,7 +69,7 @@ RUN_FINER = {
 }  # fmt: skip
 """Modules whose runs are compared with finer ones, as the package does unless told otherwise."""
 
-STUDIES = "test_benchmarks"
+STUDIES = "test_studies"
 """The module where those that start worker processes do so too."""
 
 

@@ -337,7 +337,7 @@ def test_amplification_of_a_flight_is_that_of_its_equations():
 
 def test_amplification_is_the_distance_of_its_two_runs_over_that_of_their_starts():
     """A tumbling box on its corners: what grows is what the positions say, found by hand."""
-    from hexapod_pin.validation.random_scenes import KINDS, draw_scene
+    from random_scenes import KINDS, draw_scene
 
     drawn = draw_scene(5, 0, {"thrown": KINDS["thrown"]})
     found = hp.amplification(

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from refusals import refused
+from rewriting import ConventionSet, rewrite
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.robot.robot import Robot, robot_of, urdf_path
-from hexapod_pin.validation.rewriting import ConventionSet, rewrite
 
 FOREIGN = ConventionSet(
     yaw=0.6, names="nonsense", signs=True, zeros=True, feet="none", shapes="stl"

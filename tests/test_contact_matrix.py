@@ -2,27 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import pytest
-
-SCRIPTS = Path(__file__).parent.parent / "scripts"
-sys.path.insert(0, str(SCRIPTS))
-
-
-def load(name: str):
-    """Import a script by its path."""
-    spec = importlib.util.spec_from_file_location(name, SCRIPTS / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+from studies.contact import contact_energy, contact_matrix
 
 
 def test_matrix_walks_without_energy_gain(capsys: pytest.CaptureFixture[str]) -> None:
     """40 of the 520 walks, every law and ground among them: none fails at every step."""
-    assert load("contact_matrix").main(["--every", "13"]) == 0
+    assert contact_matrix.main(["--every", "13"]) == 0
     assert "40 walks of 5 s" in capsys.readouterr().out
 
 
@@ -30,5 +16,5 @@ def test_energy_residual_falls_with_the_step_for_many_pairs(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """Seven pairs of laws, 2.4 s: the residual falls like the method's order, one."""
-    assert load("contact_energy").main(["--every", "10", "--duration", "2.4"]) == 0
+    assert contact_energy.main(["--every", "10", "--duration", "2.4"]) == 0
     assert "7 pairs" in capsys.readouterr().out

@@ -14,10 +14,10 @@ import hexapod_pin as hp
 from hexapod_pin.commands.app import app
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = "hexapod_pin|tests|docs|scripts|benchmarks|examples|urdf"
+FOLDERS = "hexapod_pin|tests|docs|scripts|examples|urdf"
 PAGES = sorted(
     page
-    for pattern in ("*.md", "docs/*.md", "examples/*.md", "urdf/*.md", "benchmarks/*.md")
+    for pattern in ("*.md", "docs/*.md", "examples/*.md", "urdf/*.md", "docs/results/README.md")
     for page in ROOT.glob(pattern)
 )
 HAND_WRITTEN = [page for page in PAGES if page.stem not in ("hard_cases", "speed_against_error")]

@@ -8,10 +8,10 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from studies.study import StudyReport, run_study
 
 from hexapod_pin.benchmark import hard_suite
 from hexapod_pin.benchmark.report.tables import row_name, run_table
-from hexapod_pin.benchmark.study import StudyReport, run_study
 from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow
 from hexapod_pin.commands import app as cli
 from hexapod_pin.commands.status import MISSED

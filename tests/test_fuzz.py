@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import random
 import re
 import shutil
@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
+from fuzz import DOORS, SELDOM, Outcome, attempt, material, run_campaign
+from fuzz.shown import FaultFound
+from fuzz.watched_folder import WatchedFolder
 from hypothesis import HealthCheck, given, settings, strategies
 from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError, ParameterError, UrdfError
-from hexapod_pin.fuzz import DOORS, SELDOM, Outcome, attempt, material, run_campaign
-from hexapod_pin.fuzz.shown import FaultFound
-from hexapod_pin.fuzz.watched_folder import WatchedFolder
 from hexapod_pin.robot.mending.options import MendOptions
 
 INPUTS = 10
@@ -108,7 +108,7 @@ def test_no_file_is_refused():
 
 @pytest.mark.little_memory
 def test_what_dies_is_a_fault_and_another_process_goes_on(monkeypatch: pytest.MonkeyPatch):
-    from hexapod_pin.fuzz import campaign
+    from fuzz import campaign
 
     monkeypatch.setattr(campaign._Worker, "begin", kill_the_first(campaign._Worker.begin))
     found = run_campaign([("height_field", 1), ("height_field", 2)], processes=1)
@@ -143,7 +143,7 @@ class PlayedWorker:
 
 
 def test_what_takes_too_long_is_tried_again_after_all_others(monkeypatch: pytest.MonkeyPatch):
-    from hexapod_pin.fuzz import campaign
+    from fuzz import campaign
 
     monkeypatch.setattr(campaign, "_Worker", PlayedWorker)
     monkeypatch.setattr(PlayedWorker, "tried", [])
@@ -191,20 +191,15 @@ def test_a_changed_file_of_others_is_a_fault_once(
     tree = WatchedFolder(tmp_path)
     monkeypatch.setattr(material, "watched", lambda: tree)
     doors = {"bad": lambda rng: fault(tree), "good": lambda rng: None}
-    monkeypatch.setattr("hexapod_pin.fuzz.campaign.DOORS", doors)
+    monkeypatch.setattr("fuzz.campaign.DOORS", doors)
     bad, good = attempt("bad", 1), attempt("good", 1)
     assert bad.kind == "FAULT" and bad.changed >= 1 and told in bad.fault
     assert (good.kind, good.changed) == ("used", 0)
 
 
 def campaign_script() -> Any:
-    """Return the module of the script."""
-    path = Path(__file__).parents[1] / "scripts/fault_campaign.py"
-    spec = importlib.util.spec_from_file_location("fault_campaign", path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    """Return the module of the command."""
+    return importlib.import_module("fuzz.__main__")
 
 
 def test_the_script_counts_by_door_and_groups_faults_by_cause(

@@ -7,11 +7,11 @@ import random
 from types import ModuleType
 
 import pytest
+from fuzz import sound
+from fuzz.left_out import LEFT_OUT, LONG_NUMBERS, SOUND_ONLY, walked
+from fuzz.public_names import METHOD, PROPERTY, public_calls, public_classes
 
 import hexapod_pin as hp
-from hexapod_pin.fuzz import sound
-from hexapod_pin.fuzz.left_out import LEFT_OUT, LONG_NUMBERS, SOUND_ONLY, walked
-from hexapod_pin.fuzz.public_names import METHOD, PROPERTY, public_calls, public_classes
 
 
 def public_names(room: ModuleType, prefix: str = "") -> set[str]:

@@ -10,13 +10,9 @@ from pathlib import Path
 from typing import get_type_hints
 
 import pytest
-
-import hexapod_pin.errors
-import hexapod_pin.stop_signals
-from hexapod_pin.errors import HexapodError
-from hexapod_pin.fuzz import attempt, command_input, command_process, command_run
-from hexapod_pin.fuzz.command_door import odd_options
-from hexapod_pin.fuzz.command_input import (
+from fuzz import attempt, command_input, command_process, command_run
+from fuzz.command_door import odd_options
+from fuzz.command_input import (
     COMMANDS,
     DEFAULT_OUTPUTS,
     INPUTS,
@@ -26,9 +22,13 @@ from hexapod_pin.fuzz.command_input import (
     lay_down,
     sound_files,
 )
-from hexapod_pin.fuzz.shown import FaultFound
-from hexapod_pin.fuzz.values import ESCAPE
-from hexapod_pin.fuzz.watched_folder import HAZARDS, WatchedFolder
+from fuzz.shown import FaultFound
+from fuzz.values import ESCAPE
+from fuzz.watched_folder import HAZARDS, WatchedFolder
+
+import hexapod_pin.errors
+import hexapod_pin.stop_signals
+from hexapod_pin.errors import HexapodError
 
 SEEDS = (1, 3, 4, 5, 6, 7, 9, 10)
 """Of a small sample; `make fuzz` takes them from the clock."""
@@ -101,7 +101,7 @@ def judged(script: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, **given
     monkeypatch.setattr(
         command_run, "_program", lambda one: [sys.executable, "-c", scripts[one.words[0]]]
     )
-    monkeypatch.setattr("hexapod_pin.fuzz.command_input.sound_files", dict)
+    monkeypatch.setattr("fuzz.command_input.sound_files", dict)
     tree = WatchedFolder(tmp_path / "tree")
     one = CommandInput(["walk"], sound=["sound"], **given)  # type: ignore[arg-type]
     one.named = {tree.work / name for name in ("out.nc", "out.csv", "hard.nc", "linked.nc")}

@@ -9,10 +9,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from refusals import refused
+from studies.cost.mujoco_twin import MujocoTwin
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.benchmark.engines.mujoco_twin import MujocoTwin
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.robot.trunk import trunk_points
 from hexapod_pin.simulation.loaded_model import loaded_model, native_loads

@@ -1,11 +1,11 @@
-"""Random scenes of `benchmarks/promise.py` whose runs once were wrong without a word."""
+"""Random scenes of `python scripts/studies promise` whose runs once were wrong without a word."""
 
 from __future__ import annotations
 
 import pytest
+from random_scenes import KINDS, draw_scene
 
 from hexapod_pin.validation.position_error import PositionError
-from hexapod_pin.validation.random_scenes import KINDS, draw_scene
 
 
 def require_kept(

@@ -7,19 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from random_scenes import KINDS, draw_scene
+from random_scenes.contacts import FRICTION_LAWS, NORMAL_LAWS, draw_contact
+from random_scenes.dice import Dice
+from random_scenes.grounds import TERRAINS, draw_terrain
+from random_scenes.named import point_on_a_slope
+from random_scenes.switching import SWITCHING
+from studies.promise.promise_orders import OrderRow
+from studies.promise.rows import PromiseRun, SceneResult
+from studies.promise.runner import read_results, run_scenes
+from studies.promise.tables import Shares
+from studies.promise.truth import find_truth
 
-from hexapod_pin.benchmark.studies.promise_orders import OrderRow
-from hexapod_pin.benchmark.studies.promise_rows import PromiseRun, SceneResult
-from hexapod_pin.benchmark.studies.promise_runner import read_results, run_scenes
-from hexapod_pin.benchmark.studies.promise_tables import Shares
-from hexapod_pin.benchmark.studies.promise_truth import find_truth
 from hexapod_pin.validation.position_error import PositionError
-from hexapod_pin.validation.random_scenes import KINDS, draw_scene
-from hexapod_pin.validation.random_scenes.contacts import FRICTION_LAWS, NORMAL_LAWS, draw_contact
-from hexapod_pin.validation.random_scenes.dice import Dice
-from hexapod_pin.validation.random_scenes.grounds import TERRAINS, draw_terrain
-from hexapod_pin.validation.random_scenes.named import point_on_a_slope
-from hexapod_pin.validation.random_scenes.switching import SWITCHING
 
 
 @pytest.mark.parametrize("kind", KINDS)

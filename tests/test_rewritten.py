@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from rewriting import ConventionSet, rewrite
+from rewriting.comparison import difference, reference_walk
+from rewriting.rewrite import stripped
+from rewriting.shape_files import mesh_of
 
 from hexapod_pin.robot.leg_bodies import leg_bodies
 from hexapod_pin.robot.robot import load_robot, urdf_path
-from hexapod_pin.validation.rewriting import ConventionSet, rewrite
-from hexapod_pin.validation.rewriting.comparison import difference, reference_walk
-from hexapod_pin.validation.rewriting.rewrite import stripped
-from hexapod_pin.validation.rewriting.shape_files import mesh_of
 
 EVERYTHING = ConventionSet(
     yaw=0.7, y_up=True, names="nonsense", signs=True, zeros=True, frames=True, fixed=True,

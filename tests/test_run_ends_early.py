@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import Run
+from fuzz import campaign
 
 import hexapod_pin as hp
 from hexapod_pin.control.foot_control import ready_law
@@ -26,7 +27,6 @@ from hexapod_pin.errors import (
 )
 from hexapod_pin.formulations import maximal, rigid
 from hexapod_pin.formulations.rigid.contact_events import ContactEventLoop
-from hexapod_pin.fuzz import campaign
 from hexapod_pin.simulation.closed_loop import lock_step_runs
 
 ROBOT = hp.load_robot("kharagpur")

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from studies.s2 import page as s2_page
+from studies.s2.claims import FAILS, HOLDS, claims
+from studies.s2.runs import StudyInterrupted, study_cases, study_parts
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.studies import s2_page
-from hexapod_pin.benchmark.studies.s2_claims import FAILS, HOLDS, claims
-from hexapod_pin.benchmark.studies.s2_runs import StudyInterrupted, study_cases, study_parts
-
-SCRIPTS = Path(__file__).parents[1] / "scripts"
 
 
 def main(script: str) -> Callable[[list[str]], int]:
-    spec = importlib.util.spec_from_file_location(script, SCRIPTS / f"{script}.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.main
+    return importlib.import_module(f"studies.s2.{script}").main
 
 
 @pytest.fixture(scope="module")

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from oracles.second_rhs import integrate
 from scipy.integrate import solve_ivp
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.validation.cases.bodies import on_ground, particle, state
-from hexapod_pin.validation.second_rhs import integrate
 
 LAW = hp.AdamsImpact(stiffness=6e8, exponent=1.5, damping=1132.0, damping_depth=1.16e-4)
 GRAVITY, DROP, END = 9.81, 0.05, 0.4

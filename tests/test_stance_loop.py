@@ -9,10 +9,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from refusals import refused
+from studies.foot_control.gain_borders import controller, predicted_border
+from studies.foot_control.standing_growth import STAND, Stand
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.studies.gain_borders import controller, predicted_border
-from hexapod_pin.benchmark.studies.standing_growth import STAND, Stand
 from hexapod_pin.control.foot_control.controller import FootControl
 from hexapod_pin.control.foot_control.levelling import Levelling
 from hexapod_pin.control.foot_control.linear_law import LinearLaw

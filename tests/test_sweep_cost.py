@@ -8,15 +8,15 @@ import math
 import numpy as np
 import pytest
 from refusals import refused
+from studies.sweeps.forecast import SweepCosts, forecast, line
+from studies.sweeps.many_walks import STROKES, many_walks, time_split
+from studies.sweeps.measurements import store_rate, task_bytes
+from studies.sweeps.mujoco import SampledCase
+from studies.sweeps.mujoco_table import comparison_tables
+from studies.sweeps.scale_page import check_table, fed_table
+from studies.sweeps.simulated_workers import SimulatedSweep, simulated_task
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.studies.many_walks import STROKES, many_walks, time_split
-from hexapod_pin.benchmark.studies.simulated_workers import SimulatedSweep, simulated_task
-from hexapod_pin.benchmark.studies.sweep_forecast import SweepCosts, forecast, line
-from hexapod_pin.benchmark.studies.sweep_measurements import store_rate, task_bytes
-from hexapod_pin.benchmark.studies.sweep_mujoco import SampledCase
-from hexapod_pin.benchmark.studies.sweep_mujoco_table import comparison_tables
-from hexapod_pin.benchmark.studies.sweep_scale_page import check_table, fed_table
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.sweep.runs.outcome import from_bytes, to_bytes
 from hexapod_pin.sweep.runs.task import run_task, task_of

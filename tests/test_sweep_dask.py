@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 from refusals import refused
+from studies.sweeps.loopback_cluster import free_port, loopback_cluster
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.studies.loopback_cluster import free_port, loopback_cluster
 from hexapod_pin.errors import WorkersError
 from hexapod_pin.sweep.runs import executors, run_sweep
 from hexapod_pin.sweep.runs.distribution import Distribution

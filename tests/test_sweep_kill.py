@@ -1,6 +1,6 @@
 """kill -9 of workers and of the whole sweep: what was finished stays, the rest gives the same bits.
 
-`benchmarks/sweep_kills.py` does this at a hundred random moments.
+`python scripts/studies sweep_kills` does this at a hundred random moments.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hexapod_pin.benchmark.studies.tolerance_calibration import (
+from hexapod_pin.benchmark.calibration import (
     Calibration,
     calibrate,
     calibration_table,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -14,9 +15,10 @@ from typer.testing import CliRunner
 
 from hexapod_pin.commands import app as cli
 from hexapod_pin.commands.status import MISSED
-from hexapod_pin.errors import SimulationInterrupted, UnknownNameError
+from hexapod_pin.errors import MissingPackageError, SimulationInterrupted, UnknownNameError
 from hexapod_pin.formulations.maximal import constraints, kinematics
 from hexapod_pin.formulations.maximal.joint_vectors import JOINT_POINT
+from hexapod_pin.formulations.maximal.urdf_tree import parsed_robot
 from hexapod_pin.formulations.rigid import impact, model
 from hexapod_pin.validation.case_result import CaseResult
 from hexapod_pin.validation.checks import (
@@ -223,3 +225,13 @@ def test_ctrl_c_is_no_failed_check() -> None:
     with pytest.raises(SimulationInterrupted) as stopped:
         run_cases([replace(first, run=interrupted)], quick=True)
     assert stopped.value.results == []
+
+
+def test_maximal_coordinates_say_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without yourdfpy the formulation refuses, and its check is not run."""
+    monkeypatch.setitem(sys.modules, "yourdfpy", None)
+    with pytest.raises(MissingPackageError) as caught:
+        parsed_robot("<robot/>")
+    assert (caught.value.name, caught.value.extra) == ("yourdfpy", "formulations")
+    [result] = run_checks(names=["maximal-motion"])
+    assert result.kind == "not run" and "hexapod-pin[formulations]" in result.note

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,7 +25,6 @@ from hexapod_pin.view.quasi_static_figure import draw_quasi_static
 from hexapod_pin.view.walk_figures import draw_joint_motion, draw_joint_torques
 
 pytest.importorskip("matplotlib")
-SCRIPTS = Path(__file__).parents[1] / "scripts"
 
 
 def walk(cycle_time: float, duration: float) -> hp.Trace:
@@ -243,10 +242,7 @@ def assert_script_writes(
     script: str, options: list[str], written: list[str], parts: dict, folder: Path
 ) -> None:
     study = hp.write_study(folder / "study.nc", parts)
-    spec = importlib.util.spec_from_file_location(script, SCRIPTS / f"{script}.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = importlib.import_module(f"studies.s2.{script}")
     out = folder / "figures"
     assert module.main([str(study), str(out), *options]) == 0
     assert sorted(path.name for path in out.iterdir()) == written

@@ -1,12 +1,12 @@
-"""Walks go where their plans say, at any heading and foot radius: a part of benchmarks/."""
+"""Walks go where their plans say, at any heading and foot radius: a part of its study."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from studies.walks.walk_tracking import LIMIT, measured
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.studies.walk_tracking import LIMIT, measured
 
 WALKS = [
     ("kharagpur", 0.03, hp.Gait.tetrapod(stroke=0.06, cycle_time=1.6, heading=np.pi / 2)),

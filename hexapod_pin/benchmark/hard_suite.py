@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from hexapod_pin.benchmark.studies.tolerance_calibration import (
+from hexapod_pin.benchmark.calibration import (
     ACCURACIES,
     calibrate,
     calibration_table,

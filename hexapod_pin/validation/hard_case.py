@@ -10,7 +10,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from hexapod_pin.errors import HexapodError, SimulationInterrupted, UnknownNameError
+from hexapod_pin.errors import (
+    HexapodError,
+    MissingPackageError,
+    SimulationInterrupted,
+    UnknownNameError,
+)
 from hexapod_pin.validation.case_result import CaseResult, ExpectedValue
 from hexapod_pin.validation.expected_failures import expected_failure
 from hexapod_pin.validation.solver_setting import TIGHT, SolverSetting
@@ -119,6 +124,9 @@ class Check:
             error = float(self.run())
         except SimulationInterrupted:
             raise
+        except MissingPackageError as missing:
+            yield CaseResult.not_run(self.name, self.what, self.source, str(missing))
+            return
         except FAILURES as failure:
             note = f"{type(failure).__name__}: {failure}"
         yield CaseResult(

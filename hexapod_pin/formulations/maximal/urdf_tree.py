@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hexapod_pin.errors import UrdfError
+from hexapod_pin.errors import MissingPackageError, UrdfError
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
@@ -35,8 +35,16 @@ class LinkGroup:
 
 
 def parsed_robot(urdf: str) -> Any:
-    """Return yourdfpy's robot; refuse joints that are neither turning nor fixed."""
-    import yourdfpy
+    """Return yourdfpy's robot; refuse joints that are neither turning nor fixed.
+
+    Raises:
+        MissingPackageError: yourdfpy is not installed.
+        UrdfError: it cannot read the text, or a joint is of another kind.
+    """
+    try:
+        import yourdfpy
+    except ImportError as error:
+        raise MissingPackageError("yourdfpy", "formulations", "maximal coordinates") from error
 
     stream = io.BytesIO(urdf.encode())
     try:

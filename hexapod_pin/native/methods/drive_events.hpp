@@ -34,7 +34,7 @@ class DriveEvents final : public InsideStep {
 
   // Whether set-points jump or motors have a torque-speed line or dry friction. Steps then have to keep a
   // share of their usual tolerance: nothing damps the errors of joints at their limits, and robots that
-  // are thrown about add them up to ten times those of walks (benchmarks/results/promise.md).
+  // are thrown about add them up to ten times those of walks (docs/results/promise.md).
   static bool hard(const PlantT& plant, const Reference& reference) {
     return !PlantT::kPrescribed && (reference.jumps() || plant.dry || plant.drive.has_lines());
   }

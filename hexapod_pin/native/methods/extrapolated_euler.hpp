@@ -28,7 +28,7 @@ class ExtrapolatedEuler {
   }
 
   // Further share where joints follow a motion: no servo gives way to an error on a stiff foot. With it
-  // errors are those of servo runs (benchmarks/results/prescribed_cost.md).
+  // errors are those of servo runs (docs/results/prescribed_cost.md).
   static double prescribed_share(double accuracy) {
     return std::clamp(0.15 * std::pow(1e-4 / accuracy, 0.3), 0.075, 0.3);
   }

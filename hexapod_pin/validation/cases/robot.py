@@ -41,7 +41,7 @@ Values = Iterator[ExpectedValue]
 
 
 def walking(setting: SolverSetting, duration: float) -> Values:
-    """Seconds of walking; the hour is `benchmarks/one_hour.py`."""
+    """Seconds of walking; the hour is `python scripts/studies one_hour`."""
     robot = load_robot("kharagpur")
     control = KinematicControl(Gait.tetrapod(stroke=0.14, cycle_time=2.4))
     trace = simulate(Scene(robot), control, duration=duration, sample=0.1, **setting.arguments)

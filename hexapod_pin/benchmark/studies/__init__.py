@@ -1,1 +1,0 @@
-"""Measurements of their own, each run by a script of `benchmarks/`."""

@@ -1,6 +1,0 @@
-"""Inputs that nobody would write, through every public door: each is used or refused."""
-
-from hexapod_pin.fuzz.campaign import Outcome, attempt, run_campaign
-from hexapod_pin.fuzz.doors import DOORS, SELDOM, WEIGHTS
-
-__all__ = ["DOORS", "SELDOM", "WEIGHTS", "Outcome", "attempt", "run_campaign"]

@@ -1,6 +1,0 @@
-"""Scenes drawn at random: robots and free bodies, all laws, all grounds, all ways to move."""
-
-from hexapod_pin.validation.random_scenes.generator import KINDS, draw_scene
-from hexapod_pin.validation.random_scenes.scene import PromiseScene, SceneLabels
-
-__all__ = ["KINDS", "PromiseScene", "SceneLabels", "draw_scene"]

@@ -1,0 +1,1 @@
+"""Measurements of their own, each run by `python scripts/studies NAME`."""

@@ -1,0 +1,1 @@
+"""Every pair of contact laws: cost, creep, energy."""

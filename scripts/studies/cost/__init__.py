@@ -1,0 +1,1 @@
+"""What a step, a walk or one evaluation costs, each beside its error."""

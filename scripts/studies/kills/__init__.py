@@ -1,0 +1,1 @@
+"""Commands, sweeps and walks that are killed at random moments."""

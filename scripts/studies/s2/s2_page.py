@@ -1,0 +1,22 @@
+"""The page of S2's study, docs/s2_study.md, from its file; peaks are computed again for it."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import hexapod_pin as hp
+from studies.s2.page import WALKS, write_page
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("study", type=Path, help="file of s2_study")
+    parser.add_argument("out", type=Path, help="folder of the page")
+    options = parser.parse_args(argv)
+    study = hp.load_study(options.study)
+    verdicts = {name: hp.judge_peaks(study[name], threads=2) for name in WALKS}
+    print(write_page(options.out, study, verdicts))
+    return 0

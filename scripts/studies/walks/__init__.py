@@ -1,0 +1,1 @@
+"""Walks, motors and robots' files beside what they should give."""

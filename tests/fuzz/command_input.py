@@ -1,0 +1,440 @@
+"""Draws a command line together with the process, the folder and the files that it meets."""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import shlex
+import signal
+import stat
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import hexapod_pin as hp
+from fuzz import material
+from fuzz.command_door import odd_options
+from fuzz.values import ESCAPE, odd_text
+from fuzz.watched_folder import WatchedFolder
+from hexapod_pin.drive.catalog.write import catalog_text
+
+COMMANDS: tuple[tuple[str, ...], ...] = (
+    ("walk", "robot.urdf", "--duration", "0.02", "--quick", "--once", "--no-html"),
+    ("walk", "kharagpur", "--duration", "0.02", "--quick", "--once"),
+    ("run", "case.toml", "--quick", "--no-html"),
+    ("check", "robot.urdf"), ("check", "robot.urdf", "--write"),
+    ("mend", "robot.urdf", "--out", "mended.urdf"), ("contact", "s1"), ("contact", "s2"),
+    ("budget", "walk.nc"), ("budget", "walk.nc", "--catalog-file", "motors.csv"),
+    ("stability", "walk.nc"), ("compare", "case.toml", "--controllers", "conventional,slip"),
+    ("sweep", "study.toml"), ("sweep", "study.toml", "--store", "done.db", "--resume"),
+    ("sweep", "study.toml", "--processes", "2"),
+    ("select", "kharagpur", "motors.toml", "--quick", "--no-html", "--catalog", "motors.csv"),
+    ("bench", "kharagpur", "--quick", "--methods", "rk4", "--duration", "0.02", "--rounds", "1"),
+    ("verify", "--only", "gait-form"), ("--version",), ("--help",), ("sweep", "--help"), ("view",),
+)  # fmt: skip
+"""Commands that end soon, with files that `SOUND` lays down. `view` stays until Ctrl-C."""
+
+OUTPUTS: Mapping[str, tuple[str, ...]] = {
+    "walk": ("--out", "--html", "--save-case"), "run": ("--out", "--html"), "mend": ("--out",),
+    "contact": ("--out",), "sweep": ("--store", "--out", "--plot"), "select": ("--html", "--csv"),
+    "compare": ("--html", "--figure", "--json"), "bench": ("--out", "--plot"),
+    "verify": ("--out",),
+}  # fmt: skip
+"""Options that name a file to write."""
+
+INPUTS: Mapping[str, tuple[str, ...]] = {
+    "walk": ("--catalog", "--package-path"), "run": ("--import",), "check": ("--package-path",),
+    "mend": ("--package-path",), "budget": ("--catalog-file", "--import"),
+    "compare": ("--import",), "sweep": ("--import",), "select": ("--catalog",),
+    "view": ("--package-path",),
+}  # fmt: skip
+"""Options that name a file or folder to read."""
+
+DEFAULT_OUTPUTS: Mapping[str, tuple[str, ...]] = {
+    "walk": ("walk.nc", "walk.html"), "run": ("run.nc", "run.html"), "contact": ("contact.png",),
+    "select": ("motors.html",),
+}  # fmt: skip
+"""What a command writes where no option names it."""
+
+BESIDE_INPUT: Mapping[str, tuple[str, str]] = {
+    "sweep": (".toml", ".db"), "check": (".urdf", ".hints.toml"),
+}  # fmt: skip
+"""Endings of what a command reads and of what it writes beside that, under the same name."""
+
+ENDINGS: Mapping[str, tuple[str, ...]] = {
+    "--html": (".html",), "--save-case": (".toml",), "--store": (".db",), "--csv": (".csv",),
+    "--plot": (".png", ".svg"), "--figure": (".png", ".pdf"), "--json": (".json",),
+    "mend --out": (".urdf",), "contact --out": (".png",), "bench --out": (".md", ".json", ".csv"),
+    "verify --out": (".md",),
+}  # fmt: skip
+"""Endings of files to write; of a trace where nothing is said here."""
+
+TRACE_ENDINGS = (".nc", ".csv", ".h5", ".csv.gz")
+
+BESIDE = ("-lock", "-journal", "-wal", "-shm", ".lock", ".tmp")
+"""What is put after the name of a file that is written, by this package or by SQLite."""
+
+STREAMS = ("closed", "full", "leaves", "slow", "terminal", "read-only", "never ready", "file")
+INPUT_STREAMS = ("closed", "waiting", "endless", "terminal")
+"""Not a folder: Python itself does not start with it."""
+
+ENVIRONMENTS: tuple[Mapping[str, str | None], ...] = (
+    {"LANG": "C", "LC_ALL": "C"},
+    {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
+    {"LANG": None, "PYTHONUTF8": "0"}, {"HOME": None}, {"HOME": "/dev/null/home"}, {"COLUMNS": "1"},
+    {"COLUMNS": "x", "LINES": "-1"}, {"NO_COLOR": "1"}, {"FORCE_COLOR": "1"}, {"TERM": "dumb"},
+    {"PYTHONIOENCODING": "ascii"}, {"TZ": "nowhere"}, {"TMPDIR": "/dev/null/tmp"}, {"PATH": None},
+    {"PYTHONWARNINGS": "error"}, {"PYTHONOPTIMIZE": "2"}, {"PYTHONDEVMODE": "1"},
+    {"OMP_NUM_THREADS": "x"}, {"ROS_PACKAGE_PATH": "/dev/zero:/proc"}, {"MPLBACKEND": "nonsense"},
+)  # fmt: skip
+"""Changes of the environment; None takes a variable away."""
+
+LIMITS: tuple[tuple[str, int], ...] = (
+    ("FSIZE", 0), ("FSIZE", 512), ("FSIZE", 4096), ("FSIZE", 30_000), ("FSIZE", 200_000),
+    ("NOFILE", 8), ("NOFILE", 12), ("NOFILE", 16), ("NOFILE", 32), ("AS", 300_000 * 1024),
+    ("AS", 500 << 20), ("AS", 1 << 30), ("AS", 2 << 30), ("CORE", 0), ("STACK", 1 << 20),
+)  # fmt: skip
+"""Limits of the process, by their names in `resource` without RLIMIT_."""
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+TRAPS = ("struct.py", "json.py", "random.py", "numpy.py", "sitecustomize.py", "hexapod_pin.py")
+"""Modules in the working folder that nothing may import."""
+
+
+@dataclass
+class CommandInput:
+    """A command as a process, and what it meets.
+
+    Attributes:
+        words: after the program's name.
+        script: whether it is the console script; else `python -m hexapod_pin`.
+        named: absolute paths that it is told to write, and does not read.
+        promised: those that must be there where it ends with status 0.
+        plants: what is laid down in its folder: a shell's words and what does the same.
+        streams: kind of stdin, stdout and stderr; empty: a plain one.
+        after: bytes that a reader takes before it leaves or hurries.
+        environment: changes of it.
+        umask: of the process; None: as it is.
+        gone: whether the working folder is removed.
+        limits: of the process.
+        ignored: whether SIGINT is ignored when it starts.
+        signals: processor time at which each is sent [s], and whether to all of its processes.
+        exact: whether only what is named may be new: no word was changed at random.
+        sound: words of the command that it was made from, with the same kinds of outputs.
+    """
+
+    words: list[str]
+    script: bool = False
+    named: set[Path] = field(default_factory=set)
+    promised: set[Path] = field(default_factory=set)
+    plants: list[tuple[str, Callable[[Path], object]]] = field(default_factory=list)
+    streams: list[str] = field(default_factory=lambda: ["", "", ""])
+    after: int = 0
+    environment: Mapping[str, str | None] = field(default_factory=dict)
+    umask: int | None = None
+    gone: bool = False
+    limits: list[tuple[str, int]] = field(default_factory=list)
+    ignored: bool = False
+    signals: list[tuple[float, int, bool]] = field(default_factory=list)
+    exact: bool = True
+    sound: list[str] = field(default_factory=list)
+
+    def plant(self, shell: str, action: Callable[[Path], object]) -> None:
+        """Lay something down in the working folder."""
+        self.plants.append((shell, action))
+
+    def as_shell(self) -> str:
+        """Return a shell's words that do the same, in a folder with the sound files."""
+        program = "hexapod-pin" if self.script else "python -m hexapod_pin"
+        parts = [*(shell for shell, _ in self.plants)]
+        parts += [f"prlimit --{name.lower()}={value} --pid $$" for name, value in self.limits]
+        parts += [f"umask {self.umask:o}"] if self.umask is not None else []
+        parts += ["trap '' INT"] if self.ignored else []
+        parts += ["mkdir gone; cd gone; rmdir ../gone"] if self.gone else []
+        words = ["env"] if self.environment else []
+        for name, value in sorted(self.environment.items(), key=lambda item: item[1] is not None):
+            words.append(f"-u {name}" if value is None else f"{name}={value}")
+        words += [program, *(shlex.quote(word) for word in self.words)]
+        for name, kind in zip(("stdin", "stdout", "stderr"), self.streams, strict=True):
+            after = f" {self.after}" if kind in ("leaves", "slow", "never ready") else ""
+            words += [f"[{name}: {kind}{after}]"] if kind else []
+        for seconds, number, everyone in self.signals:
+            whom = " to all" if everyone else ""
+            words.append(f"[{signal.Signals(number).name} at {seconds:.2f} s of CPU{whom}]")
+        text = "; ".join([*parts, " ".join(words)])
+        return text.encode("unicode_escape", "surrogateescape").decode("ascii")
+
+
+@cache
+def sound_files() -> Mapping[str, bytes]:
+    """Return the files that commands read: name and content."""
+    case = hp.Case(
+        material.scene(), material.control(), duration=3.9, accuracy=1e-3, estimate=False
+    )
+    walk = material.walk().save(material.new_file("nc")).read_bytes()
+    records = [one for one in hp.load_catalog().records if one.model in ("AX-12A", "MX-106")]
+    texts = {
+        "robot.urdf": material.urdf_text(), "case.toml": case.to_toml(),
+        "study.toml": material.SHORT_STUDY, "motors.toml": material.MOTORS_TEXT,
+        "motors.csv": catalog_text(tuple(records)), "controllers.py": "A = 1\n",
+    }  # fmt: skip
+    sound = {name: text.encode() for name, text in texts.items()}
+    return {**sound, "walk.nc": walk, "done.db": material.store_bytes()}
+
+
+def draw(rng: random.Random, tree: WatchedFolder) -> CommandInput:
+    """Draw an input for a tree, whose working folder holds `sound_files`."""
+    command = list(rng.choice(COMMANDS))
+    found = CommandInput(command, script=rng.random() < 0.6, sound=list(command))
+    if rng.random() < 0.35:
+        odd = odd_options(command, rng)
+        found.exact, found.words = False, odd
+    if command[0] in OUTPUTS and rng.random() < 0.5:
+        _odd_output(found, rng)
+    if rng.random() < 0.25:
+        _odd_input(found, rng)
+    if rng.random() < 0.25:
+        _beside(found, rng)
+    if rng.random() < 0.2:
+        _odd_content(found, rng)
+    if found.script and rng.random() < 0.2:
+        for name in rng.sample(TRAPS, 2):
+            found.plant(f'echo \'open("RUN", "w")\' > {name}', _trap(name))
+    _odd_process(found, rng)
+    _name_outputs(found, tree)
+    return found
+
+
+_HOME = re.compile(r"(^|=)~")
+"""A word that names the home folder, also as the value of an option: `--out=~/x.md`."""
+
+
+def _odd_process(found: CommandInput, rng: random.Random) -> None:
+    """Draw what the process is started with, and what happens to it."""
+    if rng.random() < 0.35:
+        for k in rng.sample((1, 2), rng.choice((1, 1, 2))):
+            found.streams[k] = rng.choice(STREAMS)
+        found.after = rng.choice((0, 1, 10, 100, 1000))
+    if rng.random() < 0.15:
+        found.streams[0] = rng.choice(INPUT_STREAMS)
+    if rng.random() < 0.25:
+        found.environment = rng.choice(ENVIRONMENTS)
+    if "HOME" in found.environment and any(_HOME.search(word) for word in found.words):
+        found.environment = {}  # else it would be written to another home than that of the tree
+    if rng.random() < 0.1:
+        found.umask = rng.choice((0o777, 0, 0o077))
+    if rng.random() < 0.15:
+        found.limits = [rng.choice(LIMITS)]
+    if rng.random() < 0.08:
+        found.gone = True
+    elif rng.random() < 0.08:
+        found.plant("chmod 555 .", lambda work: work.chmod(0o555))
+    found.ignored = rng.random() < 0.1
+    if rng.random() < 0.2:
+        for _ in range(rng.choice((1, 1, 1, 2))):
+            found.signals.append((rng.uniform(0.0, 1.5), rng.choice(SIGNALS), rng.random() < 0.3))
+        found.signals.sort()
+
+
+def _odd_output(found: CommandInput, rng: random.Random) -> None:
+    """Give an output a name that is odd, or that is taken."""
+    name = found.words[0]
+    option = rng.choice(OUTPUTS[name])
+    endings = ENDINGS.get(f"{name} {option}", ENDINGS.get(option, TRACE_ENDINGS))
+    ending = rng.choice(endings) if rng.random() < 0.9 else rng.choice(("", ".txt", "."))
+    path = rng.choice(_odd_names(ending)) if rng.random() < 0.4 else f"out{ending}"
+    if path == f"out{ending}":
+        _take(found, path, rng)
+    elif rng.random() < 0.2:
+        path = rng.choice(list(sound_files()))
+    found.words = _with_option(found.words, option, path, rng)
+    found.sound.append(f"{option}=usual{endings[0]}")
+
+
+def _odd_names(ending: str) -> tuple[str, ...]:
+    """Return names that a file may have, or may not."""
+    return (
+        f"{ESCAPE}{ending}", f"a\\nb{ending}".replace("\\n", "\n"), f"\udcff\udc80{ending}",
+        f"-x{ending}", f"--help{ending}", f"=HYPERLINK(1){ending}", f"{'é' * 100}{ending}",
+        f"{'x' * 250}{ending}", f"{'x/' * 3000}x{ending}", f"linked_folder/x{ending}", f" {ending}",
+        f"no/such/x{ending}", f"~/x{ending}", f"~nobody-here/x{ending}", "", ".", "..", "/", "~",
+        f"x{ending}/", f"data/../x{ending}", f"%s%n{ending}", f"x\r{ending}", f"\u202ex{ending}",
+        f"/dev/fd/1{ending}", f"/proc/self/x{ending}", f"$(touch RUN){ending}", ending,
+        f"\x9bx{ending}",
+    )  # fmt: skip
+
+
+def _take(found: CommandInput, path: str, rng: random.Random) -> None:
+    """Put something that is no plain file of the user's at a path in the working folder."""
+    shell, action = rng.choice(_TAKEN)
+    found.plant(shell.format(shlex.quote(path)), lambda work: action(work / path))
+
+
+def _link(target: str) -> Callable[[Path], object]:
+    return lambda path: path.symlink_to(target)
+
+
+def _read_only(path: Path) -> None:
+    path.write_text("mine\n", encoding="utf-8")
+    path.chmod(0o400)
+
+
+def _device(minor: int) -> Callable[[Path], object]:
+    return lambda path: os.mknod(path, stat.S_IFCHR | 0o666, os.makedev(1, minor))
+
+
+_TAKEN: tuple[tuple[str, Callable[[Path], object]], ...] = (
+    ("ln -s ../foreign/precious {}", _link("../foreign/precious")),
+    ("ln -s ../foreign/not_there {}", _link("../foreign/not_there")),
+    ("ln -s ../foreign/below {}", _link("../foreign/below")),
+    ("ln -s /dev/full {}", _link("/dev/full")),
+    ("ln -s loop.nc {}", _link("loop.nc")), ("mkfifo {}", os.mkfifo), ("mkdir {}", Path.mkdir),
+    ("ln ../foreign/keys.txt {}",
+     lambda path: path.hardlink_to(path.parent.parent / "foreign/keys.txt")),
+    ("mknod {} c 1 3", _device(3)), ("mknod {} c 1 7", _device(7)), ("chmod 400 {}", _read_only),
+    ("echo mine > {}", lambda path: path.write_text("mine\n", encoding="utf-8")),
+)  # fmt: skip
+
+
+def _with_option(words: list[str], option: str, value: str, rng: random.Random) -> list[str]:
+    """Return words with an option, in one word or two, in place of one that is there."""
+    if option in words[:-1]:
+        k = words.index(option)
+        words = [*words[:k], *words[k + 2 :]]
+    return [*words, *([f"{option}={value}"] if rng.random() < 0.3 else [option, value])]
+
+
+def _odd_input(found: CommandInput, rng: random.Random) -> None:
+    """Put something else where a file is read, or a sound one under an odd name."""
+    sound = [k for k, word in enumerate(found.words) if word in sound_files()]
+    options = INPUTS.get(found.words[0], ())
+    if not sound or (options and rng.random() < 0.3):
+        if options:
+            path = rng.choice(("controllers.py", "motors.csv", *_ENDLESS))
+            found.words = _with_option(found.words, rng.choice(options), path, rng)
+        return
+    k = rng.choice(sound)
+    before, ending = found.words[k], Path(found.words[k]).suffix
+    if rng.random() < 0.6:
+        found.words[k] = rng.choice((*_ENDLESS, *sound_files()))
+        return
+    name = rng.choice([one for one in _odd_names(ending) if len(one) < 200 and "/" not in one])
+    if name in ("", ".", "..", "~", ending):
+        return
+    found.words[k] = name
+    content = sound_files()[before]
+    found.plant(
+        f"cp {before} {shlex.quote(name)}",
+        lambda work: (work / name).write_bytes(content),
+    )
+
+
+_ENDLESS = (
+    "/dev/zero", "/dev/random", "/dev/stdin", "/proc/self/mem", "/proc/kmsg", "pipe.nc",
+    "folder.nc", "loop.nc", "huge.nc", "null.nc", "zero.toml", "/", "/proc/self/environ",
+    "nothing_there", "linked.nc", "linked.csv",
+)  # fmt: skip
+"""What no command can read; `huge.nc` is laid down as a sparse file of a terabyte."""
+
+
+def _beside(found: CommandInput, rng: random.Random) -> None:
+    """Take a name beside one of the files that the command writes."""
+    names = DEFAULT_OUTPUTS.get(found.words[0], ())
+    if found.words[0] == "sweep":
+        _take(found, f"{rng.choice(('study.db', 'done.db'))}{rng.choice(BESIDE)}", rng)
+    elif names:
+        _take(found, f"{rng.choice(names)}{rng.choice(('', *BESIDE))}", rng)
+
+
+def _odd_content(found: CommandInput, rng: random.Random) -> None:
+    """Change what stands in one of the files that are read."""
+    name = rng.choice([word for word in found.words if word in sound_files()] or ["motors.csv"])
+    text = sound_files()[name].decode("latin-1")
+    old, new = rng.choice(_HOSTILE.get(name, (("", ""),)))
+    if old and old in text:
+        changed, shell = text.replace(old, new, 1), f"sed -i s,{old},{ascii(new)}, {name}"
+    else:
+        changed, shell = odd_text(text, rng), f"# {name} changed at random"
+    data = changed.encode("utf-8" if not name.endswith((".nc", ".db")) else "latin-1", "replace")
+    found.plant(shell, lambda work: (work / name).write_bytes(data))
+    found.exact = False
+
+
+_HOSTILE: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "motors.csv": (("AX-12A", f"{ESCAPE}AX"), ("AX-12A", "=HYPERLINK(1)"), ("AX-12A", "@SUM(1)"),
+                   ("AX-12A", "\u202eAX"), ("AX-12A", "</script>")),
+    "study.toml": (('"friction and payload"', '"\\u001b]0;owned\\u0007"'),
+                   ('"friction and payload"', '"=1+1"'), ("kharagpur", "/dev/zero"),
+                   ("kharagpur", "pipe.nc")),
+    "motors.toml": (("[motors]", '[motors]\ncatalog = "/dev/zero"'), ("kharagpur", "/dev/zero"),
+                    ("[motors]", '[motors]\ncatalog = "pipe.csv"'), ("AX-12A", "\\u001bAX")),
+    "case.toml": (("kharagpur", "\\u001b]0;owned\\u0007"), ("kharagpur", "/dev/zero")),
+    "robot.urdf": (('<robot name="', f'<robot name="{chr(0x9b)}31m'), ("coxa", "=HYPERLINK(1)"),
+                   ("revolute", "prismatic"), ("lf_coxa_joint", "&#10;a")),
+    "controllers.py": (("A = 1", "import sys; sys.exit(0)"), ("A = 1", "raise KeyboardInterrupt"),
+                       ("A = 1", f"raise ValueError({ESCAPE!r})"),
+                       ("A = 1", "import os; os.chdir('/')"),
+                       ("A = 1", "raise SystemExit('a')"), ("A = 1", "A = [")),
+}  # fmt: skip
+
+
+def _trap(name: str) -> Callable[[Path], object]:
+    return lambda work: (work / name).write_text('open("RUN", "w")\n', encoding="utf-8")
+
+
+def _name_outputs(found: CommandInput, tree: WatchedFolder) -> None:
+    """Note which files the command is told to write; what it reads it may not write."""
+    name, words = found.words[0], found.words
+    options, values, others = (*OUTPUTS.get(name, ()), "-o"), list[str](), list[str]()
+    for before, word in zip(["", *words], words, strict=False):
+        option, equals, value = word.partition("=")
+        if before in options or (equals and option in options):
+            values.append(word if before in options else value)
+        else:
+            others.append(word)
+    read = {tree.work / word for word in others if word in sound_files()}
+    old, new = BESIDE_INPUT.get(name, ("", ""))
+    beside = [word.removesuffix(old) + new for word in others if old and word.endswith(old)]
+    for value in (*values, *DEFAULT_OUTPUTS.get(name, ()), *beside):
+        found.named |= {path for path in _paths(value, tree)} - read
+    if name == "sweep" and {"--resume", "--retry-failed"} & set(words):
+        found.named |= _paths("done.db", tree)
+    if found.exact and "--no-html" not in words:
+        for value in values:
+            found.promised |= {path for path in _paths(value, tree) if path in found.named}
+
+
+def _paths(value: str, tree: WatchedFolder) -> set[Path]:
+    """Return the absolute paths of what a word names, its folder's links followed or not."""
+    if not value or "\0" in value:
+        return set()
+    home = f"{tree.home}/"
+    path = os.path.join(tree.work, home + value[2:] if value.startswith("~/") else value)
+    try:
+        folder = os.path.realpath(os.path.dirname(path))
+    except OSError:
+        folder = str(tree.work)
+    return {Path(os.path.normpath(path)), Path(folder, os.path.basename(path))}
+
+
+def lay_down(found: CommandInput, tree: WatchedFolder) -> None:
+    """Write the sound files and what was drawn into a tree, and watch all of it."""
+    for name, content in sound_files().items():
+        (tree.work / name).write_bytes(content)
+    with (tree.work / "huge.nc").open("wb") as stream:
+        stream.truncate(1 << 40)
+    for _, action in found.plants:
+        _try(action, tree.work)
+    tree.watch()
+
+
+def _try(action: Callable[[Path], object], work: Path) -> Any:
+    """Do what the system allows: some names are taken or too long, some nodes are for root."""
+    try:
+        return action(work)
+    except (OSError, ValueError):
+        return None

@@ -1,0 +1,420 @@
+"""Sound instances of every public class, and sound arguments of every public call.
+
+Instances are collected from a few small runs and what is computed from them; arguments are made
+from the annotation and the name of a parameter.
+"""
+
+from __future__ import annotations
+
+import collections
+import inspect
+import random
+import types
+import typing
+from collections import abc
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import hexapod_pin as hp
+from fuzz import material
+from fuzz.public_names import CONSTRUCTOR, PublicCall, public_classes
+from hexapod_pin.annotation_names import resolved
+from hexapod_pin.results.sizing.motor_ranking import motor_ranking
+from hexapod_pin.results.sizing.trace_demand import joint_demand
+
+QUICK: Mapping[str, Any] = {"accuracy": 1e-3, "threads": 1}
+"""Of every call that runs something."""
+
+LEAST = 3.9
+"""Time in which the gait of `material.control` makes a whole steady cycle [s]."""
+
+
+def _controllers() -> list[Any]:
+    gait, path = material.control().gait, hp.Sine(amplitude=0.05, period=1.0)
+    body = hp.BodyMotion(pitch=path)
+    velocity = hp.VelocityCommand(time=(0.0, 1.0), forward=(0.02, 0.03))
+    return [
+        material.control(),
+        hp.KinematicControl(gait, body=body, velocity=velocity),
+        hp.ArcWalk(gait),
+        hp.HoldPosture(),
+        hp.JointMotion({material.robot().joint_names[0]: path}),
+        hp.SampledTrajectory([0.0, 1.0], [material.robot().posture] * 2),
+        hp.FootControl(
+            material.control(), slip=hp.SlipPid(), suspension=hp.VirtualSuspension(),
+            touch_down=hp.TouchDown(), levelling=hp.Levelling(),
+            sensors=hp.Sensors(q=hp.Sensor(noise=1e-4)),
+        ),
+    ]  # fmt: skip
+
+
+def _functions_of_time() -> list[Any]:
+    points = (0.0, 0.5, 1.0)
+    step: dict[str, Any] = {"begin": 0.0, "end": 1.0, "initial": 0.0, "final": 0.1}
+    sine = hp.Sine(amplitude=0.1, period=1.0)
+    return [
+        sine, hp.Hermite(time=points, value=(0.0, 0.1, 0.0), rate=(0.0, 0.1, 0.0)),
+        hp.Waypoints(time=points, value=(0.0, 0.1, 0.0)), hp.Havsin(**step), hp.Step(**step),
+        hp.Step5(**step), hp.Sum(terms=(sine, hp.Step5(**step))),
+        hp.Periodic(function=sine, period=1.0),
+    ]  # fmt: skip
+
+
+def _grounds() -> list[Any]:
+    patch = hp.Patch(low=(0.2, -1.0), high=(0.5, 1.0), stiffness=0.5, friction=0.5)
+    return [
+        hp.Flat(), hp.Slope(angle=0.1), hp.Stairs(start=0.3, rise=0.01, run=0.2, count=2),
+        hp.Ledge(edge=0.3, height=0.01), hp.Groove(angle_left=0.2, angle_right=0.2),
+        hp.Ramp(start=0.3, run=0.2, angle=0.1),
+        hp.HeightField.from_array([[0.0, 0.01], [0.0, 0.02]], spacing=1.0),
+        hp.PatchedGround(ground=hp.Flat(), patches=(patch,)),
+        hp.ShakingGround(amplitude=0.01, frequency=2.0),
+    ]  # fmt: skip
+
+
+def _laws() -> list[Any]:
+    rubber: dict[str, Any] = {"young": 5e6, "poisson": 0.45, "radius": 0.02}
+    slip: dict[str, Any] = {"mu_static": 0.6, "mu_dynamic": 0.5, "speed": 0.01}
+    return [
+        hp.Contact.accurate(), hp.Contact.s1(), hp.Contact.s1_printed(), hp.Contact.s2(),
+        hp.Contact.soil(), hp.HuntCrossley.hertz(**rubber),
+        hp.Restitution.hertz(**rubber, restitution=0.4),
+        hp.StickSlip(mu=0.6, stiffness=1e4, damping=50.0),
+        hp.KelvinVoigt(stiffness=1e4, damping=10.0),
+        hp.SmoothStep(**slip), hp.BrownMcPhee(**slip),
+    ]  # fmt: skip
+
+
+def _runs() -> list[Any]:
+    """Return a walk that is long enough for tables of a steady cycle, and what they are."""
+    scene, control, steady = material.scene(), material.control(), {"duration": LEAST, **QUICK}
+    walk = material.walk()
+    demand, records = joint_demand(walk, postures=4), hp.load_catalog().records[:2]
+    case = hp.Case(hp.Scene(material.robot()), control, duration=LEAST, accuracy=1e-3)
+    gait, once = {"tripod": control.gait}, {"check": 0, **QUICK}
+    compared = hp.compare({"a": scene}, {"a": control, "b": hp.HoldPosture()}, **steady)
+    return [
+        scene, walk, walk.summary, walk.checkpoint, demand, motor_ranking(demand, records),
+        hp.torque_budget(walk), hp.stability(walk), hp.walk_verdict(walk), hp.phase_torques(walk),
+        hp.joint_moments(walk), case, compared, hp.judge_peaks(case), *_selection(),
+        hp.torque_map(scene, "arc", strokes=[0.06], cycle_times=[0.8], **once),
+        hp.gait_energy(scene, gait, [0.09], **once), *_studied(),
+        hp.amplification(scene, control, duration=0.1),
+        hp.tune(
+            crouch, {"angle": 0.0}, {"angle": (-0.2, 0.2)}, {"a": scene}, height,
+            held_out={"b": hp.Scene(material.robot())}, seed=1, budget=10, population=5, **STEPS,
+        ),
+    ]  # fmt: skip
+
+
+STEPS: Mapping[str, Any] = {"duration": 0.05, "method": "robust", "step": 2e-3}
+
+
+def crouch(values: Mapping[str, float]) -> hp.HoldPosture:
+    """Return a controller of one tuned number."""
+    q = np.array(material.robot().posture)
+    q[1::3] += values["angle"]
+    return hp.HoldPosture(q)
+
+
+def height(found: Any, baseline: Any) -> float:
+    """Return an objective's value."""
+    return float(np.mean([run.height_mean for run in found]))
+
+
+def _selection() -> list[Any]:
+    return [hp.select_motors(material.MOTORS_TEXT, samples=0, threads=1)]
+
+
+def _studied() -> list[Any]:
+    path = material.new_file("db")
+    path.write_bytes(material.store_bytes())
+    study, result = hp.SweepStudy.from_toml(material.STUDY_TEXT), hp.open_sweep(path)
+    data = {"torque_peak": np.arange(float(8))}
+    return [study, result, hp.uncertainty(study, data, "torque_peak", grid_point=0)]
+
+
+def _parts() -> list[Any]:
+    """Return instances of what is neither run nor in a run."""
+    solid = hp.Trunk.solid(1.0, (0.2, 0.1, 0.05))
+    rod = hp.Segment.rod(0.1, 0.1, 0.01, (-1.0, 1.0), 5.0, 5.0)
+    measurement = session().measure()
+    return [
+        solid, rod, hp.load_catalog(), hp.load_catalog().records[0].motor(), hp.WorkLimits(),
+        hp.Blueprint.from_dimensions(
+            "six", trunk=solid, coxa=rod, femur=rod, tibia=rod, hip_x=0.1, hip_y=0.05,
+            foot_radius=0.01, posture=(0.0, 0.3, -0.6),
+        ),
+        hp.LostLeg(leg=material.robot().legs[0].name, time=0.0),
+        hp.Push("base_link", force=(1.0, 0.0, 0.0), start=0.0, duration=1e-3),
+        hp.MassFactor(links=("base_link",), factor=1.1),
+        hp.RemovedMass(link="base_link", mass=0.01), hp.RelativeObjective({"torque_rms": 1.0}),
+        hp.Servo.for_robot(material.robot()), hp.JointStops.for_robot(material.robot()),
+        measurement, hp.Command(q=measurement.q), material.state(), hp.FootForceSensing(),
+    ]  # fmt: skip
+
+
+def session() -> hp.Session:
+    """Return a session; unlike other instances it changes, and is made anew for each call."""
+    limits = hp.WorkLimits(evaluations=3e4)
+    return hp.Session(material.scene(), accuracy=1e-3, limits=limits)
+
+
+@cache
+def pool() -> Mapping[type, list[Any]]:
+    """Return instances by their class, those in others' fields included."""
+    found: dict[type, list[Any]] = collections.defaultdict(list)
+    roots = [*_controllers(), *_functions_of_time(), *_grounds(), *_laws(), *_runs(), *_parts()]
+    for one in _within(roots, set()):
+        found[type(one)].append(one)
+    return found
+
+
+def _within(value: Any, seen: set[int]) -> Iterator[Any]:
+    """Yield the instances of this package's classes in a value, itself included."""
+    if id(value) in seen:
+        return
+    seen.add(id(value))
+    if isinstance(value, list | tuple):
+        for one in value:
+            yield from _within(one, seen)
+    elif isinstance(value, Mapping):
+        yield from _within(list(value.values()), seen)
+    elif type(value).__module__.startswith("hexapod_pin"):
+        yield value
+        for name, one in getattr(value, "__dict__", {}).items():
+            if not name.startswith("_"):
+                yield from _within(one, seen)
+
+
+def instances(owner: type) -> list[Any]:
+    """Return sound instances of a class; empty where there is none."""
+    if owner is hp.Session:
+        return [session()]
+    if owner is hp.FeedbackController:  # a protocol
+        owner = hp.FootControl
+    found = [one for kind, several in pool().items() if issubclass(kind, owner) for one in several]
+    if not found and issubclass(owner, Exception | tuple):
+        call = PublicCall(f"errors.{owner.__name__}()", CONSTRUCTOR, owner)
+        found = [owner(**arguments(call, random.Random(0)))]
+    return found
+
+
+def arguments(call: PublicCall, rng: random.Random, instance: Any = None) -> dict[str, Any]:
+    """Return sound arguments: what is needed, some of the others, and what keeps the call short.
+
+    Args:
+        call: what they are for.
+        rng: draws which.
+        instance: of its owner: a constructor is given what it was made from.
+    """
+    given, small = dict[str, Any](), SMALL.get(call.name, {})
+    for name, parameter in call.parameters().items():
+        if parameter.kind is parameter.VAR_POSITIONAL:
+            continue
+        needed = (
+            parameter.default is parameter.empty and parameter.kind is not parameter.VAR_KEYWORD
+        )
+        if name in small:
+            given[name] = _made(small[name])
+        elif needed or rng.random() < 0.2:
+            own = call.kind == CONSTRUCTOR and hasattr(instance, name)
+            if own and not inspect.ismethod(getattr(instance, name)):
+                given[name] = getattr(instance, name)
+            elif needed:
+                given[name] = argument(call, parameter, rng)
+    return given
+
+
+def argument(call: PublicCall, parameter: inspect.Parameter, rng: random.Random) -> Any:
+    """Return a sound argument of a call for one of its parameters."""
+    for key in (f"{call.name}.{parameter.name}", parameter.name):
+        if key in BY_NAME:
+            return _made(BY_NAME[key])
+    annotation = parameter.annotation
+    if isinstance(annotation, typing.ForwardRef):
+        annotation = annotation.__forward_arg__
+    return _of_kind(resolved(annotation, call.target), rng)
+
+
+def _made(entry: Any) -> Any:
+    """Return the value of an entry of a table: of a function what it returns."""
+    return entry() if callable(entry) else entry
+
+
+def _of_kind(kind: Any, rng: random.Random) -> Any:
+    """Return a sound value of a type."""
+    origin, parts = typing.get_origin(kind), typing.get_args(kind)
+    if origin is typing.Annotated:
+        return _of_kind(parts[0], rng)
+    if origin is typing.Literal:
+        return rng.choice(parts)
+    if kind in PLAIN:
+        return PLAIN[kind]
+    if origin in (typing.Union, types.UnionType):
+        if len(parts) > 6:  # NumPy's ArrayLike
+            return [0.0, 0.1]
+        return _of_kind(rng.choice([part for part in parts if part is not type(None)]), rng)
+    if origin is tuple:
+        return tuple(_of_kind(part, rng) for part in parts if part is not ...)
+    if origin in (list, abc.Sequence, abc.Iterable, abc.Collection):
+        return [_of_kind(parts[0], rng)]
+    if origin in (dict, abc.Mapping):
+        return {_of_kind(parts[0], rng): _of_kind(parts[1], rng)}
+    if origin is abc.Callable:
+        return lambda *given: given[0]
+    kind = origin or kind
+    if kind is np.ndarray:
+        return np.zeros(2)
+    if isinstance(kind, type) and (kind in public_classes() or instances(kind)):
+        return rng.choice(instances(kind))
+    return None
+
+
+PLAIN: Mapping[Any, Any] = {
+    float: 0.1, int: 2, bool: True, str: "tripod", type(None): None, Any: 0.1,
+    Path: Path("new.nc"), BaseException: ValueError("a"),
+}  # fmt: skip
+
+
+TIME_FUNCTIONS = ("Hermite", "Waypoints", "Havsin", "Step", "Step5", "Sine", "Sum", "Periodic")
+
+FIGURES = tuple(
+    f"write_{name}" for name in (
+        "figure", "comparison_figure", "gait_energy_figure", "joint_motion_figure",
+        "joint_torque_figure", "mass_center_figure", "quasi_static_figure", "torque_curves",
+        "torque_heat_map",
+    )
+)  # fmt: skip
+
+
+def _limits() -> hp.WorkLimits:
+    return hp.WorkLimits(evaluations=3e4, steps=1e4)
+
+
+def _soil() -> Any:
+    from hexapod_pin.ground.contact.soil import SOILS
+
+    return next(iter(SOILS.values()))
+
+
+def _checkpoint_data() -> dict[str, Any]:
+    return material.trace().checkpoint.to_dict()
+
+
+def _study_parts() -> dict[str, Any]:
+    return {"a": instances(hp.TorqueMap)[0]}
+
+
+def _study_file() -> Path:
+    return hp.write_study(material.new_file("nc"), _study_parts())
+
+
+def _image() -> Path:
+    """Write a portable grey map of four pixels."""
+    return material.written("pgm", b"P5 2 2 255\n\0\1\2\3")
+
+
+def _joint() -> str:
+    return material.robot().joint_names[0]
+
+
+BY_NAME: Mapping[str, Any] = {
+    "robot": material.robot, "scene": material.scene, "trace": material.walk, "run": material.walk,
+    "dynamic": material.walk, "slow": material.walk, "controller": material.control,
+    "walk": material.control, "gait": lambda: material.control().gait, "duration": 2e-3,
+    "cases": lambda: [hp.Case(material.scene(), material.control(), duration=2e-3, **EASY)],
+    "initial": material.state, "state": material.state, "q": lambda: material.state().q,
+    "v": lambda: material.state().v,
+    "Session.advance.until": 1e-3, "KinematicControl.plan_part.until": 1.0, "since": 0.0,
+    **{f"{kind}.{name}.time": lambda: np.array([0.0, 0.5]) for kind in TIME_FUNCTIONS
+       for name in ("acceleration", "derivatives", "value_and_rate")},
+    **{f"view.{name}.path": lambda: material.new_file("png") for name in FIGURES},
+    "source": "kharagpur", "study": lambda: instances(hp.SweepStudy)[0], "vary": lambda: VARY,
+    "measurement": lambda: instances(hp.Measurement)[0], "time": 0.5, "points": [[0.0, 0.0, 0.1]],
+    "traces": lambda: {"a": material.walk()}, "scenes": lambda: {"a": material.scene()},
+    "parts": dict, "method": "robust", "step": 2e-3, "sample": 1e-3,
+    "threads": 1, "kind": "coxa", "joint": _joint, "Trace.joint.name": _joint,
+    "Robot.joint_index.name": _joint, "TorqueBudget.joint.name": _joint,
+    "MotorBudget.joint.name": _joint, "PeakVerdicts.joint.name": _joint,
+    "JointMoments.joint.name": _joint, "TorqueBudget.kind.name": "coxa", "legs": 6,
+    "MotorBudget.kind.name": "coxa", "PeakVerdicts.kind.name": "coxa",
+    "Robot.leg.name": lambda: material.robot().legs[0].name, "leg": "left_front",
+    "Robot.foot.name": lambda: material.robot().feet[0].name, "links": ("base_link",),
+    "Trace.foot.name": lambda: material.robot().feet[0].name, "link": "base_link",
+    "Contact.preset.name": "s1", "Contact.soil.name": "sand", "urdf_path.name": "athena",
+    "Stability.least.name": "static_margin", "model": "AX-12A", "quantity": "torque_peak",
+    "uncertainty.values": lambda: {"torque_peak": np.arange(8.0)}, "cost": "cost_of_transport",
+    "fps": 10.0, "polygons": 1, "postures": 2, "seed": 1, "size": 1.0, "spacing": 0.5,
+    "Scene.from_toml.text": lambda: material.scene().to_toml(),
+    "Case.from_toml.text": material.case_text,
+    "SweepStudy.from_toml.text": lambda: material.STUDY_TEXT, "z": [[0.0, 0.0]] * 3,
+    "Checkpoint.from_dict.data": _checkpoint_data,
+    "Amplification.at.time": 0.01, "voltage": 12.0, "supply": 11.0,
+    "Comparison.change.controller": "b", "Comparison.of.scene": "a", "Comparison.mean.scene": "a",
+    "Comparison.change.scene": "a", "Comparison.of.controller": "a", "metric": "torque_rms",
+    "Comparison.mean.controller": "a",
+    "record": lambda: hp.load_catalog().records[0], "simulate.record": ["torque"],
+    "Session().record": ["torque"], "Case().record": ["torque"],
+    "errors.NotRecordedError().record": ["com"], "Gait.feet_down.phase": [0.0, 0.5],
+    "HuntCrossley.soil.soil": _soil, "Summary.error_of.name": "torque_rms",
+    "RelativeObjective.value.run": lambda: instances(hp.Summary)[0],
+    "Segment.box.size": (0.1, 0.02, 0.02), "Trunk.solid.size": (0.2, 0.1, 0.05), "limits": _limits,
+    "Segment.box.limits": (-1.0, 1.0), "Segment.rod.limits": (-1.0, 1.0),
+    "SweepStudy.of_case.case": lambda: instances(hp.Case)[0], "phase": "retraction",
+    "AdamsImpact.from_mm.exponent": 1.5, "Gait.custom.phases": [0.0, 0.5] * 3, "load": 10.0,
+    "JointDemand.of_kinds.kinds": ("coxa",), "posture": lambda: list(material.robot().posture),
+    "Scene.require_unloaded.where": "here", "Gait.custom.duty": 0.6,
+    "JointDemand.rms_with_armature.armature": lambda: np.zeros(18),
+    "write_study.parts": _study_parts,
+    "RelativeObjective.value.name": "torque_rms", "HeightField.from_image.path": _image,
+    "JointDemand.of_samples.torque": lambda: np.zeros((3, 18)),
+    "JointDemand.of_samples.speed": lambda: np.zeros((3, 18)),
+    "JointDemand.of_samples.time": lambda: np.arange(3.0),
+    "Comparison.save.path": lambda: material.new_file("json"),
+    "Summary.save.path": lambda: material.new_file("json"),
+    "view.write_html.path": lambda: material.new_file("html"),
+    "view.write_side_by_side.path": lambda: material.new_file("html"),
+    "view.write_selection_report.path": lambda: material.new_file("html"),
+    "load_study.path": _study_file,
+    "path": lambda: str(material.new_file("nc")),
+    "load_catalog.path": lambda: material.written("csv", material.catalog_text()),
+    "load_case.path": lambda: material.written("toml", material.case_text()),
+    "load_sweep.path": lambda: material.written("toml", material.STUDY_TEXT),
+    "load_trace.path": lambda: material.written("nc", material.trace_bytes()),
+    "open_sweep.path": lambda: material.written("db", material.store_bytes()),
+    "SweepResult().path": lambda: material.written("db", material.store_bytes()),
+    "load_torque_map.path": lambda: instances(hp.TorqueMap)[0].save(material.new_file("nc")),
+    "load_gait_energy.path": lambda: instances(hp.GaitEnergy)[0].save(material.new_file("nc")),
+    "load_summary.path": lambda: instances(hp.Summary)[0].save(material.new_file("json")),
+    "HeightField.from_csv.path": lambda: material.written("csv", "0,0,0\n0,0.1,0\n"),
+}  # fmt: skip
+"""Sound arguments by call and parameter, or by parameter; of a function: what it returns."""
+
+EASY: Mapping[str, Any] = {"accuracy": 1e-3, "estimate": False}
+
+VARY: list[dict[str, Any]] = [{"input": "stroke", "values": [0.06, 0.08]}]
+
+SMALL: Mapping[str, Mapping[str, Any]] = {
+    "simulate": {"duration": 2e-3, **EASY}, "amplification": {"duration": 0.02},
+    "simulate_batch": {"threads": 1, **EASY}, "iterate_batch": {"threads": 1, **EASY},
+    "compare": {"duration": LEAST, "controllers": lambda: {"a": material.control()}, **QUICK},
+    "torque_map": {"strokes": [0.06], "cycle_times": [0.8], "check": 0, "walk": "arc", **QUICK},
+    "gait_energy": {"speeds": [0.09], "check": 0,
+                    "gaits": lambda: {"a": material.control().gait}, **QUICK},
+    "judge_peaks": {"run": lambda: instances(hp.Case)[0], "threads": 1},
+    "select_motors": {"text": lambda: material.MOTORS_TEXT, "samples": 0, "threads": 1},
+    "run_sweep": {"study": lambda: hp.SweepStudy.from_toml(material.SHORT_STUDY), "threads": 1,
+                  "store": lambda: material.new_file("db")},
+    "tune": {"make_controller": lambda: crouch, "start": {"angle": 0.0}, "budget": 10,
+             "population": 5, "bounds": {"angle": (-0.2, 0.2)}, "objective": lambda: height,
+             "held_out": lambda: {"b": hp.Scene(material.robot())}, "threads": 1, **STEPS},
+    "Session()": {"limits": lambda: hp.WorkLimits(evaluations=3e4), "accuracy": 1e-3},
+    "joint_demand": {"postures": 2}, "HeightField.random": {"size": 1.0},
+    "uncertainty": {"grid_point": 0},
+}  # fmt: skip
+"""What is always given, so that a sound call ends within a second."""

@@ -1,0 +1,1 @@
+"""Independent answers that the tests and studies compare the package with."""

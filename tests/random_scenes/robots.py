@@ -1,0 +1,150 @@
+"""Robots drawn at random: dropped, walking, pushed, and in flight."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hexapod_pin.control.gait import GAITS, Gait
+from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.drive.servo import Servo
+from hexapod_pin.errors import HexapodError
+from hexapod_pin.ground.terrain import Flat
+from hexapod_pin.robot.robot import load_robot
+from hexapod_pin.simulation.loads import Push
+from hexapod_pin.simulation.plant import standing_on
+from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.validation.cases.drop import drop
+from random_scenes.bodies import SAMPLE, above_ground, turned
+from random_scenes.contacts import draw_contact
+from random_scenes.dice import Dice
+from random_scenes.grounds import draw_terrain
+from random_scenes.scene import PromiseScene, SceneLabels
+
+if TYPE_CHECKING:
+    from hexapod_pin.robot.robot import Robot
+
+REFERENCE = "reference"
+WALKERS = ("kharagpur", "athena")
+LARGEST_STROKE = {"kharagpur": 0.11, "athena": 0.08}
+"""Of the walks drawn [m]."""
+
+SHORTEST_CYCLE = {"tripod": 0.7, "ripple": 1.0, "tetrapod": 1.0, "wave": 2.0}
+"""Of the walks drawn [s]: a foot swings in the share of it that the duty leaves."""
+
+MOST_TRIES = 6
+"""Gaits, each slower and shorter, until a robot can walk one."""
+
+
+@lru_cache(maxsize=4)
+def robot_named(name: str) -> Robot:
+    """Return "kharagpur", "athena" or "reference", the hexapod of the drops."""
+    return drop("soft").scene.robot if name == REFERENCE else load_robot(name)
+
+
+def draw_scene_parts(dice: Dice, name: str, **parts: Any) -> tuple[Scene, dict[str, str]]:
+    """Return a robot on its ground, default drives unless given, and labels but kind and drive."""
+    contact, normal, friction = draw_contact(dice)
+    terrain, ground = draw_terrain(dice)
+    scene = Scene(robot_named(name), contact=contact, terrain=terrain, **parts)
+    labels = {"robot": name, "normal": normal, "friction": friction, "terrain": ground}
+    return scene, labels
+
+
+def dropped(dice: Dice) -> PromiseScene:
+    """A hexapod is thrown down somehow from up to 40 mm, holding its posture."""
+    name = dice.pick((REFERENCE, *WALKERS))
+    soft = name == REFERENCE and dice.chance(0.5)
+    parts: dict[str, Any] = {"servo": drop("soft").scene.servos} if soft else {}
+    parts["body_contact"] = name != REFERENCE and dice.chance(0.15)
+    scene, labels = draw_scene_parts(dice, name, **parts)
+    posture = scene.robot.posture
+    start = above_ground(
+        scene.robot, scene.terrain, dice.between(0.0, 0.04), quaternion=turned(dice, 0.3),
+        joints=posture, velocity=dice.vector(0.3, 3), spin=dice.vector(1.0, 3),
+    )  # fmt: skip
+    drive = "soft, no limit" if soft else "default"
+    about = SceneLabels(kind="dropped", drive=drive, **labels)
+    return PromiseScene(about, scene, HoldPosture(posture), start, dice.pick((0.3, 0.5)), SAMPLE)
+
+
+def draw_gait(dice: Dice, name: str) -> KinematicControl:
+    """Return a walk of any named gait that the robot of this name can do for a second."""
+    gait = dice.pick(tuple(GAITS))
+    stroke = LARGEST_STROKE[name] * dice.between(0.2, 1.0)
+    cycle = SHORTEST_CYCLE[gait] * dice.between(1.0, 2.0)
+    heading, turn = dice.pick((0.0, 0.0, math.pi)), dice.pick((0.0, 0.0, 0.1))  # rad a cycle
+    for k in range(MOST_TRIES):
+        longer = cycle * 1.3**k
+        control = KinematicControl(
+            Gait.by_name(
+                gait, stroke=stroke * 0.6**k, cycle_time=longer, heading=heading,
+                turn_rate=turn * 0.6**k / longer,
+            )
+        )  # fmt: skip
+        if can_walk(robot_named(name), control):
+            break
+    return control
+
+
+def can_walk(robot: Robot, control: KinematicControl) -> bool:
+    """Tell whether a robot can do the first second of a walk."""
+    try:
+        control.plan(robot, 1.0)
+    except HexapodError:
+        return False
+    return True
+
+
+def _walk(dice: Dice, kind: str, duration: float, sample: float) -> PromiseScene:
+    name = dice.pick(WALKERS)
+    scene, labels = draw_scene_parts(dice, name)
+    about = SceneLabels(kind=kind, drive="default", **labels)
+    return PromiseScene(about, scene, draw_gait(dice, name), None, duration, sample)
+
+
+def walking(dice: Dice) -> PromiseScene:
+    """A walk of 1 s."""
+    return _walk(dice, "walking 1 s", 1.0, SAMPLE)
+
+
+def walking_long(dice: Dice) -> PromiseScene:
+    """A walk of 10 s."""
+    return _walk(dice, "walking 10 s", 10.0, 0.05)
+
+
+def pushed(dice: Dice) -> PromiseScene:
+    """A robot that stands or walks is pushed once or twice for 20 to 150 ms."""
+    name = dice.pick(WALKERS)
+    scene, labels = draw_scene_parts(dice, name)
+    weight = 9.81 * scene.robot.total_mass
+    loads = [
+        Push(
+            "base_link", tuple(dice.vector(0.05, 3)), force=tuple(dice.vector(0.7 * weight, 3)),
+            start=dice.between(0.0, 0.3), duration=dice.between(0.02, 0.15),
+        )
+        for _ in range(dice.integer(1, 3))
+    ]  # fmt: skip
+    walks = dice.chance(0.4)
+    control = draw_gait(dice, name) if walks else HoldPosture()
+    about = SceneLabels(kind="pushed", drive="default", **labels)
+    return PromiseScene(about, replace(scene, loads=loads), control, None, 0.5, SAMPLE)
+
+
+def limp_flight(dice: Dice) -> PromiseScene:
+    """A robot flies 1 s with its drives off, or holding its posture, its joints moving."""
+    name = dice.pick((REFERENCE, *WALKERS))
+    robot, limp = robot_named(name), dice.chance(0.7)
+    servo = Servo(kp=0.0, kd=0.0) if limp else Servo.for_robot(robot)
+    scene = Scene(robot, servo=servo, terrain=Flat(height=-100.0))
+    q = standing_on(scene, robot.posture).q.copy()
+    q[2] += 100.0
+    v = np.concatenate([dice.vector(0.5, 3), dice.vector(2.0, 3), dice.vector(1.0, 18)])
+    drive = "off" if limp else "default"
+    about = SceneLabels("flight 1 s", name, "none", "none", "none", drive)
+    return PromiseScene(about, scene, HoldPosture(), robot.check_state(q, v), 1.0, 0.02)

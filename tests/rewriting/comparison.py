@@ -1,0 +1,178 @@
+"""Walks of a robot and of its rewritten file, compared leg by leg and joint by joint."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.feasible_gait import feasible_gait
+from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.robot.leg_bodies import leg_bodies
+from hexapod_pin.robot.robot import load_robot, urdf_path
+from hexapod_pin.simulation.run import simulate
+from hexapod_pin.simulation.scene import Scene
+from rewriting.conventions import ConventionSet
+from rewriting.rewrite import rewrite, stripped
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.gait import Gait
+    from hexapod_pin.robot.robot import Robot
+    from hexapod_pin.robot.state import State
+
+GAIT = "tripod"
+CYCLES = 2
+METHOD, STEP = "implicit-euler", 1e-3
+"""How every walk is run; the step in seconds."""
+
+PRESSED = 1e-4
+"""How deep the feet stand in the ground at the start [m].
+
+On feet that just touch, rounding would decide which of them carry the first step's impact.
+"""
+
+ROBOTS = ("kharagpur", "athena")
+TORQUE_TOLERANCE = 1e-6
+"""Allowed difference of torques, relative to the largest of the walk."""
+
+FOOT_TOLERANCE = 1e-3
+"""Allowed distance of feet from the original's [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """What is compared of a walk.
+
+    Attributes:
+        torque: of each leg's joints, signs as of the original's. (T, 3) each [N m].
+        feet: foot centres where the robot stands, trunk axes, by leg. (3,) each [m].
+        gait: that was walked: the default one of the original.
+    """
+
+    gait: Gait
+    torque: Mapping[str, Array]
+    feet: Mapping[str, Array]
+
+    @property
+    def peak(self) -> float:
+        """The largest torque [N m]."""
+        return max(float(np.abs(torque).max()) for torque in self.torque.values())
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How a rewritten robot's walk differs from the original's.
+
+    Attributes:
+        seed: of the conventions.
+        robot: name of the original.
+        conventions: what was changed.
+        torque: largest difference of a torque, relative to the largest torque; nan where it failed.
+        foot: largest distance between feet [m]; nan where it failed.
+        failure: why it does not walk; empty where it does.
+    """
+
+    seed: int
+    robot: str
+    conventions: ConventionSet
+    torque: float
+    foot: float
+    failure: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether it walks like the original."""
+        close = self.torque <= TORQUE_TOLERANCE and self.foot <= FOOT_TOLERANCE
+        return not self.failure and close
+
+
+def reference_walk(robot: str, mend: bool = False) -> Walk:
+    """Return the walk of a built-in robot of which its file states nothing but the parts.
+
+    Raises:
+        HexapodError: it cannot be loaded or does not walk.
+    """
+    text = stripped(urdf_path(robot).read_text(encoding="utf-8"))
+    loaded = _loaded(text, {}, mend=mend)
+    return _walk(loaded, feasible_gait(loaded, GAIT, None)[0], {})
+
+
+def difference(robot: str, seed: int, reference: Walk, *, mend: bool = False) -> Difference:
+    """Rewrite a built-in robot in conventions drawn from a seed, let it walk, and compare."""
+    rng = np.random.default_rng(seed)
+    conventions = ConventionSet.draw(rng, mend=mend)
+    text = urdf_path(robot).read_text(encoding="utf-8")
+    rewritten = rewrite(text, conventions, rng)
+    signs = {change.name: change.sign for change in rewritten.joints.values()}
+    try:
+        loaded = _loaded(rewritten.text, rewritten.files, mend=mend)
+        walk = _walk(loaded, reference.gait, signs)
+    except Exception as error:  # whatever ends a walk is a finding
+        return Difference(
+            seed, robot, conventions, np.nan, np.nan, f"{type(error).__name__}: {error}"
+        )
+    if set(walk.torque) != set(reference.torque):
+        failure = f"legs {', '.join(walk.torque)} instead of {', '.join(reference.torque)}"
+        return Difference(seed, robot, conventions, np.nan, np.nan, failure)
+    torque = max(
+        float(np.abs(walk.torque[leg] - reference.torque[leg]).max()) for leg in reference.torque
+    )
+    foot = max(
+        float(np.linalg.norm(walk.feet[leg] - reference.feet[leg])) for leg in reference.feet
+    )
+    return Difference(seed, robot, conventions, torque / reference.peak, foot, "")
+
+
+def _loaded(text: str, files: Mapping[str, bytes], *, mend: bool) -> Robot:
+    """Load a robot from its text and the files beside it."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "robot.urdf"
+        path.write_text(text, encoding="utf-8")
+        for name, content in files.items():
+            (path.parent / name).parent.mkdir(exist_ok=True)
+            (path.parent / name).write_bytes(content)
+        robot = load_robot(path, mend=mend)
+        leg_bodies(robot)  # reads the files
+    return robot
+
+
+def _walk(robot: Robot, gait: Gait, signs: Mapping[str, float]) -> Walk:
+    """Walk a robot, and return its torques with the signs of its joints undone."""
+    trace = simulate(
+        Scene(robot), KinematicControl(gait), duration=CYCLES * gait.cycle_time,
+        method=METHOD, step=STEP, initial=_pressed(robot),
+    )  # fmt: skip
+    torque = {}
+    for leg in robot.legs:
+        columns = [robot.joint_index(name) for name in leg.joints]
+        sign = np.array([signs.get(name, 1.0) for name in leg.joints])
+        torque[leg.name] = sign * np.asarray(trace.torque)[:, columns]
+    return Walk(gait, torque, _feet(robot))
+
+
+def _pressed(robot: Robot) -> State:
+    """Return the standing state with the feet a little in the ground."""
+    state = robot.stand()
+    q = state.q.copy()
+    q[2] -= PRESSED
+    return robot.check_state(q, state.v)
+
+
+def _feet(robot: Robot) -> dict[str, Array]:
+    """Return the foot centres in the base frame where the robot stands [m]."""
+    import pinocchio as pin
+
+    q = robot.stand().q.copy()
+    q[:3] = 0.0
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, q)
+    places = {}
+    for leg in robot.legs:
+        foot = robot.foot(leg.foot)
+        places[leg.name] = data.oMi[robot.model.getJointId(foot.joint)].act(foot.offset)
+    return places

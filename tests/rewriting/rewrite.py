@@ -1,0 +1,136 @@
+"""Rewriting a URDF of primitives in other conventions: the same robot, another file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
+from rewriting import moves
+from rewriting.conventions import ConventionSet
+from rewriting.naming import rename
+from rewriting.parts import Placement, RobotParts, parts_of, rotation
+from rewriting.shape_files import to_meshes
+from rewriting.units import in_units
+from rewriting.writing import text_of
+
+FOLDER = "shapes"
+"""Where mesh files stand beside the URDF."""
+
+PLACES = 0.05
+"""Largest shift of a frame [m]."""
+
+Y_UP = (np.pi / 2.0, 0.0, 0.0)
+"""Roll, pitch, yaw of a frame with y up in one with z up [rad]."""
+
+
+class JointChange(NamedTuple):
+    """What became of a joint: q_new = sign q_old + offset [rad]."""
+
+    name: str
+    sign: float
+    offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class Rewritten:
+    """A robot in other conventions.
+
+    Attributes:
+        text: of the URDF.
+        files: content of the files beside it, by path from its folder.
+        joints: old name of every moved joint -> what became of it.
+        base: placement of the original root frame in the new one.
+    """
+
+    text: str
+    files: dict[str, bytes] = field(repr=False)
+    joints: dict[str, JointChange] = field(repr=False)
+    base: Placement = field(repr=False)
+
+
+def rewrite(text: str, conventions: ConventionSet, rng: np.random.Generator) -> Rewritten:
+    """Return a URDF of primitives in other conventions; its <hexapod_pin> element is left out.
+
+    Args:
+        text: the URDF.
+        conventions: what is changed.
+        rng: draws what is random in that (signs, zeros, frames, names, order).
+    """
+    robot = parts_of(_file(text))
+    base = _turn_base(robot, conventions)
+    moved = [joint for joint in robot.joints if joint.limit]
+    signs = {joint.name: 1.0 for joint in moved}
+    zeros = {joint.name: 0.0 for joint in moved}
+    for joint in [j for j in robot.joints if not j.limit]:
+        moves.place_foot(robot, joint, conventions.feet)
+    if conventions.zeros:
+        for joint in moved:
+            zeros[joint.name] = float(rng.uniform(joint.limit["lower"], joint.limit["upper"]))
+            moves.shift_zero(joint, zeros[joint.name])
+    if conventions.frames:
+        for joint in list(robot.joints):
+            slide = float(rng.uniform(-PLACES, PLACES)) if joint.limit else 0.0
+            moves.turn_child(robot, joint, _random_turn(rng), slide)
+    if conventions.signs:
+        for joint in moved:
+            if rng.random() < 0.5:
+                signs[joint.name] = -1.0
+                moves.flip_axis(joint)
+    if conventions.fixed:
+        _add_fixed(robot, rng)
+    files = {}
+    names = rename(robot, conventions.names, rng)
+    if conventions.shapes != "primitives":
+        files = to_meshes(robot, conventions.shapes, FOLDER)
+    if conventions.shuffled:
+        robot.links = [robot.links[k] for k in rng.permutation(len(robot.links))]
+        robot.joints = [robot.joints[k] for k in rng.permutation(len(robot.joints))]
+    in_units(robot, conventions.units)
+    changes = {
+        old: JointChange(names[old], sign, -sign * zeros[old]) for old, sign in signs.items()
+    }
+    return Rewritten(text_of(robot), files, changes, base)
+
+
+def stripped(text: str) -> str:
+    """Return a URDF without what its <hexapod_pin> element says, otherwise the same robot."""
+    return text_of(parts_of(_file(text)))
+
+
+def _file(text: str) -> UrdfFile:
+    """Return a URDF read from its text."""
+    return parse_urdf(text.encode(), "the original")
+
+
+def _turn_base(robot: RobotParts, conventions: ConventionSet) -> Placement:
+    """Turn the root link's frame; return the old one's placement in the new one."""
+    new = Placement(rotation((0.0, 0.0, conventions.yaw)))
+    if conventions.y_up:
+        new = new @ Placement(rotation(Y_UP))
+    moves.move_frame(robot, robot.root, new.inverse())
+    return new.inverse()
+
+
+def _add_fixed(robot: RobotParts, rng: np.random.Generator) -> None:
+    """Put in fixed links before some joints, and split some links."""
+    for joint in list(robot.joints):
+        if rng.random() < 0.5:
+            place = Placement(_random_turn(rng), rng.uniform(-PLACES, PLACES, 3))
+            moves.put_fixed_link_before(robot, joint, place)
+    for link in list(robot.links):
+        if link.mass and rng.random() < 0.5:
+            place = Placement(_random_turn(rng), rng.uniform(-PLACES, PLACES, 3))
+            moves.split(robot, link, float(rng.uniform(*moves.SPLIT_SHARES)), place)
+
+
+def _random_turn(rng: np.random.Generator) -> Array:
+    """Return a random rotation, every second time one by quarter turns. (3, 3)."""
+    if rng.random() < 0.5:
+        turn: Array = Rotation.random(rng=rng).as_matrix()
+        return turn
+    return rotation(tuple(rng.integers(4, size=3) * np.pi / 2.0))

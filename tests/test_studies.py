@@ -1,0 +1,342 @@
+"""Studies run, shortened, and write their files; MuJoCo has our robot and servos."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+import shutil
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from studies.__main__ import main, study_paths
+from studies.cost.mujoco_twin import MujocoTwin
+from studies.cost.native_motion import NativeMotion
+from studies.cost.step_cost import OURS, SAMPLED
+from studies.cost.step_entries import MUJOCO, PINOCCHIO
+from studies.cost.timing import Quartiles, interleaved
+from studies.study import StudyReport, run_study
+
+import hexapod_pin as hp
+from hexapod_pin import native
+from hexapod_pin.benchmark.engines.mujoco_model import CONES, MujocoSettings
+from hexapod_pin.robot.robot import urdf_path
+from hexapod_pin.simulation.plant import native_plant
+from hexapod_pin.validation.tables import Table
+
+ROOT = Path(__file__).resolve().parents[1]
+STEP = 1e-3
+SHORT = {
+    "batch": ["--cases", "6", "--diverging", "1", "--duration", "0.1", "--share", "2"],
+    "closed_loop_cost": [
+        "--duration",
+        "0.05",
+        "--rounds",
+        "1",
+        "--steps",
+        "0.0025",
+        "--controls",
+        "both",
+    ],
+    "command_kills": ["--kills", "1", "--signals", "0", "--only", "walk", "--duration", "1.5"],
+    "constraint_drift": ["--duration", "0.02", "--rounds", "1"],
+    "contact_cost": ["--duration", "0.05", "--rounds", "1"],
+    "creep": ["--duration", "0.05"],
+    "foot_control": ["--quick"],
+    "formulations_cost": ["--rounds", "1", "--stiffnesses", "1"],
+    "gain_borders": [
+        "--robots",
+        "athena",
+        "--contacts",
+        "accurate",
+        "--quantities",
+        "suspension.frequency",
+        "--delays",
+        "20",
+        "--points",
+        "2",
+    ],
+    "real_robots": ["--duration", "2.4"],
+    "killed_walk": ["--hours", "0.002", "--pieces", "2", "--kills", "1"],
+    "one_hour": ["--cycles", "2"],
+    "peak_sampling": [
+        "--robots",
+        "athena",
+        "--gaits",
+        "tripod",
+        "--contacts",
+        "s1",
+        "--cycle",
+        "0.8",
+        "--tight",
+        "1e-5",
+    ],
+    "peak_verdicts": [
+        "--robots",
+        "kharagpur",
+        "--gaits",
+        "tripod",
+        "--contacts",
+        "accurate",
+        "--cycle",
+        "0.8",
+        "--cycles",
+        "1",
+        "--accuracy",
+        "1e-2",
+    ],
+    "plan_at_ticks": ["--quick"],
+    "prescribed_cost": [
+        "--rounds",
+        "1",
+        "--robots",
+        "kharagpur",
+        "--contacts",
+        "s1",
+        "--walks",
+        "tetrapod",
+        "--accuracies",
+        "1e-3",
+        "--factors",
+        "1",
+    ],
+    "predictability": [
+        *("--duration", "0.2", "--long", "0.2", "--robots", "athena", "--gaits", "tripod"),
+        *("--grounds", "flat", "--drawn", "1"),
+    ],
+    "promise": [
+        "--scenes",
+        "2",
+        "--seed",
+        "3",
+        "--kinds",
+        "bouncing,sliding",
+        "--accuracies",
+        "1e-4,1e-5",
+    ],
+    "promise_cases": ["--cases", "limp", "--only", "0", "--forces", "0"],
+    "promise_orders": ["--scenes", "patch edge, stiffness", "--accuracies", "1e-4,1e-5,1e-6"],
+    "promise_walks": [
+        "--durations",
+        "0.2",
+        "--robots",
+        "athena",
+        "--gaits",
+        "tetrapod",
+        "--presets",
+        "accurate",
+        "--accuracies",
+        "1e-4",
+        "--explicit_for",
+        "0",
+    ],
+    "robust_cost": ["--quick"],
+    "second_rhs": ["--groups", "friction", "--most", "1", "--tolerance", "1e-7"],
+    "step_cost": ["--quick"],
+    "sweep_cost": ["--cases", "4", "--duration", "0.1", "--dask", "0", "--samples", "0"],
+    "sweep_scale": ["--simulated", "64", "--walks", "4", "--duration", "0.1", "--most", "0"],
+    "sweep_kills": ["--kills", "2", "--cases", "8", "--duration", "0.9"],
+    "motor_feedback": ["--walks", "1"],
+    "walk_tracking": ["--quick"],
+    "tolerance_calibration": ["--drops", "1", "--methods", "extrapolated-euler"],
+}
+ELSEWHERE = {
+    "contact_energy": "tests/test_contact_matrix.py",
+    "contact_matrix": "tests/test_contact_matrix.py",
+    "expected_failures": "all hard cases: an hour",
+    "hc40_references": "ten minutes",
+    "restitution_table": "below, as a command",
+    "rewritten_robots": "tests/test_rewritten.py",
+    **{f"s2_{name}": "tests/test_walk_figures.py" for name in
+       ("energy", "mass_center", "motion", "sweeps", "torques")},
+    "s2_page": "tests/test_s2_study.py",
+    "s2_study": "tests/test_s2_study.py",
+}  # fmt: skip
+"""Studies that write no page of docs/results/, and where they are run, or why not."""
+
+
+@pytest.fixture(scope="module")
+def walking() -> NativeMotion:
+    """A tripod of half a second."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    return NativeMotion.of(scene, hp.KinematicControl(hp.Gait.tripod()), 0.5)
+
+
+def test_every_study_is_tested_and_every_page_names_its_study() -> None:
+    assert study_paths().keys() == SHORT.keys() | ELSEWHERE.keys()
+    for page in (ROOT / "docs" / "results").glob("*.md"):
+        if page.stem != "README":
+            assert page.stem in SHORT
+            assert f"python scripts/studies {page.stem}" in page.read_text(), page
+
+
+def test_studies_are_listed_and_run_by_one_command() -> None:
+    """As a user does it: neither scripts/ nor tests/ is where Python looks for modules."""
+
+    def run(*words: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, str(ROOT / "scripts" / "studies"), *words]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+
+    assert re.findall(r"^  (\w+)  ", run().stdout, re.MULTILINE) == list(study_paths())
+    assert "| hunt-crossley" in run("restitution_table").stdout.lower()
+    assert run("no_such_study").returncode == 2
+
+
+@pytest.mark.parametrize("name", [name for name in SHORT if name not in ("step_cost",)])
+def test_study_writes_its_page(name: str, tmp_path: Path, capsys) -> None:
+    """Command and machine in the head, no host, no path; the page is printed too."""
+    places = {name: ["--figure", "f.svg"] for name in ("constraint_drift", "gain_borders")}
+    places["foot_control"] = ["--docs", "docs"]
+    places["sweep_scale"] = ["--page", "scale.md"]
+    places["real_robots"] = ["--folder", "robots"]
+    (tmp_path / "robots").mkdir()
+    shutil.copy(urdf_path("kharagpur"), tmp_path / "robots")
+    words = list(SHORT[name])
+    if name in places:
+        words += [places[name][0], str(tmp_path / places[name][1])]
+    assert main([name, *words, "--out", str(tmp_path)]) in (0, 1)
+    page = (tmp_path / f"{name}.md").read_text()
+    assert capsys.readouterr().out.strip() == page.strip()
+    assert f"`python scripts/studies {name} {' '.join(SHORT[name])}" in page
+    assert "Python 3" in page and "Load" in page and "\n| --- |" in page
+    assert socket.gethostname() not in page and str(ROOT) not in page
+
+
+def test_step_cost_writes_speeds_with_errors(tmp_path: Path, capsys) -> None:
+    """Quick form: both files, an error for every entry and motion, same bits, no host or path."""
+    assert main(["step_cost", "--quick", "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "step_cost.md").read_text()
+    assert capsys.readouterr().out.strip() == page.strip()
+    text = (tmp_path / "step_cost.json").read_text()
+    found = json.loads(text)
+    assert found["same_bits"] is True
+    assert found["dense_difference"] < 1e-9
+    rows = {(row["motion"], row["entry"]): row for row in found["rows"]}
+    for entry in (OURS, SAMPLED, *MUJOCO, PINOCCHIO):
+        for motion in ("stand", "tripod", "tetrapod"):
+            for contact in ("s1", "s2"):
+                values = rows[f"{motion}/{contact}", entry]["us_per_step"]
+                assert len(values) == found["size"]["rounds"] and min(values) > 0.0
+    for (_, entry), row in rows.items():
+        if entry not in (OURS, *MUJOCO):
+            continue
+        # a 1 ms walk that lost the robot would be off by centimetres
+        assert 0.0 < row["error"]["first_second"] <= row["error"]["whole"] < 5e-3
+        assert row["error"]["counters"]["steps"] == round(found["size"]["duration"] / STEP)
+    assert len(found["targets"]) == 15
+    hidden = (socket.gethostname(), str(ROOT), str(Path.home()), str(tmp_path))
+    assert not [word for word in hidden if len(word) > 1 and (word in page or word in text)]
+
+
+def test_options_and_exit_status_of_a_study(tmp_path: Path, capsys) -> None:
+    def sample(*, count: int = 3, name: str = "a", fast: bool = False) -> StudyReport:
+        """A study."""
+        table = Table("Numbers", ("n",), [(str(k),) for k in range(count)])
+        return StudyReport("Sample", [f"{name} {fast}", table], {"count": count}, met=fast)
+
+    where = ["--out", str(tmp_path)]
+    assert run_study(sample, ["--count", "2", "--fast", *where]) == 0
+    page = (tmp_path / "sample.md").read_text()
+    assert page.startswith("# Sample\n\n`python scripts/studies sample --count 2 --fast`\n")
+    assert "a True" in page and "## Numbers\n\n| n |\n| --- |\n| 0 |\n| 1 |" in page
+    assert json.loads((tmp_path / "sample.json").read_text())["count"] == 2
+    assert run_study(sample, where) == 1
+    capsys.readouterr()
+
+
+def test_mujoco_has_our_robot_and_servos(walking: NativeMotion) -> None:
+    """In the air, at random states and set-points: the same joint and angular accelerations.
+
+    The torques reach the limit in some joints and not in others. 1e-9 of the largest: both codes
+    solve the same systems of condition number 1e5.
+    """
+    scene = dataclasses.replace(walking.scene, stops=hp.JointStops(stiffness=0.0))  # as the twin
+    twin = MujocoTwin(scene, MujocoSettings(STEP))
+    dof = [twin.model.joint(name).dofadr[0] for name in scene.robot.joint_names]
+    plant, servo, effort = native_plant(scene), scene.servos, scene.robot.effort
+    rng = np.random.default_rng(3)
+    limited = 0
+    for _ in range(50):
+        quaternion = rng.normal(size=4)
+        base = np.concatenate([[0.0, 0.0, 9.0], quaternion / np.linalg.norm(quaternion)])
+        angles, rates = rng.uniform(-1.0, 1.0, 18), rng.normal(size=18)
+        state = scene.robot.check_state(
+            np.concatenate([base, angles]), np.concatenate([rng.normal(size=6), rates])
+        )
+        q_ref, v_ref = angles + rng.normal(size=18) * 0.02, rates + rng.normal(size=18)
+        control = twin.controls(lambda t, q=q_ref, v=v_ref: (q[None], v[None]), 0, 1)[0]
+        torque = servo.kp * (q_ref - angles) + servo.kd * (v_ref - rates)
+        limited += int((np.abs(torque) > effort).sum())
+        ours = native.evaluate(plant, state.q, state.v, np.clip(torque, -effort, effort))
+        twin.put(state)
+        twin.data.ctrl[:] = control
+        mujoco.mj_forward(twin.model, twin.data)
+        theirs = np.concatenate([twin.data.qacc[3:6], twin.data.qacc[dof]])
+        scale = np.abs(theirs).max()
+        assert np.abs(ours["acceleration"][3:] - theirs).max() <= 1e-9 * scale
+        rotation = pin.Quaternion(state.q[3:7]).toRotationMatrix()
+        np.testing.assert_allclose(twin.data.qvel[:3], rotation @ state.v[:3], atol=1e-14)
+    assert 0 < limited < 50 * 18
+
+
+@pytest.mark.parametrize(("contact", "mu"), [("s1", 0.7), ("s2", 0.3)])
+def test_mujoco_stands_on_its_feet_alone(contact: str, mu: float) -> None:
+    """Six contacts, all with the floor and our mu, carrying the weight; cheap choices made."""
+    scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.preset(contact))
+    twin = MujocoTwin(scene, MujocoSettings(STEP))
+    model, data = twin.model, twin.data
+    assert (model.nbody, model.ngeom) == (20, 7)
+    assert not model.jnt_limited.any() and not model.jnt_actfrclimited.any()
+    assert model.body_mass.sum() == pytest.approx(scene.robot.total_mass, rel=1e-14)
+    twin.put(scene.robot.stand())
+    data.ctrl[:] = scene.robot.posture
+    mujoco.mj_step(model, data, 2000)
+    assert data.ncon == 6
+    floor = model.geom("floor").id
+    pairs = [set(pair) for pair in data.contact.geom]
+    assert all(floor in pair for pair in pairs)
+    links = {model.body(model.geom(geom).bodyid[0]).name for pair in pairs for geom in pair}
+    assert links == {"world", *(f"{foot.joint}_link" for foot in scene.robot.feet)}
+    np.testing.assert_allclose(data.contact.friction[:, :2], mu)
+    total, force = 0.0, np.zeros(6)
+    for k in range(data.ncon):
+        mujoco.mj_contactForce(model, data, k, force)
+        total += force[0]
+    # at rest to the solver's tolerance of 1e-8 of the inertia's scale
+    assert total == pytest.approx(scene.robot.total_mass * 9.81, rel=1e-4)
+
+
+def test_timed_runs_are_the_checked_runs(walking: NativeMotion) -> None:
+    """What is timed ends, bit for bit, where the run whose error is printed ends: both engines."""
+    steps = 500
+    checked = walking.path(STEP, steps * STEP).positions
+    run = walking.rollout(STEP, steps)
+    assert run.advance(1)
+    np.testing.assert_array_equal(run.checkpoint().q[:3], checked[-1])
+    assert len(run.record()["time"]) == 2
+    for cone in CONES:
+        twin = MujocoTwin(walking.scene, MujocoSettings(STEP, cone=cone))
+        twin.timed_run(walking.state, walking.setpoints, steps)()
+        end = np.array(twin.data.qpos[:3])
+        path = twin.path(walking.state, walking.setpoints, steps * STEP)
+        np.testing.assert_array_equal(end, path.positions[-1])
+
+
+def test_interleaved_rounds() -> None:
+    """A warm-up round is dropped, and the order reverses every time."""
+    order: list[str] = []
+
+    def subject(name: str):
+        return lambda: order.append(name) or float(len(order))
+
+    found = interleaved({"a": subject("a"), "b": subject("b")}, 2)
+    assert "".join(order) == "abbaab"
+    assert {name: values.tolist() for name, values in found.items()} == {"a": [4, 5], "b": [3, 6]}
+    quartiles = Quartiles.of(np.arange(5.0))
+    assert (quartiles.low, quartiles.median, quartiles.high) == (1.0, 2.0, 3.0)
