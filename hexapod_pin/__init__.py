@@ -19,9 +19,14 @@ if TYPE_CHECKING:
     from hexapod_pin import errors as errors
     from hexapod_pin import view as view
     from hexapod_pin.control.arc_walk import ArcWalk as ArcWalk
+    from hexapod_pin.control.arc_walk import paper_motion as paper_motion
     from hexapod_pin.control.body_motion import BodyMotion as BodyMotion
+    from hexapod_pin.control.commanded_body import VelocityCommand as VelocityCommand
+    from hexapod_pin.control.curves import Havsin as Havsin
     from hexapod_pin.control.curves import Hermite as Hermite
     from hexapod_pin.control.curves import Sine as Sine
+    from hexapod_pin.control.curves import Step as Step
+    from hexapod_pin.control.curves import Step5 as Step5
     from hexapod_pin.control.curves import Waypoints as Waypoints
     from hexapod_pin.control.feedback import Command as Command
     from hexapod_pin.control.feedback import FeedbackController as FeedbackController
@@ -33,24 +38,19 @@ if TYPE_CHECKING:
     from hexapod_pin.control.foot_control import TouchDown as TouchDown
     from hexapod_pin.control.foot_control import VirtualSuspension as VirtualSuspension
     from hexapod_pin.control.gait import Gait as Gait
-    from hexapod_pin.control.hold_posture import HoldPosture as HoldPosture
     from hexapod_pin.control.joint_motion import JointMotion as JointMotion
     from hexapod_pin.control.kinematic import KinematicControl as KinematicControl
-    from hexapod_pin.control.paper_motion import paper_motion as paper_motion
     from hexapod_pin.control.registry import register_controller as register_controller
+    from hexapod_pin.control.sampled_trajectory import HoldPosture as HoldPosture
     from hexapod_pin.control.sampled_trajectory import SampledTrajectory as SampledTrajectory
     from hexapod_pin.control.sensors import Sensor as Sensor
     from hexapod_pin.control.sensors import Sensors as Sensors
-    from hexapod_pin.control.step_functions import Havsin as Havsin
-    from hexapod_pin.control.step_functions import Step as Step
-    from hexapod_pin.control.step_functions import Step5 as Step5
     from hexapod_pin.control.time_function import Periodic as Periodic
     from hexapod_pin.control.time_function import Sum as Sum
-    from hexapod_pin.control.velocity_command import VelocityCommand as VelocityCommand
     from hexapod_pin.drive.catalog import Catalog as Catalog
     from hexapod_pin.drive.catalog import MotorRecord as MotorRecord
     from hexapod_pin.drive.catalog import load_catalog as load_catalog
-    from hexapod_pin.drive.derating import Derating as Derating
+    from hexapod_pin.drive.catalog.motor_record import Derating as Derating
     from hexapod_pin.drive.joint_stops import JointStops as JointStops
     from hexapod_pin.drive.motor import Motor as Motor
     from hexapod_pin.drive.servo import Servo as Servo
@@ -86,32 +86,32 @@ if TYPE_CHECKING:
     from hexapod_pin.results.peak_verdict import PeakVerdicts as PeakVerdicts
     from hexapod_pin.results.phase_torque import PhaseTorques as PhaseTorques
     from hexapod_pin.results.phase_torque import phase_torques as phase_torques
-    from hexapod_pin.results.robot_budget import TorqueBudget as TorqueBudget
     from hexapod_pin.results.sizing import BatteryLoad as BatteryLoad
     from hexapod_pin.results.sizing import JointDemand as JointDemand
     from hexapod_pin.results.sizing import MotorBudget as MotorBudget
     from hexapod_pin.results.sizing import MotorRanking as MotorRanking
     from hexapod_pin.results.sizing import MotorUse as MotorUse
     from hexapod_pin.results.sizing.motor_budget import motor_budget as motor_budget
-    from hexapod_pin.results.sizing.motor_ranking import motor_ranking as motor_ranking
+    from hexapod_pin.results.sizing.motor_budget import motor_ranking as motor_ranking
     from hexapod_pin.results.sizing.trace_demand import joint_demand as joint_demand
     from hexapod_pin.results.stability import Stability as Stability
     from hexapod_pin.results.stability import stability as stability
-    from hexapod_pin.results.study_file import load_study as load_study
-    from hexapod_pin.results.study_file import write_study as write_study
     from hexapod_pin.results.summary import Summary as Summary
     from hexapod_pin.results.summary import load_summary as load_summary
+    from hexapod_pin.results.torque_budget import TorqueBudget as TorqueBudget
     from hexapod_pin.results.torque_budget import torque_budget as torque_budget
     from hexapod_pin.results.torque_map import TorqueMap as TorqueMap
     from hexapod_pin.results.torque_map import load_torque_map as load_torque_map
     from hexapod_pin.results.trace import Trace as Trace
+    from hexapod_pin.results.trace_file import load_study as load_study
     from hexapod_pin.results.trace_file import load_trace as load_trace
+    from hexapod_pin.results.trace_file import write_study as write_study
     from hexapod_pin.results.walk_metrics import WalkMetrics as WalkMetrics
     from hexapod_pin.results.walk_verdict import WalkVerdict as WalkVerdict
     from hexapod_pin.results.walk_verdict import walk_verdict as walk_verdict
     from hexapod_pin.robot.description.blueprint import Blueprint as Blueprint
-    from hexapod_pin.robot.description.segments import Segment as Segment
-    from hexapod_pin.robot.description.segments import Trunk as Trunk
+    from hexapod_pin.robot.description.blueprint import Segment as Segment
+    from hexapod_pin.robot.description.blueprint import Trunk as Trunk
     from hexapod_pin.robot.robot import Robot as Robot
     from hexapod_pin.robot.robot import load_robot as load_robot
     from hexapod_pin.robot.robot import urdf_path as urdf_path
@@ -122,12 +122,12 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.batch import simulate_batch as simulate_batch
     from hexapod_pin.simulation.case import Case as Case
     from hexapod_pin.simulation.case import load_case as load_case
+    from hexapod_pin.simulation.case import simulate as simulate
     from hexapod_pin.simulation.loads import LostLeg as LostLeg
+    from hexapod_pin.simulation.loads import MassFactor as MassFactor
+    from hexapod_pin.simulation.loads import Payload as Payload
     from hexapod_pin.simulation.loads import Push as Push
-    from hexapod_pin.simulation.mass_changes import MassFactor as MassFactor
-    from hexapod_pin.simulation.mass_changes import RemovedMass as RemovedMass
-    from hexapod_pin.simulation.payload import Payload as Payload
-    from hexapod_pin.simulation.run import simulate as simulate
+    from hexapod_pin.simulation.loads import RemovedMass as RemovedMass
     from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session
     from hexapod_pin.simulation.work_limits import WorkLimits as WorkLimits
@@ -135,7 +135,6 @@ if TYPE_CHECKING:
     from hexapod_pin.sweep.compare import compare as compare
     from hexapod_pin.sweep.gait_energy import gait_energy as gait_energy
     from hexapod_pin.sweep.judge_peaks import judge_peaks as judge_peaks
-    from hexapod_pin.sweep.objective import RelativeObjective as RelativeObjective
     from hexapod_pin.sweep.runs.run_sweep import run_sweep as run_sweep
     from hexapod_pin.sweep.runs.sweep_result import SweepResult as SweepResult
     from hexapod_pin.sweep.runs.sweep_result import open_sweep as open_sweep
@@ -144,6 +143,7 @@ if TYPE_CHECKING:
     from hexapod_pin.sweep.study import load_sweep as load_sweep
     from hexapod_pin.sweep.torque_map import torque_map as torque_map
     from hexapod_pin.sweep.tuning import tune as tune
+    from hexapod_pin.sweep.tuning_result import RelativeObjective as RelativeObjective
     from hexapod_pin.sweep.tuning_result import TuningResult as TuningResult
     from hexapod_pin.sweep.uncertainty import Uncertainty as Uncertainty
     from hexapod_pin.sweep.uncertainty import uncertainty as uncertainty
@@ -165,7 +165,7 @@ _MODULES = {
     "Command": "control.feedback",
     "Comparison": "results.comparison",
     "Contact": "ground.contact",
-    "Derating": "drive.derating",
+    "Derating": "drive.catalog.motor_record",
     "FeedbackController": "control.feedback",
     "Flat": "ground.terrain",
     "FootControl": "control.foot_control",
@@ -173,10 +173,10 @@ _MODULES = {
     "Gait": "control.gait",
     "GaitEnergy": "results.gait_energy",
     "Groove": "ground.terrain",
-    "Havsin": "control.step_functions",
+    "Havsin": "control.curves",
     "HeightField": "ground.terrain",
     "Hermite": "control.curves",
-    "HoldPosture": "control.hold_posture",
+    "HoldPosture": "control.sampled_trajectory",
     "HuntCrossley": "ground.contact",
     "JointDemand": "results.sizing",
     "JointMoments": "results.joint_moments",
@@ -198,21 +198,21 @@ _MODULES = {
     "MotorRecord": "drive.catalog",
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
-    "MassFactor": "simulation.mass_changes",
-    "Payload": "simulation.payload",
-    "RemovedMass": "simulation.mass_changes",
+    "MassFactor": "simulation.loads",
+    "Payload": "simulation.loads",
+    "RemovedMass": "simulation.loads",
     "PeakVerdict": "results.peak_verdict",
     "PeakVerdicts": "results.peak_verdict",
     "Periodic": "control.time_function",
     "PhaseTorques": "results.phase_torque",
     "Push": "simulation.loads",
     "Ramp": "ground.terrain",
-    "RelativeObjective": "sweep.objective",
+    "RelativeObjective": "sweep.tuning_result",
     "Restitution": "ground.contact",
     "Robot": "robot.robot",
     "SampledTrajectory": "control.sampled_trajectory",
     "Scene": "simulation.scene",
-    "Segment": "robot.description.segments",
+    "Segment": "robot.description.blueprint",
     "Sensor": "control.sensors",
     "Sensors": "control.sensors",
     "Servo": "drive.servo",
@@ -225,22 +225,22 @@ _MODULES = {
     "Stability": "results.stability",
     "Stairs": "ground.terrain",
     "State": "robot.state",
-    "Step": "control.step_functions",
-    "Step5": "control.step_functions",
+    "Step": "control.curves",
+    "Step5": "control.curves",
     "StickSlip": "ground.contact",
     "Sum": "control.time_function",
     "Summary": "results.summary",
     "SweepResult": "sweep.runs.sweep_result",
     "SweepStudy": "sweep.study",
     "TanhCoulomb": "ground.contact",
-    "TorqueBudget": "results.robot_budget",
+    "TorqueBudget": "results.torque_budget",
     "TorqueMap": "results.torque_map",
     "TouchDown": "control.foot_control",
     "Trace": "results.trace",
-    "Trunk": "robot.description.segments",
+    "Trunk": "robot.description.blueprint",
     "TuningResult": "sweep.tuning_result",
     "Uncertainty": "sweep.uncertainty",
-    "VelocityCommand": "control.velocity_command",
+    "VelocityCommand": "control.commanded_body",
     "VirtualSuspension": "control.foot_control",
     "WalkMetrics": "results.walk_metrics",
     "WalkVerdict": "results.walk_verdict",
@@ -258,18 +258,18 @@ _MODULES = {
     "load_catalog": "drive.catalog",
     "load_gait_energy": "results.gait_energy",
     "load_robot": "robot.robot",
-    "load_study": "results.study_file",
+    "load_study": "results.trace_file",
     "load_summary": "results.summary",
     "load_sweep": "sweep.study",
     "load_torque_map": "results.torque_map",
     "load_trace": "results.trace_file",
     "motor_budget": "results.sizing",
     "open_sweep": "sweep.runs.sweep_result",
-    "paper_motion": "control.paper_motion",
+    "paper_motion": "control.arc_walk",
     "phase_torques": "results.phase_torque",
     "register_controller": "control.registry",
     "run_sweep": "sweep.runs.run_sweep",
-    "simulate": "simulation.run",
+    "simulate": "simulation.case",
     "simulate_batch": "simulation.batch",
     "stability": "results.stability",
     "study_grounds": "ground.terrain",
@@ -279,12 +279,12 @@ _MODULES = {
     "uncertainty": "sweep.uncertainty",
     "urdf_path": "robot.robot",
     "walk_verdict": "results.walk_verdict",
-    "write_study": "results.study_file",
+    "write_study": "results.trace_file",
 }
 
 _FORMER = {
     "Held": "control.sampled_trajectory.SampledTrajectory",
-    "Hold": "control.hold_posture.HoldPosture",
+    "Hold": "control.sampled_trajectory.HoldPosture",
     "Patched": "ground.terrain.PatchedGround",
     "Shaken": "ground.terrain.ShakingGround",
     "advise": "benchmark.advice.advise",

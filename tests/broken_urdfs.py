@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
+from hexapod_pin.robot.description.solids import inertia_matrix, principal_moments
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
-from hexapod_pin.robot.description.urdf_inertia import inertia_matrix, principal_moments
 from hexapod_pin.robot.mending import Mended, MendOptions, mend_urdf
 
 SOUND = KHARAGPUR.urdf()

@@ -10,7 +10,7 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
-from hexapod_pin.robot.trunk import trunk_points
+from hexapod_pin.robot.link_shapes import trunk_points
 
 QUICK: dict[str, Any] = {"duration": 0.9, "accuracy": 1e-2}
 """How the walks are run: for what they are, not for their numbers."""

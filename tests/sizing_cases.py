@@ -10,7 +10,7 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.catalog import MotorRecord
-from hexapod_pin.drive.derating import Derating
+from hexapod_pin.drive.catalog.motor_record import Derating
 
 OMEGA = 2.0 * np.pi
 

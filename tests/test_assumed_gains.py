@@ -11,14 +11,9 @@ import numpy as np
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.drive.assumed_gains import (
-    PLAUSIBLE,
-    SAG,
-    assumed_gains,
-    settling_time,
-)
-from hexapod_pin.robot.leg_length import leg_length
-from hexapod_pin.robot.standing_torque import standing_torque
+from hexapod_pin.drive.servo import PLAUSIBLE, SAG, assumed_gains, settling_time
+from hexapod_pin.robot.holding_torque import standing_torque
+from hexapod_pin.robot.leg_geometry import leg_length
 
 
 def with_effort(folder: Path, effort: float) -> hp.Robot:

@@ -16,19 +16,27 @@ import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.report.pages import BenchmarkReport, csv_text, json_text, markdown
-from hexapod_pin.benchmark.report.tables import level_table
+from hexapod_pin.benchmark.report import BenchmarkReport, csv_text, json_text, level_table, markdown
 from hexapod_pin.benchmark.work_precision.comparison import ComparisonSettings, compare
-from hexapod_pin.benchmark.work_precision.entry import OURS, ReferenceSolution, RunOutcome
-from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow, measure
-from hexapod_pin.benchmark.work_precision.own_entry import run_task, sweep_settings
-from hexapod_pin.benchmark.work_precision.reference_solution import (
+from hexapod_pin.benchmark.work_precision.measure import (
+    OURS,
+    BenchmarkRow,
+    ReferenceSolution,
+    RunOutcome,
+    best_of,
+    cheapest,
+    measure,
+    ratios,
+    sweeps,
+)
+from hexapod_pin.benchmark.work_precision.own_entry import (
     NoReferenceError,
     find_reference,
     known_answer,
+    run_task,
+    sweep_settings,
 )
 from hexapod_pin.benchmark.work_precision.scenes import built_in
-from hexapod_pin.benchmark.work_precision.tolerance_sweep import best_of, cheapest, ratios, sweeps
 from hexapod_pin.commands.app import main
 from hexapod_pin.errors import ParameterError, SimulationInterrupted, UnknownNameError
 from hexapod_pin.simulation.methods import METHODS

@@ -9,9 +9,9 @@ from refusals import NUMBER, refused
 
 import hexapod_pin as hp
 from hexapod_pin.benchmark.advice import SAFETY_FACTOR, Advice, NoAdviceError, advise, advise_on
+from hexapod_pin.benchmark.work_precision.measure import cheapest, sweeps
 from hexapod_pin.benchmark.work_precision.scenes import built_in
 from hexapod_pin.benchmark.work_precision.task import Task
-from hexapod_pin.benchmark.work_precision.tolerance_sweep import cheapest, sweeps
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.validation.position_error import PositionError
 

@@ -14,10 +14,8 @@ import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.engines import available as rivals_module
-from hexapod_pin.benchmark.engines.available import engine_entries
-from hexapod_pin.benchmark.engines.engine import Problem
-from hexapod_pin.benchmark.engines.urdf import engine_urdf
+from hexapod_pin.benchmark.engines import engine as rivals_module
+from hexapod_pin.benchmark.engines.engine import Problem, engine_entries, engine_urdf
 from hexapod_pin.benchmark.work_precision.comparison import ComparisonSettings, compare
 from hexapod_pin.benchmark.work_precision.own_entry import run_task
 from hexapod_pin.benchmark.work_precision.scenes import built_in

@@ -11,10 +11,14 @@ from refusals import refused
 from vehicles import HARD_CASES, drop, hexa_ref
 
 import hexapod_pin as hp
-from hexapod_pin.benchmark.work_precision.scene_options import SceneOptions, find_task
-from hexapod_pin.benchmark.work_precision.scenes import BUILT_IN, built_in
+from hexapod_pin.benchmark.work_precision.scenes import (
+    BUILT_IN,
+    SceneOptions,
+    built_in,
+    find_task,
+    tripod_setpoints,
+)
 from hexapod_pin.benchmark.work_precision.task import held_task, setpoints
-from hexapod_pin.benchmark.work_precision.tripod import tripod_setpoints
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 from hexapod_pin.validation.cases.robots import BENCH19, robot_file
 

@@ -12,9 +12,8 @@ import pytest
 from refusals import refused
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.robot.description.blueprint import Blueprint
+from hexapod_pin.robot.description.blueprint import Blueprint, Segment, Trunk, six_hips
 from hexapod_pin.robot.description.paper_robots import ATHENA, KHARAGPUR, PAPER_ROBOTS
-from hexapod_pin.robot.description.segments import Segment, Trunk, six_hips
 from hexapod_pin.robot.description.solids import box_inertia, kg_mm2, mm, rod_inertia
 from hexapod_pin.robot.description.urdf_file import Link, parse_urdf
 from hexapod_pin.robot.description.urdf_writer import number

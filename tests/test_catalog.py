@@ -9,7 +9,7 @@ import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.drive.catalog import armature
+from hexapod_pin.drive.catalog import motor_record as armature
 from hexapod_pin.errors import CatalogError, ParameterError, UnknownNameError
 
 CATALOG = hp.load_catalog()

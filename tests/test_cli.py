@@ -268,7 +268,7 @@ def test_run_that_ends_early_keeps_its_trace(
     def simulate(*_: object, **__: object) -> hp.Trace:
         raise kind("stopped early", partial)
 
-    monkeypatch.setattr("hexapod_pin.simulation.run.run_case", simulate)
+    monkeypatch.setattr("hexapod_pin.simulation.case.run_case", simulate)
     done = run("walk", "kharagpur", "--out", "part.nc")
     assert done.status == status
     assert done.err.startswith("hexapod-pin: stopped early")

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 import hexapod_pin as hp
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.closed_loop import lock_step_runs
+from hexapod_pin.simulation.session import lock_step_runs
 
 SHORT = ("dop853", "rk4")  # slow: 0.1 s of them
 

@@ -18,11 +18,11 @@ import hexapod_pin as hp
 from hexapod_pin.commands.app import main
 from hexapod_pin.control import six_legs
 from hexapod_pin.errors import GaitError, ParameterError, SimulationInterrupted, UnknownNameError
-from hexapod_pin.results.compared_run import ComparedRun, Outcome
+from hexapod_pin.results.comparison import ComparedRun, Outcome
 from hexapod_pin.results.walk_metrics import METRICS
 from hexapod_pin.sweep import random_bumps
 from hexapod_pin.view import write_comparison_figure
-from hexapod_pin.view.comparison_figure import draw_comparison
+from hexapod_pin.view.study_figures import draw_comparison
 
 CYCLE = 0.8
 DURATION = 2.5  # two cycles to start, one steady one

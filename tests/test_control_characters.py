@@ -19,20 +19,24 @@ from synthetic import synthetic_trace
 
 import hexapod_pin as hp
 import hexapod_pin.commands
-from hexapod_pin.benchmark.report.pages import BenchmarkReport, csv_text, write_report
+from hexapod_pin.benchmark.report import BenchmarkReport, csv_text, write_report
 from hexapod_pin.commands.progress import progress_bar, time_left_bar
 from hexapod_pin.commands.terminal import echo
 from hexapod_pin.drive.catalog import Catalog, MotorRecord
-from hexapod_pin.drive.derating import Derating
+from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import CatalogError, ParameterError
-from hexapod_pin.results.motor_selection import KindUse, MotorCandidate, MotorSelection
-from hexapod_pin.results.motor_selection_table import write_selection_csv
-from hexapod_pin.results.netcdf import Column
-from hexapod_pin.sweep.runs.sweep_csv import sweep_csv
+from hexapod_pin.results.motor_selection import (
+    KindUse,
+    MotorCandidate,
+    MotorSelection,
+    write_selection_csv,
+)
+from hexapod_pin.results.result_files import Column
+from hexapod_pin.sweep.runs.sweep_result import sweep_csv
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.view import html
 from hexapod_pin.view.figure_file import figure_bytes, settle_layout
-from hexapod_pin.view.gait_energy_figure import draw_gait_energy
+from hexapod_pin.view.map_figures import draw_gait_energy
 
 COMMANDS = Path(hexapod_pin.commands.__file__).parent
 

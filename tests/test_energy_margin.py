@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hexapod_pin.results.energy_margin import edge_rise, nesm
+from hexapod_pin.results.stability_margins import edge_rise, nesm
 
 UP = np.array([0.0, 0.0, 1.0])
 SQUARE = np.array([[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0]])

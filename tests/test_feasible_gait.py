@@ -11,7 +11,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.control.feasible_gait import fit_gait
 from hexapod_pin.errors import GaitError
-from hexapod_pin.robot.leg_length import leg_length
+from hexapod_pin.robot.leg_geometry import leg_length
 
 
 def kharagpur(folder: Path, old: str, new: str) -> hp.Robot:

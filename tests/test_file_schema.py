@@ -16,7 +16,7 @@ from refusals import ANY, refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError, ParameterError, StateError, TraceFileError
-from hexapod_pin.results.netcdf import read_netcdf
+from hexapod_pin.results.result_files import read_netcdf
 from hexapod_pin.results.trace_file import _stored_digest
 
 

@@ -24,7 +24,7 @@ from broken_urdfs import (
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.mending import find_all, folded, mend_urdf
-from hexapod_pin.robot.mending.finding_lines import finding_lines
+from hexapod_pin.robot.mending.finding import finding_lines
 
 MESH = '<visual><geometry><mesh filename="package://none/a.stl"/></geometry></visual>'
 

@@ -11,7 +11,7 @@ import hexapod_pin as hp
 from hexapod_pin.arrays import digest
 from hexapod_pin.control import ArcWalk, six_legs
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.closed_loop import lock_step_runs
+from hexapod_pin.simulation.session import lock_step_runs
 
 NOISY = hp.Sensors(
     q=hp.Sensor(noise=1e-4), foot_force=hp.Sensor(noise=0.1), rotation=hp.Sensor(noise=1e-3),

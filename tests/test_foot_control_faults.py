@@ -14,7 +14,7 @@ from test_foot_control_parts import PUSHED, T, loads_on, made, ticks
 
 import hexapod_pin as hp
 from hexapod_pin.control import six_legs
-from hexapod_pin.control.foot_control.ready_law import ready_law
+from hexapod_pin.control.foot_control.controller import ready_law
 from hexapod_pin.control.registry import read_controller
 from hexapod_pin.robot.robot import urdf_path
 

@@ -9,7 +9,7 @@ from test_foot_control_loops import NAME, SLIDING, turning_trunk
 from test_foot_control_parts import PUSHED, loads_on, made, ticks
 
 import hexapod_pin as hp
-from hexapod_pin.control.foot_control.planned_walk import PlannedWalk
+from hexapod_pin.control.foot_control.leg_model import PlannedWalk
 
 
 def test_feet_that_stay_down_keep_their_share_of_the_load():

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 import hexapod_pin as hp
 from hexapod_pin.control import six_legs
+from hexapod_pin.control.foot_control.controller import ReadyLaw, ready_law
 from hexapod_pin.control.foot_control.leg_model import foot_stiffness, standing_centre
-from hexapod_pin.control.foot_control.ready_law import ReadyLaw, ready_law
 
 T = 0.005  # s, between ticks
 SERVO = hp.Servo(kp=100.0, kd=1.0)

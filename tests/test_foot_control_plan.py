@@ -8,7 +8,7 @@ from foot_control_runs import robot, standing
 
 import hexapod_pin as hp
 from hexapod_pin.control import ArcWalk
-from hexapod_pin.control.foot_control.planned_walk import CYCLES_AT_ONCE, PlannedWalk
+from hexapod_pin.control.foot_control.leg_model import CYCLES_AT_ONCE, PlannedWalk
 
 TURN = hp.VelocityCommand(time=[0.0, 3.0], forward=[0.04, 0.0], turn_rate=[0.0, 0.1])
 WALKS = {

@@ -20,7 +20,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError, ParameterError, UrdfError
-from hexapod_pin.robot.mending.options import MendOptions
+from hexapod_pin.robot.mending.finding import MendOptions
 
 INPUTS = 10
 """Of each door; `make fuzz` tries many more with seeds of the clock."""

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from refusals import refused
 
-from hexapod_pin.control.gait import GAITS, LEG_ORDER, Gait
-from hexapod_pin.control.phase_table import smallest_duty, wave_phases
+from hexapod_pin.control.gait import GAITS, LEG_ORDER, Gait, smallest_duty, wave_phases
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 
 S2_NUMBER = {"lf": 1, "rf": 2, "lm": 3, "rm": 4, "lr": 5, "rr": 6}

@@ -11,7 +11,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, SweepInterrupted, TraceFileError, UnknownNameError
 from hexapod_pin.results.gait_energy import COSTS, LAYOUT
-from hexapod_pin.results.netcdf import netcdf_groups
+from hexapod_pin.results.result_files import netcdf_groups
 from hexapod_pin.sweep.grid_runs import walk_times
 from hexapod_pin.view import write_gait_energy_figure
 
@@ -115,7 +115,7 @@ def altered(base: hp.GaitEnergy, costs: np.ndarray, error: float) -> hp.GaitEner
     """Return what was found with other costs of transport and another stated error."""
     from dataclasses import replace
 
-    from hexapod_pin.results.accuracy_check import AccuracyCheck
+    from hexapod_pin.results.grid_columns import AccuracyCheck
 
     check = AccuracyCheck(1e-4, np.zeros((1, 3), dtype=int), ("cost_of_transport",), [[error]])
     return replace(base, cost_of_transport=costs, check=check)

@@ -10,18 +10,15 @@ from refusals import refused
 
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.robot.robot import load_robot
-from hexapod_pin.validation.case_result import CaseResult, ExpectedValue
-from hexapod_pin.validation.case_run import CaseRun
+from hexapod_pin.validation.case_result import CaseResult, ExpectedFailure, ExpectedValue
 from hexapod_pin.validation.cases.bodies import ChainLink, anchored, anchored_scene
 from hexapod_pin.validation.cases.drop import catalogue_state, drop, end_state
 from hexapod_pin.validation.cases.flight import TRUNK, first_flip
 from hexapod_pin.validation.cases.linkage import double_pendulum
-from hexapod_pin.validation.cases.reference_data import answers, references
 from hexapod_pin.validation.cases.registry import HARD_CASES, run_hard_cases
-from hexapod_pin.validation.cases.robots import robot_file
-from hexapod_pin.validation.expected_failures import ExpectedFailure
+from hexapod_pin.validation.cases.robots import answers, references, robot_file
 from hexapod_pin.validation.hard_case import HardCase, Trial, run_cases
-from hexapod_pin.validation.solver_setting import DOP853, IMPLICIT_1MS, SolverSetting
+from hexapod_pin.validation.solver_setting import DOP853, IMPLICIT_1MS, CaseRun, SolverSetting
 from hexapod_pin.validation.tables import RESULT_HEAD, result_table, summary, worst_results
 
 SLOW_TRIALS = [

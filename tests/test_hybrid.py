@@ -11,7 +11,7 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.formulations.rigid import ContactSet, RigidGround, RigidModel, integrate, simulate
 from hexapod_pin.formulations.rigid.constrained_step import ConstrainedStepper
 from hexapod_pin.formulations.set_points import SetPoints
-from hexapod_pin.validation.checks.limits import slow_gait, tripod
+from hexapod_pin.validation.checks.limit_checks import slow_gait, tripod
 from hexapod_pin.validation.checks.samples import rigid_robot
 
 TETRAPOD = hp.KinematicControl(hp.Gait.tetrapod())

@@ -10,7 +10,7 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.formulations.rigid import RigidModel, plastic_impact, unilateral_impact
 from hexapod_pin.validation.checks import impact_checks
 from hexapod_pin.validation.checks.impact_checks import ARRIVING, hc18_model
-from hexapod_pin.validation.checks.limits import damped_impact
+from hexapod_pin.validation.checks.limit_checks import damped_impact
 from hexapod_pin.validation.checks.samples import rigid_robot
 
 LEVEL = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])

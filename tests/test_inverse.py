@@ -24,11 +24,10 @@ from hexapod_pin.formulations.inverse import (
     stance_load,
     torque_under_forces,
 )
-from hexapod_pin.formulations.inverse.least_squares import least_squares
+from hexapod_pin.formulations.inverse.force_split import least_squares
 from hexapod_pin.formulations.rigid import RigidGround, RigidModel
 from hexapod_pin.validation.checks import inverse_checks
-from hexapod_pin.validation.checks.samples import rigid_robot, states
-from hexapod_pin.validation.checks.six_feet import six_feet
+from hexapod_pin.validation.checks.samples import rigid_robot, six_feet, states
 
 SPLITS = (MinimumNorm(), Compliant(normal=1e5, tangential=3e4, servo=240.0), LeastTorque())
 

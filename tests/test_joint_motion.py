@@ -12,10 +12,9 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.joint_trajectory import JointTrajectory
-from hexapod_pin.control.motion_function import MotionFunction
+from hexapod_pin.control.curves import MotionFunction
+from hexapod_pin.control.joint_trajectory import JointTrajectory, trajectory_curve
 from hexapod_pin.control.registry import read_controller
-from hexapod_pin.control.trajectory_curve import trajectory_curve
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.formulations.set_points import SetPoints
 

@@ -8,9 +8,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hexapod_pin.robot.description.urdf_file import UrdfFile, read_urdf
-from hexapod_pin.robot.loading.layout_text import roll_pitch_yaw, stated
-from hexapod_pin.robot.loading.provenance import read_provenance
-from hexapod_pin.robot.recognition.layout import LegLayout, RobotLayout
+from hexapod_pin.robot.recognition.layout import (
+    LegLayout,
+    RobotLayout,
+    read_provenance,
+    roll_pitch_yaw,
+    stated,
+)
 from hexapod_pin.robot.robot import urdf_path
 
 TURN = Rotation.from_euler("z", 37.0, degrees=True).as_matrix()

@@ -16,8 +16,8 @@ from hexapod_pin.commands.app import app
 from hexapod_pin.control import FootPath, leg_clearance
 from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.errors import GaitError
+from hexapod_pin.robot.description.blueprint import Segment, Trunk
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
-from hexapod_pin.robot.description.segments import Segment, Trunk
 from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
 
 HIP_X = 0.1

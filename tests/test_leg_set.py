@@ -14,16 +14,17 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.gait import LEG_ORDER
 from hexapod_pin.control.six_legs import SixLegs, six_legs
 from hexapod_pin.errors import ReachError
-from hexapod_pin.robot.leg_kinematics import LegKinematics
-from hexapod_pin.robot.leg_set import LegSet
-from hexapod_pin.robot.leg_velocity import (
+from hexapod_pin.robot.leg_geometry import (
+    BRANCHES,
+    YawPitchPitch,
     closed_form_determinant,
     closed_form_rates,
     joint_rates,
     normalised_determinant,
 )
+from hexapod_pin.robot.leg_kinematics import LegKinematics
+from hexapod_pin.robot.leg_set import LegSet
 from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
-from hexapod_pin.robot.yaw_pitch_pitch import BRANCHES, YawPitchPitch
 
 FEMUR = '<origin xyz="0.0835 0 0" rpy="0 0 0"/>\n    <axis xyz="0 1 0"/>'
 REPLACED_FEMUR = {

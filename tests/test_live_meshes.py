@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import umsgpack
 
+from hexapod_pin.view.html import viewer_file
 from hexapod_pin.view.live import TYPED_ARRAY, packed
-from hexapod_pin.view.page import viewer_file
-from hexapod_pin.view.triangle_geometry import triangle_geometry
+from hexapod_pin.view.mesh_store import triangle_geometry
 
 VERTICES = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 0.0, 1.5]])
 FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from refusals import refused
 
-from hexapod_pin.commands.robot_options import load_options
+from hexapod_pin.commands.options import load_options
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.loading.load_options import LoadOptions, hints_path, read_hints
 

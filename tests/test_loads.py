@@ -14,10 +14,10 @@ from studies.cost.mujoco_twin import MujocoTwin
 import hexapod_pin as hp
 from hexapod_pin import native
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.robot.trunk import trunk_points
+from hexapod_pin.robot.link_shapes import trunk_points
 from hexapod_pin.simulation.loaded_model import loaded_model, native_loads
 from hexapod_pin.simulation.plant import native_plant
-from hexapod_pin.validation.checks.maximal_twin import maximal_twin
+from hexapod_pin.validation.checks.maximal_checks import maximal_twin
 
 MOMENTS = (3e-4, 4e-4, 5e-4, 2e-5, -3e-5, 4e-5)
 BOX = hp.Payload("base_link", mass=0.8, position=(0.05, -0.02, 0.06), inertia=MOMENTS)

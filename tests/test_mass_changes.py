@@ -59,7 +59,7 @@ def test_what_was_put_on_can_be_taken_away(robot):
 
 def test_two_points_less_one_is_the_other():
     """Closed form: two points of 1 kg at x = -1, 1 without the second are one at x = -1."""
-    from hexapod_pin.robot.loading.mass_changes import RemovedPoint, _without
+    from hexapod_pin.robot.loading.pin_model import RemovedPoint, _without
 
     pair = pin.Inertia(2.0, np.zeros(3), np.diag([1e-3, 2.0 + 1e-3, 2.0 + 1e-3]))
     left = _without(pair, RemovedPoint("pair", 1.0, np.zeros(3)), np.array([1.0, 0.0, 0.0]))

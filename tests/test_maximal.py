@@ -11,10 +11,11 @@ import vehicles
 from contact_formulas import FRICTION, NORMAL
 
 import hexapod_pin as hp
-from hexapod_pin.formulations.maximal import constraints as equations
-from hexapod_pin.formulations.maximal import initial_state, kinematics
-from hexapod_pin.formulations.maximal.joint_vectors import JOINT_POINT, BodyFixedVectors
-from hexapod_pin.validation.checks.maximal_twin import (
+from hexapod_pin.formulations.maximal import initial_state
+from hexapod_pin.formulations.maximal import model as equations
+from hexapod_pin.formulations.maximal import model as kinematics
+from hexapod_pin.formulations.maximal.rotation import JOINT_POINT, BodyFixedVectors
+from hexapod_pin.validation.checks.maximal_checks import (
     compare_accelerations,
     maximal_twin,
     pressed_states,

@@ -11,7 +11,7 @@ import hexapod_pin as hp
 from hexapod_pin.formulations import maximal
 from hexapod_pin.formulations.maximal import MaximalState, initial_state
 from hexapod_pin.formulations.maximal.rotation import product, rotations, turned
-from hexapod_pin.validation.checks.maximal_twin import maximal_twin, pressed_states
+from hexapod_pin.validation.checks.maximal_checks import maximal_twin, pressed_states
 
 
 def pendulum(*, com: str = "0.1 0.03 0", damping: float = 0.0) -> str:

@@ -8,7 +8,7 @@ import vehicles
 
 import hexapod_pin as hp
 from hexapod_pin.formulations import maximal
-from hexapod_pin.validation.checks.maximal_twin import compare_motion, maximal_twin
+from hexapod_pin.validation.checks.maximal_checks import compare_motion, maximal_twin
 
 CASES = vehicles.HARD_CASES
 SPACE = (0.0, 0.0, 0.0)

@@ -13,7 +13,7 @@ from test_findings import ALONE
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.mending import MendOptions
-from hexapod_pin.robot.mending.possible_inertia import nearest_possible
+from hexapod_pin.robot.mending.inertias import nearest_possible
 from hexapod_pin.robot.mending.rules import DENSITY
 
 # units ------------------------------------------------------------------------------------------

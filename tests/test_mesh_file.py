@@ -12,7 +12,7 @@ from refusals import refused
 
 from hexapod_pin.errors import MeshError, ParameterError
 from hexapod_pin.robot.reading import Mesh, mesh_file, read_mesh
-from hexapod_pin.robot.reading.mesh_cache import MeshCache
+from hexapod_pin.robot.reading.mesh_file import MeshCache
 
 # A tetrahedron with edges 1, 2, 3 from the origin; faces anticlockwise from outside: volume 1.
 CORNERS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]])
@@ -214,7 +214,7 @@ def test_limits_of_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(mesh_file, "MAX_MESH_FACES", 3)
     with refused(MeshError, file=str(path), about=("4", "triangles", "3")):
         read_mesh(path)
-    monkeypatch.setattr("hexapod_pin.robot.reading.mesh_parts.MAX_MESH_BYTES", 100)
+    monkeypatch.setattr("hexapod_pin.robot.reading.mesh_file.MAX_MESH_BYTES", 100)
     with refused(MeshError, file=str(path), about=("284", "100")):
         read_mesh(path)
 

@@ -14,11 +14,9 @@ import trimesh
 from PIL import Image
 
 from hexapod_pin.robot.reading import ResourceFinder
-from hexapod_pin.view.mesh_decimation import creased, decimated, merged, shared_limit
-from hexapod_pin.view.mesh_store import MeshStore
-from hexapod_pin.view.mesh_visuals import MESH_COLOR, mesh_visuals
-from hexapod_pin.view.page import write_page
-from hexapod_pin.view.robot_shapes import RobotShapes
+from hexapod_pin.view.html import write_page
+from hexapod_pin.view.mesh_store import MeshStore, creased, decimated, merged, shared_limit
+from hexapod_pin.view.robot_shapes import MESH_COLOR, RobotShapes, mesh_visuals
 
 RADIUS = 0.1  # m
 

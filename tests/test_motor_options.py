@@ -10,7 +10,7 @@ from conftest import Run
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.commands.motor_options import chosen_motor, speed_limit, torque_limit
+from hexapod_pin.commands.options import chosen_motor, speed_limit, torque_limit
 from hexapod_pin.errors import ParameterError, UnknownNameError
 
 WALK = ("walk", "kharagpur", "--duration", "0.1", "--accuracy", "1e-2", "--no-html")

@@ -9,7 +9,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.commands.app import main
-from hexapod_pin.commands.option_names import in_options
+from hexapod_pin.commands.options import in_options
 from hexapod_pin.errors import GaitError, HexapodError, ParameterError, UrdfError
 
 WALK = {name: f"--{name.replace('_', '-')}" for name in (

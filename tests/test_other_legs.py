@@ -11,8 +11,8 @@ from leg_robots import COXA, FEMUR, TIBIA, hips, legged, load
 from refusals import refused
 
 import hexapod_pin as hp
+from hexapod_pin.control.feasible_gait import default_gait, named_gait
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.named_gait import default_gait, named_gait
 from hexapod_pin.control.six_legs import leg_order, six_legs
 from hexapod_pin.errors import GaitError, ParameterError
 from hexapod_pin.robot.leg_bodies import leg_bodies

@@ -14,10 +14,11 @@ from synthetic import synthetic_trace
 
 import hexapod_pin as hp
 from hexapod_pin.robot.reading import ResourceFinder
-from hexapod_pin.view import page_budget, write_html, write_side_by_side
+from hexapod_pin.view import html as page_budget
+from hexapod_pin.view import write_html, write_side_by_side
+from hexapod_pin.view.html import still_bytes, write_page
 from hexapod_pin.view.mesh_store import MESH_BUDGET, TRIANGLE_BYTES, MeshStore
 from hexapod_pin.view.meshcat_commands import triangle_mesh
-from hexapod_pin.view.page import still_bytes, write_page
 from hexapod_pin.view.robot_shapes import RobotShapes
 from hexapod_pin.view.scene_graph import animation_command, scene_commands
 

@@ -9,8 +9,8 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.control import six_legs
 from hexapod_pin.control.gait import LEG_ORDER
+from hexapod_pin.control.joint_trajectory import trajectory_curve
 from hexapod_pin.control.registry import read_controller
-from hexapod_pin.control.trajectory_curve import trajectory_curve
 from hexapod_pin.errors import GaitError, ParameterError
 
 LEG_NUMBERS = ("lf", "rf", "lm", "rm", "lr", "rr")

@@ -13,7 +13,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.peak_judgement import judge_summaries
-from hexapod_pin.results.recomputation import Recomputation
+from hexapod_pin.results.peak_verdict import Recomputation
 
 NAMES = ("accuracy", "contact stiffness", "servo stiffness")
 CHANGES = tuple(

@@ -11,10 +11,10 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.commands.app import main
 from hexapod_pin.commands.progress import ProgressBar
-from hexapod_pin.control import walk_knots
+from hexapod_pin.control import kinematic as walk_knots
 from hexapod_pin.errors import SimulationInterrupted
-from hexapod_pin.simulation.prescribed import motion_at
-from hexapod_pin.simulation.run import run_case
+from hexapod_pin.simulation.case import run_case
+from hexapod_pin.simulation.plant import motion_at
 
 SWAYING = hp.BodyMotion(lateral=hp.Sine(amplitude=0.002, period=3.1))
 

@@ -14,7 +14,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.commands.app import main
 from hexapod_pin.robot import trunk_points
 from hexapod_pin.simulation.loaded_model import loaded_model
-from hexapod_pin.simulation.prescribed import motion_at
+from hexapod_pin.simulation.plant import motion_at
 
 EXACT = {"method": "dop853", "accuracy": 1e-12}
 STRAIGHT_DOWN = (0.0, 0.0, -9.81)
@@ -245,7 +245,7 @@ def test_what_does_not_act_is_not_taken(
         said = " ".join(capsys.readouterr().err.split())
         assert "--kp, --kd = 10" in said and "left out with --prescribed" in said
         assert not list(tmp_path.iterdir())
-    from hexapod_pin.validation.checks.maximal_twin import maximal_twin
+    from hexapod_pin.validation.checks.maximal_checks import maximal_twin
 
     with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("maximal",)):
         maximal_twin(hp.Scene(robot, prescribed=True))

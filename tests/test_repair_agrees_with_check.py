@@ -15,7 +15,7 @@ import hexapod_pin as hp
 from hexapod_pin.robot import inspect
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.mending import find_all, mend_urdf
-from hexapod_pin.robot.mending.finding_lines import finding_lines
+from hexapod_pin.robot.mending.finding import finding_lines
 
 RECOMMENDED = "`hexapod-pin mend` repairs it"
 TEXTS = (hp.urdf_path("athena").read_text(), hp.urdf_path("kharagpur").read_text(), SOUND)

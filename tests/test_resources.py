@@ -8,7 +8,7 @@ import pytest
 
 from hexapod_pin.robot.reading import ResourceFinder
 from hexapod_pin.robot.reading.folder_index import FolderIndex
-from hexapod_pin.robot.reading.packages import FOLDER_VARIABLES, SHARE_VARIABLES
+from hexapod_pin.robot.reading.resources import FOLDER_VARIABLES, SHARE_VARIABLES
 
 
 @pytest.fixture(autouse=True)

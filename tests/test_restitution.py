@@ -13,8 +13,7 @@ from vehicles import HARD_CASES
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.contact import delivered_restitution, exact_damping_ratio
-from hexapod_pin.ground.contact.bounce import bounce
-from hexapod_pin.ground.contact.restitution import DAMPING_RATIO
+from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, bounce
 
 HC01 = HARD_CASES["HC01_restitution_map"]["e_actual_vs_nominal"]
 PHYSICS = {  # physics 3.2, four digits, for 0.10 0.20 0.30 0.50 0.70 0.80 0.90 0.95

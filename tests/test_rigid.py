@@ -20,11 +20,10 @@ from hexapod_pin.formulations.rigid import (
     integrate,
     prescribed_derivative,
 )
-from hexapod_pin.formulations.rigid.derivative import constrained_derivative
-from hexapod_pin.formulations.rigid.kkt import solve_kkt
+from hexapod_pin.formulations.rigid.derivative import constrained_derivative, solve_kkt
 from hexapod_pin.validation.cases.bodies import SIX_FEET_MASS as MASS
 from hexapod_pin.validation.checks import rigid_checks
-from hexapod_pin.validation.checks.six_feet import feet_named, six_feet
+from hexapod_pin.validation.checks.samples import feet_named, six_feet
 
 LEVEL = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 AT_REST = hp.State(LEVEL, np.zeros(6))

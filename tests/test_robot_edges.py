@@ -21,7 +21,7 @@ from hexapod_pin.control import leg_clearance
 from hexapod_pin.errors import MeshError, ParameterError, UrdfError
 from hexapod_pin.robot.description.urdf_file import MAX_LINKS, parse_urdf, read_urdf
 from hexapod_pin.robot.mending import find_all, mend_urdf
-from hexapod_pin.robot.mending.link_solids import mesh_solid
+from hexapod_pin.robot.mending.measures import mesh_solid
 from hexapod_pin.robot.reading import read_mesh
 from hexapod_pin.robot.reading.mesh_file import LARGEST_MESH, SMALLEST_MESH
 
@@ -47,7 +47,7 @@ HULLS = """
 import json, sys
 import numpy as np
 from hexapod_pin.errors import MeshError
-from hexapod_pin.robot.mending.link_solids import mesh_solid
+from hexapod_pin.robot.mending.measures import mesh_solid
 from hexapod_pin.robot.reading import read_mesh
 
 def hull(path, scale):

@@ -14,8 +14,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError, ParameterError, UrdfError
-from hexapod_pin.robot.reading.resource_uri import parse_resource_uri
-from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.robot.reading.resources import ResourceFinder, parse_resource_uri
 from hexapod_pin.robot.reading.robot_text import read_robot_text
 
 BASE = hp.urdf_path("kharagpur").read_text(encoding="utf-8")

@@ -15,7 +15,7 @@ from conftest import Run
 from fuzz import campaign
 
 import hexapod_pin as hp
-from hexapod_pin.control.foot_control import ready_law
+from hexapod_pin.control.foot_control import controller as ready_law
 from hexapod_pin.errors import (
     DivergenceError,
     HexapodError,
@@ -27,7 +27,7 @@ from hexapod_pin.errors import (
 )
 from hexapod_pin.formulations import maximal, rigid
 from hexapod_pin.formulations.rigid.contact_events import ContactEventLoop
-from hexapod_pin.simulation.closed_loop import lock_step_runs
+from hexapod_pin.simulation.session import lock_step_runs
 
 ROBOT = hp.load_robot("kharagpur")
 SCENE = hp.Scene(ROBOT)

@@ -16,7 +16,7 @@ from refusals import refused
 pytest.importorskip("matplotlib")
 
 from hexapod_pin.drive.catalog import MotorRecord
-from hexapod_pin.drive.derating import Derating
+from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.results.motor_selection import (
     Confidence,
@@ -26,15 +26,13 @@ from hexapod_pin.results.motor_selection import (
     WalkRun,
 )
 from hexapod_pin.results.sizing import JointDemand, motor_budget
-from hexapod_pin.results.sizing.battery_load import battery_current
+from hexapod_pin.results.sizing.motor_use import battery_current
 from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.view.report_blocks import Picture, Table, margin_text, number, use_text
-from hexapod_pin.view.report_columns import fitted
-from hexapod_pin.view.report_sheet import ACROSS
-from hexapod_pin.view.report_text import text_width, wrapped
+from hexapod_pin.view.report_pdf import ACROSS, fitted, text_width, wrapped
+from hexapod_pin.view.selection_figures import thinned
 from hexapod_pin.view.selection_report import write_selection_report
 from hexapod_pin.view.selection_sections import selection_blocks
-from hexapod_pin.view.selection_use_figures import thinned
 from hexapod_pin.view.selection_words import verdict_level, verdict_word
 
 KINDS = ("coxa", "femur")

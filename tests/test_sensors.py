@@ -13,9 +13,8 @@ from scipy.stats import kstest
 
 import hexapod_pin as hp
 from hexapod_pin.control import attitude
-from hexapod_pin.control.sensor_noise import BLOCK_TICKS
-from hexapod_pin.control.sensors import QUANTITIES
-from hexapod_pin.robot.description.urdf_inertia import rotation as urdf_rotation
+from hexapod_pin.control.sensors import BLOCK_TICKS, QUANTITIES
+from hexapod_pin.robot.description.solids import rotation as urdf_rotation
 from hexapod_pin.spec import read_toml
 
 VECTORS = tuple(name for name in QUANTITIES if name != "rotation")

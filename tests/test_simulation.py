@@ -10,7 +10,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted, StateError
-from hexapod_pin.simulation.time_grid import TimeGrid
+from hexapod_pin.simulation.run_settings import TimeGrid
 
 GAITS = {
     "tripod": hp.Gait.tripod,

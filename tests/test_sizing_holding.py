@@ -11,7 +11,7 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.results.recorded_robot import RecordedRobot
-from hexapod_pin.results.sizing.holding_demand import foot_places
+from hexapod_pin.results.sizing.trace_demand import foot_places
 from hexapod_pin.robot.holding_torque import holding_torque
 from tests.sizing_cases import demand, record, walk
 

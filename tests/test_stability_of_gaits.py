@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 import hexapod_pin as hp
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.six_legs import six_legs
-from hexapod_pin.results.energy_margin import nesm
-from hexapod_pin.results.support_polygon import static_margin
+from hexapod_pin.results.stability_margins import nesm, static_margin
 
 STROKE, PERIOD, HEIGHT = 0.14, 2.4, 0.0988  # m, s, m
 HIP_X, HIP_Y, REACH = 0.2, 0.1025, 0.20284  # m; S2's legs, hips assumed

@@ -14,19 +14,17 @@ from studies.foot_control.standing_growth import STAND, Stand
 
 import hexapod_pin as hp
 from hexapod_pin.control.foot_control.controller import FootControl
-from hexapod_pin.control.foot_control.levelling import Levelling
-from hexapod_pin.control.foot_control.linear_law import LinearLaw
-from hexapod_pin.control.foot_control.linear_loop import NEUTRAL, LinearLoop
-from hexapod_pin.control.foot_control.refuse_unstable import refuse_unstable
-from hexapod_pin.control.foot_control.slip_pid import SlipPid
-from hexapod_pin.control.foot_control.stable_range import stable_range, with_parameter
-from hexapod_pin.control.foot_control.stance_loop import (
+from hexapod_pin.control.foot_control.linear_law import NEUTRAL, LinearLaw, LinearLoop
+from hexapod_pin.control.foot_control.parameters import Levelling, SlipPid, VirtualSuspension
+from hexapod_pin.control.foot_control.stability import (
     linear_law,
+    refuse_unstable,
     spectral_radius,
+    stable_range,
     stance_loop,
+    with_parameter,
 )
 from hexapod_pin.control.foot_control.stance_model import StanceModel
-from hexapod_pin.control.foot_control.virtual_suspension import VirtualSuspension
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.ground.contact import Contact, KelvinVoigt, StickSlip
 

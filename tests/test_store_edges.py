@@ -34,15 +34,13 @@ from hexapod_pin.errors import (
 from hexapod_pin.sweep.runs import SweepResult, run_sweep, store_guard, store_lock
 from hexapod_pin.sweep.runs import run_sweep as run_sweep_module
 from hexapod_pin.sweep.runs import store as store_module
-from hexapod_pin.sweep.runs.case_runs import case_outcomes
 from hexapod_pin.sweep.runs.outcome import Outcome
 from hexapod_pin.sweep.runs.store import SweepStore
 from hexapod_pin.sweep.runs.store_file import store_errors
-from hexapod_pin.sweep.runs.store_inputs import study_sum
 from hexapod_pin.sweep.runs.store_lock import StoreLock
 from hexapod_pin.sweep.runs.store_reading import DAMAGED, NOT_RUN
-from hexapod_pin.sweep.runs.store_rows import checksum, stored_rows
-from hexapod_pin.sweep.runs.store_schema import MetaTexts
+from hexapod_pin.sweep.runs.store_schema import MetaTexts, checksum, stored_rows, study_sum
+from hexapod_pin.sweep.runs.task import case_outcomes
 from tests.sweep_studies import require_same_bits, small_study
 
 STUDY = small_study(1)
@@ -407,7 +405,7 @@ def test_an_empty_file_that_was_there_is_never_removed(tmp_path: Path, monkeypat
 
 def _refusing(monkeypatch: Any) -> Callable[[], ThreadPoolExecutor]:
     """Return what makes a pool whose workers refuse the study."""
-    monkeypatch.setattr("hexapod_pin.sweep.runs.executors.run_task", lambda *task: b"!no")
+    monkeypatch.setattr("hexapod_pin.sweep.runs.workers.run_task", lambda *task: b"!no")
     return lambda: ThreadPoolExecutor(1)
 
 

@@ -25,7 +25,7 @@ from studies.study import StudyReport, run_study
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.benchmark.engines.mujoco_model import CONES, MujocoSettings
+from hexapod_pin.benchmark.engines.mujoco_engine import CONES, MujocoSettings
 from hexapod_pin.robot.robot import urdf_path
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.validation.tables import Table

@@ -9,8 +9,8 @@ from refusals import refused
 from scipy.spatial import ConvexHull
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.gravity_axes import horizontal_axes
-from hexapod_pin.results.support_polygon import (
+from hexapod_pin.results.stability_margins import (
+    horizontal_axes,
     longitudinal_margins,
     static_margin,
     support_polygon,

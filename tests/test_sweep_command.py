@@ -17,7 +17,7 @@ from hexapod_pin.commands.app import main
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.sweep.runs import run_sweep
 from hexapod_pin.sweep.study import SweepStudy
-from hexapod_pin.view.sweep_figure import draw_sweep, write_sweep_figure
+from hexapod_pin.view.study_figures import draw_sweep, write_sweep_figure
 from tests.sweep_studies import BASE, FRICTIONS, PAYLOADS, durations, small_study, write_study_file
 
 

@@ -19,12 +19,12 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, SweepInterrupted, TraceFileError, WorkersError
-from hexapod_pin.results.summary_verdict import summary_verdict
+from hexapod_pin.results.walk_verdict import summary_verdict
 from hexapod_pin.sweep.runs import SweepResult, run_sweep
-from hexapod_pin.sweep.runs.distribution import Distribution
-from hexapod_pin.sweep.runs.executors import PoolWorkers
+from hexapod_pin.sweep.runs.run_sweep import Distribution
 from hexapod_pin.sweep.runs.store import SweepStore
 from hexapod_pin.sweep.runs.task import run_task, task_of
+from hexapod_pin.sweep.runs.workers import PoolWorkers
 from tests.sweep_studies import partly_impossible, require_same_bits, small_study
 
 STUDY = small_study()
@@ -189,7 +189,7 @@ def test_workers_refuse_what_would_give_other_bits() -> None:
 
 def test_a_worker_that_refuses_ends_the_sweep(tmp_path: Path, monkeypatch: Any) -> None:
     monkeypatch.setattr(
-        "hexapod_pin.sweep.runs.executors.run_task", lambda *task: b"!it has pin 3, the sweep 4"
+        "hexapod_pin.sweep.runs.workers.run_task", lambda *task: b"!it has pin 3, the sweep 4"
     )
     with refused(WorkersError, kept=0, about=("pin 3",)):
         run_sweep(STUDY, tmp_path / "a.db", executor=ThreadPoolExecutor(1))

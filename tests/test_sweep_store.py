@@ -23,11 +23,11 @@ from hexapod_pin.errors import (
     TraceFileError,
 )
 from hexapod_pin.sweep.runs import run_sweep
-from hexapod_pin.sweep.runs.case_runs import case_outcomes
 from hexapod_pin.sweep.runs.outcome import from_bytes, to_bytes
 from hexapod_pin.sweep.runs.store import SweepStore
 from hexapod_pin.sweep.runs.store_lock import StoreLock
 from hexapod_pin.sweep.runs.store_reading import DAMAGED
+from hexapod_pin.sweep.runs.task import case_outcomes
 from hexapod_pin.sweep.study import SweepStudy
 from hexapod_pin.sweep.study.design import Design
 from tests.sweep_studies import require_same_bits, small_study, study_text

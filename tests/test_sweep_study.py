@@ -20,13 +20,13 @@ from hexapod_pin.control.feasible_gait import fit_gait
 from hexapod_pin.drive.catalog import load_catalog
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.case_data import case_to_dict
-from hexapod_pin.simulation.mass_changes import MassFactor
+from hexapod_pin.simulation.loads import MassFactor
 from hexapod_pin.sweep import random_bumps
 from hexapod_pin.sweep.study import SweepStudy, load_sweep
 from hexapod_pin.sweep.study.base_case import BaseWalk
 from hexapod_pin.sweep.study.design import KINDS
 from hexapod_pin.sweep.study.distributions import DISTRIBUTIONS
-from hexapod_pin.sweep.study.input_kinds import INPUTS
+from hexapod_pin.sweep.study.study_file import INPUTS
 
 BASE = '[base]\nrobot = "kharagpur"\ngait = "tripod"\nduration = 1.0\n'
 SAMPLED = (

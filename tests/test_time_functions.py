@@ -11,8 +11,7 @@ import tomli_w
 from refusals import ANY, refused
 
 import hexapod_pin as hp
-from hexapod_pin.control.motion_function import MotionFunction
-from hexapod_pin.control.step_functions import adams_step
+from hexapod_pin.control.curves import MotionFunction, adams_step
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import read_toml
 

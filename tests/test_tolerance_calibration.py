@@ -14,7 +14,7 @@ from hexapod_pin.benchmark.calibration import (
     largest_cost_ratio,
     random_tasks,
 )
-from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
+from hexapod_pin.benchmark.work_precision.measure import ReferenceSolution
 from hexapod_pin.benchmark.work_precision.own_entry import run_task
 from hexapod_pin.benchmark.work_precision.task import Task
 from hexapod_pin.validation.position_error import PositionError

@@ -11,7 +11,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.control import six_legs
 from hexapod_pin.errors import ParameterError, SweepInterrupted, TraceFileError, UnknownNameError
-from hexapod_pin.results.scheduled_phases import scheduled_phase_torque
+from hexapod_pin.results.phase_torque import scheduled_phase_torque
 from hexapod_pin.results.torque_map import LAYOUT, NOT_RUN
 from hexapod_pin.sweep.grid_runs import walk_times
 from hexapod_pin.sweep.torque_map import PHASE_SAMPLES

@@ -333,7 +333,7 @@ def test_save_follows_no_link_and_gives_usual_permissions(trace: Trace, saved: P
 
 def test_a_trace_needs_no_simulator_or_viewer() -> None:
     """Importing the trace imports neither dynamics, nor viewer, nor the heavy file libraries."""
-    heavy = "pinocchio meshcat xarray h5py h5netcdf scipy hexapod_pin.simulation.run".split()
+    heavy = "pinocchio meshcat xarray h5py h5netcdf scipy hexapod_pin.simulation.case".split()
     code = f"import sys, hexapod_pin.results.trace\nprint([m for m in {heavy} if m in sys.modules])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"

@@ -12,7 +12,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.description.paper_robots import PAPER_ROBOTS
-from hexapod_pin.robot.trunk import TrunkPoints, trunk_points
+from hexapod_pin.robot.link_shapes import TrunkPoints, trunk_points
 
 EXACT = 1e-15
 """Rounding of lengths below 1 m."""

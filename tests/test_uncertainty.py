@@ -12,9 +12,8 @@ from scipy.special import ndtri
 
 import hexapod_pin as hp
 from hexapod_pin.sweep.assumed_inputs import assumed_inputs
-from hexapod_pin.sweep.sensitivity import SobolIndices, sobol_indices
 from hexapod_pin.sweep.study import SweepStudy
-from hexapod_pin.sweep.uncertainty import clopper_pearson, uncertainty
+from hexapod_pin.sweep.uncertainty import SobolIndices, clopper_pearson, sobol_indices, uncertainty
 
 NAMES = ("heading", "turn_rate", "scene.gravity.0")
 

@@ -14,12 +14,14 @@ from refusals import refused
 from typer.testing import CliRunner
 
 from hexapod_pin.commands import app as cli
-from hexapod_pin.commands.status import MISSED
+from hexapod_pin.commands.terminal import MISSED
 from hexapod_pin.errors import MissingPackageError, SimulationInterrupted, UnknownNameError
-from hexapod_pin.formulations.maximal import constraints, kinematics
-from hexapod_pin.formulations.maximal.joint_vectors import JOINT_POINT
-from hexapod_pin.formulations.maximal.urdf_tree import parsed_robot
-from hexapod_pin.formulations.rigid import impact, model
+from hexapod_pin.formulations.maximal import model as constraints
+from hexapod_pin.formulations.maximal import model as kinematics
+from hexapod_pin.formulations.maximal.bodies import parsed_robot
+from hexapod_pin.formulations.maximal.rotation import JOINT_POINT
+from hexapod_pin.formulations.rigid import contact_events as impact
+from hexapod_pin.formulations.rigid import model
 from hexapod_pin.validation.case_result import CaseResult
 from hexapod_pin.validation.checks import (
     flight_checks,
@@ -27,9 +29,9 @@ from hexapod_pin.validation.checks import (
     inverse_checks,
     limit_checks,
     maximal_checks,
-    mujoco_terms,
     rigid_checks,
 )
+from hexapod_pin.validation.checks import registry as mujoco_terms
 from hexapod_pin.validation.checks.registry import all_checks, run_checks
 from hexapod_pin.validation.hard_case import Check, run_cases
 from hexapod_pin.validation.tables import result_table, summary

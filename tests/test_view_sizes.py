@@ -9,8 +9,7 @@ import pytest
 from synthetic import synthetic_trace
 
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.view.ground_commands import ground_rectangle
-from hexapod_pin.view.view_sizes import Sizes, eye_level, middle
+from hexapod_pin.view.ground_shapes import Sizes, eye_level, ground_rectangle, middle
 
 
 def aside(x: float, y: float) -> Trace:

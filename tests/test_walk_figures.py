@@ -19,10 +19,8 @@ from hexapod_pin.view import (
     write_mass_center_figure,
     write_quasi_static_figure,
 )
-from hexapod_pin.view.leg_panels import legs_of
-from hexapod_pin.view.mass_center_figure import draw_mass_center
-from hexapod_pin.view.quasi_static_figure import draw_quasi_static
-from hexapod_pin.view.walk_figures import draw_joint_motion, draw_joint_torques
+from hexapod_pin.view.balance_figures import draw_mass_center, draw_quasi_static
+from hexapod_pin.view.walk_figures import draw_joint_motion, draw_joint_torques, legs_of
 
 pytest.importorskip("matplotlib")
 

@@ -15,10 +15,9 @@ from scipy import stats
 
 import hexapod_pin as hp
 from hexapod_pin.errors import DivergenceError, GaitError, ParameterError, UnknownNameError
-from hexapod_pin.results.compared_run import ComparedRun, Outcome
-from hexapod_pin.results.estimate import mean_estimate, relative_change
-from hexapod_pin.results.walk_metrics import METRICS
-from hexapod_pin.results.way import path_error
+from hexapod_pin.results.comparison import ComparedRun, Outcome
+from hexapod_pin.results.summary import path_error
+from hexapod_pin.results.walk_metrics import METRICS, mean_estimate, relative_change
 
 CYCLE = 0.8
 SCENE = hp.Scene(hp.load_robot("kharagpur"))

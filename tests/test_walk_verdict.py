@@ -12,11 +12,11 @@ from synthetic import JOINTS, synthetic_trace
 
 import hexapod_pin as hp
 from hexapod_pin.commands.app import main
-from hexapod_pin.commands.status import DOES_NOT_WALK
-from hexapod_pin.control.planned_body import planned_body
+from hexapod_pin.commands.terminal import DOES_NOT_WALK
+from hexapod_pin.control.commanded_body import planned_body
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_verdict import WalkVerdict
-from hexapod_pin.robot.standing_torque import standing_torque
+from hexapod_pin.robot.holding_torque import standing_torque
 
 TRIPOD = hp.Gait.tripod(stroke=0.06, cycle_time=1.0)
 STEADY = 4.0

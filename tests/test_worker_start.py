@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.sweep.runs import worker_processes
+from hexapod_pin.sweep.runs import workers as worker_processes
 from tests.sweep_studies import require_same_bits, write_study_file
 
 PATIENCE = 120.0

@@ -11,7 +11,7 @@ from refusals import refused
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.urdf_file import parse_urdf, read_urdf
 from hexapod_pin.robot.reading import ResourceFinder, read_robot_text
-from hexapod_pin.robot.reading.packages import FOLDER_VARIABLES, SHARE_VARIABLES
+from hexapod_pin.robot.reading.resources import FOLDER_VARIABLES, SHARE_VARIABLES
 
 ROBOT = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="spider">{}</robot>'
 MESH = '<visual><geometry><mesh filename="{}"/></geometry></visual>'

@@ -11,11 +11,11 @@ from synthetic import synthetic_trace
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.support_polygon import static_margin
-from hexapod_pin.results.zero_moment_point import (
+from hexapod_pin.results.stability_margins import (
     contact_points,
     ground_plane,
     point_of_wrench,
+    static_margin,
     zero_moment_point,
     zero_moment_point_of_motion,
 )

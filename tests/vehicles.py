@@ -10,8 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 import hexapod_pin as hp
-from hexapod_pin.validation.cases.reference_data import references
-from hexapod_pin.validation.cases.robots import robot_file
+from hexapod_pin.validation.cases.robots import references, robot_file
 
 HARD_CASES: dict[str, Any] = references()
 STIFF_LEGS = hp.Servo(kp=1e4, kd=1e2, limited=False)

@@ -7,12 +7,15 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from hexapod_pin.benchmark.work_precision.comparison import Comparison
-from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
-from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow, measure
-from hexapod_pin.benchmark.work_precision.own_entry import STEPS, OwnEntry, run_task
-from hexapod_pin.benchmark.work_precision.reference_solution import find_reference
+from hexapod_pin.benchmark.work_precision.measure import (
+    BenchmarkRow,
+    ReferenceSolution,
+    cheapest,
+    measure,
+    sweeps,
+)
+from hexapod_pin.benchmark.work_precision.own_entry import STEPS, OwnEntry, find_reference, run_task
 from hexapod_pin.benchmark.work_precision.task import Task, standing_task
-from hexapod_pin.benchmark.work_precision.tolerance_sweep import cheapest, sweeps
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.simulation.methods import METHODS
 from hexapod_pin.validation.position_error import PositionError

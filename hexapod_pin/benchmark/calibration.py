@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hexapod_pin.benchmark.work_precision.entry import ReferenceSolution
-from hexapod_pin.benchmark.work_precision.reference_solution import find_reference
+from hexapod_pin.benchmark.work_precision.measure import ReferenceSolution
+from hexapod_pin.benchmark.work_precision.own_entry import find_reference
 from hexapod_pin.benchmark.work_precision.scenes import walk
 from hexapod_pin.benchmark.work_precision.task import Task
 from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
-from hexapod_pin.simulation.run import simulate
+from hexapod_pin.simulation.case import simulate
 from hexapod_pin.validation.cases.drop import drop
 from hexapod_pin.validation.cases.robots import lowest_foot
 from hexapod_pin.validation.position_error import PositionError

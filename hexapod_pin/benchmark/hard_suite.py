@@ -14,9 +14,8 @@ from hexapod_pin.benchmark.calibration import (
     random_tasks,
 )
 from hexapod_pin.errors import SimulationInterrupted
-from hexapod_pin.validation.case_result import CaseResult
+from hexapod_pin.validation.case_result import CaseResult, unused_entries
 from hexapod_pin.validation.cases.registry import HARD_CASES, run_hard_cases
-from hexapod_pin.validation.expected_failures import unused_entries
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.validation.stress import STEPS, run_stress_set, stress_table
 from hexapod_pin.validation.tables import Table, result_table, summary, worst_results

@@ -14,23 +14,17 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from hexapod_pin.commands.bench import bench
-from hexapod_pin.commands.budget import budget
-from hexapod_pin.commands.check import check
 from hexapod_pin.commands.compare import compare
 from hexapod_pin.commands.contact import contact
-from hexapod_pin.commands.mend import mend
-from hexapod_pin.commands.option_names import in_options, option_names
+from hexapod_pin.commands.evidence_commands import bench, verify
+from hexapod_pin.commands.options import in_options, option_names
 from hexapod_pin.commands.resources import require_resources
-from hexapod_pin.commands.run import run
 from hexapod_pin.commands.select import select
-from hexapod_pin.commands.stability import stability
-from hexapod_pin.commands.status import FAILED, INTERRUPTED_TEXT, fail, interrupted_status
 from hexapod_pin.commands.sweep import sweep
-from hexapod_pin.commands.terminal import echo
-from hexapod_pin.commands.verify import verify
-from hexapod_pin.commands.view import view
-from hexapod_pin.commands.walk import walk
+from hexapod_pin.commands.terminal import FAILED, INTERRUPTED_TEXT, echo, fail, interrupted_status
+from hexapod_pin.commands.trace_commands import budget, stability, view
+from hexapod_pin.commands.urdf_commands import check, mend
+from hexapod_pin.commands.walk import run, walk
 from hexapod_pin.errors import HexapodError, SimulationInterrupted
 from hexapod_pin.stop_signals import begin, received
 from hexapod_pin.user_file import outputs_of_command

@@ -38,10 +38,10 @@ def run_and_report(
         written_files,
     )
     from hexapod_pin.commands.progress import progress_bar
-    from hexapod_pin.commands.status import DOES_NOT_WALK, fail
-    from hexapod_pin.results.joint_limits import events_text
+    from hexapod_pin.commands.terminal import DOES_NOT_WALK, fail
+    from hexapod_pin.results.run_facts import events_text
     from hexapod_pin.results.walk_verdict import walk_verdict
-    from hexapod_pin.simulation.run import run_case
+    from hexapod_pin.simulation.case import run_case
 
     require_room(least_sizes(case, trace_path, html_path))
     with progress_bar(title) as progress:
@@ -77,7 +77,7 @@ def _assumes_gains(case: Case) -> bool:
 def _stiffness_line(case: Case, trace: Trace, threads: int) -> str:
     """Return how far the peak torque depends on assumed servo gains, with a progress bar."""
     from hexapod_pin.commands.progress import progress_bar
-    from hexapod_pin.sweep.servo_stiffness import servo_stiffness
+    from hexapod_pin.sweep.judge_peaks import servo_stiffness
 
     with progress_bar("softer and stiffer servos") as progress:
         return servo_stiffness(case, trace, threads=threads, progress=progress).line

@@ -16,9 +16,8 @@ from hexapod_pin.ground.contact import (
     Restitution,
     SmoothStep,
 )
-from hexapod_pin.ground.contact.bounce import bounce
 from hexapod_pin.ground.contact.contact import PRESETS
-from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, delivered_restitution
+from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, bounce, delivered_restitution
 
 Law = Union[NormalLaw, FrictionLaw, Contact]  # noqa: UP007 (evaluated on Python 3.10)
 

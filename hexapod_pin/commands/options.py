@@ -1,16 +1,27 @@
-"""Arguments and options that several commands take.
+"""Options that several commands take are declared here.
+
+Errors name the options of a command instead of Python's arguments.
 
 typer reads these annotations at run time, on Python 3.10 too: Optional[...], not `| None`.
 """
 
 from __future__ import annotations
 
+import math
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import TYPE_CHECKING, Annotated, Any, Optional
 
 import typer
 
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import GaitError, HexapodError, ParameterError
+from hexapod_pin.user_file import user_path
+
+if TYPE_CHECKING:
+    from hexapod_pin.drive.motor import Motor
+    from hexapod_pin.robot.loading.load_options import LoadOptions
+
 
 OptionalFloat = Optional[float]  # noqa: UP045
 OptionalText = Optional[str]  # noqa: UP045
@@ -92,3 +103,287 @@ def foot_names(text: str | None) -> list[str] | None:
     if not all(names) or len(set(names)) < len(names):
         raise ParameterError("--feet", text, "different link names, separated by commas")
     return names
+
+
+# Motors of a catalogue by name, where a command takes a motor, a torque or a speed.
+
+MotorName = Annotated[
+    OptionalText,
+    typer.Option(
+        "--motor",
+        help="Motor of all joints, such as AX-12A or 'XM430-W350 at 12 V': its torque-speed line "
+        "and its rotor act.",
+    ),
+]
+Voltage = Annotated[
+    OptionalFloat,
+    typer.Option(help="With --motor: supply [V]; default: the voltage of its data."),
+]
+CatalogFile = Annotated[
+    OptionalPath,
+    typer.Option("--catalog", help="A file of motors of your own; default: the package's."),
+]
+
+
+def chosen_motor(
+    name: str | None, voltage: float | None, catalog: Path | None
+) -> tuple[Motor | None, list[str]]:
+    """Return the motor of all joints that was asked for, and what to print of it.
+
+    Raises:
+        ParameterError: a voltage or a file without a motor, or a voltage it is not made for.
+        UnknownNameError: the catalogue has no such motor.
+        CatalogError: the file cannot be used.
+    """
+    from hexapod_pin.drive.catalog import load_catalog
+
+    if name is None:
+        for option, value in {"--voltage": voltage, "--catalog": catalog}.items():
+            if value is not None:
+                raise ParameterError(option, str(value), "left out without --motor")
+        return None, []
+    motors = load_catalog(catalog)
+    record, ratio = (motors.get(name), 1.0) if voltage is None else motors.supplied(name, voltage)
+    motor = record.motor(ratio)
+    supply = "" if ratio == 1.0 else f", supplied with {voltage:g} V"
+    line = (
+        f"motor of all joints: {record.name}{supply}: stall torque "
+        f"{ratio * motor.stall_torque:.4g} N m, no-load speed "
+        f"{ratio * motor.no_load_speed:.4g} rad/s, rotor {motor.armature:.2g} kg m^2 at the joint"
+    )
+    assumed = [f"assumed: {text}" for text in record.assumed]
+    return motor, [line, *assumed, *(f"note: {record.name}: {flag}" for flag in record.flags)]
+
+
+def torque_limit(text: str | None) -> float | None:
+    """Return a torque limit [N m]: a number, or the stall torque of a motor of the catalogue.
+
+    Raises:
+        ParameterError: no number, and no motor of that name at one voltage.
+    """
+    return _number(text, "--effort", "stall_torque")
+
+
+def speed_limit(text: str | None) -> float | None:
+    """Return a speed limit [rad/s]: a number, or the no-load speed of a motor of the catalogue.
+
+    Raises:
+        ParameterError: no number, no motor of that name at one voltage, or none with a speed.
+    """
+    return _number(text, "--velocity", "no_load_speed")
+
+
+def _number(text: str | None, option: str, field: str) -> float | None:
+    from hexapod_pin.drive.catalog import load_catalog
+    from hexapod_pin.errors import UnknownNameError
+
+    if text is None:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    try:
+        record = load_catalog().get(text)
+    except UnknownNameError as error:
+        allowed = f"a number, or a motor: {', '.join(error.known)}"
+        raise ParameterError(option, text, allowed) from error
+    value: float | None = getattr(record, field)
+    if value is None:
+        raise ParameterError(option, text, f"a motor whose {field} is known: {record.unusable}")
+    return value
+
+
+# Options that say how a robot's file is read: the same for every command that loads one.
+#
+# typer reads these annotations at run time.
+
+Forward = Annotated[
+    OptionalText,
+    typer.Option(help="Direction of travel in the root link: x, -x, y, -y, z, -z or degrees."),
+]
+Legs = Annotated[
+    OptionalText,
+    typer.Option(help="Legs: 'lf=JOINT,JOINT,JOINT;lm=...', or one joint or link of each."),
+]
+PostureText = Annotated[
+    OptionalText,
+    typer.Option("--posture", help="Standing angles: 'JOINT=DEGREES,JOINT=DEGREES,...'."),
+]
+Hold = Annotated[
+    OptionalText,
+    typer.Option(help="Joints that do not walk: 'JOINT=DEGREES,...' (m for sliding joints)."),
+]
+MendFirst = Annotated[
+    bool, typer.Option("--mend", help="Mend the file's faults first; see `hexapod-pin mend`.")
+]
+Mass = Annotated[OptionalFloat, typer.Option(help="With --mend: mass of the robot [kg].")]
+Density = Annotated[OptionalFloat, typer.Option(help="With --mend: of its parts [kg/m^3].")]
+Effort = Annotated[
+    OptionalText, typer.Option(help="With --mend: of all joints [N m], or a motor's name.")
+]
+Velocity = Annotated[
+    OptionalText, typer.Option(help="With --mend: of all joints [rad/s], or a motor's name.")
+]
+
+
+def load_options(
+    *,
+    feet: str | None = None,
+    legs: str | None = None,
+    posture: str | None = None,
+    hold: str | None = None,
+    package_path: Sequence[Path] | None = None,
+    xacro_arg: Sequence[str] | None = None,
+    effort: str | None = None,
+    velocity: str | None = None,
+    **numbers: Any,
+) -> LoadOptions:
+    """Return what was given as options of `load_robot`.
+
+    Raises:
+        ParameterError: a text that does not have the form its option wants, or a number or motor
+            that only --mend takes.
+    """
+    from hexapod_pin.robot.loading.load_options import LoadOptions
+
+    numbers |= {"effort": torque_limit(effort), "velocity": speed_limit(velocity)}
+    mends = ("mass", "density", "effort", "velocity")
+    wanted = [name for name in mends if numbers.get(name) is not None]
+    if wanted and not numbers.get("mend"):
+        allowed = "left out without --mend"
+        raise ParameterError(f"--{wanted[0]}", numbers[wanted[0]], allowed)
+    found: dict[str, Any] = {
+        "feet": foot_names(feet),
+        "legs": None if legs is None else leg_joints(legs),
+        "posture": None if posture is None else angles("--posture", posture),
+        "held": None if hold is None else angles("--hold", hold),
+        "package_path": [str(user_path(folder).absolute()) for folder in package_path or ()],
+        "xacro_args": dict(pair("--xacro-arg", text) for text in xacro_arg or ()),
+        **numbers,
+    }
+    return LoadOptions(**{name: value for name, value in found.items() if value is not None})
+
+
+def pair(option: str, text: str) -> tuple[str, str]:
+    """Return name and value of NAME=VALUE.
+
+    Raises:
+        ParameterError: no name or no equals sign.
+    """
+    name, sign, value = text.partition("=")
+    if not (sign and name.strip()):
+        raise ParameterError(option, text, "NAME=VALUE")
+    return name.strip(), value.strip()
+
+
+def angles(option: str, text: str) -> dict[str, float]:
+    """Return joint name -> angle [rad] of JOINT=DEGREES,JOINT=DEGREES.
+
+    Raises:
+        ParameterError: another form, or an angle that is no finite number.
+    """
+    found = {}
+    for part in text.split(","):
+        name, value = pair(option, part)
+        try:
+            found[name] = math.radians(float(value))
+        except ValueError:
+            found[name] = math.nan
+        if not math.isfinite(found[name]):
+            raise ParameterError(option, part.strip(), "JOINT=DEGREES, separated by commas")
+    return found
+
+
+def leg_joints(text: str) -> dict[str, list[str]]:
+    """Return leg name -> joints (or one joint or link) of LEG=JOINT,JOINT;LEG=JOINT,JOINT.
+
+    Raises:
+        ParameterError: another form.
+    """
+    found = {}
+    for part in text.split(";"):
+        leg, joints = pair("--legs", part)
+        found[leg] = [name.strip() for name in joints.split(",") if name.strip()]
+    return found
+
+
+# Errors in the words of the command that met them: its options instead of Python's arguments.
+#
+# Errors of this package spell an argument as `name=value`, or name it in `ParameterError.name` and
+# `GaitError.quantity`. Where the command has an option for it, its name takes the place.
+
+SAME = {
+    "cycle_time": "cycle", "turn_rate": "turn", "held": "hold", "xacro_args": "xacro_arg",
+}  # fmt: skip
+"""Options whose names differ from the argument that they set."""
+
+DEGREES = ("heading", "turn")
+"""Options in degrees, or degrees per second, where the argument is in radians."""
+
+EXAMPLES = {
+    "feet": "a,b,c", "record": "a,b,c", "legs": "lf=a,b,c;lm=...", "posture": "JOINT=DEGREES,...",
+    "forward": "x|-x|y|-y|DEGREES", "package_path": "FOLDER", "xacro_args": "NAME=VALUE",
+    "held": "JOINT=DEGREES,...",
+}  # fmt: skip
+"""What stands for a list of unknown values."""
+
+ARGUMENT = re.compile(r"\b([a-z_]+)=(\[[^\]]*\]|'[^']*'|\"[^\"]*\"|[\d.][\w.+-]*)")
+RADIANS = re.compile(r"(-?[\d.]+(?:e[+-]?\d+)?) rad\b")
+
+
+def in_options(error: HexapodError, options: Mapping[str, str]) -> str:
+    """Return the message of an error with a command's options in the place of arguments.
+
+    Args:
+        error: what a command met.
+        options: the command's own: name of the argument -> option, such as "feet" -> "--feet".
+    """
+    text = str(error)
+    if isinstance(error, ParameterError):
+        name = "/".join(_option(part, options) or part for part in error.name.split("/"))
+        text = name + text.removeprefix(error.name)
+    if isinstance(error, GaitError):
+        text = _gait_text(text, error.quantity, options)
+    return spelt_in_options(text, options)
+
+
+def option_names(command: Any) -> dict[str, str]:
+    """Return the options of a command by their arguments, such as "feet" -> "--feet"."""
+    parameters = [] if command is None else command.params
+    longest = {one.name: max(one.opts, key=len) for one in parameters if one.name}
+    return {name: option for name, option in longest.items() if option.startswith("--")}
+
+
+def spelt_in_options(text: str, options: Mapping[str, str]) -> str:
+    """Return a text with a command's options in the place of `name=value`."""
+    return ARGUMENT.sub(lambda found: _spelt(found, options), text)
+
+
+def _option(name: str, options: Mapping[str, str]) -> str | None:
+    """Return the option of a dotted name, by its last part that one sets."""
+    parts = [part for part in name.split(".") if part.isidentifier()]
+    last = parts[-1] if parts else name
+    return options.get(SAME.get(last, last))
+
+
+def _gait_text(text: str, quantity: str, options: Mapping[str, str]) -> str:
+    """Name the option in what a refused gait says of its limit, in the option's unit."""
+    option = _option(quantity, options)
+    if option is None:
+        return text
+    before, found, after = text.rpartition(f"{quantity} ")
+    if SAME.get(quantity, quantity) in DEGREES:
+        after = RADIANS.sub(lambda x: f"{math.degrees(float(x[1])):.4g} degrees", after)
+    return f"{before}{option} {after}" if found else text
+
+
+def _spelt(found: re.Match[str], options: Mapping[str, str]) -> str:
+    """Return `name=value` as it is typed in a shell."""
+    name, value = found[1], found[2]
+    option = _option(name, options)
+    if option is None:
+        return found[0]
+    if value == "[...]":
+        return f"{option} {EXAMPLES.get(name, '...')}"
+    return f"{option} {value.strip('[]').replace(chr(39), '').replace(', ', ',')}"

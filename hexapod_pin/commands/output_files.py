@@ -59,7 +59,7 @@ def writable(option: str, path: Path, endings: Sequence[str] = (), *, drawn: boo
         text = f"{named}: cannot be written ({reason_of(error)}); name another file."
         raise TraceFileError(text) from error
     if endings:
-        from hexapod_pin.results.file_ending import check_ending
+        from hexapod_pin.results.result_files import check_ending
 
         check_ending(named, endings)
     folder = path.parent
@@ -77,7 +77,7 @@ def writable(option: str, path: Path, endings: Sequence[str] = (), *, drawn: boo
 
 def writable_trace(option: str, path: Path) -> Path:
     """Return the absolute path of a trace to write; raises as `writable`."""
-    from hexapod_pin.results.file_ending import CSV, NETCDF
+    from hexapod_pin.results.result_files import CSV, NETCDF
 
     return writable(option, path, (*NETCDF, *CSV))
 
@@ -112,7 +112,7 @@ def require_room(least: Mapping[Path, float]) -> None:
 
 def least_sizes(case: Case, trace: Path, page: Path | None) -> dict[Path, float]:
     """Return how large the files of a run become at least [bytes]."""
-    from hexapod_pin.simulation.work_forecast import sample_bytes
+    from hexapod_pin.simulation.work_limits import sample_bytes
 
     found = {trace: LEAST_SHARE * sample_bytes(case.settings, case.scene, case.record)}
     return found if page is None else {**found, page: PAGE_BYTES}

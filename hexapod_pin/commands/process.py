@@ -13,7 +13,7 @@ from typing import Any, NoReturn, TextIO
 from hexapod_pin import stop_signals
 from hexapod_pin.commands.app import main
 from hexapod_pin.commands.resources import lack_of
-from hexapod_pin.commands.status import (
+from hexapod_pin.commands.terminal import (
     DONE_TEXT,
     FAILED,
     INTERRUPTED_TEXT,

@@ -1,13 +1,22 @@
-"""`hexapod-pin select`: which motors carry a robot."""
+"""The command `select` says which motors can drive a robot, and writes the report."""
 
 from __future__ import annotations
 
+import json as json_text
+import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from hexapod_pin.commands.options import OptionalFloat, OptionalPath, RobotName
+from hexapod_pin.commands.output_files import written_files
+from hexapod_pin.commands.terminal import echo
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.user_file import user_path
+
+if TYPE_CHECKING:
+    from hexapod_pin.results.motor_selection import MotorSelection
 
 
 def select(
@@ -48,8 +57,7 @@ def select(
     """Rank motors for a robot: each simulated with its mass, inertia and torque-speed line."""
     from hexapod_pin.commands.output_files import writable
     from hexapod_pin.commands.progress import progress_bar
-    from hexapod_pin.commands.select_report import print_selection, study_text, write_files
-    from hexapod_pin.commands.status import NONE_PASSES, fail, interrupted_status
+    from hexapod_pin.commands.terminal import NONE_PASSES, fail, interrupted_status
     from hexapod_pin.sweep.selection import select_motors
 
     report = None if no_html else writable("--html", html, (".html", ".pdf"), drawn=True)
@@ -65,3 +73,104 @@ def select(
         fail("interrupted; what was done is listed above", interrupted_status())
     if not found.best.passes:
         fail("no motor of the catalogue carries every joint on every walk", NONE_PASSES)
+
+
+# What `hexapod-pin select` reads and leaves: the text of its study, tables, files.
+
+
+def study_text(
+    robot: str,
+    study: Path | None,
+    catalog: Path | None,
+    voltage: float | None,
+    motor_mass: float | None,
+    mend: bool,
+) -> tuple[str, Path]:
+    """Return the text of the study with the options in it, and where its relative paths start.
+
+    Raises:
+        ParameterError: the file is not readable, has another robot, or gives what an option gives.
+    """
+    import tomli_w
+
+    from hexapod_pin.spec import read_toml
+    from hexapod_pin.sweep.selection import load_motor_study
+
+    if study is None:
+        text, folder = _default(robot, mend), Path.cwd()
+    else:
+        text, folder = load_motor_study(study)
+    data = read_toml(text)
+    base = data.setdefault("base", {"accuracy": 1e-4})
+    if study is not None:
+        _require_same_robot(base, robot, study)
+    base |= {"robot": _source(robot), **({"mend": True} if mend else {})}
+    base.pop("case", None)
+    given = {
+        "catalog": None if catalog is None else str(user_path(catalog).absolute()),
+        "voltage": voltage,
+        "motor_mass": motor_mass,
+    }
+    motors = data.setdefault("motors", {})
+    for name, value in given.items():
+        if value is None:
+            continue
+        if name in motors:
+            option = f"--{name.replace('_', '-')}"
+            allowed = f"left out: motors.{name} of {study} gives it"
+            raise ParameterError(option, value, allowed)
+        motors[name] = value
+    return tomli_w.dumps(data), folder
+
+
+def _default(robot: str, mend: bool) -> str:
+    from hexapod_pin.control.feasible_gait import default_gait
+    from hexapod_pin.control.gait import gaits_for
+    from hexapod_pin.robot.robot import load_robot
+    from hexapod_pin.sweep.selection import default_study
+
+    loaded = load_robot(_source(robot), mend=mend)
+    names = [default_gait(loaded)]
+    if "tripod" in gaits_for(len(loaded.legs)):
+        names.insert(0, "tripod")
+    return default_study(_source(robot), names, loaded.total_mass)
+
+
+def _source(robot: str) -> str:
+    """Return a robot's name, or the absolute path of its file."""
+    place = user_path(robot)
+    return str(place.absolute()) if os.path.isfile(place) else robot
+
+
+def _require_same_robot(base: Any, robot: str, study: Path) -> None:
+    if not isinstance(base, dict):
+        raise ParameterError("base", base, "a table: [base]")
+    if "case" in base:
+        raise ParameterError(
+            "base.case", base["case"], f"left out of {study}: the robot is given beside it",
+            "Write the walk in short: gait, contact, duration, accuracy.",
+        )  # fmt: skip
+    other = base.get("robot")
+    if isinstance(other, str) and Path(other).name != Path(robot).name:
+        raise ParameterError("ROBOT", robot, f"{other!r}, the robot of {study}")
+
+
+def print_selection(selection: MotorSelection, json: bool) -> None:
+    """Print the ranking as text or JSON."""
+    if json:
+        echo(json_text.dumps(selection.to_dict(), indent=2, allow_nan=False))
+    else:
+        echo(selection.table())
+
+
+def write_files(selection: MotorSelection, report: Path | None, table: Path | None) -> None:
+    """Write the report and the table."""
+    with written_files() as written:
+        if report is not None:
+            from hexapod_pin.view.selection_report import write_selection_report
+
+            written(lambda: write_selection_report(selection, report), err=True)
+        if table is not None:
+            from hexapod_pin.results.motor_selection import write_selection_csv
+
+            written(lambda: write_selection_csv(selection, table), err=True)

@@ -1,10 +1,14 @@
-"""The one place through which commands print."""
+"""Commands print in one place, and end with an exit status."""
 
 from __future__ import annotations
+
+import sys
+from typing import NoReturn
 
 import typer
 
 from hexapod_pin.foreign_text import visible
+from hexapod_pin.stop_signals import end, received
 
 
 def echo(text: str = "", *, err: bool = False) -> None:
@@ -15,3 +19,34 @@ def echo(text: str = "", *, err: bool = False) -> None:
         err: whether on stderr; else on stdout.
     """
     typer.echo(visible(text), err=err)
+
+
+# Exit status: 0 done, 1 missed, 2 refused or failed, 3 ran with a bad result, 128 + n a signal.
+#
+# 1: a row of a table that was run missed its number, or met one registered as an expected failure.
+# 3: a robot does not walk, or no motor passes. Each status but 0 leaves one message on stderr.
+
+MISSED = 1
+FAILED = 2
+DOES_NOT_WALK = 3
+NONE_PASSES = 3
+INTERRUPTED = 130
+"""By Ctrl-C; other signals have their own: see `interrupted_status`."""
+
+INTERRUPTED_TEXT = "interrupted; what was written before is whole"
+
+DONE_TEXT = "asked to stop at its end; what it was to do is done"
+"""Of a signal that came too late, or that a command took for its regular end."""
+
+
+def interrupted_status() -> int:
+    """Return 128 + n for the signal n that asked to stop."""
+    number = received()
+    return INTERRUPTED if number is None else 128 + number
+
+
+def fail(message: str, status: int) -> NoReturn:
+    """Print one message on stderr and exit."""
+    end()
+    echo(f"hexapod-pin: {message}", err=True)
+    sys.exit(status)

@@ -1,4 +1,4 @@
-"""`hexapod-pin walk`: walk a robot, print its torque table, leave a trace and a playback."""
+"""The command `walk` walks a robot, and `run` runs a case that was written before."""
 
 from __future__ import annotations
 
@@ -8,36 +8,37 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hexapod_pin.commands.motor_options import CatalogFile, MotorName, Voltage, chosen_motor
 from hexapod_pin.commands.options import (
+    CatalogFile,
+    Density,
+    Effort,
     Feet,
     FootRadius,
     Force,
-    NoHtml,
-    OptionalFloat,
-    OptionalPath,
-    OptionalText,
-    PackagePath,
-    Quick,
-    Record,
-    RobotName,
-    Threads,
-    TraceOut,
-    Verdict,
-    XacroArgs,
-    comma_list,
-    given,
-)
-from hexapod_pin.commands.robot_options import (
-    Density,
-    Effort,
     Forward,
     Hold,
     Legs,
     Mass,
     MendFirst,
+    MotorName,
+    NoHtml,
+    OptionalFloat,
+    OptionalPath,
+    OptionalText,
+    PackagePath,
     PostureText,
+    Quick,
+    Record,
+    RobotName,
+    Threads,
+    TraceOut,
     Velocity,
+    Verdict,
+    Voltage,
+    XacroArgs,
+    chosen_motor,
+    comma_list,
+    given,
     load_options,
 )
 from hexapod_pin.commands.terminal import echo
@@ -170,9 +171,8 @@ def walk(
     """Walk a robot; print its torque table; leave a trace and a playback."""
     from hexapod_pin.commands.case_report import run_and_report
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
-    from hexapod_pin.control.feasible_gait import fit_gait
+    from hexapod_pin.control.feasible_gait import default_gait, fit_gait
     from hexapod_pin.control.kinematic import KinematicControl
-    from hexapod_pin.control.named_gait import default_gait
     from hexapod_pin.drive.servo import Servo
     from hexapod_pin.errors import ParameterError
     from hexapod_pin.ground.contact import Contact
@@ -232,7 +232,7 @@ def _number_or_share(text: str | None) -> float | str | None:
 def _print_plan(robot: Robot, fitted: FittedGait) -> None:
     """Print what will walk and how, what the loader changed, and legs that nearly meet."""
     from hexapod_pin.control.feasible_gait import DEFAULT, GIVEN
-    from hexapod_pin.control.leg_clearance import leg_clearance
+    from hexapod_pin.control.gait_refusal import leg_clearance
 
     gait = fitted.gait
     cycle, lift = (
@@ -253,3 +253,44 @@ def _print_plan(robot: Robot, fitted: FittedGait) -> None:
     for kind, texts in lines.items():
         for text in texts:
             echo(f"{kind}: {text}")
+
+
+# `hexapod-pin run`: run a case that was written before, to the same bits.
+
+
+def run(
+    case: Annotated[Path, typer.Argument(help="A file that `walk --save-case` left (case.toml).")],
+    out: TraceOut = Path("run.nc"),
+    html: Annotated[Path, typer.Option(help="Playback file to write.")] = Path("run.html"),
+    no_html: NoHtml = False,
+    verdict: Verdict = False,
+    quick: Quick = False,
+    force: Force = False,
+    threads: Threads = 1,
+    code: Annotated[
+        OptionalPath,
+        typer.Option("--import", help="A Python file that registers the case's own controller."),
+    ] = None,
+) -> None:
+    """Run a case from its file; print its torque table; leave a trace and a playback."""
+    from hexapod_pin.commands.case_report import run_and_report
+    from hexapod_pin.commands.import_file import import_file
+    from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
+    from hexapod_pin.simulation.case import load_case
+    from hexapod_pin.simulation.work_limits import chosen_limits
+
+    trace_path = writable_trace("--out", out)
+    html_path = None if no_html else writable("--html", html, PAGES)
+    if code is not None:
+        import_file("--import", code)
+    found = load_case(case).with_defaults(limits=chosen_limits(None, force))
+    settings = found.settings
+    robot = found.scene.robot
+    echo(
+        f"{robot.name}: {robot.total_mass:.5g} kg. {robot.provenance}\n"
+        f"case {case}: {settings.duration:g} s, digest {found.digest}"
+    )
+    title = f"running {settings.duration:g} s"
+    run_and_report(
+        found, title, trace_path, html_path, verdict=verdict, quick=quick, threads=threads
+    )

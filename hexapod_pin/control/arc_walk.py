@@ -1,24 +1,44 @@
-"""[S2]'s walk: in stance only the coxae turn, at a constant rate or in one STEP, and feet scrub."""
+"""[S2]'s walk turns only the coxae in stance, so that the feet scrub.
+
+Its motion is also given as functions of time, joint by joint.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.control.arc_path import ArcPath, StanceProfile
-from hexapod_pin.control.arc_refusal import refuse_impossible_arc
+from hexapod_pin.arrays import Array
+from hexapod_pin.control.arc_path import BLEND_SHARE, ArcPath, StanceProfile, arc_senses
+from hexapod_pin.control.curves import Hermite, MotionFunction, Step, adams_step
+from hexapod_pin.control.feasibility import (
+    CHECKED_CYCLES,
+    MAX_FOOT_HEIGHT_SPREAD,
+    PATH,
+    RATE,
+    Violation,
+    posture_violation,
+)
 from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES
 from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.gait_refusal import MAX_CYCLE_DOUBLINGS, TOUCHING, bisect
+from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration, whole_cycles
 from hexapod_pin.control.knot_table import MAX_KNOT_SPACING, knot_times
-from hexapod_pin.control.six_legs import require_six_of_three
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.control.six_legs import SixLegs, require_six_of_three
+from hexapod_pin.control.time_function import Periodic, Sum
+from hexapod_pin.errors import GaitError, ParameterError
+from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
+from hexapod_pin.robot.leg_geometry import ANGLE_TOLERANCE
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
+
 
 PAPER_AMPLITUDE = float(np.radians(20.0))
 """[S2]: +-20 degrees, a stroke of 0.139 m with kharagpur's legs (printed: 0.14 m)."""
@@ -129,3 +149,266 @@ class ArcWalk:
             settings["stop_at"] = self.stop_at
         lists = {name: list(gait[name]) for name in ("phases", "leg_names") if name in gait}
         return {**settings, "gait": {**gait, **lists}}
+
+
+# The refusal of a walk on arcs: what to change in the request, and how far.
+
+CHECK_SPACING_CYCLES = 1.0 / 60.0
+"""Largest spacing of the checked times; the extremes of the angles are among them [cycles]."""
+
+NEGLIGIBLE_ANGLE = 1e-4
+"""An amplitude or lift that tests the other one alone [rad]."""
+
+CHECKED_WALKS = 64
+"""How many walks are remembered as checked."""
+
+
+@lru_cache(maxsize=CHECKED_WALKS)
+def _find_refusal(
+    six: SixLegs,
+    bodies: LegBodies,
+    gait: Gait,
+    amplitude: float,
+    lift_angle: float,
+    profile: StanceProfile,
+) -> tuple[str, str, float | None] | None:
+    """Return message, quantity and limit of the error that refuses a walk; None if it works."""
+
+    def violation(gait: Gait, amplitude: float, lift: float) -> Violation | None:
+        return _violation(six, bodies, gait, amplitude, lift, profile)
+
+    found = violation(gait, amplitude, lift_angle)
+    if found is None:
+        return None
+    reason = f"arc walk: {found.text}."
+    if found.kind == RATE:
+
+        def slower(period: float) -> bool:
+            return violation(gait.with_changes(cycle_time=period), amplitude, lift_angle) is None
+
+        limit = _slowest(slower, gait.cycle_time)
+        if limit is not None:
+            text = f"{reason} With the rest unchanged, cycle_time must be at least {limit:.4g} s."
+            return text, "cycle_time", limit
+    trials: dict[str, tuple[Callable[[float], bool], float]] = {
+        "amplitude": (lambda a: violation(gait, a, lift_angle) is None, amplitude),
+        "lift_angle": (lambda lift: violation(gait, amplitude, lift) is None, lift_angle),
+    }
+    for name, (works, asked) in trials.items():
+        if asked > NEGLIGIBLE_ANGLE and works(NEGLIGIBLE_ANGLE):
+            limit = bisect(works, good=NEGLIGIBLE_ANGLE, bad=asked)
+            text = f"{reason} With the rest unchanged, {name} can be at most {limit:.4g} rad."
+            return text, name, limit
+    return f"{reason} No smaller amplitude or lift angle alone helps.", "posture", None
+
+
+def refuse_impossible_arc(
+    robot: Robot, gait: Gait, amplitude: float, lift_angle: float, profile: StanceProfile
+) -> None:
+    """Check a whole walk on arcs, start to stop, before anything runs.
+
+    Args:
+        robot: the robot.
+        gait: order, duty and cycle time.
+        amplitude: of the coxae [rad].
+        lift_angle: of the femora [rad].
+        profile: of the coxae in stance.
+
+    Raises:
+        GaitError: naming leg, joint, value and limit, and the largest request that works.
+    """
+    six = require_six_of_three(robot, "ArcWalk")
+    gait = six.fitted(gait)
+    found = _find_refusal(six, leg_bodies(robot), gait, amplitude, lift_angle, profile)
+    if found is not None:
+        raise GaitError(*found)
+
+
+def _slowest(works: Callable[[float], bool], period: float) -> float | None:
+    """Return the shortest cycle time with which a walk works [s]; None if none was found."""
+    longer = period
+    for _ in range(MAX_CYCLE_DOUBLINGS):
+        longer *= 2.0
+        if works(longer):
+            return bisect(works, good=longer, bad=0.5 * longer)
+    return None
+
+
+def _violation(
+    six: SixLegs,
+    bodies: LegBodies,
+    gait: Gait,
+    amplitude: float,
+    lift_angle: float,
+    profile: StanceProfile,
+) -> Violation | None:
+    """Return why the robot cannot walk, or None if it can."""
+    if np.ptp(six.soles) > MAX_FOOT_HEIGHT_SPREAD:
+        low, high = (six.legs[int(k)].name for k in (np.argmin(six.soles), np.argmax(six.soles)))
+        text = f"the standing posture has foot {high} {np.ptp(six.soles):.4f} m above foot {low}"
+        return Violation(PATH, text)
+    walk = (six, gait.in_one_second(), amplitude, lift_angle, profile)
+    q, v = _joints(*walk)
+    found = _out_of_range(six, q)
+    if found is not None:
+        return found
+    posture = posture_violation(six, q, v / gait.cycle_time)
+    return _touching(bodies, *walk) if posture is None else posture[0]
+
+
+@lru_cache(maxsize=CHECKED_WALKS)
+def _joints(
+    six: SixLegs, gait: Gait, amplitude: float, lift_angle: float, profile: StanceProfile
+) -> tuple[Array, Array]:
+    """Return joint angles [rad] and rates [rad/s] at the checked times, (6, K, 3) each."""
+    end = CHECKED_CYCLES * gait.cycle_time
+    path = ArcPath(six, gait, amplitude, lift_angle, profile, end)
+    events = np.array([0.0, *path.events(end), end])
+    time = knot_times(events, CHECK_SPACING_CYCLES * gait.cycle_time)[0]
+    once = path.steady_from + gait.cycle_time  # of the steady part one cycle is enough
+    return path.joints(time[(time <= once) | (time >= path.steady_until)])
+
+
+def _out_of_range(six: SixLegs, q: Array) -> Violation | None:
+    """Return the joint that goes farthest beyond its range, joint angles (6, K, 3)."""
+    lower, upper = (np.stack([getattr(leg, x) for leg in six.legs]) for x in ("lower", "upper"))
+    beyond = np.maximum(lower - q.min(axis=1), q.max(axis=1) - upper)
+    if beyond.max() <= ANGLE_TOLERANCE:
+        return None
+    leg, joint = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
+    found = six.legs[leg]
+    return Violation(
+        PATH,
+        f"leg {found.name}: joint {found.joints[joint]} would go {beyond[leg, joint]:.4g} rad "
+        f"beyond its range {lower[leg, joint]:.4g}..{upper[leg, joint]:.4g} rad",
+    )
+
+
+@lru_cache(maxsize=CHECKED_WALKS)
+def _touching(
+    bodies: LegBodies,
+    six: SixLegs,
+    gait: Gait,
+    amplitude: float,
+    lift_angle: float,
+    profile: StanceProfile,
+) -> Violation | None:
+    """Return which links overlap most in a walk."""
+    if not bodies.pairs:
+        return None
+    q, _ = _joints(six, gait, amplitude, lift_angle, profile)
+    angles = six.joint_rows(q, six.posture)
+    base = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (len(angles), 1))
+    distance, pair = bodies.distances(np.hstack([base, angles]))
+    row = int(np.argmin(distance))
+    if distance[row] >= -TOUCHING:
+        return None
+    names = " and ".join(bodies.pairs[pair[row]])
+    shapes = f" (shapes: {bodies.assumed})" if bodies.assumed else ""
+    return Violation(PATH, f"links {names} overlap by {-distance[row]:.4g} m{shapes}")
+
+
+# [S2]'s joint motions as functions of time: STEPs from the first instant on, without a ramp.
+
+
+@checked
+def paper_motion(
+    robot: Robot,
+    gait: Gait | None = None,
+    *,
+    stroke: float | None = None,
+    amplitude: float | None = None,
+    lift_angle: float = PAPER_LIFT,
+    profile: StanceProfile = "step",
+) -> JointMotion:
+    """Return the motion of coxae and femora as [S2] prescribes it; the tibiae stand.
+
+    It is the steady part of `ArcWalk`, from t = 0 on: each leg begins in the phase that the gait
+    gives it, so that coxae stand off their standing direction, and some move, at the start.
+
+    Args:
+        robot: with six legs that point sideways.
+        gait: order, duty and cycle time of the steps; None: [S2]'s tetrapod in 2.4 s. Its stroke
+            and lift are not used.
+        stroke: travel of the body during a stance [m]: the amplitude is asin(stroke / 2 R), R the
+            mean distance of the feet from their yaw axes.
+        amplitude: of the coxae to either side [rad], in place of the stroke; with neither [S2]'s
+            20 degrees, for which it prints a stroke of 0.14 m (kharagpur: 0.1388 m).
+        lift_angle: of the femora in swing [rad]; default [S2]'s 6 degrees.
+        profile: of the coxae in stance, one STEP or a "constant" rate, as of `ArcWalk`.
+
+    Raises:
+        ParameterError: stroke and amplitude both given, or a value out of range.
+        GaitError: joint ranges, joint rates, or legs in each other's way forbid it.
+
+    Example:
+        >>> motion = paper_motion(robot, Gait.tetrapod(cycle_time=3.0), stroke=0.12)
+    """
+    gait = Gait.tetrapod() if gait is None else gait
+    if stroke is not None:
+        if amplitude is not None:
+            raise ParameterError(
+                "paper_motion amplitude", amplitude, "left out: the stroke is given"
+            )
+        amplitude = _amplitude(robot, stroke)
+    walk = ArcWalk(
+        gait,
+        amplitude=PAPER_AMPLITUDE if amplitude is None else amplitude,
+        lift_angle=lift_angle,
+        profile=profile,
+    )
+    path = walk.path(robot)
+    gait = path.gait
+    refuse_impossible_arc(robot, gait, walk.amplitude, lift_angle, profile)
+    motion: dict[str, float | MotionFunction] = {}
+    for leg, sense, phase in zip(path.six.legs, arc_senses(path.six)[1], gait.phases, strict=True):
+        yaw, lift = _yaw(walk, sense[0], leg.posture[0]), _lift(walk, sense[1], leg.posture[1])
+        for joint, function in zip(leg.joints[:2], (yaw, lift), strict=True):
+            motion[joint] = Periodic(
+                function=function, period=gait.cycle_time, start=phase * gait.cycle_time
+            )
+    period = gait.cycle_time
+    return JointMotion(motion, cycle_time=period, steady_from=period, speed=path.speed)
+
+
+def _amplitude(robot: Robot, stroke: float) -> float:
+    """Return the amplitude of a stroke [m] on this robot [rad].
+
+    Raises:
+        ParameterError: no amplitude has that stroke.
+    """
+    longest = 2.0 * float(ArcWalk().path(robot).radius.mean())
+    if not 0.0 < stroke < longest:
+        raise ParameterError(
+            "paper_motion stroke", stroke, f"above 0 and below {longest:.4g} m, twice the reach"
+        )
+    return float(np.arcsin(stroke / longest))
+
+
+def _yaw(walk: ArcWalk, sense: float, mean: float) -> MotionFunction:
+    """Return the coxa's angle from a placement to the next [rad]; `mean` is where it stands."""
+    period, a = walk.gait.cycle_time, sense * walk.amplitude
+    lifted = walk.gait.duty * period
+    if walk.profile == "step":
+        back = Step(begin=0.0, end=lifted, initial=mean + a, final=mean - a)
+        return Sum(terms=(back, Step(begin=lifted, end=period, initial=0.0, final=2.0 * a)))
+    length, rate = period - lifted, -2.0 * a / lifted
+    h, dh, _ = adams_step(np.array([BLEND_SHARE, 1.0 - BLEND_SHARE]))
+    blended = mean - a + 2.0 * a * h
+    swing_rate = 2.0 * a / length * dh
+    return Hermite(
+        time=(
+            0.0, lifted, lifted + BLEND_SHARE * length, period - BLEND_SHARE * length, period
+        ),
+        value=(mean + a, mean - a, *blended.tolist(), mean + a),
+        rate=(rate, rate, *swing_rate.tolist(), rate),
+    )  # fmt: skip
+
+
+def _lift(walk: ArcWalk, sense: float, mean: float) -> MotionFunction:
+    """Return the femur's angle from a placement to the next [rad]; `mean` is where it stands."""
+    period, up = walk.gait.cycle_time, sense * walk.lift_angle
+    lifted = walk.gait.duty * period
+    middle = 0.5 * (lifted + period)
+    rise = Step(begin=lifted, end=middle, initial=mean, final=mean + up)
+    return Sum(terms=(rise, Step(begin=middle, end=period, initial=0.0, final=-up)))

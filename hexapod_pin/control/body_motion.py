@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.motion_function import MotionFunction
+from hexapod_pin.control.curves import MotionFunction
 from hexapod_pin.control.time_function import TimeFunction, value_and_rate
 from hexapod_pin.spec import Spec
 

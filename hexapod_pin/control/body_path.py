@@ -1,4 +1,4 @@
-"""Planned planar motion of the body: X(t) = exp(S(t) xi) with a constant body twist.
+"""The planar path of the body is planned first; footholds and the steady time of a walk follow.
 
 xi = (speed cos heading, speed sin heading, turn_rate). S' rises smoothly from 0 to 1, stays there,
 and falls back to 0 where the body stops.
@@ -13,6 +13,8 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.gait import Gait
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.immutable import Immutable
 
 RAMP_CYCLES = 1.25
 """Cycles over which the body speeds up from standing, and slows down to it.
@@ -106,3 +108,138 @@ def smooth_step(s: Array) -> tuple[Array, Array]:
     inside = np.clip(s, 0.0, 1.0)
     integral = inside**4 * (2.5 - 3.0 * inside + inside**2) + np.maximum(s - 1.0, 0.0)
     return integral, inside**3 * (10.0 - 15.0 * inside + 6.0 * inside**2)
+
+
+# Where the feet of a gait stand in the world, placement by placement.
+
+COINCIDENT = 1e-9
+"""Footholds [m] and times [cycles] closer than this are the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class Footholds(Immutable):
+    """The footholds of a planned walk.
+
+    Attributes:
+        gait: the gait.
+        neutral_feet: standing foot centres in the base frame, legs in gait order [m]. (L, 3).
+        body: the planned motion of the base.
+    """
+
+    gait: Gait
+    neutral_feet: Array
+    body: PlanarMotion
+
+    def at(self, placement: Array) -> Array:
+        """Return where each leg stands in the world after its k-th placement [m].
+
+        Args:
+            placement: k per time and leg; the foot is placed at (k + phase) cycles. Shape (K, L).
+
+        Returns:
+            The neutral foot under the body at mid-stance; under the standing body if the swing
+            to that place would have begun before t = 0. Shape (K, L, 3).
+        """
+        middle = self.middle(placement)
+        return self.under(self.body.pose(middle.ravel()).reshape(*middle.shape, 3))
+
+    def under(self, pose: Array) -> Array:
+        """Return the standing feet under poses (K, L, 3) of the body in the world, a leg each."""
+        feet = np.broadcast_to(self.neutral_feet, pose.shape)
+        p_WF = turned(feet, pose[..., 2])
+        p_WF[..., :2] += pose[..., :2]
+        return p_WF
+
+    def middle(self, placement: Array) -> Array:
+        """Return the middle of the stances after the k-th placements, 0 of the first [s].
+
+        Args:
+            placement: as of `at`. Shape (K, L).
+        """
+        duty, period = self.gait.duty, self.gait.cycle_time
+        placed = placement + np.array(self.gait.phases)
+        walked = placed - (1.0 - duty) >= -COINCIDENT
+        return np.where(walked, (placed + duty / 2.0) * period, 0.0)
+
+    def with_travel(self, placement: Array) -> tuple[Array, Array]:
+        """Return the footholds after the k-th placements and the travel to the next [m].
+
+        Args:
+            placement: k per time and leg. Shape (K, L).
+
+        Returns:
+            Shape (K, L, 3) each, in the world.
+        """
+        first, last = (placement.min(), placement.max()) if placement.size else (0.0, 0.0)
+        count = int(last - first) + 2
+        if count > len(placement):  # a table would be larger than what is asked for
+            here = self.at(placement)
+            return here, self.at(placement + 1.0) - here
+        table = self.at(np.tile(first + np.arange(count)[:, None], (1, len(self.neutral_feet))))
+        row, leg = (placement - first).astype(int), np.arange(len(self.neutral_feet))
+        return table[row, leg], np.diff(table, axis=0)[row, leg]
+
+
+def turned(p: Array, yaw: Array) -> Array:
+    """Rotate points (..., 3) about z by angles that broadcast over (...) [rad]."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    x, y = c * p[..., 0] - s * p[..., 1], s * p[..., 0] + c * p[..., 1]
+    return np.stack([x, y, p[..., 2]], axis=-1)
+
+
+# When a walk is steady, and when it can stop: the same for feet on straight paths and on arcs.
+
+TRANSIENT_CYCLES = 2
+"""Whole cycles after which the paths are periodic: RAMP_CYCLES + 1 - duty / 2, rounded up."""
+
+
+class WalkSchedule:
+    """What a path of six feet with a `gait` and a `stop_at` [s] answers about its times.
+
+    Attributes:
+        gait: the gait.
+        stop_at: time at which the robot stands still again [s]; None walks on.
+    """
+
+    gait: Gait
+    stop_at: float | None
+    _halt: float
+
+    @staticmethod
+    def earliest_stop(gait: Gait) -> float:
+        """Return the earliest `stop_at` that leaves time to start, stop and make last steps [s]."""
+        return (2.0 * RAMP_CYCLES + 1.0 - gait.duty / 2.0) * gait.cycle_time
+
+    @property
+    def steady_from(self) -> float:
+        """Time from which the paths repeat every cycle: TRANSIENT_CYCLES cycles [s]."""
+        return TRANSIENT_CYCLES * self.gait.cycle_time
+
+    @property
+    def steady_until(self) -> float:
+        """Time at which the first leg prepares for the stop; infinite without one [s]."""
+        return self._halt - RAMP_CYCLES * self.gait.cycle_time - settling(self.gait)
+
+
+def settling(gait: Gait) -> float:
+    """Return the time from a lift-off to mid-stance on the next foothold [s]."""
+    return (1.0 - gait.duty / 2.0) * gait.cycle_time
+
+
+def last_motion(gait: Gait, stop_at: float | None) -> float:
+    """Return the time of the body's last motion [s]; infinite without a stop.
+
+    Raises:
+        ParameterError: a stop too early for starting and stopping.
+    """
+    if stop_at is None:
+        return np.inf
+    earliest = WalkSchedule.earliest_stop(gait)
+    if not (np.isfinite(stop_at) and stop_at >= earliest * (1.0 - COINCIDENT)):
+        raise ParameterError(
+            "stop_at",
+            stop_at,
+            f"at least {earliest:g} s",
+            "Starting, stopping and the last steps take that long at this cycle time.",
+        )
+    return stop_at - settling(gait)

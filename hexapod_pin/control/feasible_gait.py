@@ -1,21 +1,21 @@
-"""Choose stroke, lift and cycle time that the robot can walk."""
+"""A gait is chosen by name, with the stroke, lift and cycle time that the robot can walk."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.control.feasibility import shortest_cycle
-from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.gait import Gait, gaits_for
 from hexapod_pin.control.gait_refusal import refuse_impossible
-from hexapod_pin.control.named_gait import named_gait
 from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.errors import GaitError
-from hexapod_pin.robot.leg_length import leg_length
+from hexapod_pin.robot.leg_geometry import leg_length
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
+
 
 DEFAULT_STROKE = 0.14
 """Stroke of S2 [m], taken where none is given and the robot can walk it."""
@@ -184,3 +184,38 @@ def _cycle_source(gait: Gait, given: float | None) -> str:
         f"chosen: no joint faster than {RATE_SHARE:.0%} of its velocity limit; {DEFAULT_CYCLE:g} s "
         "is too short"
     )
+
+
+# Gaits by name for a robot with any number of legs.
+
+PREFERRED = ("tetrapod", "wave")
+"""The first of these that a robot's legs can walk is its default."""
+
+
+def default_gait(robot: Robot) -> str:
+    """Return the name of the gait that a robot walks where none is asked for.
+
+    "tetrapod" with six legs ([S2]'s) and with eight; "wave" with four, five or seven.
+
+    Raises:
+        GaitError: the robot has no legs that a gait can move.
+    """
+    fitting = gaits_for(len(six_legs(robot).legs))
+    return next(name for name in PREFERRED if name in fitting)
+
+
+def named_gait(robot: Robot, name: str, **fields: float) -> Gait:
+    """Return a gait of `GAITS` for a robot's number of legs.
+
+    Args:
+        robot: whose legs walk.
+        name: of the gait.
+        fields: stroke, cycle_time, duty (wave), lift, heading, turn_rate.
+
+    Raises:
+        UnknownNameError: no gait of that name fits so many legs; lists those that do.
+        GaitError: the robot has no legs that a gait can move.
+        ParameterError: a value is out of range.
+    """
+    values: dict[str, Any] = fields
+    return Gait.by_name(name, legs=len(six_legs(robot).legs), **values)

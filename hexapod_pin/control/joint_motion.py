@@ -1,4 +1,4 @@
-"""Joints that follow given functions of time, as ADAMS motions do."""
+"""Joints follow given functions of time, checked against their ranges and velocity limits."""
 
 from __future__ import annotations
 
@@ -11,16 +11,24 @@ from pydantic import TypeAdapter, ValidationError
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.joint_limits import refuse_beyond_limits
-from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration, whole_cycles
+from hexapod_pin.control.curves import MotionFunction
+from hexapod_pin.control.joint_trajectory import (
+    JointTrajectory,
+    check_duration,
+    extremes,
+    quintic_control_points,
+    slopes,
+    whole_cycles,
+)
 from hexapod_pin.control.knot_table import knot_times
-from hexapod_pin.control.motion_function import MotionFunction
 from hexapod_pin.control.time_function import TimeFunction
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.robot.leg_geometry import ANGLE_TOLERANCE
 from hexapod_pin.spec import parameter_error
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
+
 
 LONGEST_INTERVAL = 1.0
 """Its multiples are knots, so that those of a shorter plan begin those of a longer one [s]."""
@@ -193,3 +201,65 @@ def _checked(joint: Any, given: Any) -> Any:
         return _FUNCTION.validate_python(given)
     except ValidationError as error:
         raise parameter_error(f"JointMotion.motion[{joint}]", error) from error
+
+
+# Whether a quintic joint trajectory keeps the joints' ranges and velocity limits.
+
+RATE_TOLERANCE = 1e-9
+"""Share of a velocity limit by which a rate may exceed it."""
+
+
+def refuse_beyond_limits(robot: Robot, plan: JointTrajectory, owner: str) -> None:
+    """Check the exact extremes of angles and rates of a plan of kind "quintic".
+
+    The Bernstein coefficients enclose the polynomials; extremes are searched for only in intervals
+    in which they do not decide.
+
+    Args:
+        robot: whose limits hold.
+        plan: the trajectory.
+        owner: what the error names first.
+
+    Raises:
+        ParameterError: naming the first joint beyond a limit, the time and the value.
+    """
+    angle = quintic_control_points(plan)
+    rate = slopes(angle, np.diff(plan.time))
+    bounds = (robot.lower - ANGLE_TOLERANCE, robot.upper + ANGLE_TOLERANCE)
+    found = _first_beyond(plan.time, angle, *bounds)
+    if found is not None:
+        joint, when, value = found
+        raise ParameterError(
+            f"{owner}: angle of {robot.joint_names[joint]} at t = {when:.4g} s", value,
+            f"{robot.lower[joint]:.4f} to {robot.upper[joint]:.4f} rad",
+        )  # fmt: skip
+    limit = robot.velocity * (1.0 + RATE_TOLERANCE)
+    found = _first_beyond(plan.time, rate, -limit, limit)
+    if found is not None:
+        joint, when, value = found
+        raise ParameterError(
+            f"{owner}: rate of {robot.joint_names[joint]} at t = {when:.4g} s", value,
+            f"-{robot.velocity[joint]:g} to {robot.velocity[joint]:g} rad/s",
+        )  # fmt: skip
+
+
+def _first_beyond(
+    time: Array, points: Array, lower: Array, upper: Array
+) -> tuple[int, float, float] | None:
+    """Return joint, time [s] and value of the farthest point beyond bounds in the first interval.
+
+    Args:
+        time: knots [s]. Shape (K,).
+        points: Bernstein coefficients. Shape (D + 1, K - 1, n).
+        lower: least values. Shape (n,).
+        upper: largest values. Shape (n,).
+    """
+    doubtful = (points.max(axis=0) > upper) | (points.min(axis=0) < lower)
+    for interval, joint in np.argwhere(doubtful):
+        at, value = extremes(points[:, interval, joint])
+        beyond = np.maximum(lower[joint] - value, value - upper[joint])
+        worst = int(np.argmax(beyond))
+        if beyond[worst] > 0.0:
+            when = time[interval] + at[worst] * (time[interval + 1] - time[interval])
+            return int(joint), float(when), float(value[worst])
+    return None

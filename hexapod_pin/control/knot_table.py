@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.control.body_path import TRANSIENT_CYCLES
 from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES, FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.six_legs import SixLegs
-from hexapod_pin.control.walk_schedule import TRANSIENT_CYCLES
 
 if TYPE_CHECKING:
     from hexapod_pin.control.body_motion import BodyMotion

@@ -8,13 +8,12 @@ from typing import Any
 from hexapod_pin.arguments import checked
 from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.body_motion import BodyMotion
+from hexapod_pin.control.commanded_body import VelocityCommand
 from hexapod_pin.control.foot_control.controller import NUMBERS, PARTS, FootControl
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.sampled_trajectory import SampledTrajectory
-from hexapod_pin.control.velocity_command import VelocityCommand
+from hexapod_pin.control.sampled_trajectory import HoldPosture, SampledTrajectory
 from hexapod_pin.errors import HexapodError, ParameterError
 
 Reader = Callable[[Mapping[str, Any]], Any]

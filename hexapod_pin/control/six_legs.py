@@ -19,11 +19,11 @@ from hexapod_pin.errors import GaitError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.leg_set import LegSet
-from hexapod_pin.robot.once_per_robot import once_per_robot
+from hexapod_pin.robot.robot import once_per_robot
 
 if TYPE_CHECKING:
+    from hexapod_pin.control.commanded_body import VelocityCommand
     from hexapod_pin.control.foot_path import FootPath
-    from hexapod_pin.control.velocity_command import VelocityCommand
     from hexapod_pin.robot.robot import Robot
 
 

@@ -8,9 +8,7 @@ import numpy as np
 from pydantic import Field, FiniteFloat
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.curves import Hermite, Sine, Waypoints
-from hexapod_pin.control.motion_function import MotionFunction
-from hexapod_pin.control.step_functions import Havsin, Step, Step5
+from hexapod_pin.control.curves import Havsin, Hermite, MotionFunction, Sine, Step, Step5, Waypoints
 from hexapod_pin.errors import ParameterError
 
 SEAM_TOLERANCE = 1e-12

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from pydantic import NonNegativeFloat, model_serializer
 
-from hexapod_pin.drive.assumed_gains import assumed_gains
+from hexapod_pin.drive.servo import assumed_gains
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:

@@ -1,24 +1,197 @@
-"""Joint servos: what turns a set-point into a torque."""
+"""A servo turns a set-point into a torque.
+
+Its values are given per joint or per kind of joint; missing gains are assumed from effort or
+weight.
+"""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import NonNegativeFloat, field_validator, model_serializer
 
-from hexapod_pin.drive.assumed_gains import EFFORT_TIME, FULL_EFFORT_ERROR, assumed_gains
+from hexapod_pin.arrays import Array
 from hexapod_pin.drive.motor import Motor
-from hexapod_pin.drive.per_joint import numbers_by_joint, values_by_joint
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.robot.holding_torque import STANDARD_GRAVITY, SUPPORT, standing_torque
+from hexapod_pin.robot.leg_geometry import leg_length
+from hexapod_pin.robot.robot import once_per_robot
 from hexapod_pin.spec import Spec, require_factor
 
 if TYPE_CHECKING:
     from pydantic import SerializerFunctionWrapHandler
 
-    from hexapod_pin.arrays import Array
     from hexapod_pin.robot.robot import Robot
+
+
+# Values given for all joints, by kind of joint, by name or one by one, as one per joint.
+
+JOINT_KINDS = ("coxa", "femur", "tibia")
+"""Kinds of the joints of a leg, from the trunk outwards; a leg of two joints has the first two."""
+
+HELD, SLIDE = "held", "slide"
+"""Kinds of joints that no leg walks with: those that turn, and those that slide."""
+
+Value = TypeVar("Value")
+
+
+def joint_kinds(robot: Robot) -> dict[str, str]:
+    """Return the kind of every joint of a leg, and of every held joint, by the joint's name."""
+    pairs = (zip(leg.joints, JOINT_KINDS, strict=False) for leg in robot.legs)
+    kinds = {joint: kind for leg in pairs for joint, kind in leg}
+    turning = dict(zip(robot.joint_names, robot.turning.tolist(), strict=True))
+    return kinds | {name: HELD if turning[name] else SLIDE for name in robot.held}
+
+
+def values_by_joint(robot: Robot, what: str, given: Mapping[str, Value]) -> dict[str, Value]:
+    """Return joint name -> value, a joint's own name before its kind; joints may be left out.
+
+    Raises:
+        ParameterError: a key that is neither a joint nor a kind of joint of this robot.
+    """
+    kinds = joint_kinds(robot)
+    known = {*robot.joint_names, *kinds.values(), *((HELD, SLIDE) if robot.legs else ())}
+    for key in given:
+        if key not in known:
+            allowed = f"a joint of {robot.name} or one of {', '.join(_kinds_text(kinds))}"
+            raise ParameterError(f"key of {what}", key, allowed)
+    keys = {name: (name if name in given else kinds.get(name, "")) for name in robot.joint_names}
+    return {name: given[key] for name, key in keys.items() if key in given}
+
+
+def _kinds_text(kinds: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the kinds of a robot's joints; those of three-joint legs where it has no legs."""
+    return tuple(dict.fromkeys(kinds.values())) or JOINT_KINDS
+
+
+def numbers_by_joint(
+    robot: Robot, what: str, given: float | Mapping[str, float] | Sequence[float]
+) -> Array:
+    """Return one number per joint (n,) in the robot's order.
+
+    Raises:
+        ParameterError: a wrong count, an unknown key, or a joint that is given no number.
+    """
+    names = robot.joint_names
+    if isinstance(given, Mapping):
+        found = values_by_joint(robot, what, given)
+        for name in names:
+            if name not in found:
+                kinds = ", ".join(_kinds_text(joint_kinds(robot)))
+                hint = f"Add its name or its kind ({kinds})."
+                raise ParameterError(f"{what} of joint {name}", None, "given", hint)
+        return np.array([found[name] for name in names], dtype=float)
+    if isinstance(given, Sequence):
+        if len(given) != len(names):
+            last = names[min(len(given), len(names) - 1)] if names else "none"
+            allowed = f"{len(names)} numbers, one per joint of {robot.name} (up to joint {last})"
+            raise ParameterError(what, tuple(given), allowed)
+        return np.array(given, dtype=float)
+    return np.full(len(names), float(given))
+
+
+# Servo gains where none are given: from the effort where that is plausible, else from weight.
+
+FULL_EFFORT_ERROR = 0.025
+"""Joint error of full effort [rad] (*assumed*): a hobby servo's 1.4 degrees."""
+
+EFFORT_TIME = 0.02
+"""kd / kp of gains from the effort [s] (*assumed*)."""
+
+PLAUSIBLE = (1.0, 20.0)
+"""Effort over what standing takes, from which to which it is believed (*assumed*). Below, standing
+saturates the drives; above, gains from it are more than a twentieth of a degree can show."""
+
+SAG = 0.01
+"""By how much a joint gives way under the load of standing [rad]; sliding joints by this times the
+length of a leg (*assumed*)."""
+
+LEAST_ARM = 0.25
+"""Lever arm of a third of the weight over the length of a leg, at least: legs that stand upright
+carry no torque, but do as soon as they walk (*assumed*)."""
+
+LARGEST_SHARE = 0.5
+"""Part of the weight on the middle leg of a standing tripod [-]."""
+
+
+@dataclass(frozen=True)
+class AssumedGains:
+    """Gains with the rule that they follow.
+
+    Attributes:
+        kp: stiffness [N m/rad]; by joint name where some joints slide [N/m].
+        kd: damping [N m s/rad, N s/m].
+        effort: what the joints are taken to be able to give [N m].
+        rule: where gains do not follow the effort, what they follow and why; else None.
+    """
+
+    kp: float | dict[str, float]
+    kd: float | dict[str, float]
+    effort: float
+    rule: str | None
+
+
+@once_per_robot
+def assumed_gains(robot: Robot) -> AssumedGains:
+    """Return *assumed* gains for the joints of a robot.
+
+    Turning joints: stiffness is the largest effort over 0.025 rad, damping that times 0.02 s, where
+    the effort is 1 to 20 times the load of standing. That load is the largest static torque on the
+    fewest feet (`standing_torque`), and no less than a third of the weight at a quarter of a leg's
+    length. Otherwise stiffness is such that the load turns a joint by 0.01 rad, and damping is
+    critical for half of the mass at the arm where its weight makes the load: 2 sqrt(kp I), with
+    I = m r^2, so that kd / kp = 2 sqrt(0.01 r / g).
+
+    Sliding joints: the same with 0.01 of a leg's length for 0.01 rad, r being that length, and
+    their static force, no less than a third of the weight.
+    """
+    slides = ~robot.turning
+    effort = float(robot.effort[~slides].max()) if (~slides).any() else 0.0
+    arm, weight = leg_length(robot), STANDARD_GRAVITY * robot.total_mass
+    load = _load(robot, ~slides, LEAST_ARM * arm * weight / SUPPORT)
+    kp: float = effort / FULL_EFFORT_ERROR
+    kd, rule = kp * EFFORT_TIME, None
+    if load > 0.0 and not PLAUSIBLE[0] * load <= effort <= PLAUSIBLE[1] * load:
+        kp = load / SAG
+        kd = kp * settling_time(load / (LARGEST_SHARE * weight))
+        rule = (
+            f"from weight and leg length: the load of standing, {load:.3g} N m, turns a joint by "
+            f"{SAG:g} rad; critically damped. Not from the effort of {effort:g} N m, which is "
+            f"{effort / load:.2g} times that load"
+        )
+        effort = kp * FULL_EFFORT_ERROR
+    if not slides.any():
+        return AssumedGains(kp, kd, effort, rule)
+    force = _load(robot, slides, weight / SUPPORT)
+    spring = force / (SAG * arm)
+    stiffness = np.where(slides, spring, kp).tolist()
+    damping = np.where(slides, spring * settling_time(arm), kd).tolist()
+    text = f"sliding joints give way by {1e3 * SAG * arm:.2g} mm under {force:.3g} N"
+    names, whole = robot.joint_names, text if rule is None else f"{rule}; {text}"
+    by_name = dict(zip(names, stiffness, strict=True)), dict(zip(names, damping, strict=True))
+    return AssumedGains(*by_name, effort=effort, rule=whole)
+
+
+def settling_time(arm: float) -> float:
+    """Return kd / kp of a critically damped joint whose load at an arm [m] sags by SAG [s]."""
+    return 2.0 * math.sqrt(SAG * arm / STANDARD_GRAVITY)
+
+
+def _load(robot: Robot, joints: NDArray[np.bool_], least: float) -> float:
+    """Return the largest static load of some joints, at least `least`; 0 where none is known."""
+    torque: Array = standing_torque(robot)[joints]
+    if len(robot.feet) < SUPPORT or not torque.size:
+        return 0.0
+    return max(float(torque.max()), least)
+
+
+# Joint servos: what turns a set-point into a torque.
 
 Gain = NonNegativeFloat | dict[str, NonNegativeFloat] | tuple[NonNegativeFloat, ...]
 
@@ -191,3 +364,21 @@ def _text(gain: float | Mapping[str, float] | tuple[float, ...]) -> str:
     if isinstance(gain, tuple):
         return " ".join(f"{value:g}" for value in gain)
     return f"{gain:g}"
+
+
+# Drives without motors and dry friction, which is all that some equations have.
+
+
+def check_plain_drives(robot: Robot, servo: Servo, where: str) -> None:
+    """Refuse motors and dry friction, for equations that do not have them.
+
+    Raises:
+        ParameterError: a joint has a motor or dry friction.
+    """
+    for name, motor, friction in zip(
+        robot.joint_names, servo.motors(robot), robot.friction, strict=True
+    ):
+        if motor is not None:
+            raise ParameterError(f"motor of joint {name}", motor, f"absent in {where}")
+        if friction > 0.0:
+            raise ParameterError(f"dry friction of joint {name}", friction, f"0 N m in {where}")

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.control.joint_trajectory import CURVED
-from hexapod_pin.control.trajectory_curve import trajectory_curve
+from hexapod_pin.control.joint_trajectory import CURVED, trajectory_curve
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array

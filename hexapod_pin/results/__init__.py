@@ -2,12 +2,10 @@
 
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.comparison import Comparison
-from hexapod_pin.results.energy_margin import nesm
 from hexapod_pin.results.gait_energy import GaitEnergy, load_gait_energy
 from hexapod_pin.results.joint_moments import JointMoments, joint_moments
 from hexapod_pin.results.peak_verdict import PeakVerdict, PeakVerdicts
 from hexapod_pin.results.phase_torque import PhaseTorques, phase_torques
-from hexapod_pin.results.robot_budget import TorqueBudget
 from hexapod_pin.results.sizing import (
     BatteryLoad,
     JointDemand,
@@ -19,23 +17,21 @@ from hexapod_pin.results.sizing import (
     motor_ranking,
 )
 from hexapod_pin.results.stability import Stability, stability
-from hexapod_pin.results.study_file import load_study, write_study
-from hexapod_pin.results.summary import Summary, load_summary
-from hexapod_pin.results.support_polygon import (
+from hexapod_pin.results.stability_margins import (
     longitudinal_margins,
+    nesm,
     static_margin,
     support_polygon,
-)
-from hexapod_pin.results.torque_budget import torque_budget
-from hexapod_pin.results.torque_map import TorqueMap, load_torque_map
-from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.trace_file import load_trace
-from hexapod_pin.results.walk_metrics import WalkMetrics
-from hexapod_pin.results.walk_verdict import WalkVerdict, walk_verdict
-from hexapod_pin.results.zero_moment_point import (
     zero_moment_point,
     zero_moment_point_of_motion,
 )
+from hexapod_pin.results.summary import Summary, load_summary
+from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
+from hexapod_pin.results.torque_map import TorqueMap, load_torque_map
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.trace_file import load_study, load_trace, write_study
+from hexapod_pin.results.walk_metrics import WalkMetrics
+from hexapod_pin.results.walk_verdict import WalkVerdict, walk_verdict
 
 __all__ = [
     "BatteryLoad",

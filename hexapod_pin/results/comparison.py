@@ -1,20 +1,254 @@
-"""Controllers compared on the same scenes: runs, means and paired changes, as data and text."""
+"""Controllers are compared on the same scenes by means and paired changes, as data and as text."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
+from enum import Enum
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import DivergenceError, HexapodError, ParameterError, UnknownNameError
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.results.compared_run import ComparedRun, Outcome
-from hexapod_pin.results.estimate import CONFIDENCE, Estimate, mean_estimate, relative_change
-from hexapod_pin.results.file_ending import JSON, check_ending
-from hexapod_pin.results.walk_metrics import METRICS
+from hexapod_pin.results.result_files import JSON, check_ending
+from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.walk_metrics import (
+    CONFIDENCE,
+    METRICS,
+    Estimate,
+    WalkMetrics,
+    mean_estimate,
+    relative_change,
+)
+
+# A comparison as text: one table per scene, a row per metric, a column per controller.
+
+NOTHING = "-"
+
+
+def text_table(comparison: Comparison) -> str:
+    """Return plain text."""
+    parts = [_heading(comparison)]
+    for scene in comparison.scenes:
+        rows = scene_rows(comparison, scene)
+        widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+        lines = [
+            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+            for row in rows
+        ]
+        lines.insert(1, "-" * max(len(line) for line in lines))
+        parts.append("\n".join([_title(comparison, scene), *lines]))
+    parts += ["\n".join(lines) for lines in (failures(comparison), notes(comparison)) if lines]
+    return "\n\n".join(parts)
+
+
+def markdown_table(comparison: Comparison) -> str:
+    """Return Markdown."""
+    parts = [_heading(comparison)]
+    for scene in comparison.scenes:
+        rows = [[_escaped(cell) for cell in row] for row in scene_rows(comparison, scene)]
+        rows.insert(1, ["---"] * len(rows[0]))
+        table = "\n".join("| " + " | ".join(row) + " |" for row in rows)
+        parts += [f"### {_escaped(_title(comparison, scene))}", table]
+    for lines in (failures(comparison), notes(comparison)):
+        if lines:
+            parts.append("\n".join(f"- {_escaped(line)}" for line in lines))
+    return "\n\n".join(parts)
+
+
+def scene_rows(comparison: Comparison, scene: str) -> list[list[str]]:
+    """Return the cells of a scene's table, the head first."""
+    names = comparison.controllers
+    rows = [["", *names], ["runs that walked", *(_walked(comparison, scene, n) for n in names)]]
+    for metric, (unit, meaning) in METRICS.items():
+        cells = [
+            _cell(comparison.mean(scene, name, metric), comparison.change(scene, name, metric))
+            for name in names
+        ]
+        rows.append([f"{meaning} [{unit}]", *cells])
+    return rows
+
+
+def failures(comparison: Comparison) -> list[str]:
+    """Return a line for each run that has no numbers."""
+    return [
+        f"{run.controller} on {run.scene}{_variant(comparison, run.scene, run.number)}: "
+        f"{run.outcome.value} ({_first_line(run.reason)})"
+        for run in comparison.runs
+        if run.outcome is not Outcome.WALKED
+    ]
+
+
+def notes(comparison: Comparison) -> list[str]:
+    """Return what to know before using the numbers."""
+    lines = []
+    if any(_variants(comparison, scene) > 1 for scene in comparison.scenes):
+        lines.append(
+            f"+-: half of the {100 * CONFIDENCE:.0f} % confidence interval over variants of the "
+            "scene (Student's t); changes are paired, variant by variant."
+        )
+    return lines + [f"assumed: {statement}" for statement in comparison.assumed]
+
+
+def number_text(value: float) -> str:
+    """Return a number to four digits."""
+    return f"{value:.4g}"
+
+
+def change_text(change: Estimate) -> str:
+    """Return a relative change in percent."""
+    width = "" if change.half_width is None else f" +- {100 * change.half_width:.2g}"
+    return f"{100 * change.value:+.3g}{width} %"
+
+
+def _cell(mean: Estimate | None, change: Estimate | None) -> str:
+    if mean is None:
+        return NOTHING
+    width = "" if mean.half_width is None else f" +- {mean.half_width:.2g}"
+    return number_text(mean.value) + width + ("" if change is None else f" ({change_text(change)})")
+
+
+def _heading(comparison: Comparison) -> str:
+    others = comparison.controllers[1:]
+    against = f", in brackets: change against {comparison.baseline}" if others else ""
+    return "\n".join([f"Comparison of {', '.join(comparison.controllers)}{against}",
+                      *comparison.settings])  # fmt: skip
+
+
+def _title(comparison: Comparison, scene: str) -> str:
+    count = _variants(comparison, scene)
+    return f"{scene} ({count} variants)" if count > 1 else scene
+
+
+def _walked(comparison: Comparison, scene: str, controller: str) -> str:
+    runs = comparison.of(scene, controller)
+    good = sum(run.outcome is Outcome.WALKED for run in runs)
+    others = dict.fromkeys(r.outcome.value for r in runs if r.outcome is not Outcome.WALKED)
+    said = f": {', '.join(others)}" if others else ""
+    return f"{good} of {len(runs)}{said}"
+
+
+def _variants(comparison: Comparison, scene: str) -> int:
+    return len({run.number for run in comparison.runs if run.scene == scene})
+
+
+def _variant(comparison: Comparison, scene: str, number: int) -> str:
+    return f" #{number}" if _variants(comparison, scene) > 1 else ""
+
+
+def _first_line(text: str) -> str:
+    return text.partition("\n")[0]
+
+
+def _escaped(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")
+
+
+# One run of a comparison: what became of it, and its numbers where it walked.
+
+TILT_LIMIT_RAD = np.pi / 3.0
+"""Roll or pitch from which a robot has fallen [rad], *assumed*."""
+
+
+class Outcome(str, Enum):
+    """What became of a run."""
+
+    WALKED = "walked"
+    FELL = "fell"
+    TOO_SHORT = "too short"
+    DIVERGED = "diverged"
+    REFUSED = "refused"
+    FAILED = "failed"
+    NOT_RUN = "not run"
+
+
+@dataclass(frozen=True)
+class ComparedRun:
+    """One controller on one scene.
+
+    Attributes:
+        scene: name of the scene.
+        number: which of the scene's variants (terrain seeds), from 0.
+        controller: name of the controller.
+        outcome: what became of it. A run "fell" when the trunk touched the ground, or when roll or
+            pitch exceeded 60 degrees (*assumed*).
+        reason: why it has no numbers; empty where it walked.
+        metrics: its numbers; None unless it walked.
+        summary: what it gathered, fallen or not; None where it did not end.
+    """
+
+    scene: str
+    number: int
+    controller: str
+    outcome: Outcome
+    reason: str = ""
+    metrics: WalkMetrics | None = None
+    summary: Summary | None = field(default=None, repr=False, compare=False)
+
+    @classmethod
+    def of(
+        cls,
+        scene: str,
+        number: int,
+        controller: str,
+        result: Summary | Exception | None,
+        *,
+        turn_rate: float | None = None,
+    ) -> ComparedRun:
+        """Judge what a run came to; None: it was not run. `turn_rate`: as of `WalkMetrics.of`."""
+        place = (scene, number, controller)
+        if result is None:
+            return cls(*place, Outcome.NOT_RUN, "interrupted before its turn")
+        if isinstance(result, Exception):
+            return cls(*place, _outcome_of(result), _text(result))
+        fall = fall_of(result)
+        if fall:
+            return cls(*place, Outcome.FELL, fall, summary=result)
+        try:
+            metrics = WalkMetrics.of(result, turn_rate=turn_rate)
+        except ParameterError as error:
+            return cls(*place, Outcome.TOO_SHORT, str(error), summary=result)
+        return cls(*place, Outcome.WALKED, metrics=metrics, summary=result)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data; numbers None unless the run walked."""
+        return {
+            "scene": self.scene,
+            "number": self.number,
+            "controller": self.controller,
+            "outcome": self.outcome.value,
+            "reason": self.reason,
+            "metrics": None if self.metrics is None else self.metrics.to_dict(),
+        }
+
+
+def fall_of(summary: Summary) -> str:
+    """Return when and how a robot fell, in words; empty where it did not."""
+    for event in summary.events:
+        if event.kind == "trunk-contact":
+            return f"the trunk touched the ground with {event.what} at {event.time:.4g} s"
+    for name in ("roll", "pitch"):
+        angle = abs(getattr(summary, f"{name}_peak"))
+        if angle > TILT_LIMIT_RAD:
+            return f"{name} of {np.degrees(angle):.3g} degrees"
+    return ""
+
+
+def _outcome_of(error: Exception) -> Outcome:
+    if isinstance(error, DivergenceError):
+        return Outcome.DIVERGED
+    return Outcome.REFUSED if isinstance(error, HexapodError) else Outcome.FAILED
+
+
+def _text(error: Exception) -> str:
+    return str(error) if isinstance(error, HexapodError) else f"{type(error).__name__}: {error}"
+
+
+# Controllers compared on the same scenes: runs, means and paired changes, as data and text.
 
 SCHEMA = "hexapod_pin.comparison"
 SCHEMA_VERSION = 1
@@ -157,14 +391,10 @@ class Comparison(Immutable):
 
     def table(self) -> str:
         """Return plain text: a table per scene with units, intervals and changes."""
-        from hexapod_pin.results.comparison_table import text_table
-
         return text_table(self)
 
     def to_markdown(self) -> str:
         """Return the same tables in Markdown."""
-        from hexapod_pin.results.comparison_table import markdown_table
-
         return markdown_table(self)
 
 

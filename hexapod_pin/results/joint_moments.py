@@ -18,9 +18,9 @@ from hexapod_pin.arrays import Array, protect
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.recorded_robot import RecordedRobot
+from hexapod_pin.results.stability_margins import at_middles, contact_points
 from hexapod_pin.results.steady_window import steady_window
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.zero_moment_point import at_middles, contact_points
 
 if TYPE_CHECKING:
     import pinocchio as pin

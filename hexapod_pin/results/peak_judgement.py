@@ -1,4 +1,4 @@
-"""The verdict on peaks: which hold, which are ranges, and what moved them.
+"""A judgement says which recomputed peaks hold, which are ranges, and what moved them.
 
 A change moves a peak by its difference from the peak of the same run without that change. Peaks
 below 1 % of the robot's largest size no motor: they are held against 5 % of that 1 %. The largest
@@ -13,21 +13,24 @@ from dataclasses import replace
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE, JointBudget
-from hexapod_pin.results.peak_notes import fall_notes, foot_impulses, outside_notes
 from hexapod_pin.results.peak_verdict import (
+    ACCURACY,
     AT_LIMIT,
     HOLDS_WITHIN,
     NEGLIGIBLE_SHARE,
     PEAK,
     RANGE,
+    RUN,
     UNKNOWN,
+    FootImpulse,
     PeakVerdict,
     PeakVerdicts,
+    Recomputation,
+    Spread,
 )
-from hexapod_pin.results.recomputation import ACCURACY, RUN, Recomputation, Spread
-from hexapod_pin.results.robot_budget import TorqueBudget
+from hexapod_pin.results.run_facts import events_text
 from hexapod_pin.results.summary import Summary
-from hexapod_pin.results.torque_budget import torque_budget
+from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
 
 Rows = Mapping[str, Sequence[JointBudget]]
 """The same joints in every computation that ran."""
@@ -165,3 +168,40 @@ def _sentence(verdict: str, torque: Spread, reasons: Sequence[str], limit: float
     beyond = f"; beyond the limit of {limit:.4g} N m" if torque.high > limit else ""
     number = f"{torque.value:.4g} N m" if verdict == PEAK else span
     return f"{verdict} {number}{why}{beyond}"
+
+
+# What a verdict on peaks tells beside the peaks: impulses of the feet, start-up, falls.
+
+
+def foot_impulses(summaries: Mapping[str, Summary]) -> tuple[FootImpulse, ...]:
+    """Return the normal impulse of every foot."""
+    return tuple(
+        FootImpulse(
+            foot, Spread.of({name: float(s.normal_impulse[k]) for name, s in summaries.items()})
+        )
+        for k, foot in enumerate(summaries[RUN].foot_names)
+    )
+
+
+def outside_notes(
+    summaries: Mapping[str, Summary], budgets: Mapping[str, TorqueBudget]
+) -> tuple[str, ...]:
+    """Return a line on torques outside the window that are larger than those within."""
+    within = max(row.peak_torque for budget in budgets.values() for row in budget.joints)
+    outside = [float(abs(summary.outside_torque).max()) for summary in summaries.values()]
+    if not max(outside) > within:
+        return ()
+    span = f"{min(outside):.4g} to {max(outside):.4g} N m"
+    return (f"Not judged: outside the window (start-up or stop) a joint reaches {span}.",)
+
+
+def fall_notes(
+    summaries: Mapping[str, Summary], recomputations: Sequence[Recomputation]
+) -> tuple[str, ...]:
+    """Return a line for each computation in which the trunk touched the ground."""
+    titles = {RUN: "the run itself", **{row.name: row.title for row in recomputations}}
+    return tuple(
+        f"With {titles[name]} {line}."
+        for name, summary in summaries.items()
+        for line in events_text(summary.events, ())
+    )

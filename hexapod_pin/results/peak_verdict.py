@@ -1,4 +1,4 @@
-"""Peaks of a torque budget that were computed again, and what became of them; pure data."""
+"""Peaks of a torque budget are recomputed with other settings, and each has a verdict."""
 
 from __future__ import annotations
 
@@ -11,9 +11,68 @@ from typing import Any, Protocol, TypeVar
 from hexapod_pin.arguments import explain_methods
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.results.plain_json import without_non_finite
-from hexapod_pin.results.recomputation import Recomputation, Spread
+from hexapod_pin.results.joint_budget import aligned
+from hexapod_pin.results.result_files import without_non_finite
 from hexapod_pin.results.steady_window import Window
+
+# What the peaks of a run are computed again with, and how far their numbers spread.
+
+RUN, ACCURACY, CONTACT, SERVO = "run", "accuracy", "contact stiffness", "servo stiffness"
+"""What a peak is computed with: as the run was, and what is changed."""
+
+
+@dataclass(frozen=True)
+class Recomputation:
+    """One change under which peaks were computed again.
+
+    Attributes:
+        name: "accuracy", "contact stiffness" or "servo stiffness".
+        title: the change in words.
+        change: the numbers before and after, with units.
+        baseline: what its peaks are compared with: "run" or "accuracy".
+        unneeded: why it does not apply; empty where it does.
+        failure: why there is no result, details behind a colon; empty where there is one.
+    """
+
+    name: str
+    title: str
+    change: str
+    baseline: str
+    unneeded: str = ""
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """A number over all computations that ran.
+
+    Attributes:
+        value: its best estimate: at ten times the accuracy, where that ran.
+        low: its least.
+        high: its largest.
+    """
+
+    value: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, computed: Mapping[str, float]) -> Spread:
+        """Return the spread of what was computed."""
+        value = computed.get(ACCURACY, computed[RUN])
+        return cls(value, min(computed.values()), max(computed.values()))
+
+    @property
+    def share(self) -> float:
+        """From the least to the largest, over the value [-]; NaN where that is 0."""
+        return (self.high - self.low) / self.value if self.value else float("nan")
+
+    def to_dict(self) -> dict[str, float]:
+        """Return all numbers as plain data."""
+        return {**asdict(self), "share": self.share}
+
+
+# Peaks of a torque budget that were computed again, and what became of them; pure data.
 
 HOLDS_WITHIN = 0.05
 """Largest change of a peak that holds [-]."""
@@ -160,8 +219,6 @@ class PeakVerdicts:
 
     def table(self) -> str:
         """Return the verdicts as plain text with units."""
-        from hexapod_pin.results.peak_table import verdict_text
-
         return verdict_text(self)
 
 
@@ -178,3 +235,82 @@ def _named(what: str, name: str, rows: Sequence[_Row]) -> _Row:
     if name not in found:
         raise UnknownNameError(what, name, list(found))
     return found[name]
+
+
+# Peaks with their verdicts as plain text.
+
+LEGEND = (
+    f'"peak": it moved by no more than {100 * HOLDS_WITHIN:g} % under any of the changes, and '
+    "stands as computed at ten times the accuracy. Ranges hold all values computed, the run's own "
+    "too. Columns in % say how far each change moved the peak; peaks below "
+    f"{100 * NEGLIGIBLE_SHARE:g} % of the robot's largest are compared with that "
+    f"{100 * NEGLIGIBLE_SHARE:g} %. p99, RMS, impulse: at ten times the accuracy, then the least "
+    "and the largest of all.",
+    "What was not changed, such as mass, friction or ground, may move a peak that holds here.",
+)
+
+
+def verdict_text(verdicts: PeakVerdicts) -> str:
+    """Return the verdicts as plain text with units."""
+    window, changes = verdicts.window, verdicts.recomputations
+    cycles = "" if window.cycles is None else f", {window.cycles} whole gait cycle(s)"
+    per = "window" if window.cycles is None else "cycle"
+    parts = (
+        [
+            f"Peaks with a verdict, {verdicts.robot}",
+            f"window: {window.start:.4g} to {window.end:.4g} s{cycles}",
+            *verdicts.sources,
+        ],
+        ["Computed again with", *(f"  {_change_line(row)}" for row in changes)],
+        ["Largest peak of each kind", *(f"  {row.name}: {row.text}" for row in verdicts.kinds)],
+        ["Each kind", *_rows(verdicts.kinds, changes)],
+        ["Every joint", *_rows(verdicts.joints, changes)],
+        [f"Impulse of the normal force per {per}", *_feet(verdicts)],
+        [*LEGEND, *verdicts.notes, *(f"assumed: {line}" for line in verdicts.assumed)],
+    )
+    return "\n\n".join("\n".join(part) for part in parts)
+
+
+def _change_line(row: Recomputation) -> str:
+    """Return what a change was, or why there is none."""
+    if row.unneeded:
+        return f"{row.title}: {row.unneeded}"
+    failed = f"; {row.failure}" if row.failure else ""
+    return f"{row.title}: {row.change}{failed}"
+
+
+def _rows(rows: Sequence[PeakVerdict], changes: Sequence[Recomputation]) -> list[str]:
+    tried = [row for row in changes if not row.unneeded]
+    header = ["", "verdict", "torque|[N m]", *(f"{row.name}|[%]" for row in tried)]
+    header += ["p99|[N m]", "least to|largest", "RMS|[N m]", "least to|largest", "limit|[N m]"]
+    cells = [
+        [
+            row.name,
+            row.verdict,
+            f"{row.torque.value:.4g}" if row.verdict == PEAK else _span(row.torque),
+            *(_percent(row, change.name) for change in tried),
+            f"{row.p99.value:.4g}",
+            _span(row.p99),
+            f"{row.rms.value:.4g}",
+            _span(row.rms),
+            f"{row.effort_limit:.4g}",
+        ]
+        for row in rows
+    ]
+    return aligned(header, cells)
+
+
+def _percent(row: PeakVerdict, change: str) -> str:
+    return f"{100.0 * row.changes[change]:+.1f}" if change in row.changes else "?"
+
+
+def _span(spread: Spread) -> str:
+    return f"{spread.low:.4g} to {spread.high:.4g}"
+
+
+def _feet(verdicts: PeakVerdicts) -> list[str]:
+    rows = [
+        [row.foot, f"{row.impulse.value:.4g}", _span(row.impulse), f"{100 * row.impulse.share:.1f}"]
+        for row in verdicts.feet
+    ]
+    return aligned(["foot", "impulse|[N s]", "least to|largest", "spread|[%]"], rows)

@@ -14,8 +14,7 @@ from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.description.urdf_file import parse_urdf
-from hexapod_pin.robot.loading.mass_changes import mass_change, with_mass_changes
-from hexapod_pin.robot.loading.pin_model import placement
+from hexapod_pin.robot.loading.pin_model import mass_change, placement, with_mass_changes
 from hexapod_pin.robot.robot import Robot, robot_of
 from hexapod_pin.spec import parsed_toml
 

@@ -1,4 +1,4 @@
-"""How stably a walk stands: margins in the support polygon, energy margin, zero-moment point."""
+"""The stability of a walk is measured by margins at every sample, and can be printed."""
 
 from __future__ import annotations
 
@@ -13,15 +13,19 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, protect
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.results.energy_margin import nesm
-from hexapod_pin.results.gravity_axes import horizontal_axes
-from hexapod_pin.results.plain_json import without_non_finite
-from hexapod_pin.results.stability_table import stability_lines
+from hexapod_pin.results.result_files import without_non_finite
+from hexapod_pin.results.stability_margins import (
+    at_middles,
+    contact_points,
+    horizontal_axes,
+    longitudinal_margins,
+    nesm,
+    static_margin,
+    zero_moment_point,
+)
 from hexapod_pin.results.steady_window import Window, steady_window
-from hexapod_pin.results.support_polygon import longitudinal_margins, static_margin
+from hexapod_pin.results.summary import trunk_yaw
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.way import trunk_yaw
-from hexapod_pin.results.zero_moment_point import at_middles, contact_points, zero_moment_point
 
 MARGINS: dict[str, str] = {
     "static_margin": "static stability margin",
@@ -228,3 +232,40 @@ def _excursion(time: Array, com: Array, heading: Array, axes: Array) -> Array:
 
 def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
+
+
+# The margins of a walk as plain text.
+
+
+def stability_lines(data: Mapping[str, Any], meanings: Mapping[str, str]) -> list[str]:
+    """Return the lines of a table, lengths in millimetres.
+
+    Args:
+        data: as of `Stability.to_dict`.
+        meanings: of its margins, in the order of the table.
+    """
+    window, width = data["window"], max(map(len, meanings.values()))
+    cycles = "" if window["cycles"] is None else f", {window['cycles']} whole gait cycle(s)"
+    lines = [
+        f"Stability of {data['robot']}",
+        f"window: {window['start']:.4g} to {window['end']:.4g} s{cycles}",
+        "",
+        f"{'[mm]':{width}}  {'least':>8}  {'at [s]':>8}  {'mean':>8}  {'largest':>8}",
+    ]
+    for name, meaning in meanings.items():
+        row = data["margins"][name]
+        sizes = "  ".join(_millimetres(row[key]) for key in ("mean", "largest"))
+        least = _millimetres(row["least"])
+        lines.append(f"{meaning:{width}}  {least}  {row['time']:8.3f}  {sizes}")
+    lines += ["", "Centre of mass about its mean straight line [mm]"]
+    for name, size in data["excursion"].items():
+        peak, rms = 1e3 * size["peak_to_peak"], 1e3 * size["rms"]
+        lines.append(f"{name:{width}}  {peak:8.3f} peak to peak, {rms:8.3f} RMS")
+    energy = data["energy_margin"]
+    least = "none" if energy is None else f"{energy:.4g} J"
+    lines += ["", f"feet down, at least: {data['least_feet_down']}"]
+    return [*lines, f"energy stability margin, least: {least}", data["grounded"]]
+
+
+def _millimetres(length: float | None) -> str:
+    return f"{'none':>8}" if length is None else f"{1e3 * length:8.2f}"

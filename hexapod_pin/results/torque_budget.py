@@ -1,4 +1,4 @@
-"""The torque budget: what every joint must deliver over whole gait cycles of steady walking.
+"""The torque budget says what every joint must deliver over whole cycles of steady walking.
 
 Powers and energies are mechanical, at the joint: torque times rate. What motors and gears lose
 comes on top.
@@ -6,21 +6,30 @@ comes on top.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import asdict, dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 
-from hexapod_pin.arguments import checked
-from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.joint_budget import JointBudget, joint_rows, kind_rows, summary_rows
-from hexapod_pin.results.planned_turn import gait_turn_rate
-from hexapod_pin.results.robot_budget import ACCEPTED_STEPS, SAMPLES, TorqueBudget
+from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.results.joint_budget import (
+    JointBudget,
+    KindBudget,
+    joint_lines,
+    joint_rows,
+    kind_lines,
+    kind_rows,
+    summary_rows,
+)
+from hexapod_pin.results.result_files import without_non_finite
+from hexapod_pin.results.run_facts import gait_turn_rate
 from hexapod_pin.results.steady_window import Window, steady_window, summary_window
-from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.summary import Summary, distance_per_cycle, trunk_yaw
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.way import distance_per_cycle, trunk_yaw
 from hexapod_pin.spec import parsed_toml
 
 
@@ -169,3 +178,224 @@ def _toml(text: str) -> Mapping[str, Any]:
         return parsed_toml(text)
     except ParameterError:
         return {}
+
+
+# The torque budget of a whole robot as data, and as text.
+
+BudgetRow = TypeVar("BudgetRow")
+
+ACCEPTED_STEPS, SAMPLES = "accepted steps", "samples"
+"""What peaks are taken from."""
+
+PEAK_CAVEAT = {
+    ACCEPTED_STEPS: (
+        "Peaks are those of accepted steps, not of the sampling. A raw peak follows a touch-down, "
+        "or how feet share the load: it depends on the stiffness of contact and servos, and on the "
+        "accuracy or step. `--verdict` (judge_peaks) says which peaks hold."
+    ),
+    SAMPLES: (
+        "Peaks are those of samples: what lies between two is missed. A raw peak follows a "
+        "touch-down, or how feet share the load: it depends on the stiffness of contact and "
+        "servos, on step and sampling. `--verdict` (judge_peaks) says which peaks hold."
+    ),
+}
+
+
+@explain_methods
+@dataclass(frozen=True)
+class TorqueBudget:
+    """The budget of a whole robot; `table()` prints it.
+
+    Attributes:
+        robot: name of the robot.
+        window: the samples used.
+        joints: one row per joint, in the trace's order.
+        kinds: one row per kind of joint.
+        positive_energy: work given by all joints per cycle (or window) [J].
+        negative_energy: work taken up by all joints per cycle (or window) [J], <= 0.
+        distance: way of the centre of mass per cycle along the heading [m]; None without cycles.
+        speed: distance per time [m/s]; None without cycles.
+        nominal_speed: what the gait asked for [m/s]; None where the trace does not say.
+        weight: total mass times gravity [N].
+        largest_outside: a larger torque outside the window: joint, time [s], torque [N m].
+        sources: what was simulated, one line each.
+        assumed: statements of what is assumed rather than taken from a source.
+        peaks: what peaks are taken from: "accepted steps" or "samples".
+        turn: yaw per cycle [rad], left > 0; None without cycles.
+        nominal_turn: what the gait asked for per cycle [rad]; 0 of a straight one.
+    """
+
+    robot: str
+    window: Window
+    joints: tuple[JointBudget, ...]
+    kinds: tuple[KindBudget, ...]
+    positive_energy: float
+    negative_energy: float
+    distance: float | None
+    speed: float | None
+    nominal_speed: float | None
+    weight: float
+    largest_outside: tuple[str, float, float] | None
+    sources: tuple[str, ...]
+    assumed: tuple[str, ...]
+    peaks: str = SAMPLES
+    turn: float | None = None
+    nominal_turn: float = 0.0
+
+    @property
+    def absolute_energy(self) -> float:
+        """Integral of |torque * rate| over all joints [J]: braking costs as much as driving."""
+        return self.positive_energy - self.negative_energy
+
+    @property
+    def net_energy(self) -> float:
+        """Integral of torque * rate over all joints [J]: braking gives everything back."""
+        return self.positive_energy + self.negative_energy
+
+    @property
+    def cost_of_transport(self) -> float | None:
+        """Absolute energy / (weight * distance) [-]; None where the robot makes no way."""
+        return self._per_way(self.absolute_energy)
+
+    @property
+    def cost_of_transport_positive(self) -> float | None:
+        """Positive energy / (weight * distance) [-]: braking costs and returns nothing."""
+        return self._per_way(self.positive_energy)
+
+    @property
+    def on_the_spot(self) -> bool:
+        """Whether the gait turns without going anywhere."""
+        return self.nominal_speed == 0.0 and self.nominal_turn != 0.0
+
+    @property
+    def makes_way(self) -> bool:
+        """Whether the robot gets on, so that numbers per metre mean something."""
+        return not self.on_the_spot and self.distance is not None and self.distance > 0.0
+
+    @property
+    def energy_per_radian(self) -> float | None:
+        """Absolute energy per yaw of a robot that turns on the spot [J/rad]; None of others."""
+        return self.absolute_energy / abs(self.turn) if self.on_the_spot and self.turn else None
+
+    def _per_way(self, energy: float) -> float | None:
+        """Return an energy per weight and distance."""
+        return None if self.on_the_spot else energy_per_way(energy, self.weight, self.distance)
+
+    def joint(self, name: str) -> JointBudget:
+        """Return the row of one joint.
+
+        Raises:
+            UnknownNameError: there is no such joint.
+        """
+        return _row("joint", name, {row.joint: row for row in self.joints})
+
+    def kind(self, name: str) -> KindBudget:
+        """Return the row of one kind of joint: "coxa", "femur", "tibia", "held", "slide".
+
+        Raises:
+            UnknownNameError: there is no such kind.
+        """
+        return _row("kind of joint", name, {row.kind: row for row in self.kinds})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all numbers as plain data; NaN and infinities as None."""
+        derived = ("absolute_energy", "net_energy", "cost_of_transport", "energy_per_radian")
+        plain = asdict(self) | {name: getattr(self, name) for name in derived}
+        plain["cost_of_transport_positive"] = self.cost_of_transport_positive
+        plain["caveat"] = PEAK_CAVEAT[self.peaks]
+        finite: dict[str, Any] = without_non_finite(plain)
+        return finite
+
+    def to_json(self, **more: Any) -> str:
+        """Return `to_dict` as JSON text, with `more` entries, such as a verdict on the peaks."""
+        return json.dumps({**self.to_dict(), **more}, indent=2, allow_nan=False)
+
+    def table(self) -> str:
+        """Return the budget as a plain text table with units."""
+        per = "window" if self.window.cycles is None else "cycle"
+        parts = (
+            _heading_lines(self),
+            kind_lines(self.kinds, per),
+            joint_lines(self.joints, per),
+            _whole_lines(self, per),
+            _note_lines(self),
+        )
+        return "\n\n".join("\n".join(part) for part in parts)
+
+
+def energy_per_way(energy: float, weight: float, distance: float | None) -> float | None:
+    """Return an energy [J] over weight [N] and distance [m]: a cost of transport; None without."""
+    if distance is None or not distance > 0.0 or not weight > 0.0:
+        return None
+    return energy / (weight * distance)
+
+
+def _heading_lines(budget: TorqueBudget) -> list[str]:
+    """Return what the budget is of, and over which time."""
+    window = budget.window
+    span = f"{window.start:.4g} to {window.end:.4g} s"
+    cycles = "" if window.cycles is None else f", {window.cycles} whole gait cycle(s)"
+    return [f"Torque budget of {budget.robot}", f"window: {span}{cycles}", *budget.sources]
+
+
+def _whole_lines(budget: TorqueBudget, per: str) -> list[str]:
+    """Return energy, way and cost of transport of the whole robot."""
+    lines = [
+        f"Whole robot, mechanical energy at the joints, per {per}",
+        f"  absolute (braking costs as much as driving)   {budget.absolute_energy:.4g} J",
+        f"  positive only (braking costs nothing)         {budget.positive_energy:.4g} J",
+        f"  net (braking gives everything back)           {budget.net_energy:.4g} J",
+    ]
+    if budget.distance is None or budget.speed is None:
+        return [*lines, "  no gait cycle: no distance, no cost of transport"]
+    if budget.on_the_spot:
+        return [*lines, *_turn_lines(budget)]
+    nominal = budget.nominal_speed
+    share = (
+        f", {100.0 * budget.speed / nominal:.1f} % of the gait's {nominal:.4g}" if nominal else ""
+    )
+    lines += [
+        f"  distance per cycle along the heading          {budget.distance:.4g} m",
+        f"  mean speed                                    {budget.speed:.4g} m/s{share}",
+    ]
+    costs = (budget.cost_of_transport, budget.cost_of_transport_positive)
+    if costs[0] is None or costs[1] is None:
+        return [*lines, "  the robot makes no way forward: no cost of transport"]
+    return [
+        *lines,
+        f"  cost of transport, absolute energy / (m g d)  {costs[0]:.4g}",
+        f"  cost of transport, positive energy / (m g d)  {costs[1]:.4g}",
+    ]
+
+
+def _turn_lines(budget: TorqueBudget) -> list[str]:
+    """Return yaw, and energy per yaw, of a robot that turns on the spot."""
+    turn, nominal = math.degrees(budget.turn or 0.0), math.degrees(budget.nominal_turn)
+    lines = [
+        f"  yaw per cycle                                 {turn:.4g} deg, "
+        f"{100.0 * turn / nominal:.1f} % of the gait's {nominal:.4g}"
+    ]
+    if budget.energy_per_radian is not None:
+        lines.append(f"  absolute energy per yaw                       "
+                     f"{budget.energy_per_radian:.4g} J/rad")  # fmt: skip
+    return [*lines, "  turning on the spot: no distance, no cost of transport"]
+
+
+def _note_lines(budget: TorqueBudget) -> list[str]:
+    """Return what to know before using the numbers."""
+    lines = ["* reaches the effort limit."] if any(row.at_limit for row in budget.joints) else []
+    if any(row.kind == "slide" for row in budget.joints):
+        lines.append("slide: held joints that slide; N for N m and m/s for rad/s.")
+    lines.append(PEAK_CAVEAT[budget.peaks])
+    if budget.largest_outside is not None:
+        joint, time, torque = budget.largest_outside
+        outside = f"{joint} reaches {torque:.4g} N m at {time:.4g} s"
+        lines.append(f"Outside the window {outside} (start-up or stop).")
+    return lines + [f"assumed: {statement}" for statement in budget.assumed]
+
+
+def _row(kind: str, name: str, rows: Mapping[str, BudgetRow]) -> BudgetRow:
+    """Return one row by name."""
+    if name not in rows:
+        raise UnknownNameError(kind, name, list(rows))
+    return rows[name]

@@ -15,8 +15,8 @@ from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.file_schema import ArrayRule, check_names
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.results.accuracy_check import AccuracyCheck
 from hexapod_pin.results.grid_columns import (
+    AccuracyCheck,
     check_grid,
     freeze_grid,
     grid_fields,
@@ -24,8 +24,8 @@ from hexapod_pin.results.grid_columns import (
     require_schema,
     same_group,
 )
-from hexapod_pin.results.netcdf import Column, Group, read_netcdf, write_netcdf
-from hexapod_pin.results.scheduled_phases import PHASES
+from hexapod_pin.results.phase_torque import PHASES
+from hexapod_pin.results.result_files import Column, Group, read_netcdf, write_netcdf
 from hexapod_pin.results.trace_layout import described
 
 SCHEMA = ("hexapod_pin.torque_map", 1)

@@ -19,23 +19,27 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import NotRecordedError, ParameterError, UnknownNameError
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.results.case_text import case_toml
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.error_estimate import ErrorEstimate
-from hexapod_pin.results.event import Event
-from hexapod_pin.results.file_ending import CSV, NETCDF, check_ending
-from hexapod_pin.results.joint_limits import JointLimits, joint_limits
-from hexapod_pin.results.netcdf import Group, write_netcdf
-from hexapod_pin.results.recording import ALWAYS, GROUP_OF, GROUPS
+from hexapod_pin.results.result_files import CSV, NETCDF, Group, check_ending, write_netcdf
+from hexapod_pin.results.run_facts import (
+    ALWAYS,
+    GROUP_OF,
+    GROUPS,
+    Event,
+    JointLimits,
+    case_toml,
+    joint_limits,
+)
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.summary_layout import SUMMARY_META
 from hexapod_pin.results.trace_columns import (
     axis_labels,
+    csv_bytes,
     stored_arrays,
     trace_attributes,
     trace_columns,
 )
-from hexapod_pin.results.trace_csv import csv_bytes
 from hexapod_pin.results.trace_layout import (
     ENERGIES,
     LAYOUT,

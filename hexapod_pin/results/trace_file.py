@@ -1,9 +1,9 @@
-"""Read a trace from its netCDF-4 file."""
+"""A trace, or all results of a study, is read from its netCDF file."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +12,22 @@ import numpy.typing as npt
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.results import gait_energy, torque_map, trace_layout
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
-from hexapod_pin.results.file_ending import CSV, NETCDF, ending
-from hexapod_pin.results.netcdf import read_netcdf
-from hexapod_pin.results.recording import left_out, recorded_groups
+from hexapod_pin.results.gait_energy import GaitEnergy
+from hexapod_pin.results.result_files import (
+    CSV,
+    NETCDF,
+    ending,
+    netcdf_groups,
+    read_netcdf,
+    write_netcdf,
+)
+from hexapod_pin.results.run_facts import left_out, recorded_groups
+from hexapod_pin.results.run_schema import DERIVED, ENERGY, ERROR, checked_trace
+from hexapod_pin.results.torque_map import TorqueMap
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import LAYOUT, SCHEMA, SCHEMA_VERSION, digest_of
-from hexapod_pin.results.trace_schema import DERIVED, ENERGY, ERROR, checked_trace
 
 DAMAGED = "damaged: its content does not match its digest"
 
@@ -121,3 +130,76 @@ def _from_arrays(
         error=ErrorEstimate(**errors) if errors else None,
         **{name: None if name in absent else arrays[name] for name in LAYOUT},  # type: ignore[arg-type]
     )
+
+
+# One file for all results of a study: a group for each.
+
+STUDY_SCHEMA, STUDY_SCHEMA_VERSION = "hexapod_pin.study", 1
+
+StudyPart = TorqueMap | GaitEnergy | Trace
+"""What a study may hold."""
+
+_READERS: Mapping[str, Callable[[str, Any], StudyPart]] = {
+    torque_map.SCHEMA[0]: TorqueMap.from_group,
+    gait_energy.SCHEMA[0]: GaitEnergy.from_group,
+    trace_layout.SCHEMA: trace_from_group,
+}
+
+
+@checked
+def write_study(path: str | Path, parts: Mapping[str, StudyPart]) -> Path:
+    """Write results into one netCDF-4 file, wholly or not at all, and return its path.
+
+    `xarray.open_dataset(path, group=name, engine="h5netcdf")` opens one of them.
+
+    Args:
+        path: the file.
+        parts: the results by the names of their groups.
+
+    Raises:
+        ParameterError: no part, or a name that no group can have, or something else than results.
+        TraceFileError: the file cannot be written; an old one stays as it was.
+    """
+    if not parts:
+        raise ParameterError("parts", parts, "at least one result by its name")
+    for name, part in parts.items():
+        if not name.isidentifier():
+            raise ParameterError("parts", name, "names of letters, digits and _")
+        _require_part(name, part)
+    groups = {name: part.group() for name, part in parts.items()}
+    return write_netcdf(
+        path, {}, {"schema": STUDY_SCHEMA, "schema_version": STUDY_SCHEMA_VERSION}, groups
+    )
+
+
+def _require_part(name: str, part: object) -> None:
+    if not isinstance(part, StudyPart):
+        known = "a TorqueMap, GaitEnergy or Trace"
+        raise ParameterError(f"parts[{name!r}]", type(part).__name__, known)
+
+
+@checked
+def load_study(path: str | Path) -> dict[str, StudyPart]:
+    """Read all results that `write_study` wrote, each equal to what was written.
+
+    Raises:
+        TraceFileError: the file is missing, damaged, no study, or of a newer schema.
+    """
+    attributes = read_netcdf(path)[1]
+    schema = attributes.get("schema")
+    if not isinstance(schema, str) or schema != STUDY_SCHEMA:
+        raise TraceFileError(f"{path}: not a study (schema {schema!r}).")
+    version = attributes.get("schema_version")
+    if version != STUDY_SCHEMA_VERSION:
+        raise TraceFileError(
+            f"{path}: schema version {version}; this release reads {STUDY_SCHEMA_VERSION}."
+        )
+    return {name: _part(path, name) for name in netcdf_groups(path)}
+
+
+def _part(path: str | Path, name: str) -> StudyPart:
+    found, where = read_netcdf(path, name), f"{path}, group {name}"
+    schema = str(found[1].get("schema"))
+    if schema not in _READERS:
+        raise TraceFileError(f"{where}: schema {schema!r} is none of {', '.join(_READERS)}.")
+    return _READERS[schema](where, found)

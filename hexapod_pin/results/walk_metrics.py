@@ -1,19 +1,21 @@
-"""What a walk is judged by when controllers are compared: numbers read from a summary."""
+"""Metrics of a walk are read from its summary.
+
+Repeated runs give means and paired changes with confidence intervals.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from hexapod_pin.arguments import explain_methods
-from hexapod_pin.results.planned_turn import gait_turn_rate
-from hexapod_pin.results.robot_budget import TorqueBudget
-from hexapod_pin.results.summary import Summary
-from hexapod_pin.results.torque_budget import torque_budget
-from hexapod_pin.results.way import path_error
+from hexapod_pin.results.run_facts import gait_turn_rate
+from hexapod_pin.results.summary import Summary, path_error
+from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
 
 
 class Metric(NamedTuple):
@@ -188,3 +190,67 @@ def _largest(values: Any) -> float | None:
 
 def _finite(value: float | None) -> float | None:
     return None if value is None or not math.isfinite(value) else float(value)
+
+
+# Means and paired relative changes of repeated runs, with their confidence intervals.
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """An estimate with its confidence interval.
+
+    Attributes:
+        value: the estimate.
+        half_width: half of the interval's width; None of a single run, which has no interval.
+        count: number of runs (or pairs of runs) behind it.
+    """
+
+    value: float
+    half_width: float | None
+    count: int
+
+    def to_dict(self) -> dict[str, float | int | None]:
+        """Return plain data."""
+        return {"value": self.value, "half_width": self.half_width, "count": self.count}
+
+    def differs_from(self, value: float) -> bool:
+        """Tell whether the interval excludes a value; False without an interval."""
+        return self.half_width is not None and abs(self.value - value) > self.half_width
+
+
+def mean_estimate(values: Sequence[float]) -> Estimate | None:
+    """Return the mean of independent runs; None of no runs.
+
+    The interval is t s / sqrt(n), s with n - 1 degrees of freedom: exact for normal values.
+    """
+    if not values:
+        return None
+    return Estimate(float(np.mean(values)), _half_width(np.asarray(values)), len(values))
+
+
+def relative_change(values: Sequence[float], baseline: Sequence[float]) -> Estimate | None:
+    """Return the relative change of the mean, value / baseline - 1, of runs in pairs.
+
+    The ratio estimator with its linearised variance: residuals are (x - r b) / mean(b), r the ratio
+    of the means [Cochran1977, section 6.3], so that what a terrain does to both runs of a pair
+    cancels. None of no pairs, or of a mean baseline of 0.
+    """
+    x, b = np.asarray(values, dtype=float), np.asarray(baseline, dtype=float)
+    if len(x) == 0 or not (scale := float(np.mean(b))):
+        return None
+    ratio = float(np.mean(x)) / scale
+    residual = (x - ratio * b) / scale
+    return Estimate(ratio - 1.0, _half_width(residual), len(x))
+
+
+def _half_width(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float | None:
+    """Return half of the confidence interval of a mean; None of a single value."""
+    from scipy.special import stdtrit
+
+    count = len(values)
+    if count < 2:
+        return None
+    quantile = float(stdtrit(count - 1, 0.5 * (1.0 + CONFIDENCE)))
+    return quantile * float(np.std(values, ddof=1)) / math.sqrt(count)

@@ -1,27 +1,36 @@
-"""Does it walk? A run in one line: way, yaw, falls, slip, limits, accuracy; and what to change."""
+"""A verdict says whether a robot walks, from a trace or a summary, in one line of text."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
 from hexapod_pin.arguments import checked, explain_methods
-from hexapod_pin.results.event import Event
+from hexapod_pin.results.run_facts import Event, gait_turn_rate
+from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.walk_advice import advice
-from hexapod_pin.results.walk_fall import Fall, find_fall
-from hexapod_pin.results.walk_loads import (
+from hexapod_pin.results.walk_causes import (
     JointShare,
     Slip,
+    advice,
     at_speed_limit,
     at_torque_limit,
     lag,
     slip_of,
 )
-from hexapod_pin.results.walk_words import verdict_line
-from hexapod_pin.results.walked_way import WalkedWay, settings_of, walked_way
+from hexapod_pin.results.walked_path import (
+    SUNK,
+    SUNK_WORDS,
+    TIPPED,
+    TIPPED_WORDS,
+    Fall,
+    WalkedWay,
+    find_fall,
+    settings_of,
+    walked_way,
+)
 
 LEAST_SHARE = 0.8
 """Share of the planned way, and of the planned yaw, from which a robot walks."""
@@ -172,3 +181,182 @@ def _needs(trace: Trace, way: WalkedWay) -> float | None:
         return None
     least = float(trace.meta.get("steady_from") or 0.0) + float(cycle)
     return least if float(trace.time[-1]) < least else None
+
+
+# The verdict on a walk as one line of text.
+
+SLIPS = 0.05
+"""Slip of a foot per metre travelled from which it is named [m/m]."""
+
+EPSILON_WAY = 1e-12
+"""Planned way and yaw that are none [m, rad]."""
+
+
+def verdict_line(verdict: WalkVerdict) -> str:
+    """Return the verdict in one line, its parts separated by semicolons."""
+    parts = [
+        *_way(verdict),
+        "did not fall" if verdict.fall is None
+        else f"fell at {verdict.fall.time:.3g} s ({verdict.fall.how})",
+        _trunk(verdict), _slip(verdict), _limits(verdict), _accuracy(verdict),
+    ]  # fmt: skip
+    return f"{verdict.robot} {_head(verdict)}: " + "; ".join(filter(None, parts))
+
+
+def _head(verdict: WalkVerdict) -> str:
+    way = verdict.way
+    if way.speed_share is not None or way.turn_share is not None:
+        return "walks" if verdict.walks else "does not walk"
+    if verdict.holds:
+        return "stands" if verdict.walks else "does not stand"
+    return "stays on its feet" if verdict.walks else "does not stay on its feet"
+
+
+def _way(verdict: WalkVerdict) -> list[str]:
+    """Return way and yaw, and over which time."""
+    way = verdict.way
+    time = f"{way.end - way.start:.4g} s"
+    steady = "" if way.cycles is None else f" ({way.cycles} steady cycle{'s' * (way.cycles > 1)})"
+    found = []
+    if way.speed_share is not None:
+        found.append(
+            f"{way.way:.4g} m in {time}{steady}, {way.speed_share:.1%} of the nominal "
+            f"{way.nominal_speed:.4g} m/s"
+        )
+    elif way.planned_way > EPSILON_WAY:
+        found.append(f"{way.way:.2g} m of {way.planned_way:.2g} m in {time}: too short for a speed")
+    yaw, planned = math.degrees(way.turn), math.degrees(way.planned_turn)
+    if way.turn_share is not None:
+        span = "" if found else f" in {time}{steady}"
+        found.append(f"yaw {yaw:.3g} deg{span}, {way.turn_share:.1%} of the nominal {planned:.3g}")
+    else:
+        found.append(f"yaw off by {math.degrees(way.yaw_error):.2g} deg")
+    if verdict.needs is not None:
+        found.append(
+            f"the whole run is judged: no whole cycle of steady walking, that takes "
+            f"{verdict.needs:.4g} s or more"
+        )
+    return found
+
+
+def _trunk(verdict: WalkVerdict) -> str:
+    event, count = verdict.trunk_contact, verdict.trunk_contacts
+    if event is None:
+        return "trunk clear of the ground"
+    return f"trunk on the ground at {event.time:.3g} s ({count} contact{'s' * (count > 1)})"
+
+
+def _slip(verdict: WalkVerdict) -> str:
+    """Return the slip per metre, and the feet that slip most."""
+    slip = verdict.slip
+    if slip is None:
+        return ""
+    if slip.per_metre is None or slip.total is None:
+        per = "window" if verdict.way.cycles is None else "cycle"
+        return f"slip {1e3 * math.fsum(slip.path.values()):.3g} mm per {per}, all feet"
+    most = max(slip.per_metre, key=slip.per_metre.__getitem__)
+    count = sum(value >= SLIPS for value in slip.per_metre.values())
+    text = f"slip {slip.total:.2g} m per m"
+    return text + (f" ({count} feet slip, most {most} {slip.per_metre[most]:.2g})" if count else "")
+
+
+def _limits(verdict: WalkVerdict) -> str:
+    if verdict.prescribed:
+        return "prescribed motion: no limit acts"
+    torque = _share("torque", verdict.at_torque_limit)
+    speed = _share("velocity", verdict.at_speed_limit)
+    if not torque and not speed:
+        return "no joint at its torque or velocity limit"
+    return ", ".join(filter(None, (torque, speed)))
+
+
+def _share(what: str, share: JointShare) -> str:
+    if not share.joints:
+        return ""
+    return (
+        f"{share.joints} joint{'s' * (share.joints > 1)} at the {what} limit, {share.joint} "
+        f"{share.share:.2%} of the time"
+    )
+
+
+def _accuracy(verdict: WalkVerdict) -> str:
+    if verdict.accuracy is None or verdict.step_error is None:
+        return "" if verdict.step is None else f"step {verdict.step:g} s"
+    asked = f"accuracy {verdict.accuracy:g} asked"
+    if verdict.error_estimate is None:
+        return f"{asked}, {verdict.step_error:.1e} reached in a step"
+    return f"{asked}, {'' if verdict.accuracy_kept else 'NOT '}kept: {verdict.error_estimate:.1e}"
+
+
+# Does it walk? As far as a summary can say, which keeps no samples.
+
+
+@dataclass(frozen=True)
+class SummaryVerdict:
+    """Whether a summary is that of a walk.
+
+    Attributes:
+        walks: whether it walks as `WalkVerdict.walks` says; None where it cannot be judged.
+        reason: why it does not walk, or cannot be judged; empty where it walks.
+        speed_share: way over planned way [-]; NaN where none was planned.
+        turn_share: yaw over planned yaw [-]; NaN where less than 2 degrees were planned.
+    """
+
+    walks: bool | None
+    reason: str
+    speed_share: float
+    turn_share: float
+
+
+def summary_verdict(summary: Summary) -> SummaryVerdict:
+    """Return whether a run walks as planned, judged over its whole cycles by its summary.
+
+    The rule is that of `walk_verdict`: at least 80 % of the planned way and yaw, no fall, no
+    contact of the trunk. Of falls a summary shows those that last into its window: a trunk that
+    leans by 45 degrees, against gravity; on level ground, one that is below half of its height at
+    the start; and feet that are never loaded. Without a whole cycle of a gait nothing is judged.
+    """
+    touches = [event for event in summary.events if event.kind == "trunk-contact"]
+    way = summary_way(summary)
+    reason = why_it_does_not_walk(way, summary_fall(summary), touches)
+    walks: bool | None = not reason
+    if not reason and _needs_cycle(summary):
+        walks, reason = None, "the run holds no whole cycle of steady walking: not judged"
+    return SummaryVerdict(walks, reason, _number(way.speed_share), _number(way.turn_share))
+
+
+def summary_way(summary: Summary) -> WalkedWay:
+    """Return way and yaw over the whole cycles of a summary, planned and made; nil without."""
+    meta, distance = summary.meta, summary.distance
+    if distance is None:
+        return WalkedWay(summary.begin, summary.end, None, 0.0, 0.0, 0.0, 0.0)
+    time, cycles = summary.time, summary.cycles or 1
+    return WalkedWay(
+        summary.begin, summary.end, cycles,
+        planned_way=float(meta.get("nominal_speed") or 0.0) * time, way=distance * cycles,
+        planned_turn=gait_turn_rate(meta) * time, turn=(summary.turn_rate or 0.0) * time,
+    )  # fmt: skip
+
+
+def summary_fall(summary: Summary) -> Fall | None:
+    """Return a fall that shows in the window of a summary; its time is that of the window's end."""
+    if not summary.foot_names or math.isnan(summary.height_min):
+        return None
+    start: Mapping[str, Any] | None = summary.meta.get("level_start")
+    lean = max(abs(summary.roll_peak), abs(summary.pitch_peak))
+    if lean > TIPPED:
+        return Fall(summary.end, TIPPED_WORDS)
+    if start is not None:
+        height = summary.height_min - start["ground"]
+        if height < SUNK * (start["trunk"] - start["ground"]):
+            return Fall(summary.end, SUNK_WORDS)
+    feet = summary.loaded_time
+    return Fall(summary.end, "no foot is on the ground") if feet.size and not feet.any() else None
+
+
+def _needs_cycle(summary: Summary) -> bool:
+    return summary.meta.get("cycle_time") is not None and not summary.cycles
+
+
+def _number(share: float | None) -> float:
+    return math.nan if share is None else share

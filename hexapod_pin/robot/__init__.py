@@ -1,11 +1,11 @@
 """Robots: URDF and blueprints, loading, legs and their kinematics, states."""
 
-from hexapod_pin.robot.description.blueprint import Blueprint
-from hexapod_pin.robot.description.segments import Hip, Segment, Trunk
+from hexapod_pin.robot.description.blueprint import Blueprint, Hip, Segment, Trunk
 from hexapod_pin.robot.leg_kinematics import LegKinematics
-from hexapod_pin.robot.robot import Foot, Leg, Robot, load_robot, urdf_path
+from hexapod_pin.robot.link_shapes import TrunkPoints, trunk_points
+from hexapod_pin.robot.loading.limbs import Foot, Leg
+from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
 from hexapod_pin.robot.state import State
-from hexapod_pin.robot.trunk import TrunkPoints, trunk_points
 from hexapod_pin.robot.urdf_report import UrdfReport, inspect
 
 __all__ = [

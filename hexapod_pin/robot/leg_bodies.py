@@ -16,16 +16,15 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.leg_kinematics import held_configuration
 from hexapod_pin.robot.link_shapes import LinkShape, link_shapes, urdf_of
-from hexapod_pin.robot.loading.limbs import Leg
-from hexapod_pin.robot.loading.stated_legs import moved_joints_above
-from hexapod_pin.robot.once_per_robot import once_per_robot
+from hexapod_pin.robot.loading.limbs import Leg, moved_joints_above
+from hexapod_pin.robot.robot import once_per_robot
 from hexapod_pin.robot.serial_chain import axis_points
 
 if TYPE_CHECKING:
     import pinocchio as pin
 
     from hexapod_pin.robot.description.urdf_file import Joint
-    from hexapod_pin.robot.loading.feet import Foot
+    from hexapod_pin.robot.loading.limbs import Foot
     from hexapod_pin.robot.robot import Robot
 
 RADIUS_SHARE = 0.1

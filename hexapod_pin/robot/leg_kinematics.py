@@ -1,4 +1,4 @@
-"""Kinematics of one leg: foot position, Jacobian, and joint angles for a foot position.
+"""The kinematics of one leg are solved forward, and inverse in closed form or by Newton steps.
 
 A leg of the yaw-pitch-pitch class is solved in closed form, any other leg of two or three joints
 numerically. Angles in rad, lengths in m, base axes.
@@ -7,17 +7,21 @@ numerically. Angles in rad, lengths in m, base axes.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ReachError
-from hexapod_pin.robot.closed_form_inverse import all_branches, distance_outside, follow_branch
-from hexapod_pin.robot.leg_geometry import LegGeometry, travel_and_height
-from hexapod_pin.robot.numerical_inverse import distance_missed, follow_search
-from hexapod_pin.robot.yaw_pitch_pitch import YawPitchPitch
+from hexapod_pin.robot.leg_geometry import (
+    BRANCHES,
+    POSITION_TOLERANCE,
+    LegGeometry,
+    YawPitchPitch,
+    point_text,
+    travel_and_height,
+)
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
@@ -149,3 +153,256 @@ def held_configuration(robot: Robot) -> Array:
     for name, place in robot.held.items():
         q[7 + robot.joint_index(name)] = place
     return q
+
+
+# Inverse kinematics of a yaw-pitch-pitch leg along a path: branch, continuity, reach errors.
+
+UNLIMITED = np.full(3, -np.inf)
+"""Lower joint limits of a leg whose limits do not count [rad]; the upper ones are the opposite."""
+
+
+def follow_branch(
+    leg: LegGeometry, geometry: YawPitchPitch, targets: Array, near: Array, *, limits: bool
+) -> Array:
+    """Return the angles along a path, on the branch that starts nearest to a reference.
+
+    Args:
+        leg: the leg, for its joint limits and names.
+        geometry: its closed form.
+        targets: foot targets in the base frame [m]. Shape (N, 3).
+        near: reference joint angles [rad]. Shape (3,).
+        limits: take a first solution inside the joint limits before one outside.
+
+    Returns:
+        Joint angles, continuous from target to target [rad]. Shape (N, 3).
+
+    Raises:
+        ReachError: a target is outside the reach or on the yaw axis.
+    """
+    p_HF, radius = geometry.to_hip(targets)
+    check_yaw_axis(leg, targets, radius)
+    lower, upper = (leg.lower, leg.upper) if limits else (UNLIMITED, -UNLIMITED)
+    branch = nearest_branch(geometry, targets[:1], near, lower, upper)
+    q, outside = geometry.solve(p_HF, radius, *BRANCHES[int(branch)])
+    worst = int(np.argmax(outside))
+    if outside[worst] > reach_tolerance(geometry):
+        raise _out_of_reach(leg, geometry, targets[worst], float(outside[worst]))
+    return continuous(q, near)
+
+
+def nearest_branch(
+    geometry: YawPitchPitch, target: Array, near: Array, lower: Array, upper: Array
+) -> NDArray[np.intp]:
+    """Return the index in BRANCHES of the solution nearest to a reference.
+
+    A solution inside the reach goes before one outside, then one inside the joint limits before
+    one outside, then the smaller of the largest angles to the reference.
+
+    Args:
+        geometry: of one leg, or of L stacked legs.
+        target: one foot target per leg, base frame [m]. Shape (1, 3) or (L, 1, 3).
+        near: reference joint angles [rad]. Shape (3,) or (L, 3), as of the limits.
+        lower: lower joint limits [rad].
+        upper: upper joint limits [rad].
+
+    Returns:
+        Shape () or (L,).
+    """
+    p_HF, radius = geometry.to_hip(target)
+    solved = [geometry.solve(p_HF, radius, *branch) for branch in BRANCHES]
+    q = np.stack([angles[..., 0, :] for angles, _ in solved])
+    missed = np.stack([(out > reach_tolerance(geometry))[..., 0] for _, out in solved])
+    start = near + wrap(q - near)
+    beyond = ((start < lower) | (start > upper)).any(axis=-1)
+    cost = np.abs(start - near).max(axis=-1) + 2 * np.pi * beyond + 8 * np.pi * missed
+    return np.asarray(np.argmin(cost, axis=0))
+
+
+def all_branches(leg: LegGeometry, geometry: YawPitchPitch, target: Array) -> Array:
+    """Return every solution for one target (3,), in the order of BRANCHES. Shape (2 or 4, 3).
+
+    Raises:
+        ReachError: none reaches, or the target is on the yaw axis.
+    """
+    q, outside, radius = geometry.solve_all(target[None])
+    check_yaw_axis(leg, target[None], radius)
+    exists = outside[0] <= reach_tolerance(geometry)
+    if not exists.any():
+        raise _out_of_reach(leg, geometry, target, float(outside.min()))
+    return wrap(q[0][exists])
+
+
+def distance_outside(geometry: YawPitchPitch, targets: Array) -> Array:
+    """Return how far targets (N, 3) lie outside the reach, 0 inside [m]. Shape (N,)."""
+    outside = geometry.solve_all(targets)[1].min(axis=1)
+    return np.where(outside <= reach_tolerance(geometry), 0.0, outside)
+
+
+def reach_tolerance(geometry: YawPitchPitch) -> Array:
+    """Return the rounding error of a leg's length: a target this far outside is reached [m].
+
+    Returns:
+        A scalar for one leg, shape (L, 1) for stacked legs.
+    """
+    tolerance: Array = 16 * np.finfo(float).eps * geometry.lengths.sum(axis=-1)
+    return tolerance
+
+
+def check_yaw_axis(leg: LegGeometry, targets: Array, radius: Array) -> None:
+    """Refuse targets (N, 3) on the yaw axis, given their distance from it (N,) [m].
+
+    Raises:
+        ReachError: naming the nearest.
+    """
+    worst = int(np.argmin(radius))
+    if radius[worst] < POSITION_TOLERANCE:
+        raise ReachError(
+            leg.name,
+            f"foot target {point_text(targets[worst])} m lies on the axis of {leg.joints[0]}, "
+            "where its angle is undefined.",
+        )
+
+
+def continuous(q: Array, near: Array) -> Array:
+    """Return angles moved by whole turns so that none jumps, starting nearest to a reference.
+
+    Args:
+        q: joint angles along a path [rad]. Shape (..., N, 3).
+        near: reference for the first [rad]. Shape (..., 3).
+    """
+    start = near + wrap(q[..., 0, :] - near)
+    path = np.concatenate([start[..., None, :], q], axis=-2)
+    if np.abs(np.diff(path, axis=-2)).max() < np.pi:
+        return q + 0.0  # as `unwrap` adds no turn, also to the sign of a zero
+    unwrapped: Array = np.unwrap(path, axis=-2)[..., 1:, :]
+    return unwrapped
+
+
+def wrap(angle: Array) -> Array:
+    """Return angles in (-pi, pi]."""
+    return np.pi - np.mod(np.pi - angle, 2 * np.pi)
+
+
+def _out_of_reach(
+    leg: LegGeometry, geometry: YawPitchPitch, target: Array, excess: float
+) -> ReachError:
+    """Return the error with the reach interval."""
+    near, far = geometry.reach()
+    return ReachError(
+        leg.name,
+        f"foot target {point_text(target)} m lies {excess:.4g} m outside the reach, which is "
+        f"{near:.4f} to {far:.4f} m from the axis of {leg.joints[1]}.",
+        excess,
+    )
+
+
+# Inverse kinematics of a leg of any shape: Newton steps along a path, search where they fail.
+
+MAX_ANGLE_CHANGE = 0.2
+"""Neighbouring targets whose Newton solutions differ by more are searched again [rad]."""
+
+NEWTON_STEPS = 12
+MAX_NEWTON_STEP = 0.3  # of one joint [rad]
+CONVERGED_STEP = 1e-9  # the steps end with a smaller one: the next would be its square [rad]
+NEAR_START = 1.0  # a Newton solution within this of its start is taken as the nearest one [rad]
+NEWTON_DAMPING = 1e-14  # added to the diagonal of J^T J [m^2]
+
+
+def follow_search(leg: LegGeometry, targets: Array, near: Array, *, limits: bool) -> Array:
+    """Return the angles along a path, starting near a reference.
+
+    Args:
+        leg: the leg.
+        targets: foot targets in the base frame [m]. Shape (N, 3).
+        near: reference joint angles [rad]. Shape (J,).
+        limits: search inside the joint limits only.
+
+    Returns:
+        Joint angles [rad]. Shape (N, J).
+
+    Raises:
+        ReachError: no solution was found for a target.
+    """
+    q_first = _first(leg, targets[0], near, limits=limits)
+    q = _newton(leg, targets, np.tile(q_first, (len(targets), 1)))
+    missed = leg.followed(leg.forward(q) - targets)
+    found = np.linalg.norm(missed, axis=1) <= POSITION_TOLERANCE
+    if found.all() and not _jumps(q).any():
+        return q
+    suspect = ~found
+    suspect[1:] |= _jumps(q)
+    for k in range(1, len(targets)):
+        if not suspect[k] or (found[k] and not _jumps(q[k - 1 : k + 1])[0]):
+            continue
+        q[k] = _first(leg, targets[k], q[k - 1], limits=limits)
+        suspect[k + 1 : k + 2] = True
+    return q
+
+
+def _jumps(q: Array) -> NDArray[np.bool_]:
+    """Tell which angles (N, J) are far from those before. Shape (N - 1,)."""
+    return np.asarray((np.abs(np.diff(q, axis=0)) >= MAX_ANGLE_CHANGE).any(axis=1))
+
+
+def _first(leg: LegGeometry, target: Array, near: Array, *, limits: bool) -> Array:
+    """Return the angles for one target (3,): Newton steps, and search where they lead away.
+
+    Raises:
+        ReachError: no solution was found.
+    """
+    q: Array = _newton(leg, target[None], near[None].copy())[0]
+    inside = not limits or bool(((q >= leg.lower) & (q <= leg.upper)).all())
+    missed = np.linalg.norm(leg.followed(leg.forward(q) - target))
+    if inside and missed <= POSITION_TOLERANCE and np.abs(q - near).max() < NEAR_START:
+        return q
+    q, miss = search(leg, target, near, limits=limits)
+    if miss > POSITION_TOLERANCE:
+        raise _not_found(leg, target, miss)
+    return q
+
+
+def search(leg: LegGeometry, target: Array, near: Array, *, limits: bool) -> tuple[Array, float]:
+    """Return the least-squares solution for one target (3,) from `near` and its distance [m]."""
+    from scipy.optimize import least_squares
+
+    bounds: Any = (leg.lower, leg.upper) if limits else (-np.inf, np.inf)
+    found = least_squares(
+        lambda q: leg.followed(leg.forward(q) - target),
+        np.clip(near, *bounds),
+        jac=lambda q: leg.followed(leg.jacobian(q).T).T,
+        bounds=bounds,
+        xtol=1e-15,
+        ftol=1e-15,
+        gtol=1e-15,
+    )
+    return found.x, float(np.linalg.norm(found.fun))
+
+
+def distance_missed(leg: LegGeometry, targets: Array) -> Array:
+    """Return how far targets (N, 3) lie outside the reach, 0 inside [m]. Shape (N,)."""
+    misses = np.array([search(leg, target, leg.posture, limits=False)[1] for target in targets])
+    return np.where(misses <= POSITION_TOLERANCE, 0.0, misses)
+
+
+def _newton(leg: LegGeometry, targets: Array, q: Array) -> Array:
+    """Take damped Newton steps towards all targets (N, 3) from q (N, J)."""
+    for _ in range(NEWTON_STEPS):
+        p, jacobian = leg.chain.forward_and_jacobian(q)
+        transposed = leg.followed(np.swapaxes(jacobian, -1, -2))
+        missed = leg.followed(targets - p)
+        normal = transposed @ np.swapaxes(transposed, -1, -2) + NEWTON_DAMPING * np.eye(q.shape[1])
+        step = np.linalg.solve(normal, transposed @ missed[..., None])[..., 0]
+        q = q + np.clip(step, -MAX_NEWTON_STEP, MAX_NEWTON_STEP)
+        if np.abs(step).max() < CONVERGED_STEP:
+            break
+    return q
+
+
+def _not_found(leg: LegGeometry, target: Array, miss: float) -> ReachError:
+    """Return the error of a search that ended away from its target."""
+    return ReachError(
+        leg.name,
+        f"foot target {point_text(target)} m lies {miss:.4g} m outside the reach or the joint "
+        "limits (numerical search from the nearest known posture).",
+        miss,
+    )

@@ -10,17 +10,23 @@ from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ReachError
-from hexapod_pin.robot.closed_form_inverse import continuous, nearest_branch, reach_tolerance
-from hexapod_pin.robot.leg_geometry import ANGLE_TOLERANCE, POSITION_TOLERANCE
-from hexapod_pin.robot.leg_kinematics import LegKinematics
-from hexapod_pin.robot.leg_velocity import (
+from hexapod_pin.robot.leg_geometry import (
+    ANGLE_TOLERANCE,
+    BRANCHES,
+    POSITION_TOLERANCE,
+    YawPitchPitch,
     closed_form_determinant,
     closed_form_rates,
     joint_rates,
     normalised_determinant,
 )
+from hexapod_pin.robot.leg_kinematics import (
+    LegKinematics,
+    continuous,
+    nearest_branch,
+    reach_tolerance,
+)
 from hexapod_pin.robot.serial_chain import SerialChain
-from hexapod_pin.robot.yaw_pitch_pitch import BRANCHES, YawPitchPitch
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +85,7 @@ class LegSet:
         return joint_rates(self.jacobian(q), v_BF, self.task)
 
     def normalised_determinant(self, q: Array) -> Array:
-        """Return how far from singular postures (L, N, J) are; see `leg_velocity`. (L, N)."""
+        """Return how far from singular postures (L, N, J) are; see `leg_geometry`. (L, N)."""
         if self.closed_form is None:
             return normalised_determinant(self.jacobian(q), self.task)
         return closed_form_determinant(self.closed_form.geometry, q)

@@ -1,15 +1,20 @@
-"""A robot loaded from its URDF: Pinocchio's model, legs and feet by name, limits, provenance."""
+"""A robot has a model, legs, feet and a standing posture, loaded from a URDF.
+
+Values that depend on the robot alone are computed once per robot.
+"""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+import threading
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, wraps
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,23 +24,32 @@ from hexapod_pin.arrays import Array, digest, read_only
 from hexapod_pin.errors import UnknownNameError, UrdfError
 from hexapod_pin.immutable import Immutable, rebuilt
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, parse_urdf
-from hexapod_pin.robot.loading.feet import Foot, place_feet
 from hexapod_pin.robot.loading.intake import Intake, read_explicit
-from hexapod_pin.robot.loading.limbs import Leg, find_limbs
+from hexapod_pin.robot.loading.limbs import (
+    Foot,
+    Leg,
+    find_limbs,
+    place_feet,
+    stated_limbs,
+    stated_places,
+)
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.robot.loading.pin_model import build_model, joints_in_order
-from hexapod_pin.robot.loading.posture import Posture, joint_angles, plain_posture, standing_angles
-from hexapod_pin.robot.loading.provenance import read_provenance
-from hexapod_pin.robot.loading.stated_legs import stated_limbs, stated_places
-from hexapod_pin.robot.mending.urdf_check import check_urdf
-from hexapod_pin.robot.scratch_data import scratch_data
-from hexapod_pin.robot.state import State, checked_state
+from hexapod_pin.robot.mending.find_all import check_urdf
+from hexapod_pin.robot.recognition.layout import read_provenance
+from hexapod_pin.robot.state import (
+    Posture,
+    State,
+    checked_state,
+    joint_angles,
+    plain_posture,
+    standing_angles,
+)
 from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     import pinocchio as pin
 
-__all__ = ["Foot", "Leg", "Robot", "State", "load_robot", "urdf_path"]
 
 PACKAGED = ("kharagpur", "athena")
 """Robots that come with the package."""
@@ -349,3 +363,47 @@ def _unused(file: UrdfFile, feet: Sequence[Foot]) -> list[str]:
         f"collision shapes of {len(unused)} links do not touch the ground: only feet do, and the "
         "trunk in a scene with body contact"
     ]
+
+
+# Values computed once for each robot and dropped with it.
+
+Value = TypeVar("Value")
+
+
+def once_per_robot(build: Callable[[Robot], Value]) -> Callable[[Robot], Value]:
+    """Make a function of a robot compute its value once per robot.
+
+    Robots are frozen and compared by identity, and are referred to weakly: the value must not hold
+    the robot. An exception is not kept.
+    """
+    values: WeakKeyDictionary[Robot, Value] = WeakKeyDictionary()
+
+    @wraps(build)
+    def value_of(robot: Robot) -> Value:
+        if robot not in values:
+            values[robot] = build(robot)
+        return values[robot]
+
+    return value_of
+
+
+# Working memory of Pinocchio for a robot, one per thread: making it costs more than using it.
+
+
+class _ThreadData(threading.local):
+    """The pin.Data of the running thread."""
+
+    data: pin.Data | None = None
+
+
+@once_per_robot
+def _thread_data(robot: Robot) -> _ThreadData:
+    return _ThreadData()
+
+
+def scratch_data(robot: Robot) -> pin.Data:
+    """Return a pin.Data of the robot's model; its content lasts until the thread's next use."""
+    local = _thread_data(robot)
+    if local.data is None:
+        local.data = robot.model.createData()
+    return local.data

@@ -13,12 +13,9 @@ from hexapod_pin.robot.description.urdf_file import UrdfFile
 from hexapod_pin.robot.loading.intake import SourceFile, explicit, read_file
 from hexapod_pin.robot.loading.limbs import Leg
 from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
-from hexapod_pin.robot.mending.find_all import find_all
-from hexapod_pin.robot.mending.finding import Finding
-from hexapod_pin.robot.mending.finding_lines import finding_lines, places_text
-from hexapod_pin.robot.mending.link_solids import LinkSolids
-from hexapod_pin.robot.mending.measures import Measures
-from hexapod_pin.robot.mending.urdf_check import check_urdf
+from hexapod_pin.robot.mending.find_all import check_urdf, find_all
+from hexapod_pin.robot.mending.finding import Finding, finding_lines, places_text
+from hexapod_pin.robot.mending.measures import LinkSolids, Measures
 from hexapod_pin.robot.recognition.layout import RobotLayout
 from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.robot import PACKAGED, Robot, robot_of, urdf_path

@@ -19,10 +19,9 @@ from hexapod_pin.control.joint_trajectory import Controller
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.error_estimate import ErrorEstimate
-from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.closed_loop import set_up
+from hexapod_pin.simulation.case import Case, run_case
 from hexapod_pin.simulation.native_run import open_loop_run
-from hexapod_pin.simulation.run import run_case
+from hexapod_pin.simulation.session import set_up
 
 if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace

@@ -1,19 +1,27 @@
-"""Many cases at once, over threads of the native core."""
+"""Many cases run on threads of the native core and come back in order."""
 
 from __future__ import annotations
 
+import json
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
+from dataclasses import dataclass
 from typing import Any
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.errors import ParameterError, SimulationInterrupted, UserCodeError
+from hexapod_pin.control.check_controller import method_name, settings_of
+from hexapod_pin.control.feedback import FeedbackController
+from hexapod_pin.errors import HexapodError, ParameterError, SimulationInterrupted, UserCodeError
+from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.simulation.batch_runs import BatchRuns
+from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.native_run import PROGRESS_INTERVAL, NativeRun, open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings
+from hexapod_pin.simulation.session import controlled_loop, lock_step_runs
 from hexapod_pin.simulation.work_limits import WorkLimits, chosen_limits
-from hexapod_pin.user_code import user_callback
+from hexapod_pin.user_code import UserCode, user_callback
 
 MOST_THREADS = 1024
 """More than the processors of any machine that this is for."""
@@ -156,3 +164,232 @@ def _settled(case: Case | Exception, settings: Mapping[str, Any]) -> Case | Exce
         return case.with_defaults(**settings)
     except ParameterError as error:  # they do not fit this case's own
         return error
+
+
+# The runs of a batch: a few planned ahead of the threads, each let go as soon as it is done.
+
+Result = tuple[int, Trace | Summary | Exception]
+"""Index of a case, and what it came to."""
+
+PATIENCE = 0.1
+"""Time between two looks at the keyboard [s]."""
+
+AHEAD = 2
+"""Runs that wait for each thread: enough while Python makes a result and plans a case."""
+
+SLICES = 16
+"""Parts of a run that threads share, at least: so they end together."""
+
+LOCK_STEP = 64
+"""Most runs of one feedback controller side by side."""
+
+MOST_WAITING = 4 * LOCK_STEP
+"""Most cases with feedback that wait for others like them."""
+
+
+class BatchRuns:
+    """Cases under way. Open-loop ones run in the pool, the others in lock-step in this thread.
+
+    Cases are taken one by one, as threads need them; those with feedback wait for others that run
+    beside them.
+    """
+
+    def __init__(
+        self,
+        cases: Iterable[Case | Exception],
+        threads: int,
+        record: bool,
+        *,
+        texts: bool = True,
+    ) -> None:
+        """Take the cases, or what forbids them; nothing is planned yet.
+
+        Args:
+            cases: what to run.
+            threads: of the native core.
+            record: whether samples are kept.
+            texts: whether summaries hold what was run as TOML text, which takes longest of them.
+        """
+        self.record, self.threads, self.texts = record, threads, texts
+        self.cases = enumerate(cases)
+        self.waiting: dict[object, dict[int, Case]] = {}  # with feedback, by what they share
+
+    def results(self) -> Iterator[Result]:
+        """Yield results as cases finish."""
+        from hexapod_pin import native as _native
+
+        try:
+            pool = _native.Batch(self.threads)
+        except RuntimeError as refusal:
+            raise ParameterError("threads", self.threads, f"fewer: {refusal}") from None
+        try:
+            yield from self._results(pool)
+        finally:
+            pool.close()
+
+    def _results(self, pool: Any) -> Iterator[Result]:
+        """Yield the results of cases that a pool of the core runs, and of those with feedback."""
+        under_way: dict[int, _Job] = {}
+        more = True
+        while more or self.waiting or under_way:
+            while more and len(under_way) < (AHEAD + 1) * self.threads:
+                index, case = next(self.cases, (-1, None))
+                more = case is not None
+                if isinstance(case, Exception):
+                    yield index, case
+                elif case is not None and isinstance(case.controller, FeedbackController):
+                    yield from self._wait(index, case)
+                elif case is not None:
+                    job = self._plan(index, case)
+                    if isinstance(job, Exception):
+                        yield index, job
+                    else:
+                        under_way[self._hand_over(job, pool)] = job
+            if self.waiting and not more:
+                yield from self._live(self.waiting.pop(next(iter(self.waiting))))
+                continue
+            number, good, failure = pool.next_done(PATIENCE) if under_way else (None, False, "")
+            if number in under_way:
+                job = under_way.pop(number)
+                job.run.good, job.run.wall_time = good, time.perf_counter() - job.begin
+                result = RuntimeError(failure) if failure else self._ended(job)
+                if result is None:
+                    under_way[self._hand_over(job, pool)] = job
+                else:
+                    yield job.index, result
+
+    def _wait(self, index: int, case: Case) -> list[Result]:
+        """Put a case with feedback to those like it; run them where they are enough."""
+        try:
+            key = _lock_step_key(case, index)
+        except Exception as error:
+            return [(index, _without_frames(error))]
+        self.waiting.setdefault(key, {})[index] = case
+        if len(self.waiting[key]) < LOCK_STEP:
+            if sum(map(len, self.waiting.values())) < MOST_WAITING:
+                return []
+            key = max(self.waiting, key=lambda one: len(self.waiting[one]))
+        return self._live(self.waiting.pop(key))
+
+    def _plan(self, index: int, case: Case) -> _Job | Exception:
+        """Plan a case; whatever forbids it is its result."""
+        try:
+            how = case.settings
+            run = open_loop_run(case, how, record=self.record)
+        except Exception as error:
+            return _without_frames(error)
+        job = _Job(index, run, AccuracyControl(how) if how.controlled else None)
+        if job.control is not None:
+            job.run = run.with_settings(how.at_level(job.level))
+        return job
+
+    def _hand_over(self, job: _Job, pool: Any) -> int:
+        """Hand a run to the pool; return its number there."""
+        grid = job.run.how.grid
+        if job.run.recorded:
+            job.run.rollout.reserve(grid.samples)
+        part = min(round(PROGRESS_INTERVAL / grid.sample), grid.samples // SLICES)
+        job.begin = time.perf_counter()
+        return int(pool.add(job.run.rollout, grid.samples, max(1, part)))
+
+    def _ended(self, job: _Job) -> Trace | Summary | Exception | None:
+        """Return what a case came to; None where a finer run of it, now the job's, is next."""
+        control = job.control
+        if control is None:
+            return self._result(job.run)
+        try:
+            control.take(job.level, job.run)
+            finer = control.next_level()
+            if finer is None:
+                return self._outcome(control)
+            job.level, job.run = finer, job.run.with_settings(control.how.at_level(finer))
+        except Exception as error:
+            return _without_frames(error)
+        return None
+
+    def _outcome(self, control: AccuracyControl) -> Trace | Summary:
+        return control.trace() if self.record else control.summary(texts=self.texts)
+
+    def _live(self, group: Mapping[int, Case]) -> list[Result]:
+        """Run cases with one feedback controller side by side; where that fails, one by one."""
+        cases = list(group.values())
+        if cases[0].settings.controlled:
+            return [(k, self._controlled(case)) for k, case in group.items()]
+        try:
+            runs = lock_step_runs(
+                cases, cases[0].settings, record=self.record, threads=self.threads
+            )
+        except SimulationInterrupted:
+            raise
+        except Exception as error:
+            if len(group) == 1:
+                return [(index, _without_frames(error)) for index in group]
+            return [result for k, case in group.items() for result in self._live({k: case})]
+        return [(k, self._result(run)) for k, run in zip(group, runs, strict=True)]
+
+    def _controlled(self, case: Case) -> Trace | Summary | Exception:
+        """Return what a case with feedback comes to whose error is kept: it is run alone."""
+        try:
+            return self._outcome(controlled_loop(case, record=self.record))
+        except SimulationInterrupted:
+            raise
+        except Exception as error:
+            return _without_frames(error)
+
+    def _result(self, run: NativeRun) -> Trace | Summary | Exception:
+        """Return what a run came to."""
+        try:
+            if self.record:
+                return run.require_good()
+            run.require_good_so_far()
+            return run.summary(texts=self.texts)
+        except Exception as error:
+            return _without_frames(error)
+
+
+@dataclass
+class _Job:
+    """A case in the pool: its run there, of what level, and what runs before it came to."""
+
+    index: int
+    run: NativeRun
+    control: AccuracyControl | None
+    level: int = 0
+    begin: float = 0.0
+
+
+def _without_frames(error: Exception) -> Exception:
+    """Return an error that, if it is one of this package, does not hold the run in memory."""
+    return error.with_traceback(None) if isinstance(error, HexapodError) else error
+
+
+def _lock_step_key(case: Case, number: int) -> object:
+    """Return what cases that run side by side share; a case that goes on is alone.
+
+    Raises:
+        ParameterError: the case has no duration, or its controller's `start_key` is not hashable.
+        UserCodeError: `to_dict` or `start_key` of its controller has raised.
+    """
+    how = case.settings
+    if isinstance(case.initial, Checkpoint):
+        return number
+    controller: object = id(case.controller)
+    if hasattr(case.controller, "to_dict"):
+        settings = json.dumps(settings_of(case.controller), sort_keys=True, default=repr)
+        controller = (type(case.controller), settings)
+    return (controller, _start_key(case), id(case.scene.robot), how)
+
+
+def _start_key(case: Case) -> object:
+    """Return what the controller's `start` makes use of, of the case's scene."""
+    start_key = getattr(case.controller, "start_key", None)
+    if start_key is None:
+        return None
+    call = method_name(case.controller, "start_key")
+    with UserCode(call):
+        key = start_key(case.scene)
+    try:
+        hash(key)
+    except TypeError:
+        raise ParameterError(call, type(key).__name__, "hashable") from None
+    return key

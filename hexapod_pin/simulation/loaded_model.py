@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.robot.loading.mass_changes import mass_change, with_mass_changes
-from hexapod_pin.robot.loading.pin_model import placement
-from hexapod_pin.robot.once_per_robot import once_per_robot
-from hexapod_pin.robot.trunk import trunk_points
-from hexapod_pin.simulation.loads import LostLeg, Push
-from hexapod_pin.simulation.mass_changes import MassLoad
+from hexapod_pin.robot.link_shapes import trunk_points
+from hexapod_pin.robot.loading.pin_model import mass_change, placement, with_mass_changes
+from hexapod_pin.robot.robot import once_per_robot
+from hexapod_pin.simulation.loads import LostLeg, MassLoad, Push
 
 if TYPE_CHECKING:
     import pinocchio as pin

@@ -1,21 +1,168 @@
-"""What a scene puts on a robot or takes from it: payloads, other masses, pushes, lost legs."""
+"""Loads change a robot: payloads, pushes, lost legs, and masses that are removed or scaled."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import NonNegativeFloat, PositiveFloat, field_validator
+from pydantic import Field, NonNegativeFloat, PositiveFloat, field_validator, model_validator
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.robot.loading.pin_model import placement
-from hexapod_pin.simulation.mass_changes import MassFactor, MassLoad, RemovedMass, links_of
-from hexapod_pin.simulation.payload import Name, Payload, Triple
+from hexapod_pin.robot.description.solids import INERTIA_RELATIVE_TOLERANCE
+from hexapod_pin.robot.loading.pin_model import placement, symmetric_matrix
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
+
+
+# A body that a robot carries.
+
+Triple = tuple[float, float, float]
+Moments = tuple[float, float, float, float, float, float]
+Name = Annotated[str, Field(min_length=1)]
+GivenInertia = Sequence[float] | Sequence[Sequence[float]] | Array
+
+
+class Payload(Spec):
+    """A rigid body fixed to a link from the start to the end of a run.
+
+    Attributes:
+        link: name of a link, also one that is fixed to another.
+        mass: mass [kg].
+        position: its centre of mass in the link's frame [m].
+        inertia: (ixx, iyy, izz, ixy, ixz, iyz) about its centre of mass, along the link's axes
+            [kg m^2]; given as these six numbers or as a 3x3 matrix; None is a point mass.
+    """
+
+    kind: Literal["payload"] = "payload"
+    link: Name
+    mass: PositiveFloat
+    position: Triple = (0.0, 0.0, 0.0)
+    inertia: Moments | None = None
+
+    def __init__(
+        self,
+        link: str,
+        mass: float,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        inertia: GivenInertia | None = None,
+        **others: Any,
+    ) -> None:
+        """Check the numbers.
+
+        Raises:
+            ParameterError: naming the field, the value and what is allowed.
+        """
+        values = {"mass": mass, "position": position, "inertia": inertia}
+        super().__init__(link=link, **values, **others)
+
+    @field_validator("position", "inertia", mode="before")
+    @classmethod
+    def _plain(cls, value: Any) -> Any:
+        return value.tolist() if isinstance(value, np.ndarray) else value
+
+    @field_validator("inertia", mode="before")
+    @classmethod
+    def _six_numbers(cls, value: Any) -> Any:
+        if value is None or np.shape(value) == (6,):
+            return value
+        if np.shape(value) != (3, 3) or not np.array_equal(value, np.transpose(value)):
+            raise ParameterError(
+                "Payload.inertia", value, "six numbers or a symmetric 3x3 matrix [kg m^2]"
+            )
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = np.asarray(value).tolist()
+        return xx, yy, zz, xy, xz, yz
+
+    @model_validator(mode="after")
+    def _is_a_rigid_body(self) -> Payload:
+        small, middle, large = np.linalg.eigvalsh(self.inertia_matrix)
+        slack = INERTIA_RELATIVE_TOLERANCE * abs(large)
+        if small < -slack or small + middle < large - slack:
+            raise ParameterError(
+                "Payload.inertia",
+                self.inertia,
+                "that of a rigid body: principal moments not negative, and the two smaller ones "
+                f"add up to the largest at least ({small:.6g}, {middle:.6g}, {large:.6g} kg m^2)",
+            )
+        return self
+
+    @property
+    def inertia_matrix(self) -> Array:
+        """(3, 3) inertia about the centre of mass, along the link's axes [kg m^2]."""
+        return symmetric_matrix(self.inertia)
+
+
+# Changes of a robot's own masses: links scaled, and mass taken away.
+
+
+class MassFactor(Spec):
+    """Mass and inertia of links times a factor: a robot heavier or lighter than its file says.
+
+    Attributes:
+        factor: on mass and inertia [-]; centres of mass stay.
+        links: names of links; each stands for all that is rigidly fixed to it. Empty: all links.
+    """
+
+    kind: Literal["mass-factor"] = "mass-factor"
+    factor: PositiveFloat
+    links: tuple[Name, ...] = ()
+
+    def __init__(self, factor: float, links: Sequence[str] = (), **others: Any) -> None:
+        """Check the numbers.
+
+        Raises:
+            ParameterError: naming the field, the value and what is allowed.
+        """
+        super().__init__(factor=factor, links=links, **others)
+
+    @field_validator("links", mode="before")
+    @classmethod
+    def _plain(cls, value: Any) -> Any:
+        return tuple(value) if isinstance(value, list) else value
+
+
+class RemovedMass(Spec):
+    """A point mass taken away from a link that contains it, such as a motor to be replaced.
+
+    Attributes:
+        link: name of a link, also one that is fixed to another.
+        mass: what is taken away [kg].
+        position: where it was, in the link's frame [m].
+    """
+
+    kind: Literal["removed-mass"] = "removed-mass"
+    link: Name
+    mass: PositiveFloat
+    position: Triple = (0.0, 0.0, 0.0)
+
+    def __init__(
+        self, link: str, mass: float, position: Sequence[float] = (0.0, 0.0, 0.0), **others: Any
+    ) -> None:
+        """Check the numbers.
+
+        Raises:
+            ParameterError: naming the field, the value and what is allowed.
+        """
+        super().__init__(link=link, mass=mass, position=position, **others)
+
+    @field_validator("position", mode="before")
+    @classmethod
+    def _plain(cls, value: Any) -> Any:
+        return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+MassLoad = Payload | MassFactor | RemovedMass
+
+
+def links_of(load: MassLoad) -> tuple[str, ...]:
+    """Return the links that a load names."""
+    return load.links if isinstance(load, MassFactor) else (load.link,)
+
+
+# What a scene puts on a robot or takes from it: payloads, other masses, pushes, lost legs.
 
 
 class Push(Spec):

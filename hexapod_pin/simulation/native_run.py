@@ -25,23 +25,28 @@ from hexapod_pin.errors import (
 )
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
-from hexapod_pin.results.recording import left_out
+from hexapod_pin.results.run_facts import left_out
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import ENERGIES
 from hexapod_pin.simulation.loaded_model import native_loads
 from hexapod_pin.simulation.methods import check_supported
 from hexapod_pin.simulation.plan_parts import PlanParts, plan_of
-from hexapod_pin.simulation.plant import native_plant, standing_on
-from hexapod_pin.simulation.prescribed import native_acceleration, prescribed_start
-from hexapod_pin.simulation.run_failure import contact_names, failure
+from hexapod_pin.simulation.plant import (
+    native_acceleration,
+    native_plant,
+    prescribed_start,
+    standing_on,
+)
 from hexapod_pin.simulation.run_meta import (
     common_meta,
+    contact_names,
+    failure,
     plain_counters,
     run_meta,
     run_numbers,
     run_summary,
 )
-from hexapod_pin.simulation.work_forecast import check_work
+from hexapod_pin.simulation.work_limits import check_work
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.control.check_controller import checked_plan, method_name
-from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.knot_table import MAX_KNOT_SPACING
-from hexapod_pin.control.sampled_trajectory import SampledTrajectory
+from hexapod_pin.control.sampled_trajectory import HoldPosture, SampledTrajectory
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.simulation.work_forecast import LIFT
+from hexapod_pin.simulation.work_limits import LIFT
 from hexapod_pin.user_code import UserCode
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""What a trace says of how it came about."""
+"""A trace stores facts of its run, and a run that fails is explained."""
 
 from __future__ import annotations
 
@@ -6,19 +6,24 @@ from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from hexapod_pin.drive.drive_law import torque_limit
-from hexapod_pin.drive.per_joint import joint_kinds
+from hexapod_pin.drive.servo import joint_kinds
+from hexapod_pin.errors import DivergenceError, WorkLimitError
 from hexapod_pin.ground.terrain import Flat
-from hexapod_pin.results.event import Event
 from hexapod_pin.results.joint_budget import joint_kinds as kinds_by_name
+from hexapod_pin.results.run_facts import Event
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.summary_layout import from_native
 from hexapod_pin.simulation.case_data import run_to_toml
 from hexapod_pin.simulation.loaded_model import native_loads
-from hexapod_pin.simulation.run_failure import contact_names
 
 if TYPE_CHECKING:
+    from hexapod_pin.arrays import Array
+    from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.robot import Robot
+    from hexapod_pin.simulation.methods import MethodSettings
     from hexapod_pin.simulation.native_run import NativeRun
     from hexapod_pin.simulation.scene import Scene
 
@@ -154,3 +159,89 @@ def package_versions() -> dict[str, str]:
     from importlib.metadata import version
 
     return {name: version(name) for name in ("hexapod-pin", "pin", "numpy")}
+
+
+# Why a run has ended before its end, in words: what led, where, and the way out.
+
+TRUNK = ("the trunk's place", "the trunk's attitude")
+"""What the first six coordinates of a velocity belong to, three each."""
+
+
+def contact_names(scene: Scene) -> tuple[str, ...]:
+    """Return the names of all contact points: the feet, then those of the trunk, if it has any."""
+    body = native_loads(scene).body_points
+    return (*(foot.name for foot in scene.robot.feet), *(name for _, _, _, name in body))
+
+
+def failure(run: NativeRun, trace: Trace | None) -> DivergenceError:
+    """Return the error of a run that left the finite world or was ended by its limits.
+
+    Args:
+        run: the run.
+        trace: its samples so far; None where none are kept.
+    """
+    limit = run.rollout.ended_by
+    if limit:
+        return WorkLimitError(_ended(run, limit), trace, limit)
+    time, rate = run.time, run.rollout.checkpoint().v[6:]
+    if trace is not None:
+        time, rate = float(trace.time[-1]), trace.v[-1, 6:]
+    causes = [*_fastest_joint(rate, run.scene.robot.joint_names), *_loaded_foot(trace)]
+    told = f"the run diverged after t = {time:g} s ({'; '.join(causes)}). "
+    return DivergenceError(told + _advice(run.how.choice), trace)
+
+
+def _ended(run: NativeRun, limit: str) -> str:
+    """Return what a run that its limits have ended was stuck at."""
+    how, scene = run.how, run.scene
+    reached = {
+        "evaluations": f"{how.evaluations:.3g} evaluations are used up",
+        "smallest_step": f"its steps are shorter than {how.limits.smallest_step:g} s",
+        "wall_time": f"{how.limits.wall_time:g} s of wall time are used up",
+        "stopped": "it was told to stop",
+    }[limit]
+    step, coordinate, foot = run.rollout.trouble()
+    causes = [f"last step {step:.2g} s"]
+    if coordinate >= 0:
+        causes.append(f"kept small by the error of {_coordinate(coordinate, scene)}")
+    if foot >= 0:
+        laws = " + ".join(
+            type(law).__name__ for law in (scene.contact.normal, scene.contact.friction)
+        )
+        causes.append(f"most loaded foot {contact_names(scene)[foot]}, {laws}")
+    return (
+        f"the run was ended at t = {run.time:g} s: {reached} ({'; '.join(causes)}). Try another "
+        f"method than {how.choice.method.name!r}, a looser accuracy or softer contact, or raise "
+        f"limits=hp.WorkLimits({limit}=...); allow=True (--force) lifts all limits."
+    )
+
+
+def _coordinate(index: int, scene: Scene) -> str:
+    return TRUNK[index // 3] if index < 6 else scene.robot.joint_names[index - 6]
+
+
+def _fastest_joint(rate: Array, names: tuple[str, ...]) -> list[str]:
+    if not rate.size:
+        return []
+    joint = int(np.abs(rate).argmax())
+    return [f"fastest joint {names[joint]} at {abs(rate[joint]):.3g} rad/s"]
+
+
+def _loaded_foot(trace: Trace | None) -> list[str]:
+    if trace is None or "contacts" not in trace.recorded or not trace.foot_names:
+        return []
+    force = np.linalg.norm(trace.foot_force[-1], axis=1)
+    foot = int(force.argmax())
+    return [f"most loaded foot {trace.foot_names[foot]} with {force[foot]:.3g} N"]
+
+
+def _advice(choice: MethodSettings) -> str:
+    if choice.method.adaptive:
+        return (
+            f"No step of {choice.method.name!r} kept {choice.accuracy:g}: try method='robust', "
+            "softer contact, or lower servo gains."
+        )
+    return (
+        f"Try a smaller step than {choice.step:g} s, method='robust', softer contact, or lower "
+        "servo gains."
+    )

@@ -1,12 +1,13 @@
-"""A scene: a robot, its servos, its ground and the contact between them."""
+"""A scene joins robot, ground, contact, drives, gravity and loads; it has a TOML form."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from functools import cached_property, lru_cache
+from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field
 
@@ -19,21 +20,22 @@ from hexapod_pin.file_schema import FileData, Number, check_data
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.terrain import AnyTerrain, Flat, read_terrain
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.robot.trunk import trunk_points
+from hexapod_pin.robot.link_shapes import trunk_points
+from hexapod_pin.robot.loading.load_options import LoadOptions
+from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot, urdf_path
 from hexapod_pin.simulation.loads import (
     Load,
     LostLeg,
+    MassFactor,
+    MassLoad,
+    Payload,
+    RemovedMass,
     checked_loads,
     load_to_dict,
     read_loads,
 )
-from hexapod_pin.simulation.mass_changes import MassFactor, MassLoad, RemovedMass
-from hexapod_pin.simulation.payload import Payload
-from hexapod_pin.simulation.robot_data import read_robot, robot_to_dict
 from hexapod_pin.spec import Spec, read_toml
-
-if TYPE_CHECKING:
-    from hexapod_pin.robot.robot import Robot
+from hexapod_pin.user_file import user_path
 
 SCHEMA = 1
 
@@ -116,7 +118,7 @@ class Scene(Immutable):
 
     @cached_property
     def _meaning(self) -> str:
-        from hexapod_pin.simulation.case_digest import scene_text
+        from hexapod_pin.simulation.case_data import scene_text
 
         return digest(scene_text(self))
 
@@ -286,3 +288,103 @@ def scene_parts(data: Mapping[str, Any]) -> dict[str, Any]:
         "loads": read_loads(data.get("loads", ())),
         **parts,
     }
+
+
+# A robot as plain data: where its file is, what it contained, and how it was loaded.
+
+OPTIONS = ("feet", "foot_radius", "posture")
+"""What a robot was loaded with."""
+
+KEPT_ROBOTS = 16
+"""How many loaded robots are remembered."""
+
+
+class RobotText(FileData):
+    """What `robot_to_dict` returns, and what is written like it."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    source: str
+    feet: list[str] | None = None
+    foot_radius: list[Number] | Number | None = None
+    posture: list[Number] | None = None
+    digest: str | None = None
+    options: dict[str, Any] | None = None
+
+
+def robot_to_dict(robot: Robot) -> dict[str, Any]:
+    """Return what `read_robot` takes; a path is absolute."""
+    packaged = robot.source in PACKAGED
+    explicit = robot.inferred or robot.mended or set(robot.options) - set(OPTIONS)
+    options = {"options": dict(robot.options)} if explicit else {}
+    return {
+        "source": robot.source if packaged else str(user_path(robot.source).absolute()),
+        "feet": [foot.name for foot in robot.feet],
+        "foot_radius": [float(foot.radius) for foot in robot.feet],
+        "posture": robot.posture.tolist(),
+        "digest": robot.digest,
+        **options,
+    }
+
+
+def read_robot(data: Mapping[str, Any]) -> Robot:
+    """Load a robot again, with the foot radius and the posture that it was loaded with.
+
+    The same file, unchanged, and the same options give the same object: cases share it.
+
+    Raises:
+        ParameterError: the file has changed, or does not give such feet.
+        UrdfError: the file is not usable.
+        UnknownNameError: there is no such robot.
+    """
+    check_data(RobotText, "robot", data)
+    source = data["source"]
+    if "options" in data:
+        LoadOptions(**data["options"])  # refused by its name, before it is a part of a key
+    parts = (tuple(x) if isinstance(x := data.get(name), list) else x for name in OPTIONS)
+    options = json.dumps(data["options"], sort_keys=True) if "options" in data else None
+    robot = _loaded(source, _stamp(source), *parts, options)
+    if data.get("digest", robot.digest) != robot.digest:
+        raise ParameterError(
+            "robot.digest", data["digest"], "that of the file", "The URDF has changed."
+        )
+    return robot
+
+
+def _stamp(source: str) -> tuple[int, int]:
+    """Return what tells that a file has changed: time and size."""
+    try:
+        found = (urdf_path(source) if source in PACKAGED else user_path(source)).stat()
+    except (OSError, ValueError):
+        return (0, 0)  # loading it says what is wrong
+    return (found.st_mtime_ns, found.st_size)
+
+
+@lru_cache(maxsize=KEPT_ROBOTS)
+def _loaded(
+    source: str,
+    stamp: tuple[int, int],
+    feet: Any,
+    radii: Any,
+    posture: Any,
+    options_text: str | None,
+) -> Robot:
+    """Load a robot; `stamp` only tells one content of a file from another."""
+    options = None if options_text is None else LoadOptions(**json.loads(options_text))
+    given = feet if options is None else options.feet
+    robot = load_robot(source, feet=given, options=options)
+    changes: dict[str, Any] = {}
+    if radii is not None and radii != _radii(robot):
+        changes["foot_radius"] = radii[0] if isinstance(radii, tuple) and radii else radii
+    if posture is not None and posture != tuple(robot.posture.tolist()):
+        changes["posture"] = posture
+    if changes:
+        robot = load_robot(source, feet=given, options=options, **changes)
+    if radii is not None and radii != _radii(robot):
+        allowed = "the file's own, or one radius for all [m]"
+        raise ParameterError("robot.foot_radius", radii, allowed)
+    return robot
+
+
+def _radii(robot: Robot) -> tuple[float, ...]:
+    return tuple(float(foot.radius) for foot in robot.feet)

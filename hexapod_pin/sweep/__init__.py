@@ -6,19 +6,16 @@ from hexapod_pin.results.motor_selection import MotorSelection
 from hexapod_pin.results.torque_map import TorqueMap
 from hexapod_pin.results.walk_metrics import WalkMetrics
 from hexapod_pin.sweep.assumed_inputs import assumed_inputs
-from hexapod_pin.sweep.compare import compare
+from hexapod_pin.sweep.compare import compare, random_bumps
 from hexapod_pin.sweep.gait_energy import gait_energy, study_gaits
 from hexapod_pin.sweep.judge_peaks import judge_peaks
-from hexapod_pin.sweep.objective import RelativeObjective
-from hexapod_pin.sweep.random_bumps import random_bumps
 from hexapod_pin.sweep.runs import SweepResult, open_sweep, run_sweep
 from hexapod_pin.sweep.selection import select_motors
-from hexapod_pin.sweep.sensitivity import SobolIndices, sobol_indices
 from hexapod_pin.sweep.study import SweepStudy, load_sweep
 from hexapod_pin.sweep.torque_map import torque_map
 from hexapod_pin.sweep.tuning import tune
-from hexapod_pin.sweep.tuning_result import TuningResult
-from hexapod_pin.sweep.uncertainty import Uncertainty, uncertainty
+from hexapod_pin.sweep.tuning_result import RelativeObjective, TuningResult
+from hexapod_pin.sweep.uncertainty import SobolIndices, Uncertainty, sobol_indices, uncertainty
 
 __all__ = [
     "Comparison",

@@ -1,15 +1,15 @@
-"""Any number of controllers on the same scenes."""
+"""Controllers are compared on the same scenes, such as random bumps from several seeds."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, SimulationInterrupted
-from hexapod_pin.results.compared_run import ComparedRun
-from hexapod_pin.results.comparison import Comparison
+from hexapod_pin.ground.terrain import HeightField
+from hexapod_pin.results.comparison import ComparedRun, Comparison
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
@@ -165,3 +165,41 @@ def _settings(planned: Sequence[PlannedRun]) -> tuple[str, ...]:
         text = f"{robot.name}, {settings.duration:g} s, {choice.method.name}, {how}"
         lines[text] = None
     return tuple(lines)
+
+
+# Scenes on random bumps, one per seed.
+
+
+def random_bumps(
+    scene: Scene,
+    seeds: Iterable[int],
+    *,
+    amplitude: float,
+    wavelength: float,
+    length: float,
+    flat_radius: float = 0.0,
+) -> list[Scene]:
+    """Return the scene on a new random ground for each seed.
+
+    Args:
+        scene: the robot and all else; its terrain is replaced.
+        seeds: one per scene; the same seed gives the same ground.
+        amplitude: largest height and depth [m].
+        wavelength: typical distance between bumps [m].
+        length: way to be walked from the origin, in any direction [m]; the ground is 1 m larger.
+        flat_radius: the ground is level up to this distance from the origin [m].
+
+    Raises:
+        ParameterError: a length is not positive, the bumps are steeper than 60 degrees, or the
+            ground has too many points (a longer wavelength has fewer).
+    """
+    size = 2.0 * (length + 1.0)
+    return [
+        replace(
+            scene,
+            terrain=HeightField.random(
+                seed, amplitude=amplitude, wavelength=wavelength, size=size, flat_radius=flat_radius
+            ),
+        )
+        for seed in seeds
+    ]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.walk_schedule import TRANSIENT_CYCLES
+from hexapod_pin.control.body_path import TRANSIENT_CYCLES
 from hexapod_pin.errors import (
     DivergenceError,
     GaitError,
@@ -18,7 +18,7 @@ from hexapod_pin.errors import (
     ReachError,
     SimulationInterrupted,
 )
-from hexapod_pin.results.accuracy_check import AccuracyCheck, relative_change
+from hexapod_pin.results.grid_columns import AccuracyCheck, relative_change
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_map import NOT_RUN
 from hexapod_pin.results.trace import Trace

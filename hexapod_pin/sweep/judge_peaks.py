@@ -1,22 +1,33 @@
-"""Peaks of a torque budget with a verdict: which hold when the run is computed again."""
+"""Peaks of a torque budget are recomputed in other cases, also with other servo stiffness."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import DivergenceError, HexapodError, ParameterError, SimulationInterrupted
 from hexapod_pin.results.peak_judgement import judge_summaries
-from hexapod_pin.results.peak_verdict import PeakVerdicts
-from hexapod_pin.results.recomputation import RUN, Recomputation
+from hexapod_pin.results.peak_verdict import (
+    ACCURACY,
+    CONTACT,
+    RUN,
+    SERVO,
+    PeakVerdicts,
+    Recomputation,
+)
 from hexapod_pin.results.steady_window import summary_window
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.walk_verdict import LEAST_SHARE
 from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.sweep.peak_variants import cuts_torque, peak_variants
+from hexapod_pin.simulation.methods import METHODS, MethodSettings
+from hexapod_pin.simulation.scene import Scene
 
 GIVEN_START = (
     "The run starts from a given state: with another stiffness the robot is not at rest there, "
@@ -122,3 +133,202 @@ def _failure(result: object) -> str:
 def _with_failure(change: Recomputation, failures: dict[str, str]) -> Recomputation:
     failure = failures.get(change.name)
     return change if failure is None else replace(change, failure=failure)
+
+
+# The cases in which the peaks of a run are computed again.
+
+FINER = 10
+"""By which factor accuracy or step are finer."""
+
+DENSER = 3
+"""By which factor samples are denser where steps end at them: the errors of an adaptive run that
+takes a step per sample are then at most a tenth (3^3 > 10, order 3), whatever its accuracy."""
+
+STIFFER = 2.0
+"""By which factor contact and servos are stiffer."""
+
+TIGHT_METHOD = "ndf"
+"""What computes accuracies that the run's own method does not reach."""
+
+Variant = tuple[Recomputation, Case | None]
+"""A change, and the case with it; None where it does not apply or cannot be had."""
+
+
+def peak_variants(case: Case) -> tuple[Variant, Variant, Variant]:
+    """Return the case at ten times the accuracy, and that with stiffer contact and servos.
+
+    Stiffness is changed at ten times the accuracy too: errors of the run are then not taken for
+    an effect of stiffness.
+
+    Raises:
+        ParameterError: the case has no duration.
+    """
+    finer = _finer(case)
+    base, baseline = (case, RUN) if finer[1] is None else (finer[1], ACCURACY)
+    at = _numerics(base.settings.choice)
+    return finer, _stiffer_contact(base, baseline, at), _stiffer_servo(base, baseline, at)
+
+
+def cuts_torque(scene: Scene) -> bool:
+    """Return whether the drives cut torques at their limits."""
+    servo = scene.servos
+    return not scene.prescribed and (servo.limited or servo.motor is not None)
+
+
+def with_servos(case: Case, factor: float) -> Case:
+    """Return the case with servos of `factor` times the stiffness; see `Servo.stiffer`."""
+    return replace(case, scene=replace(case.scene, servo=case.scene.servos.stiffer(factor)))
+
+
+def _finer(case: Case) -> Variant:
+    """Return the case at a tenth of its accuracy, or of its step.
+
+    A tenth of the step for every method: behind a touch-down each is of first order only.
+    """
+    settings = case.settings
+    choice, sample = settings.choice, settings.grid.sample
+    title = "ten times the accuracy"
+    if not choice.method.adaptive:
+        step = choice.step / FINER
+        finer = replace(case, method=choice.method.name, step=step, sample=sample)
+        text = f"step {choice.step / FINER:g} instead of {choice.step:g} s"
+        return Recomputation(ACCURACY, title, text, RUN), finer
+    tight = choice.accuracy / FINER
+    method = choice.method
+    if tight < method.tightest:
+        method = METHODS[TIGHT_METHOD]
+    text = f"accuracy {tight:g} instead of {choice.accuracy:g} m and rad"
+    text += f", {method.name} instead of {choice.method.name}" * (method is not choice.method)
+    change: dict[str, Any] = {"method": method.name, "accuracy": tight, "sample": sample / DENSER}
+    try:
+        return Recomputation(ACCURACY, title, text, RUN), replace(case, **change)
+    except ParameterError as error:
+        failure = f"is out of reach: {error.name} must be {error.allowed}"
+        return Recomputation(ACCURACY, title, text, RUN, failure=failure), None
+
+
+def _numerics(choice: MethodSettings) -> str:
+    return f"accuracy {choice.accuracy:g}" if choice.method.adaptive else f"step {choice.step:g} s"
+
+
+def _stiffer_contact(case: Case, baseline: str, at: str) -> Variant:
+    before = case.scene.contact
+    after = before.stiffer(STIFFER)
+    unit = f"N/m^{before.normal.exponent:g}"
+    text = f"normal {after.normal.stiffness:.4g} instead of {before.normal.stiffness:.4g} {unit}"
+    if before.friction.kind == "stick-slip" and after.friction.kind == "stick-slip":
+        springs = (after.friction.stiffness, before.friction.stiffness)
+        text += f", tangential {springs[0]:.4g} instead of {springs[1]:.4g} N/m"
+    text += f", restitution and damping ratio kept; at {at}"
+    changed = Recomputation(CONTACT, "doubled contact stiffness", text, baseline)
+    return changed, replace(case, scene=replace(case.scene, contact=after))
+
+
+def _stiffer_servo(case: Case, baseline: str, at: str) -> Variant:
+    title, scene = "doubled servo stiffness", case.scene
+    before = scene.servos
+    if scene.prescribed:
+        reason = "no servo: prescribed motion"
+    elif not before.gains(scene.robot)[0].any():
+        reason = "no servo stiffness: kp = 0"
+    else:
+        changed = with_servos(case, STIFFER)
+        after = changed.scene.servos
+        text = f"{after.describe()} instead of {before.describe()}, kd/kp kept; at {at}"
+        return Recomputation(SERVO, title, text, baseline), changed
+    return Recomputation(SERVO, title, "", baseline, unneeded=reason), None
+
+
+# How far the peak torque of a run depends on the stiffness of its servos: two more runs.
+
+FACTORS = (0.5, 2.0)
+"""Stiffness over that of the run; kd / kp stays."""
+
+WORDS = ("halved", "doubled")
+
+
+@dataclass(frozen=True)
+class StiffnessEffect:
+    """Relative changes of a run's torques with servos of half and of twice the stiffness.
+
+    Attributes:
+        peak: of the largest torque of any joint [-]; NaN where that run has none.
+        p99: of the largest torque not exceeded for 99 % of the time [-]; likewise.
+        speed: speed over the nominal one in both runs [-]; NaN where none is planned.
+        failures: why a run has no numbers, one for each; empty where it has.
+    """
+
+    peak: tuple[float, float]
+    p99: tuple[float, float]
+    speed: tuple[float, float]
+    failures: tuple[str, str]
+
+    @property
+    def line(self) -> str:
+        """The changes in one line."""
+        text = (
+            f"peak torque changes by {_pair(self.peak)} (p99 by {_pair(self.p99)}) when the "
+            "assumed servo stiffness is halved/doubled"
+        )
+        for word, failure, speed in zip(WORDS, self.failures, self.speed, strict=True):
+            if failure:
+                text += f"; {word} it {failure}"
+            elif speed < LEAST_SHARE:
+                text += f"; {word} it makes {speed:.0%} of the nominal speed"
+        return text
+
+
+def servo_stiffness(
+    case: Case,
+    trace: Trace,
+    *,
+    threads: int = 1,
+    progress: Callable[[float], None] | None = None,
+) -> StiffnessEffect:
+    """Run a case twice more, with half and with twice the servo stiffness.
+
+    Args:
+        case: what was run.
+        trace: what came of it.
+        threads: as in `simulate_batch`.
+        progress: called with the finished fraction (0..1) as runs finish.
+
+    Raises:
+        ParameterError: the run has no whole cycle, or no servo stiffness to change.
+        SimulationInterrupted: Ctrl-C.
+    """
+    base = trace.summary
+    summary_window(base)
+    if case.scene.prescribed or not case.scene.servos.gains(case.scene.robot)[0].any():
+        raise ParameterError("case", "no servo stiffness", "one whose servos have a stiffness")
+    cases = [with_servos(case, factor) for factor in FACTORS]
+    try:
+        results = simulate_batch(cases, threads=threads, keep="summary", progress=progress)
+    except SimulationInterrupted as error:
+        text = f"the stiffness of the servos was not varied: {error}"
+        raise SimulationInterrupted(text, None, error.results) from None
+    rows = [_changes(base, result) for result in results]
+    peak, p99, speed, failures = zip(*rows, strict=True)
+    return StiffnessEffect(peak, p99, speed, failures)
+
+
+def _changes(base: Summary, result: object) -> tuple[float, float, float, str]:
+    """Return relative change of peak and p99, speed over the nominal one, and a failure."""
+    if not isinstance(result, Summary):
+        return math.nan, math.nan, math.nan, f"ends early ({type(result).__name__})"
+    nominal = float(result.meta.get("nominal_speed") or 0.0)
+    speed = (result.speed or 0.0) / nominal if nominal and result.cycles else math.nan
+    peak, p99 = (
+        _largest(getattr(result, name)) / _largest(getattr(base, name)) - 1.0
+        for name in ("torque_peak", "torque_p99")
+    )
+    return peak, p99, speed, ""
+
+
+def _largest(values: Array) -> float:
+    size = float(np.max(np.abs(values), initial=0.0))
+    return size if size > 0.0 else math.nan
+
+
+def _pair(values: tuple[float, float]) -> str:
+    return "/".join("-" if math.isnan(value) else f"{value:+.0%}" for value in values)

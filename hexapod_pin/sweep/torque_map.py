@@ -12,22 +12,21 @@ from numpy.typing import ArrayLike, NDArray
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.arc_walk import ArcWalk
+from hexapod_pin.control.feasible_gait import default_gait, named_gait
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.named_gait import default_gait, named_gait
 from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.errors import GaitError, ParameterError, SweepInterrupted
 from hexapod_pin.results.grid_columns import empty_grid
 from hexapod_pin.results.joint_budget import joint_kinds
-from hexapod_pin.results.scheduled_phases import PHASES, scheduled_phase_torque
+from hexapod_pin.results.phase_torque import PHASES, scheduled_phase_torque
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.torque_map import GRID, LAYOUT, TorqueMap
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
-from hexapod_pin.simulation.run_failure import contact_names
-from hexapod_pin.simulation.run_meta import package_versions, told_kinds
+from hexapod_pin.simulation.run_meta import contact_names, package_versions, told_kinds
 from hexapod_pin.sweep.grid_runs import (
     GridRuns,
     Numbers,

@@ -1,25 +1,31 @@
-"""Tune a controller's parameters for a stated objective over several scenes, reproducibly."""
+"""A controller's parameters are tuned for an objective over several scenes, reproducibly."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import (
+    HexapodError,
     ParameterError,
     SimulationInterrupted,
     TuningInterrupted,
+    UserCodeError,
 )
-from hexapod_pin.sweep.objective import Objective
-from hexapod_pin.sweep.tuning_result import Scores, TuningResult
-from hexapod_pin.sweep.tuning_search import CandidateRuns, MakeController, SearchSpace, Values
+from hexapod_pin.results.summary import Summary
+from hexapod_pin.simulation.batch import simulate_batch
+from hexapod_pin.simulation.case import Case
+from hexapod_pin.sweep.tuning_result import Candidate, Objective, Scores, TuningResult
 
 if TYPE_CHECKING:
+    from hexapod_pin.arrays import Array
     from hexapod_pin.simulation.scene import Scene
+
 
 SMALLEST_POPULATION = 5
 """SciPy's differential evolution needs so many candidates in a generation."""
@@ -159,3 +165,203 @@ def _check(
         raise ParameterError("penalty", penalty, "finite")
     if not 0 <= seed < 2**32:
         raise ParameterError("seed", seed, "from 0 to 2**32 - 1")
+
+
+# Candidates of tuning: where they may lie, how they are run, and what they score.
+
+Values = Mapping[str, float]
+MakeController = Callable[[Values], Any]
+
+LOGARITHMIC_RATIO = 10.0
+"""Bounds above 0 that span this ratio or more are searched on a logarithmic scale."""
+
+
+@dataclass(frozen=True)
+class SearchSpace:
+    """Parameters with bounds, mapped to 0..1.
+
+    Attributes:
+        names: of the parameters.
+        first: their values at the start.
+        low: (N,).
+        high: (N,).
+        logarithmic: names of those on a logarithmic scale.
+    """
+
+    names: tuple[str, ...]
+    first: Array
+    low: Array
+    high: Array
+    logarithmic: tuple[str, ...]
+
+    @staticmethod
+    def of(start: Values, bounds: Mapping[str, tuple[float, float]]) -> SearchSpace:
+        """Check start and bounds.
+
+        Raises:
+            ParameterError: names differ, bounds are not ordered, or the start is not inside.
+        """
+        if not start or set(start) != set(bounds):
+            raise ParameterError("bounds", sorted(bounds), f"for each of {sorted(start)}")
+        for name, value in start.items():
+            low, high = bounds[name]
+            if not (math.isfinite(low) and math.isfinite(high) and low < high):
+                raise ParameterError(f"bounds[{name}]", (low, high), "finite and ascending")
+            if not low <= value <= high:
+                raise ParameterError(f"start[{name}]", value, f"{low:g} to {high:g}")
+        lowest, highest = (np.array([float(bounds[x][k]) for x in start]) for k in (0, 1))
+        wide = tuple(name for name in start if _spans_decade(*bounds[name]))
+        first = np.array([float(value) for value in start.values()])
+        return SearchSpace(tuple(start), first, lowest, highest, wide)
+
+    def values(self, unit: Array) -> dict[str, float]:
+        """Return the parameters at a point (N,) of the unit cube."""
+        found = {}
+        for name, x, low, high in zip(self.names, unit, self.low, self.high, strict=True):
+            if name in self.logarithmic:
+                value = math.exp(math.log(low) + float(x) * math.log(high / low))
+            else:
+                value = low + float(x) * (high - low)
+            found[name] = float(min(max(value, low), high))  # rounding only
+        return found
+
+    def unit(self, values: Array) -> Array:
+        """Return the point of the unit cube of some parameters (N,)."""
+        found = (values - self.low) / (self.high - self.low)
+        for k, name in enumerate(self.names):
+            if name in self.logarithmic:
+                found[k] = math.log(values[k] / self.low[k]) / math.log(self.high[k] / self.low[k])
+        return np.clip(found, 0.0, 1.0)
+
+
+@dataclass
+class CandidateRuns:
+    """Candidates on a set of scenes, with the runs of the baseline and of the best so far."""
+
+    space: SearchSpace
+    make_controller: MakeController
+    scenes: Mapping[str, Scene]
+    objective: Objective
+    settings: Mapping[str, Any]
+    penalty: float
+    budget: int
+    progress: Callable[[float], None] | None
+    baseline: list[Summary] = field(default_factory=list)
+    history: list[Candidate] = field(default_factory=list)
+    generation: int = 0
+    error: BaseException | None = None
+    _by_scene: list[dict[str, float]] = field(default_factory=list)
+    _failures: list[dict[str, str]] = field(default_factory=list)
+
+    @property
+    def best(self) -> Candidate:
+        """The candidate with the smallest score, the first of equal ones; failed ones last."""
+        return min(self.history, key=lambda one: (bool(one.failure), one.score))
+
+    def run_baseline(self, controller: Any) -> None:
+        """Run and score the baseline; its first error is raised.
+
+        Raises:
+            ParameterError: the objective of the baseline is not finite.
+        """
+        cases = [Case(scene, controller) for scene in self.scenes.values()]
+        runs = simulate_batch(cases, keep="summary", errors="raise", **self.settings)
+        self.baseline = [run for run in runs if isinstance(run, Summary)]
+        score = self.objective(self.baseline, self.baseline)
+        if not math.isfinite(score):
+            raise ParameterError("objective of the baseline", score, "finite")
+
+    def __call__(self, points: Array) -> Array:
+        """Return the scores of points of the unit cube: (N, S) -> (S,)."""
+        first = points[:, 0] if not self.history else None
+        values = [self.space.values(point) for point in points.T]
+        if first is not None:  # to the bit, without the way through the unit cube
+            values[0] = dict(zip(self.space.names, self.space.first.tolist(), strict=True))
+        try:
+            return np.array(self.try_all(values))
+        except (TypeError, ValueError) as error:  # SciPy would take it for its own
+            self.error = error
+            raise
+
+    def try_all(self, values: Sequence[Values]) -> list[float]:
+        """Run candidates on all scenes in one batch, note what they come to, return the scores."""
+        made: list[Any] = []
+        for one in values:
+            try:
+                made.append(self.make_controller(dict(one)))
+            except HexapodError as error:
+                made.append(error)
+        alive = [controller for controller in made if not isinstance(controller, HexapodError)]
+        cases = [Case(scene, one) for one in alive for scene in self.scenes.values()]
+        interrupted = None
+        try:
+            runs = simulate_batch(
+                cases, keep="summary", progress=self._tell(len(values)), **self.settings
+            )
+        except SimulationInterrupted as error:
+            interrupted, runs = error, error.results or []
+        queue, count = iter(runs), len(self.scenes)
+        for one, controller in zip(values, made, strict=True):
+            if isinstance(controller, HexapodError):
+                found: list[Any] = [controller] * count
+            else:
+                found = [next(queue, None) for _ in range(count)]
+            if all(run is not None for run in found):
+                self._note(one, found)
+            elif not self.history:
+                break  # without the start there is nothing to compare with
+        if interrupted is not None:
+            raise interrupted
+        self.generation += 1
+        return [one.score for one in self.history[len(self.history) - len(values) :]]
+
+    def _tell(self, count: int) -> Callable[[float], None] | None:
+        if self.progress is None:
+            return None
+        before, tell = len(self.history), self.progress
+        return lambda share: tell(min(1.0, (before + share * count) / self.budget))
+
+    def _note(self, values: Values, found: Sequence[Any]) -> None:
+        """Score one candidate from the summaries or errors of its runs."""
+        failures: dict[str, str] = {}
+        single: dict[str, float] = {}
+        for (name, run), reference in zip(
+            zip(self.scenes, found, strict=True), self.baseline, strict=True
+        ):
+            if isinstance(run, UserCodeError) or (
+                isinstance(run, Exception) and not isinstance(run, HexapodError)
+            ):
+                raise run
+            score = math.nan if isinstance(run, Exception) else self.objective([run], [reference])
+            if isinstance(run, Exception):
+                failures[name] = f"{type(run).__name__}: {run}"
+            elif not math.isfinite(score):
+                failures[name] = f"the objective is {score}"
+            single[name] = score if math.isfinite(score) else self.penalty
+        score = self.penalty if failures else float(self.objective(found, self.baseline))
+        self._by_scene.append(single)
+        self._failures.append(failures)
+        text = "; ".join(f"{name}: {why}" for name, why in failures.items())
+        self.history.append(Candidate(dict(values), score, text, self.generation))
+
+    def scores(self, best: int | None = None) -> Scores:
+        """Return the scores of baseline, start (the first candidate) and best."""
+        row = self.history.index(self.best) if best is None else best
+        alone = {
+            name: float(self.objective([run], [run]))
+            for name, run in zip(self.scenes, self.baseline, strict=True)
+        }
+        return Scores(
+            baseline=float(self.objective(self.baseline, self.baseline)),
+            start=self.history[0].score,
+            best=self.history[row].score,
+            by_scene={
+                name: (alone[name], self._by_scene[0][name], self._by_scene[row][name])
+                for name in self.scenes
+            },
+            failures={**self._failures[0], **self._failures[row]},
+        )
+
+
+def _spans_decade(low: float, high: float) -> bool:
+    return low > 0.0 and high / low >= LOGARITHMIC_RATIO

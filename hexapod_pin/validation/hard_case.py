@@ -16,8 +16,7 @@ from hexapod_pin.errors import (
     SimulationInterrupted,
     UnknownNameError,
 )
-from hexapod_pin.validation.case_result import CaseResult, ExpectedValue
-from hexapod_pin.validation.expected_failures import expected_failure
+from hexapod_pin.validation.case_result import CaseResult, ExpectedValue, expected_failure
 from hexapod_pin.validation.solver_setting import TIGHT, SolverSetting
 
 FAILURES = (HexapodError, ArithmeticError, ValueError, np.linalg.LinAlgError)

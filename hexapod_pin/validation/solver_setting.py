@@ -1,14 +1,24 @@
-"""A method of ours with the one number it takes, and the settings that cases are solved at."""
+"""Hard cases run under solver settings, by any method."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, cast
 
+from hexapod_pin.control.sampled_trajectory import HoldPosture
 from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.simulation.case import simulate
 from hexapod_pin.simulation.methods import METHODS
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.joint_trajectory import Controller
+    from hexapod_pin.results.checkpoint import Checkpoint
+    from hexapod_pin.results.trace import Trace
+    from hexapod_pin.robot.state import State
+    from hexapod_pin.simulation.scene import Scene
+
 
 KEPT = ", error kept"
 """Behind the name of a method whose runs are repeated until their error is kept."""
@@ -102,3 +112,45 @@ TIGHT = (DOP853, NDF)
 
 REFERENCE = (DOP853, NDF, EXTRAPOLATED_EULER)
 """Every adaptive method at its tightest."""
+
+
+# What a case simulates: scene, start, duration, by any method.
+
+
+@dataclass(frozen=True, eq=False)
+class CaseRun:
+    """What is simulated.
+
+    Attributes:
+        scene: robot, ground, contact, servos.
+        start: state at t = 0, or a checkpoint to go on from.
+        duration: simulated time [s], a whole number of samples.
+        sample: time between samples [s]; None: only the start and the end.
+        controller: gives the joint set-points.
+    """
+
+    scene: Scene
+    start: State | Checkpoint
+    duration: float
+    sample: float | None = None
+    controller: Controller = field(default_factory=HoldPosture)
+
+    @property
+    def initial(self) -> State:
+        """The state at t = 0 of a run that does not go on from a checkpoint."""
+        return cast("State", self.start)
+
+    def by(self, setting: SolverSetting) -> Trace:
+        """Return the trace of this run by a method at a setting.
+
+        Raises:
+            HexapodError: the method refuses the scene, or diverges.
+        """
+        return simulate(
+            self.scene, self.controller, duration=self.duration,
+            sample=self.sample or self.duration, initial=self.start, **setting.arguments,
+        )  # fmt: skip
+
+    def lasting(self, duration: float, sample: float | None = None) -> CaseRun:
+        """Return the same for another duration [s], sampled otherwise [s]."""
+        return replace(self, duration=duration, sample=sample)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.sampled_trajectory import HoldPosture
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import DivergenceError
 from hexapod_pin.ground.contact import (
@@ -22,7 +22,7 @@ from hexapod_pin.ground.contact import (
 )
 from hexapod_pin.ground.terrain import Flat, Slope
 from hexapod_pin.robot.robot import load_robot
-from hexapod_pin.simulation.run import simulate
+from hexapod_pin.simulation.case import simulate
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.cases.robots import lowest_foot, robot_file
 from hexapod_pin.validation.tables import Table, part_verdict

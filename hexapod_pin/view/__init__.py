@@ -1,14 +1,16 @@
 """Look at walks: offline HTML files, or live in the browser; figures of laws and of results."""
 
-from hexapod_pin.view.comparison_figure import write_comparison_figure
+from hexapod_pin.view.balance_figures import write_mass_center_figure, write_quasi_static_figure
 from hexapod_pin.view.contact_figure import write_figure
-from hexapod_pin.view.gait_energy_figure import write_gait_energy_figure
 from hexapod_pin.view.html import live_viewer, view, write_html
-from hexapod_pin.view.mass_center_figure import write_mass_center_figure
-from hexapod_pin.view.quasi_static_figure import write_quasi_static_figure
+from hexapod_pin.view.map_figures import (
+    write_gait_energy_figure,
+    write_torque_curves,
+    write_torque_heat_map,
+)
 from hexapod_pin.view.selection_report import write_selection_report
 from hexapod_pin.view.side_by_side import write_side_by_side
-from hexapod_pin.view.torque_map_figure import write_torque_curves, write_torque_heat_map
+from hexapod_pin.view.study_figures import write_comparison_figure
 from hexapod_pin.view.walk_figures import write_joint_motion_figure, write_joint_torque_figure
 
 __all__ = [

@@ -10,8 +10,7 @@ import numpy as np
 from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.ground.contact import Contact, FrictionLaw, NormalLaw, Restitution
-from hexapod_pin.ground.contact.bounce import bounce
-from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, delivered_restitution
+from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, bounce, delivered_restitution
 from hexapod_pin.view.figure_file import figure_bytes, figure_format
 
 if TYPE_CHECKING:

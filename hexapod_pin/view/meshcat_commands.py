@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.view.mesh_store import triangle_geometry
 from hexapod_pin.view.robot_shapes import DrawnShape
-from hexapod_pin.view.triangle_geometry import triangle_geometry
 
 Command = dict[str, Any]
 

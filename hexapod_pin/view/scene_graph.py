@@ -1,4 +1,4 @@
-"""What a viewer is told to draw: the robot, the ground, force arrows, and how they move.
+"""The scene graph of a playback holds robot, ground and force arrows over time.
 
 The output is meshcat's command language as plain data (dicts of numbers and text), the same for a
 file and for a live viewer. Lengths in metres, world axes, quaternions x y z w.
@@ -18,13 +18,18 @@ from hexapod_pin.errors import ViewerError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.spec import read_toml
-from hexapod_pin.view.force_arrows import arrow, arrow_tracks
-from hexapod_pin.view.ground_commands import ground_commands
-from hexapod_pin.view.ground_mesh import shaking, terrain_of
+from hexapod_pin.view.ground_shapes import (
+    Sizes,
+    eye_level,
+    ground_commands,
+    middle,
+    require_in,
+    shaking,
+    terrain_of,
+)
 from hexapod_pin.view.mesh_store import MeshStore
 from hexapod_pin.view.meshcat_commands import DIGITS, ROOT, Command, mesh_object, set_property
-from hexapod_pin.view.robot_shapes import RobotShapes
-from hexapod_pin.view.view_sizes import Sizes, eye_level, middle, require_in
+from hexapod_pin.view.robot_shapes import Y_TO_Z, DrawnShape, RobotShapes, cylinder
 
 LOOP_REPETITIONS = 10**9  # repetitions of a looped animation
 PICTURE_RATES = (1e-3, 1e6, "1/s")  # of fps
@@ -265,3 +270,34 @@ def _body_path(root: str, body: str) -> str:
 
 def _arrow_path(root: str, foot: str) -> str:
     return f"{root}/forces/{foot.replace('/', '_')}"
+
+
+# Arrows that show foot forces: their shape, and how they point and grow.
+
+HIDDEN_ARROW_SCALE = 1e-6  # scale of an arrow without force; 0 would have no inverse
+LONGEST_ARROW = 1e6  # [m]; viewers compute in single precision
+ARROW_COLOR = (0.9, 0.15, 0.1, 0.9)
+
+
+def arrow_tracks(vector: Array) -> dict[str, Array]:
+    """Return attitude and scale of a unit arrow along z that is to show `vector` (K, 3) [m]."""
+    length = np.minimum(np.linalg.norm(vector, axis=1), LONGEST_ARROW)
+    shown = length > 1e-4
+    unit = np.where(shown[:, None], vector, (0.0, 0.0, 1.0))
+    unit = unit / np.linalg.norm(unit, axis=1, keepdims=True)
+    turn = np.column_stack([-unit[:, 1], unit[:, 0], np.zeros(len(unit)), 1.0 + unit[:, 2]])
+    turn[unit[:, 2] < -1.0 + 1e-9] = (1.0, 0.0, 0.0, 0.0)
+    scale = np.where(shown[:, None], np.column_stack([shown, shown, length]), HIDDEN_ARROW_SCALE)
+    return {"quaternion": turn / np.linalg.norm(turn, axis=1, keepdims=True), "scale": scale}
+
+
+def arrow(path: str, width: float) -> list[Command]:
+    """Return an arrow of unit length along z that shows through the robot."""
+    shaft = DrawnShape(cylinder(width, 0.75), Y_TO_Z, np.array([0.0, 0.0, 0.375]), ARROW_COLOR)
+    point = cylinder(2.2 * width, 0.25, top_radius=0.0)
+    head = DrawnShape(point, Y_TO_Z, np.array([0.0, 0.0, 0.875]), ARROW_COLOR)
+    see_through = {"depthTest": False, "transparent": True}
+    return [
+        mesh_object(f"{path}/shaft", shaft, see_through),
+        mesh_object(f"{path}/head", head, see_through),
+    ]

@@ -18,9 +18,7 @@ from hexapod_pin.view.report_blocks import (
     Title,
     Verdict,
 )
-from hexapod_pin.view.report_columns import draw_table
-from hexapod_pin.view.report_sheet import ACROSS, INCH, LEFT, Sheets
-from hexapod_pin.view.report_text import LEADING, wrapped
+from hexapod_pin.view.report_pdf import ACROSS, INCH, LEADING, LEFT, Sheets, draw_table, wrapped
 
 BODY, SMALL = 8.5, 7.0
 """Sizes of type [pt]."""

@@ -1,12 +1,14 @@
-"""The sections of a motor selection's report, in the order in which a reader needs them."""
+"""The report of a motor selection has sections with tables."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from importlib.metadata import version
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
+from hexapod_pin.results.motor_selection import USES
 from hexapod_pin.view.report_blocks import (
     UNKNOWN,
     Block,
@@ -20,19 +22,12 @@ from hexapod_pin.view.report_blocks import (
     Table,
     Title,
     Verdict,
+    margin_text,
     number,
     use_text,
     with_unit,
 )
-from hexapod_pin.view.selection_pictures import pictures
-from hexapod_pin.view.selection_tables import (
-    USE_NOTE,
-    choice_table,
-    data_sheet_table,
-    iteration_table,
-    ranking_tables,
-    result_cell,
-)
+from hexapod_pin.view.selection_figures import pictures
 from hexapod_pin.view.selection_words import (
     deciding,
     mass_change,
@@ -44,7 +39,8 @@ from hexapod_pin.view.selection_words import (
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.catalog import MotorRecord
-    from hexapod_pin.results.motor_selection import MotorCandidate, MotorSelection
+    from hexapod_pin.results.motor_selection import KindUse, MotorCandidate, MotorSelection
+
 
 FAILING = 10
 """Motors that do not pass and are shown with all numbers; of the others, the largest use."""
@@ -208,3 +204,177 @@ def _source_row(record: MotorRecord) -> tuple[Cell, ...]:
     remarks = [f"assumed: {line}" for line in record.assumed]
     remarks += [*record.flags, *([record.note] if record.note else [])]
     return Cell(record.name), Cell(record.source or UNKNOWN), Cell("; ".join(remarks) or "none")
+
+
+# The tables of a motor selection's report: ranking, choice, iteration, data sheets.
+
+SHORT = {"peak": "peak", "continuous": "RMS", "holding": "hold", "speed": "speed"}
+KINDS_ACROSS = 3
+"""Kinds of joints side by side in a table."""
+
+USE_NOTE = (
+    "Uses are need over what the derated motor may give [-], the worst joint of the kind in the "
+    "worst walk; above 1 (marked *) it does not pass. peak: largest torque over the torque-speed "
+    "line at that speed; RMS: over the continuous torque; hold: static torque on all feet over the "
+    "continuous torque, or in the worst stance of the walk over the derated stall torque; speed: "
+    "over the no-load speed under load; ∞: beyond the no-load speed. Margin: 1 - largest use."
+)
+
+
+def use_cell(use: float) -> Cell:
+    """Return a use; marked where it is above 1."""
+    return Cell(f"{use_text(use)} *", "bad") if use > 1.0 else Cell(use_text(use))
+
+
+def result_cell(passes: bool) -> Cell:
+    """Return whether something passes."""
+    return Cell("pass", "good") if passes else Cell("FAIL", "bad")
+
+
+def choice_table(candidate: MotorCandidate) -> Table:
+    """Return what each kind of joint takes of its motor, a column each."""
+    columns = (
+        Column("", wide=True),
+        *(Column(f"{use.kind} joints", wide=True) for use in candidate.uses),
+    )
+    rows = tuple(
+        (Cell(label), *(value(candidate, use) for use in candidate.uses))
+        for label, value in _CHOICE
+    )
+    return Table(columns, rows, note=CHOICE_NOTE)
+
+
+def _worst_walk(name: str) -> Callable[[MotorCandidate, KindUse], Cell]:
+    def cell(_: MotorCandidate, use: KindUse) -> Cell:
+        value = use_cell(getattr(use, name))
+        walk = use.walk.get(name, "")
+        return value._replace(text=f"{value.text} ({walk})" if walk else value.text)
+
+    return cell
+
+
+_CHOICE: tuple[tuple[str, Callable[[MotorCandidate, KindUse], Cell]], ...] = (
+    ("Motor", lambda c, u: Cell(c.motors[u.kind].name)),
+    ("Mass of one [g]", lambda c, u: Cell(_grams(c.motors[u.kind].mass))),
+    ("Peak torque, use [-]", _worst_walk("peak")),
+    ("RMS torque, use [-]", _worst_walk("continuous")),
+    ("Holding torque, use [-]", _worst_walk("holding")),
+    ("Speed, use [-]", _worst_walk("speed")),
+    ("Margin", lambda c, u: Cell(margin_text(deciding((u,)).use))),
+    ("Holding with a leg lost, use [-]", lambda c, u: Cell(use_text(u.lost_leg))),
+    ("Time outside the derated line [%]", lambda c, u: Cell(number(100.0 * u.outside, 2))),
+    ("Load over rotor inertia [-]", lambda c, u: Cell(number(u.inertia_ratio, 2))),
+    ("Result", lambda c, u: result_cell(u.passes)),
+)
+"""Label and value of each row of the table of the choice."""
+
+CHOICE_NOTE = (
+    "Use: need over what the derated motor may give, of the worst joint, in the walk in brackets; "
+    "above 1 (marked *) it does not pass. Margin: 1 - largest use. With a leg lost: static torque "
+    "over the derated stall torque, for information; unknown where a stance of a walk cannot stand "
+    "without a leg."
+)
+
+
+def iteration_table(steps: Sequence[MotorCandidate]) -> Table:
+    """Return the choices one after another, until masses and motors agree."""
+    columns = (
+        Column("Step"), Column("Motors", wide=True), Column("All motors [kg]"),
+        Column("Robot [kg]"), Column("Largest use [-]"), Column("Result", wide=True),
+    )  # fmt: skip
+    rows = tuple(
+        (
+            Cell(str(k)), Cell(step.name), Cell(number(step.motor_mass)),
+            Cell(number(step.robot_mass)), use_cell(deciding(step.uses).use),
+            Cell("passes", "good") if step.passes else Cell(f"fails: {step.reasons[0]}", "bad"),
+        )
+        for k, step in enumerate(steps, start=1)
+    )  # fmt: skip
+    return Table(columns, rows)
+
+
+def ranking_tables(
+    s: MotorSelection, candidates: Sequence[MotorCandidate]
+) -> Iterator[Table]:  # fmt: skip
+    """Return candidates with all their uses, a table for every three kinds of joints."""
+    for first in range(0, max(len(s.kinds), 1), KINDS_ACROSS):
+        yield _ranking_table(s, candidates, s.kinds[first : first + KINDS_ACROSS], first == 0)
+
+
+def _ranking_table(
+    s: MotorSelection, candidates: Sequence[MotorCandidate], kinds: Sequence[str], whole: bool
+) -> Table:
+    """Return one table; uses that are unknown of all its motors are said below it."""
+    shown = {
+        kind: [n for n in USES if any(not math.isnan(_use(c, kind, n)) for c in candidates)]
+        for kind in kinds
+    }
+    places = {c.name: k for k, c in enumerate(s.candidates, start=1)}
+    general = _GENERAL if whole else _GENERAL[-1:]
+    priced = any(price_text(c) != UNKNOWN for c in candidates)
+    general = [column for column in general if priced or column[0] != PRICE]
+    columns = [Column("No."), Column("Motor on all joints", wide=True)]
+    columns += [Column(SHORT[name]) for kind in kinds for name in shown[kind]]
+    columns += [Column(title) for title, _ in general]
+    rows = tuple(
+        (
+            Cell(str(places[c.name])), Cell(c.name),
+            *(use_cell(_use(c, kind, name)) for kind in kinds for name in shown[kind]),
+            *(value(c) for _, value in general),
+        )
+        for c in candidates
+    )  # fmt: skip
+    spans = [(f"{kind}: use [-]", len(shown[kind])) for kind in kinds if shown[kind]]
+    missing = [f"{SHORT[n]} of the {k} joints" for k in kinds for n in USES if n not in shown[k]]
+    missing += ["price"] if whole and not priced else []
+    note = f"Unknown for every motor of this table: {', '.join(missing)}." if missing else ""
+    return Table(tuple(columns), rows, (("", 2), *spans, ("", len(general))), note)
+
+
+PRICE = "Price of all"
+_GENERAL: list[tuple[str, Callable[[MotorCandidate], Cell]]] = [
+    ("Margin", lambda c: Cell(margin_text(deciding(c.uses).use))),
+    ("One [g]", lambda c: Cell(_grams(next(iter(c.motors.values())).mass))),
+    ("Robot [kg]", lambda c: Cell(number(c.robot_mass))),
+    ("Battery peak [A]", lambda c: Cell(number(c.battery_peak))),
+    (PRICE, lambda c: Cell(price_text(c))),
+    ("Walks", lambda c: Cell(f"{sum(run.walks for run in c.runs)} of {len(c.runs)}")),
+    ("Result", lambda c: result_cell(c.passes)),
+]
+
+
+def _use(candidate: MotorCandidate, kind: str, name: str) -> float:
+    return float(getattr(candidate.use(kind), name))
+
+
+def data_sheet_table(records: Sequence[MotorRecord]) -> Table:
+    """Return what the data sheets tell of motors, a column each."""
+    columns = (Column("Quantity", wide=True), *(Column(r.name, wide=True) for r in records))
+    rows = tuple(
+        (Cell(label), *(Cell(_value(record, name, scale)) for record in records))
+        for label, name, scale in DATA_SHEET
+    )
+    return Table(columns, rows)
+
+
+DATA_SHEET = (
+    ("Maker", "maker", 0.0), ("Type", "motor_type", 0.0), ("Voltage [V]", "voltage", 1.0),
+    ("Allowed from [V]", "voltage_min", 1.0), ("Allowed to [V]", "voltage_max", 1.0),
+    ("Stall torque [N m]", "stall_torque", 1.0), ("No-load speed [rad/s]", "no_load_speed", 1.0),
+    ("Stall current [A]", "stall_current", 1.0), ("Standby current [A]", "standby_current", 1.0),
+    ("Rated torque [N m]", "rated_torque", 1.0), ("Mass [g]", "mass", 1e3),
+    ("Gear ratio [-]", "gear_ratio", 1.0),
+    ("Rotor inertia at the joint, published [kg m²]", "armature", 1.0),
+)  # fmt: skip
+"""Label, attribute of `MotorRecord`, and factor; 0 of texts."""
+
+
+def _value(record: MotorRecord, name: str, scale: float) -> str:
+    value = getattr(record, name)
+    if not scale:
+        return value or UNKNOWN
+    return UNKNOWN if value is None else f"{scale * value:.5g}"
+
+
+def _grams(mass: float | None) -> str:
+    return UNKNOWN if mass is None else f"{1e3 * mass:.4g}"

@@ -15,12 +15,10 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, ViewerError
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.view.ground_commands import MARGIN, ground_commands, ground_rectangle
-from hexapod_pin.view.html import mesh_notes
+from hexapod_pin.view.ground_shapes import MARGIN, Sizes, ground_commands, ground_rectangle
+from hexapod_pin.view.html import fitted_motion, folded_list, mesh_budget, mesh_notes, write_page
 from hexapod_pin.view.mesh_store import MeshStore
 from hexapod_pin.view.meshcat_commands import DIGITS, ROOT, Command, text_object
-from hexapod_pin.view.page import folded_list, write_page
-from hexapod_pin.view.page_budget import fitted_motion, mesh_budget
 from hexapod_pin.view.robot_shapes import RobotShapes
 from hexapod_pin.view.scene_graph import (
     animation_of,
@@ -34,7 +32,6 @@ from hexapod_pin.view.scene_graph import (
     trunk_focus,
 )
 from hexapod_pin.view.scene_graph import clip as motion_clip
-from hexapod_pin.view.view_sizes import Sizes
 
 ASIDE = 1.6  # ground beside a run's path, reaches of the robot
 GAP = 0.1  # between two grounds, reaches of the robot

@@ -19,7 +19,7 @@ from fuzz import material
 from fuzz.command_door import odd_options
 from fuzz.values import ESCAPE, odd_text
 from fuzz.watched_folder import WatchedFolder
-from hexapod_pin.drive.catalog.write import catalog_text
+from hexapod_pin.drive.catalog.catalog import catalog_text
 
 COMMANDS: tuple[tuple[str, ...], ...] = (
     ("walk", "robot.urdf", "--duration", "0.02", "--quick", "--once", "--no-html"),

@@ -186,7 +186,7 @@ def store_bytes() -> bytes:
 @cache
 def catalog_text() -> str:
     """Return a catalogue."""
-    from hexapod_pin.drive.catalog.write import catalog_text
+    from hexapod_pin.drive.catalog.catalog import catalog_text
 
     return catalog_text(hp.load_catalog().records[:6])
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.sampled_trajectory import HoldPosture
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.terrain import Flat, Slope
 from hexapod_pin.simulation.scene import Scene

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.feasible_gait import named_gait
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.named_gait import named_gait
-from hexapod_pin.control.sampled_trajectory import SampledTrajectory
+from hexapod_pin.control.sampled_trajectory import HoldPosture, SampledTrajectory
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.ground.contact import Contact, StickSlip
 from hexapod_pin.ground.terrain import Flat, Slope

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.control.gait import GAITS, Gait
-from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.sampled_trajectory import HoldPosture
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.ground.terrain import Flat

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from hexapod_pin.simulation.run import simulate
+from hexapod_pin.simulation.case import simulate
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array

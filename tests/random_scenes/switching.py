@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.sampled_trajectory import HoldPosture
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.drive.motor import Motor
 from hexapod_pin.drive.servo import Servo

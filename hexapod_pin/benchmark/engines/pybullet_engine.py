@@ -17,7 +17,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.engines.engine import EngineSweep, Problem
-from hexapod_pin.benchmark.work_precision.entry import RunOutcome
+from hexapod_pin.benchmark.work_precision.measure import RunOutcome
 
 STEPS = (2.5e-3, 1e-3, 5e-4, 2.5e-4, 1e-4)
 QUICK_STEPS = (1e-3, 5e-4, 2.5e-4)

@@ -5,17 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from hexapod_pin.benchmark.work_precision.entry import Entry, ReferenceSolution
-from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow, measure
+from hexapod_pin.benchmark.work_precision.measure import (
+    BenchmarkRow,
+    Entry,
+    ReferenceSolution,
+    measure,
+    ratios,
+)
 from hexapod_pin.benchmark.work_precision.own_entry import (
     OwnEntry,
+    find_reference,
     kept_settings,
+    known_answer,
     sweep_settings,
 )
-from hexapod_pin.benchmark.work_precision.reference_solution import find_reference, known_answer
-from hexapod_pin.benchmark.work_precision.scene_options import SceneOptions, as_typed
+from hexapod_pin.benchmark.work_precision.scenes import SceneOptions, as_typed
 from hexapod_pin.benchmark.work_precision.task import Task, held_task
-from hexapod_pin.benchmark.work_precision.tolerance_sweep import ratios
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.validation.solver_setting import method_names
 
@@ -134,7 +139,7 @@ def _others(
     task: Task, plan: ComparisonSettings, notes: list[str], progress: Progress | None
 ) -> Sequence[Entry]:
     """Return the other engines' entries; says in `notes` what there is to say."""
-    from hexapod_pin.benchmark.engines.available import LAW, engine_entries
+    from hexapod_pin.benchmark.engines.engine import LAW, engine_entries
 
     found = engine_entries(task, quick=plan.quick, progress=_first(progress))
     if found.entries:

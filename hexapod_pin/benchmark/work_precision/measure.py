@@ -1,15 +1,121 @@
-"""Work-precision: every entry in turn, round after round; rows that keep error beside cost."""
+"""Entries run a task in turn, and rows keep error beside cost.
+
+The cheapest setting that reaches an error is found.
+"""
 
 from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, Protocol
 
-from hexapod_pin.benchmark.work_precision.entry import OURS, Entry, RunOutcome
+import numpy as np
+
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import SimulationInterrupted
+from hexapod_pin.validation.position_error import PositionError, trunk_error
 from hexapod_pin.validation.solver_setting import KEPT
+
+# What takes part in a comparison: something with a setting that runs a task and is timed.
+
+OURS = "hexapod_pin"
+
+
+@dataclass(frozen=True, eq=False)
+class RunOutcome:
+    """One run.
+
+    Attributes:
+        places: (T, 3) trunk in the world at the samples, t = 0 included [m].
+        q: (T, 7 + n) all positions at the samples; None from another engine.
+        wall: wall time of the integration alone [s].
+        evaluations: of the dynamics; None where the engine does not tell.
+        steps: accepted steps.
+        rejected: rejected steps.
+        touches: changes between touching and not, over all feet, from sample to sample.
+        estimate: the method's own estimate of its error [m, rad]; nan where it has none.
+        note: why there is no result ("diverged at ..."), or a warning; empty else.
+        ended: whether the run came to its end.
+    """
+
+    places: Array = field(repr=False)
+    q: Array | None = field(repr=False)
+    wall: float
+    evaluations: int | None = None
+    steps: int | None = None
+    rejected: int | None = None
+    touches: int | None = None
+    estimate: float = math.nan
+    note: str = ""
+    ended: bool = True
+
+    @classmethod
+    def failed(cls, note: str, wall: float = math.nan) -> RunOutcome:
+        """Return a run without a result."""
+        return cls(np.empty((0, 3)), None, wall, note=note, ended=False)
+
+    def distance(self, reference: RunOutcome) -> PositionError:
+        """Return how far this run is from another; nan where there is nothing to compare."""
+        if not (self.ended and reference.ended):
+            return PositionError(math.nan, math.nan)
+        if self.q is not None and reference.q is not None:
+            return PositionError.between(self.q, reference.q)
+        return PositionError(math.nan, trunk_error(self.places, reference.places))
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceSolution:
+    """What runs are compared with.
+
+    Attributes:
+        outcome: the reference run.
+        text: what it is.
+        uncertainty: how far it is from the run that checks it.
+        check: what that run is.
+    """
+
+    outcome: RunOutcome
+    text: str
+    uncertainty: PositionError
+    check: str
+
+
+class Entry(Protocol):
+    """A method of an engine at one setting."""
+
+    @property
+    def engine(self) -> str:
+        """Whose method it is."""
+        ...
+
+    @property
+    def method(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def setting(self) -> str:
+        """Its step or accuracy, in words."""
+        ...
+
+    @property
+    def value(self) -> float:
+        """The same as a number; smaller is tighter."""
+        ...
+
+    @property
+    def reference(self) -> ReferenceSolution:
+        """What it is compared with."""
+        ...
+
+    def run(self) -> RunOutcome:
+        """Run the task from its start."""
+        ...
+
+
+# Work-precision: every entry in turn, round after round; rows that keep error beside cost.
 
 SINGLE_RUN_WALL = 1.0
 """Wall time [s] above which a run is timed once: its noise is small and its cost no contest."""
@@ -158,3 +264,91 @@ def row_of(
         wall=statistics.median(walls or [outcome.wall]) / duration, runs=max(1, len(walls)),
         evaluations=evaluations, steps=steps, rejected=rejected, note=outcome.note,
     )  # fmt: skip
+
+
+# The cheapest setting of each method that reaches an error, and all tighter ones with it.
+
+LEVELS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+DEFAULT = "extrapolated-euler"
+"""The method that `simulate` takes where none is named."""
+
+Measure = Literal["error", "trunk"]
+
+
+def sweeps(rows: Iterable[BenchmarkRow]) -> dict[tuple[str, str], list[BenchmarkRow]]:
+    """Return the rows by engine and method, loosest first, without refused settings."""
+    found: dict[tuple[str, str], list[BenchmarkRow]] = {}
+    for row in rows:
+        if not row.refused:
+            found.setdefault((row.engine, row.method), []).append(row)
+    return {name: sorted(own, key=lambda row: -row.value) for name, own in found.items()}
+
+
+def cheapest(
+    own: Sequence[BenchmarkRow], level: float, measure: Measure = "error"
+) -> BenchmarkRow | None:
+    """Return the cheapest setting of one method whose error is at most `level`.
+
+    A setting counts only if every tighter one meets the level too: a run that hits it by chance
+    does not. A run that diverged meets none. Within one method the count of evaluations tells
+    which is cheapest, where there is one: it has no noise.
+
+    Args:
+        own: rows of one method, loosest first.
+        level: wanted error [m, rad].
+        measure: "error" for all positions, "trunk" for the trunk alone.
+    """
+    best: BenchmarkRow | None = None
+    for row in reversed(own):
+        if not getattr(row, measure) <= level:
+            break
+        if best is None or _cost(row) < _cost(best):
+            best = row
+    return best
+
+
+def _cost(row: BenchmarkRow) -> float:
+    return row.wall if row.evaluations is None else row.evaluations
+
+
+def resolved(own: Sequence[BenchmarkRow], level: float) -> bool:
+    """Tell whether the reference of a method is certain to the level."""
+    return all(row.uncertainty <= level for row in own)
+
+
+def best_of(
+    rows: Iterable[BenchmarkRow], engine: str, level: float, measure: Measure = "trunk"
+) -> BenchmarkRow | None:
+    """Return the cheapest row of any method of an engine that reaches a level."""
+    found = [
+        cheapest(own, level, measure) for (name, _), own in sweeps(rows).items() if name == engine
+    ]
+    return min((row for row in found if row is not None), key=lambda row: row.wall, default=None)
+
+
+def ratios(rows: Sequence[BenchmarkRow], levels: Sequence[float] = (1e-3, 1e-4)) -> list[str]:
+    """Return one line per other engine and level: our wall time over its best."""
+    engines = list(dict.fromkeys(row.engine for row in rows if row.engine != OURS))
+    return [_ratio(rows, engine, level) for engine in engines for level in levels]
+
+
+def _ratio(rows: Sequence[BenchmarkRow], engine: str, level: float) -> str:
+    """Return the line of one engine and level: our best method's ratio, and the default's."""
+    head = f"trunk within {level:.0e} m: "
+    other = best_of(rows, engine, level)
+    ours = best_of(rows, OURS, level)
+    if ours is None:
+        return f"{head}no method of ours reached it"
+    default = best_of([row for row in rows if row.method == DEFAULT], OURS, level)
+    shown = [ours] if default in (None, ours) else [ours, default]
+    if other is None:
+        mine = ", ".join(f"ours {_text(row)}" for row in shown if row)
+        return f"{head}{mine}; no method of {engine} reached it"
+    mine = ", ".join(
+        f"ours {_text(row)}, ratio {row.wall / other.wall:.3f}" for row in shown if row
+    )  # fmt: skip
+    return f"{head}{engine} {_text(other)}; {mine}"
+
+
+def _text(row: BenchmarkRow) -> str:
+    return f"{row.wall * 1e3:.3g} ms ({row.method}, {row.setting})"

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.control.joint_trajectory import trajectory_curve
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
-from hexapod_pin.control.trajectory_curve import trajectory_curve
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.plant import standing_on
-from hexapod_pin.simulation.time_grid import integer_ratio
+from hexapod_pin.simulation.run_settings import integer_ratio
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory

@@ -1,16 +1,21 @@
-"""Catalogues of motors."""
+"""A catalogue holds motors by name.
+
+It is written as CSV with units in its columns, or as a Markdown table.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import csv
+import io
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.drive.catalog.motor_record import MotorRecord
-from hexapod_pin.drive.catalog.table import catalog_table
-from hexapod_pin.drive.catalog.write import catalog_text
 from hexapod_pin.errors import (
     CatalogError,
     CatalogFault,
@@ -18,6 +23,7 @@ from hexapod_pin.errors import (
     TraceFileError,
     UnknownNameError,
 )
+from hexapod_pin.foreign_text import csv_cell
 from hexapod_pin.user_file import user_path
 
 SAME_VOLTAGE = 1e-6
@@ -135,3 +141,185 @@ def _same(one: float, other: float) -> bool:
 
 def _voltages(records: list[MotorRecord]) -> str:
     return ", ".join(f"{record.voltage:g}" for record in records)
+
+
+# A catalogue as a table in Markdown, one line per model.
+
+HEAD = (
+    "model", "at [V]", "stall torque [N m]", "no-load speed [rad/s]", "rated torque [N m]",
+    "mass [g]", "rotor at the joint [1e-3 kg m^2]", "flags",
+)  # fmt: skip
+
+
+def catalog_table(records: Sequence[MotorRecord]) -> str:
+    """Return the table; numbers of one model's voltages are separated by slashes.
+
+    Rotor inertias that are estimated have a tilde before them.
+    """
+    models: dict[str, list[MotorRecord]] = {}
+    for record in records:
+        models.setdefault(record.model, []).append(record)
+    rows = [HEAD, ("---",) * len(HEAD), *(_row(model, found) for model, found in models.items())]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def _row(model: str, found: list[MotorRecord]) -> tuple[str, ...]:
+    return (
+        model,
+        _each(found, lambda r: f"{r.voltage:g}"),
+        _each(found, lambda r: f"{r.stall_torque:.3g}"),
+        _each(found, lambda r: _known(r.no_load_speed, 1.0)),
+        _each(found, lambda r: _known(r.rated_torque, 1.0)),
+        _each(found, lambda r: _known(r.mass, 1e3)),
+        _each(found, _rotor),
+        _flags(found),
+    )
+
+
+def _each(found: list[MotorRecord], text: Callable[[MotorRecord], str]) -> str:
+    """Return the text of each record, or that of one where all say the same."""
+    texts = [text(record) for record in found]
+    return texts[0] if len(set(texts)) == 1 else " / ".join(texts)
+
+
+def _known(value: float | None, factor: float) -> str:
+    return "" if value is None else f"{factor * value:.3g}"
+
+
+def _rotor(record: MotorRecord) -> str:
+    if not record.joint_armature:
+        return ""
+    return f"{'~' if record.armature is None else ''}{1e3 * record.joint_armature:.2g}"
+
+
+def _flags(found: list[MotorRecord]) -> str:
+    """Return each flag in short, with its voltages where not all have it."""
+    voltages: dict[str, list[str]] = {}
+    for record in found:
+        for flag in record.flags:
+            short = flag.partition(":")[0].removesuffix(" is known")
+            voltages.setdefault(short, []).append(f"{record.voltage:g}")
+    return "; ".join(
+        flag if len(of) == len(found) else f"{flag} at {', '.join(of)} V"
+        for flag, of in voltages.items()
+    )
+
+
+# Write a file of motors that `load_catalog` reads back to the same records.
+
+
+def catalog_text(records: tuple[MotorRecord, ...]) -> str:
+    """Return the records as comma-separated values, in SI units with the units in the header."""
+    out = io.StringIO(newline="")
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([HEADERS[field][0] for field in ORDER])
+    for record in records:
+        writer.writerow([_cell(getattr(record, field)) for field in ORDER])
+    return out.getvalue()
+
+
+def _cell(value: str | float | None) -> str:
+    """Return a cell's text; numbers with as many digits as their bits take."""
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return csv_cell(value)
+    return repr(int(value)) if value == int(value) and abs(value) < 1e9 else repr(value)
+
+
+# Columns of a file of motors: what each is called, and in which units it may stand.
+
+KGF = 9.80665
+"""Standard gravity: weight of a kilogram [N]."""
+
+RPM = 2.0 * math.pi / 60.0
+"""A turn per minute [rad/s]."""
+
+
+class Column(NamedTuple):
+    """A column of numbers.
+
+    Attributes:
+        field: of `MotorRecord`, in SI units (temperatures in deg C).
+        units: what a header's end says, with the factor to the field's unit; "" of a number without
+            unit. The first is how the package writes it.
+    """
+
+    field: str
+    units: dict[str, float]
+
+
+TORQUE = {"Nm": 1.0, "mNm": 1e-3, "kgf_cm": 0.01 * KGF, "kgcm": 0.01 * KGF, "ozf_in": 0.00706155}
+SPEED = {"rad_s": 1.0, "rpm": RPM, "deg_s": math.pi / 180.0}
+CURRENT = {"A": 1.0, "mA": 1e-3}
+INERTIA = {"kgm2": 1.0, "gcm2": 1e-7}
+
+NUMBERS = (
+    Column("voltage", {"V": 1.0}),
+    Column("voltage_min", {"V": 1.0}),
+    Column("voltage_max", {"V": 1.0}),
+    Column("stall_torque", TORQUE),
+    Column("no_load_speed", SPEED),
+    Column("stall_current", CURRENT),
+    Column("standby_current", CURRENT),
+    Column("rated_torque", TORQUE),
+    Column("mass", {"kg": 1.0, "g": 1e-3}),
+    Column("gear_ratio", {"": 1.0}),
+    Column("armature", INERTIA),
+    Column("winding_resistance", {"ohm": 1.0}),
+    Column("torque_constant", {"Nm_A": 1.0, "mNm_A": 1e-3}),
+    Column("thermal_resistance_winding", {"K_W": 1.0}),
+    Column("thermal_resistance_housing", {"K_W": 1.0}),
+    Column("thermal_time_winding", {"s": 1.0}),
+    Column("thermal_time_housing", {"s": 1.0}),
+    Column("winding_temperature_max", {"degC": 1.0}),
+    Column("price", {"": 1.0}),
+)
+
+TEXTS = (
+    "model", "maker", "motor_type", "armature_source", "currency", "source", "note", "uncertain",
+)  # fmt: skip
+
+REQUIRED = ("model", "voltage", "stall_torque", "no_load_speed", "mass")
+"""Fields whose columns must be there; cells of speed and mass may be empty."""
+
+COMPUTED = frozenset(
+    (
+        "derated_torque_Nm_stall_over_5", "kt_output_Nm_per_A_est", "resistance_ohm_est",
+        "implied_drivetrain_efficiency_est", "stall_torque_per_mass_Nm_kg",
+    )
+)  # fmt: skip
+"""Columns that follow from others: read over, for nothing is built from them."""
+
+ORDER = (
+    "model", "maker", "motor_type", "voltage", "voltage_min", "voltage_max", "stall_torque",
+    "no_load_speed", "stall_current", "standby_current", "rated_torque", "mass", "gear_ratio",
+    "armature", "armature_source", "winding_resistance", "torque_constant",
+    "thermal_resistance_winding", "thermal_resistance_housing", "thermal_time_winding",
+    "thermal_time_housing", "winding_temperature_max", "price", "currency", "source", "note",
+    "uncertain",
+)  # fmt: skip
+"""Fields in the order in which files are written."""
+
+
+class NumberCell(NamedTuple):
+    """What a header of numbers stands for: a field and the factor to its unit."""
+
+    field: str
+    factor: float
+
+
+def _header(field: str, unit: str) -> str:
+    return f"{field}_{unit}" if unit else field
+
+
+BY_HEADER = {
+    _header(column.field, unit): NumberCell(column.field, factor)
+    for column in NUMBERS
+    for unit, factor in column.units.items()
+}
+"""Every header of numbers that is understood."""
+
+HEADERS = {column.field: [_header(column.field, unit) for unit in column.units]
+           for column in NUMBERS} | {name: [name] for name in TEXTS}  # fmt: skip
+"""Headers by field; the first of each is how the package writes it."""

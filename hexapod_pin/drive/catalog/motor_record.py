@@ -1,10 +1,14 @@
-"""A row of a catalogue of motors: one motor at one voltage, as its data sheet states it."""
+"""A record is one motor at one voltage, as its data sheet states it.
+
+Derating says how much of it a lasting use may require; an unpublished rotor inertia is estimated.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import (
+    Field,
     NonNegativeFloat,
     PositiveFloat,
     ValidationInfo,
@@ -12,7 +16,6 @@ from pydantic import (
     model_validator,
 )
 
-from hexapod_pin.drive.catalog.armature import estimated_armature
 from hexapod_pin.drive.motor import Motor
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.foreign_text import has_control
@@ -213,3 +216,117 @@ class MotorRecord(Spec):
             rotor_inertia=self.joint_armature / ratio**2,
             gear_ratio=ratio,
         )
+
+
+# The rotor's inertia where nobody has published it: estimated from servos that were identified.
+#
+# A brushed motor's torque-speed line and its rotor have one time constant, tau = J n^2 v0 / T0, the
+# mechanical time constant of data sheets (J n^2 rotor inertia at the joint, T0 stall torque, v0 no-
+# load speed). It depends on how the rotor is built more than on its size or the gear. With tau of
+# identified servos of the same build, J n^2 = tau T0 / v0. Leaving the rotor out would be
+# optimistic.
+
+CORELESS_TIME = 0.014
+"""Middle of tau of MX-64 and MX-106 (13.6 and 14.5 ms), *assumed* of coreless servos [s]."""
+
+CORED_TIME = 0.037
+"""Median of tau of XL-320, XL330-M288 and ST3215 (36, 37, 81 ms), *assumed* of the rest [s]."""
+
+
+class ArmatureEstimate(NamedTuple):
+    """An *assumed* rotor inertia.
+
+    Attributes:
+        value: at the joint [kg m^2].
+        rule: how it was come by, in words.
+    """
+
+    value: float
+    rule: str
+
+
+def mechanical_time(record: MotorRecord) -> float | None:
+    """Return tau of a record whose rotor inertia is published [s]; None where one is missing."""
+    if record.armature is None or record.no_load_speed is None:
+        return None
+    return record.armature * record.no_load_speed / record.stall_torque
+
+
+def estimated_armature(record: MotorRecord) -> ArmatureEstimate:
+    """Return the rotor inertia of a motor by the rule above; 0 without a no-load speed."""
+    if record.no_load_speed is None:
+        return ArmatureEstimate(0.0, "rotor inertia left out: without a no-load speed no estimate")
+    coreless = "coreless" in record.motor_type.casefold()
+    time = CORELESS_TIME if coreless else CORED_TIME
+    value = time * record.stall_torque / record.no_load_speed
+    build = "coreless" if coreless else "cored"
+    rule = (
+        f"rotor inertia at the joint {value:.2g} kg m^2, from the mechanical time constant of "
+        f"identified {build} servos, {1e3 * time:.3g} ms"
+    )
+    return ArmatureEstimate(value, rule)
+
+
+# Derating: how much of a motor's data sheet a lasting, reliable use may ask for.
+
+Share = Annotated[float, Field(gt=0.0, le=1.0)]
+
+STALL_FIFTH = (
+    "continuous 0.2: ROBOTIS states for AX-12A, AX-18A and XL-320 that the stall torque is the "
+    "largest instantaneous and static torque, and that motion is stable when a robot is designed "
+    "for loads of 1/5 or less of it (e-Manual, emanual.robotis.com/docs/en/dxl/ax/ax-12a)"
+)
+FEETECH_TEST = (
+    "continuous 0.2 is cautious for servos with metal gears: a Feetech STS3215 (30 kgf cm) held "
+    "half of its stall torque for over an hour at 48 deg C, cut out at 0.67 of it, and came to "
+    "71 deg C in 110 min of swinging (github.com/TheRobotStudio/SO-ARM100/issues/134)"
+)
+PEAK_CURVE = (
+    "peak 0.8 *assumed*: ROBOTIS measures its performance graphs with a slowly rising load and "
+    "states that their largest torque lies below the stall torque (e-Manual); by how much differs "
+    "from model to model"
+)
+SAGGING_BATTERY = (
+    "voltage 0.9 *assumed*: a lithium cell of 3.7 V nominal is at 3.3 to 3.4 V under load near "
+    "the end of its charge"
+)
+
+
+class Derating(Spec):
+    """Shares of a motor's published numbers that may be used; all defaults can be changed.
+
+    Attributes:
+        peak: largest torque over the torque of the motor's line at that speed [-].
+        continuous: RMS torque over stall torque where no rated torque is published [-].
+        voltage: supply under load over the record's voltage [-].
+    """
+
+    peak: Share = 0.8
+    continuous: Share = 0.2
+    voltage: Share = 0.9
+
+    @property
+    def evidence(self) -> tuple[str, ...]:
+        """What the values rest on; of values that were changed: that the user stated them."""
+        default = Derating()
+        grounds = {
+            "peak": (PEAK_CURVE,),
+            "continuous": (STALL_FIFTH, FEETECH_TEST),
+            "voltage": (SAGGING_BATTERY,),
+        }
+        lines: list[str] = []
+        for name, texts in grounds.items():
+            value = getattr(self, name)
+            stated = (f"{name} {value:g}: stated by the user",)
+            lines += texts if value == getattr(default, name) else stated
+        return tuple(lines)
+
+    def continuous_torque(self, record: MotorRecord) -> float:
+        """Return the RMS torque that may last for ever [N m].
+
+        The rated torque where the maker publishes one, else `continuous` of the stall torque. It is
+        set by heat, so a sagging battery does not change it.
+        """
+        if record.rated_torque is not None:
+            return record.rated_torque
+        return self.continuous * record.stall_torque

@@ -4,26 +4,29 @@ The balance is that of S2 appendix eqs. 1-2, solved for the torques; where the s
 base leave the foot forces open, a split chooses them.
 """
 
-from hexapod_pin.formulations.inverse.contact_springs import ContactSprings, NoRestError
 from hexapod_pin.formulations.inverse.dynamics import (
     InverseDynamics,
+    PrescribedGait,
     inverse_dynamics,
+    prescribed_gait,
     torque_under_forces,
 )
 from hexapod_pin.formulations.inverse.force_split import (
     Compliant,
     ForceSplit,
+    InfeasibleError,
     LeastTorque,
     MinimumNorm,
-)
-from hexapod_pin.formulations.inverse.friction_pyramid import (
     normal_force_margin,
     pyramid,
     tipping_slope,
 )
-from hexapod_pin.formulations.inverse.least_squares import InfeasibleError
-from hexapod_pin.formulations.inverse.prescribed_gait import PrescribedGait, prescribed_gait
-from hexapod_pin.formulations.inverse.stance import StanceLoad, stance_load
+from hexapod_pin.formulations.inverse.stance import (
+    ContactSprings,
+    NoRestError,
+    StanceLoad,
+    stance_load,
+)
 
 __all__ = [
     "Compliant",

@@ -1,30 +1,37 @@
-"""Forces between feet and ground on bodies in maximal coordinates (S1 eqs 4-5)."""
+"""Feet touch the ground in maximal coordinates (S1 eqs 4-5), and contacts remember their slip."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.maximal.contact_laws import (
-    bristle_friction,
-    friction_over_speed,
-    normal_force,
-)
-from hexapod_pin.formulations.maximal.contact_memory import ContactEvaluation
-from hexapod_pin.formulations.maximal.ground_query import GroundQuery
 from hexapod_pin.formulations.maximal.rotation import cross
-from hexapod_pin.ground.contact import Restitution, StickSlip
+from hexapod_pin.ground.contact import (
+    AdamsCoulomb,
+    AdamsImpact,
+    BrownMcPhee,
+    HuntCrossley,
+    KelvinVoigt,
+    Restitution,
+    SmoothStep,
+    StickSlip,
+    TanhCoulomb,
+)
+from hexapod_pin.ground.terrain import PatchedGround, Plane, Polyline, ShakingGround
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.bodies import Bodies
-    from hexapod_pin.formulations.maximal.contact_memory import RunMemory
-    from hexapod_pin.formulations.maximal.state import MaximalState
-    from hexapod_pin.ground.contact import Contact
+    from hexapod_pin.formulations.maximal.model import MaximalState
+    from hexapod_pin.ground.contact import Contact, FrictionLaw, NormalLaw
     from hexapod_pin.ground.terrain import Ground
+
+    Flags = NDArray[np.bool_]
 
 
 class GroundContact:
@@ -138,3 +145,244 @@ class GroundContact:
             bristle_rate=rate,
             on_cone=closed[:, 0] & on_cone,
         )
+
+
+# The contact laws (S1 eqs 4-5 and the others) in NumPy, for many contacts at once.
+#
+# Written apart from the native core on purpose: this solver shares the numbers, not the code.
+
+MIN_SLIP_SPEED_M_S = 1e-300
+"""Keeps m(s)/s finite at rest [m/s]."""
+
+CONE_LIMIT_SHARE = 1.0 - 1e-9
+"""A bristle with this share of its friction limit is on the cone [-]."""
+
+
+def normal_force(law: NormalLaw, depth: Array, rate: Array, touch_speed: Array) -> Array:
+    """Return the normal forces [N], never negative.
+
+    Args:
+        law: its parameters.
+        depth: penetrations d > 0 [m].
+        rate: d' [m/s].
+        touch_speed: approach speeds at first touch [m/s]; used by `Restitution` only.
+
+    Raises:
+        ParameterError: a law this solver does not know.
+    """
+    spring = law.stiffness * depth**law.exponent
+    if isinstance(law, HuntCrossley):
+        force = spring * (1.0 + 1.5 * law.dissipation * rate)
+    elif isinstance(law, Restitution):
+        force = spring * (1.0 + law.eta * rate / np.maximum(touch_speed, law.speed_floor))
+    elif isinstance(law, KelvinVoigt):
+        force = spring + law.damping * rate
+    elif isinstance(law, AdamsImpact):
+        force = spring + law.damping * cubic_step(depth / law.damping_depth) * rate
+    else:
+        raise ParameterError("contact.normal", type(law).__name__, "a normal law of this package")
+    return np.maximum(force, 0.0)
+
+
+def friction_coefficient(law: FrictionLaw, speed: Array) -> Array:
+    """Return m(s) [-] of a law of slip speed s >= 0 [m/s]; S1 eq. 5 for `TanhCoulomb`.
+
+    Raises:
+        ParameterError: a law this solver does not know.
+    """
+    if isinstance(law, TanhCoulomb):
+        return np.asarray(law.mu * np.tanh(law.slope * speed))
+    if isinstance(law, AdamsCoulomb):
+        vs, vd = law.stiction_speed, law.transition_speed
+        x = np.minimum(speed / vs, 1.0)
+        rise = law.mu_static * 0.5 * x * (3.0 - x * x)  # the STEP from -vs to vs
+        fall = (law.mu_dynamic - law.mu_static) * cubic_step((speed - vs) / (vd - vs))
+        return np.asarray(rise + fall)
+    if isinstance(law, SmoothStep):
+        x, drop = speed / law.speed, law.mu_static - law.mu_dynamic
+        return np.asarray(law.mu_static * quintic_step(x) - drop * quintic_step((x - 1.0) / 2.0))
+    if isinstance(law, BrownMcPhee):
+        x, peak = speed / law.speed, law.mu_static - law.mu_dynamic
+        return np.asarray(law.mu_dynamic * np.tanh(4.0 * x) + peak * x / (0.25 * x**2 + 0.75) ** 2)
+    raise ParameterError("contact.friction", type(law).__name__, "a friction law of this package")
+
+
+def friction_over_speed(law: FrictionLaw, speed: Array) -> Array:
+    """Return m(s)/s [s/m]: friction is this times -N u_t, finite at rest too."""
+    s = np.maximum(speed, MIN_SLIP_SPEED_M_S)
+    return friction_coefficient(law, s) / s
+
+
+def bristle_friction(
+    law: StickSlip, limit: Array, stretch: Array, slip: Array, normal: Array
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return F = k z + c u_t of a stick-slip spring, cut at the friction limit.
+
+    Args:
+        law: its parameters.
+        limit: mu N [N]. Shape (C, 1).
+        stretch: z [m]. Shape (C, 3).
+        slip: u_t [m/s]. Shape (C, 3).
+        normal: of the ground. Shape (C, 3).
+
+    Returns:
+        Friction against the slip (C, 3) [N], z' = (F - k z)/c (C, 3) [m/s], at the limit (C,).
+    """
+    trial = law.stiffness * stretch + law.damping * slip
+    size = np.sqrt(np.einsum("ij,ij->i", trial, trial))[:, None]
+    cut = np.where(size > limit, limit / np.maximum(size, np.finfo(float).tiny), 1.0)
+    flat = stretch - np.einsum("ij,ij->i", normal, stretch)[:, None] * normal
+    rate = (cut * trial - law.stiffness * flat) / law.damping
+    return cut * trial, rate, (size >= limit * CONE_LIMIT_SHARE)[:, 0]
+
+
+def cubic_step(x: Array) -> Array:
+    """ADAMS' STEP from 0 at x = 0 to 1 at x = 1."""
+    y = np.clip(x, 0.0, 1.0)
+    return np.asarray(y * y * (3.0 - 2.0 * y))
+
+
+def quintic_step(x: Array) -> Array:
+    """Drake's step5 from 0 at x = 0 to 1 at x = 1."""
+    y = np.clip(x, 0.0, 1.0)
+    return np.asarray(y**3 * (10.0 - y * (15.0 - 6.0 * y)))
+
+
+# Contacts at one state, and what a run remembers of them between accepted states.
+#
+# The contact laws themselves are pure: what a law wants to know of the past is kept here.
+
+
+@dataclass(frozen=True, eq=False)
+class ContactEvaluation:
+    """All C contacts at one state, those of each foot after another; world axes.
+
+    Attributes:
+        gap: [m], negative inside the ground. Shape (C,).
+        approach: -n . u [m/s]. Shape (C,).
+        force: on the feet [N]. Shape (C, 3).
+        bristle_rate: of the stretch [m/s]; zeros for laws without bristles. Shape (C, 3).
+        on_cone: whether a bristle is at its friction limit. Shape (C,).
+    """
+
+    gap: Array
+    approach: Array
+    force: Array
+    bristle_rate: Array
+    on_cone: Flags
+
+    def released(self, bristles: Array) -> Array:
+        """Return the stretches (C, 3) [m] with those of open contacts reset."""
+        return np.asarray(np.where((self.gap < 0.0)[:, None], bristles, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class RunMemory:
+    """Memory of nj joints and C contacts at the last accepted state.
+
+    Attributes:
+        angles: joint angles, turns counted [rad]. Shape (nj,).
+        touching: whether the contact was closed. Shape (C,).
+        touch_speed: approach speed before first touch [m/s]. Shape (C,).
+        sliding: whether a bristle was on its cone. Shape (C,).
+    """
+
+    angles: Array
+    touching: Flags
+    touch_speed: Array
+    sliding: Flags
+
+    @classmethod
+    def fresh(cls, angles: Array, contacts: int) -> RunMemory:
+        """Return the memory of contacts that were never closed."""
+        none = np.zeros(contacts, dtype=bool)
+        return cls(angles, none, np.zeros(contacts), none)
+
+    def unwrapped(self, angles: Array) -> Array:
+        """Return angles known to a turn (nj,) as those nearest to the remembered ones."""
+        turns = np.round((self.angles - angles) / (2.0 * np.pi))
+        return np.asarray(angles + 2.0 * np.pi * turns)
+
+    @property
+    def unseen(self) -> Flags:
+        """Contacts (C,) of which no open state is known: their touch speed is that of now."""
+        return np.asarray(~self.touching & (self.touch_speed <= 0.0))
+
+    def impact_speed(self, approach: Array) -> Array:
+        """Return the approach speeds (C,) [m/s] at first touch."""
+        return np.where(self.unseen, np.maximum(approach, 0.0), self.touch_speed)
+
+    def after_step(self, now: ContactEvaluation) -> RunMemory:
+        """Return the memory after an accepted state: contacts that began or ended change it."""
+        closed = now.gap < 0.0
+        open_above_ground = ~closed & (now.gap < NO_CONTACT_GAP_M)
+        renew = open_above_ground | (closed & self.unseen)
+        speed = np.where(renew, np.maximum(now.approach, 0.0), self.touch_speed)
+        return replace(self, touching=closed, touch_speed=speed, sliding=now.on_cone & closed)
+
+    def after_touch_down(self, which: int, now: ContactEvaluation) -> RunMemory:
+        """Return the memory at the moment when one contact closes."""
+        touching, speed = self.touching.copy(), self.touch_speed.copy()
+        touching[which], speed[which] = True, max(0.0, float(now.approach[which]))
+        return replace(self, touching=touching, touch_speed=speed)
+
+
+# Gaps and normals between spheres and the ground.
+
+NO_CONTACT_GAP_M = 1e9
+"""Gap of a contact that is nowhere near the ground [m]."""
+
+
+class GroundQuery:
+    """The ground under a fixed number of spheres.
+
+    Planes are done here; stairs, ledges, grooves and height fields use the terrain's own search.
+
+    Attributes:
+        contacts_per_sphere: that a sphere can have at once.
+    """
+
+    def __init__(self, terrain: Ground) -> None:
+        """Separate shaking and patches from the shape below."""
+        shape: Any = terrain
+        self._shaking = shape if isinstance(shape, ShakingGround) else None
+        shape = shape.ground if isinstance(shape, ShakingGround) else shape
+        self._patches = shape if isinstance(shape, PatchedGround) else None
+        shape = shape.ground if isinstance(shape, PatchedGround) else shape
+        surface = shape.surface()
+        self._plane = surface if isinstance(surface, Plane) else None
+        self._search = None if self._plane is not None else shape.native()
+        self.contacts_per_sphere = 2 if isinstance(surface, Polyline) else 1
+
+    def under(self, time: float, centers: Array, radii: Array) -> tuple[Array, Array]:
+        """Return gaps (C,) [m] and unit normals (C, 3) of spheres (F, 3), (F,); C = F or 2 F."""
+        if self._shaking is not None:
+            centers = centers - (0.0, 0.0, float(self._shaking.lift_at(time)))
+        if self._plane is not None:
+            normal = np.array(self._plane.normal)
+            gaps = (centers - self._plane.point) @ normal - radii
+            return gaps, np.broadcast_to(normal, centers.shape)
+        return self._searched(centers, radii)
+
+    def velocity(self, time: float) -> Array:
+        """Return the velocity of the ground (3,) [m/s], world axes."""
+        if self._shaking is None:
+            return np.zeros(3)
+        rate = 2.0 * np.pi * self._shaking.frequency
+        return np.array([0.0, 0.0, self._shaking.amplitude * rate * np.cos(rate * time)])
+
+    def factors(self, centers: Array) -> Array:
+        """Return factors on friction and stiffness (C, 2) [-] at places (C, 3)."""
+        if self._patches is None:
+            return np.ones((len(centers), 2))
+        return self._patches.factors_at(centers[:, 0], centers[:, 1])
+
+    def _searched(self, centers: Array, radii: Array) -> tuple[Array, Array]:
+        gaps = np.full((len(centers), self.contacts_per_sphere), NO_CONTACT_GAP_M)
+        normals = np.zeros((len(centers), self.contacts_per_sphere, 3))
+        normals[:, :, 2] = 1.0
+        search: Any = self._search
+        for f, (center, radius) in enumerate(zip(centers, radii, strict=True)):
+            for k, (gap, normal) in enumerate(search.contacts(center, float(radius))):
+                gaps[f, k], normals[f, k] = gap, normal
+        return gaps.ravel(), normals.reshape(-1, 3)

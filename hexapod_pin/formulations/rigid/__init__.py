@@ -4,25 +4,27 @@ Coordinates are the robot's: base pose and joint angles. Mass matrix, bias and c
 from Pinocchio; nothing is shared with the native core.
 """
 
-from hexapod_pin.formulations.rigid.constraints import ContactSet
-from hexapod_pin.formulations.rigid.contact_events import TouchDownImpact
-from hexapod_pin.formulations.rigid.derivative import (
-    RigidDerivative,
-    derivative,
-    prescribed_derivative,
-)
-from hexapod_pin.formulations.rigid.energy import energy
-from hexapod_pin.formulations.rigid.ground import RigidGround
-from hexapod_pin.formulations.rigid.impact import (
+from hexapod_pin.formulations.rigid.contact_events import (
     PlasticImpact,
+    TouchDownImpact,
     plastic_impact,
     unilateral_impact,
 )
-from hexapod_pin.formulations.rigid.model import RigidModel
-from hexapod_pin.formulations.rigid.run import RigidRun, integrate, simulate
-from hexapod_pin.formulations.rigid.state import initial_state, standing_state
-from hexapod_pin.formulations.rigid.sticking import StickingCheck
-from hexapod_pin.formulations.rigid.trace import FrictionDemand
+from hexapod_pin.formulations.rigid.derivative import (
+    ContactSet,
+    RigidDerivative,
+    StickingCheck,
+    derivative,
+    prescribed_derivative,
+)
+from hexapod_pin.formulations.rigid.model import (
+    RigidGround,
+    RigidModel,
+    energy,
+    initial_state,
+    standing_state,
+)
+from hexapod_pin.formulations.rigid.run import FrictionDemand, RigidRun, integrate, simulate
 
 __all__ = [
     "ContactSet",

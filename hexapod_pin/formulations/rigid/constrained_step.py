@@ -14,9 +14,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.formulations.rigid.constraints import ContactSet
-from hexapod_pin.formulations.rigid.derivative import RigidDerivative, constrained_derivative
-from hexapod_pin.formulations.rigid.kkt import solve_kkt
+from hexapod_pin.formulations.rigid.derivative import (
+    ContactSet,
+    RigidDerivative,
+    constrained_derivative,
+    solve_kkt,
+)
 from hexapod_pin.formulations.rigid.model import EquationTerms, RigidModel
 from hexapod_pin.formulations.servo import servo_torque
 from hexapod_pin.formulations.set_points import SetPoints

@@ -1,10 +1,11 @@
-"""S2 appendix eq. 1: mass matrix M, bias h and contact rows J of a robot on rigid ground.
+"""S2 appendix eq. 1 has a mass matrix, a bias and contact rows; state and energy go with them.
 
 All terms come from Pinocchio; nothing here reaches the native core, which is compared with it.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,10 +14,13 @@ from numpy.typing import ArrayLike
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.rigid.ground import RigidGround
+from hexapod_pin.formulations.conserved import ConservedQuantities
 
 if TYPE_CHECKING:
-    from hexapod_pin.robot.robot import Foot, Robot
+    from hexapod_pin.robot.loading.limbs import Foot
+    from hexapod_pin.robot.robot import Robot
+    from hexapod_pin.robot.state import State
+
 
 CONTACT_FRAME = "LOCAL_WORLD_ALIGNED"
 """Pinocchio's name of the frame of the contact rows: world axes, at the foot."""
@@ -176,3 +180,101 @@ class RigidModel:
         columns = pin.getJointJacobian(self.model, self.data, joint, frame)
         rows: Array = columns[:3] - pin.skew(self._contact_arm(joint, foot)) @ columns[3:]
         return rows
+
+
+# Rigid ground: a plane with Coulomb friction, on which S2's feet stick.
+
+UNIT_LENGTH_TOLERANCE = 1e-9
+"""Largest | |normal| - 1 | of a unit normal [-]."""
+
+
+@dataclass(frozen=True)
+class RigidGround:
+    """A plane that does not deform.
+
+    Attributes:
+        mu: coefficient of friction [-], against which sticking is checked; *assumed* by default.
+        normal: unit normal, pointing up, world axes.
+        point: a point of the plane [m].
+    """
+
+    mu: float = 0.7
+    normal: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            ParameterError: mu is negative or not finite, or the normal is no unit vector.
+        """
+        if not (math.isfinite(self.mu) and self.mu >= 0.0):
+            raise ParameterError("RigidGround.mu", self.mu, "finite and not negative")
+        if not abs(math.hypot(*self.normal) - 1.0) < UNIT_LENGTH_TOLERANCE:
+            raise ParameterError("RigidGround.normal", self.normal, "of unit length")
+
+
+# State of the rigid formulation: q = [base pose, joint angles], v = [base twist, joint rates].
+#
+# S2's appendix writes the equations for these coordinates; they are those of `hexapod_pin.State`.
+
+
+def initial_state(model: RigidModel, q: ArrayLike, v: ArrayLike) -> State:
+    """Return the checked state of a base pose, joint angles and velocities.
+
+    Args:
+        model: robot and ground.
+        q: base origin in the world [m], quaternion x, y, z, w, joint angles [rad]. Shape (nq,).
+        v: base velocity in base axes [m/s, rad/s], joint rates [rad/s]. Shape (nv,).
+
+    Raises:
+        StateError: wrong shape, a value that is not finite, or a quaternion off unit length.
+    """
+    return model.robot.check_state(q, v)
+
+
+def standing_state(model: RigidModel, angles: Array | None = None) -> State:
+    """Return the robot at rest, standing with these joint angles (n,) [rad] or its posture.
+
+    Raises:
+        ParameterError: the ground is not level at z = 0.
+    """
+    ground = model.ground
+    if ground.normal != (0.0, 0.0, 1.0) or ground.point[2] != 0.0:
+        raise ParameterError("initial", None, "given where the ground is not level at z = 0")
+    return model.robot.stand(angles)
+
+
+def configuration_rate(q: Array, v: Array) -> Array:
+    """Return q' (nq,) of a base twist in body axes and joint rates v (nv,)."""
+    axis, w, spin = q[3:6], q[6], v[3:6]
+    turn = np.append(0.5 * (w * spin + np.cross(axis, spin)), -0.5 * (axis @ spin))
+    across = 2.0 * np.cross(axis, v[:3])
+    move = v[:3] + w * across + np.cross(axis, across)
+    return np.concatenate([move, turn, v[6:]])
+
+
+def with_unit_quaternion(q: Array) -> Array:
+    """Return q (nq,) with its quaternion scaled to unit length."""
+    unit = q.copy()
+    unit[3:7] /= np.linalg.norm(q[3:7])
+    return unit
+
+
+# Energy and momentum in the robot's coordinates: 1/2 v.M v, the weight, centroidal momentum.
+
+
+def energy(model: RigidModel, state: State) -> ConservedQuantities:
+    """Return energy and momentum of a state, by Pinocchio."""
+    import pinocchio as pin
+
+    kinetic = float(pin.computeKineticEnergy(model.model, model.data, state.q, state.v))
+    momentum = pin.computeCentroidalMomentum(model.model, model.data, state.q, state.v)
+    center = np.array(pin.centerOfMass(model.model, model.data, state.q))
+    return ConservedQuantities(
+        kinetic=kinetic,
+        potential=-model.robot.total_mass * float(model.gravity @ center),
+        momentum=np.array(momentum.linear),
+        angular_momentum=np.array(momentum.angular),
+        center_of_mass=center,
+    )

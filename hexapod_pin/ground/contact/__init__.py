@@ -1,7 +1,14 @@
 """Contact laws of a spherical foot on the ground: normal force, friction, and pairs of them."""
 
 from hexapod_pin.ground.contact.contact import Contact
-from hexapod_pin.ground.contact.friction_law import FrictionLaw
+from hexapod_pin.ground.contact.friction import (
+    AdamsCoulomb,
+    BrownMcPhee,
+    FrictionLaw,
+    SmoothStep,
+    StickSlip,
+    TanhCoulomb,
+)
 from hexapod_pin.ground.contact.normal import (
     AdamsImpact,
     HuntCrossley,
@@ -10,19 +17,12 @@ from hexapod_pin.ground.contact.normal import (
     hertz_stiffness,
     stiffness_from_mm,
 )
-from hexapod_pin.ground.contact.regularised_friction import (
-    AdamsCoulomb,
-    BrownMcPhee,
-    SmoothStep,
-    TanhCoulomb,
-)
 from hexapod_pin.ground.contact.restitution import (
     Restitution,
     delivered_restitution,
     exact_damping_ratio,
 )
 from hexapod_pin.ground.contact.soil import SOILS, Soil
-from hexapod_pin.ground.contact.stick_slip import StickSlip
 
 __all__ = [
     "AdamsCoulomb",

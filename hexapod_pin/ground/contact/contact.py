@@ -9,21 +9,21 @@ from typing import Annotated
 from pydantic import Field
 
 from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.ground.contact.friction import (
+    AdamsCoulomb,
+    BrownMcPhee,
+    SmoothStep,
+    StickSlip,
+    TanhCoulomb,
+)
 from hexapod_pin.ground.contact.normal import (
     AdamsImpact,
     HuntCrossley,
     KelvinVoigt,
     hertz_stiffness,
 )
-from hexapod_pin.ground.contact.regularised_friction import (
-    AdamsCoulomb,
-    BrownMcPhee,
-    SmoothStep,
-    TanhCoulomb,
-)
 from hexapod_pin.ground.contact.restitution import Restitution
 from hexapod_pin.ground.contact.soil import soil_named
-from hexapod_pin.ground.contact.stick_slip import StickSlip
 from hexapod_pin.spec import Spec
 
 RUBBER = hertz_stiffness(young=5e6, poisson=0.49, radius=0.020)

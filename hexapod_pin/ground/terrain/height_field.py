@@ -1,10 +1,13 @@
-"""Uneven ground from an array, a file, or a seed."""
+"""A height field is uneven ground from an array, a file or a seed, with a smooth surface."""
 
 from __future__ import annotations
 
 import base64
 import binascii
+import csv
+import io
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -15,13 +18,14 @@ from pydantic import Field, model_validator
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain.ground import FARTHEST_M, MAX_FACE_ANGLE_RAD, Ground, Place, Size
-from hexapod_pin.ground.terrain.height_files import read_csv, read_image
-from hexapod_pin.ground.terrain.height_grid import HeightGrid
+from hexapod_pin.immutable import Immutable
+from hexapod_pin.user_file import read_bytes, reason_of
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from hexapod_pin.arrays import Array
+
 
 MAX_GRID_POINTS = 4_000_000
 RANDOM_FIELD_WAVES = 32  # of a random field
@@ -259,3 +263,153 @@ def _require_grid(z: Array, spacing: Any) -> None:
                 "60 deg at most",
                 "Use a wider spacing or lower heights.",
             )
+
+
+# Heights from files: comma-separated text and grey images.
+
+LUMINANCE = (0.299, 0.587, 0.114)  # of red, green, blue (ITU-R BT.601)
+MAX_FILE_BYTES = 100_000_000
+
+
+def read_csv(path: str | Path) -> Array:
+    """Return the numbers (rows, columns) of a comma-separated file; empty lines are skipped.
+
+    Raises:
+        ParameterError: the file cannot be read, a cell is not a finite number, or rows differ in
+            length; rows and columns are counted from 1, as editors do.
+    """
+    text = _bytes(path)
+    try:
+        lines = text.decode("utf-8-sig").splitlines()
+        rows = [(n, row) for n, row in enumerate(csv.reader(lines), 1) if any(row)]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise _unreadable(path, f"comma-separated text ({error})") from error
+    if not rows:
+        raise _unreadable(path, "comma-separated numbers (it is empty)")
+    width = len(rows[0][1])
+    for n, row in rows:
+        if len(row) != width:
+            raise ParameterError(f"{path}, row {n}", f"{len(row)} columns", f"{width} columns")
+    return np.array(
+        [[_number(path, n, k, cell) for k, cell in enumerate(row, 1)] for n, row in rows]
+    )
+
+
+def _number(path: str | Path, row: int, column: int, cell: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ParameterError(f"{path}, row {row}, column {column}", cell, "a finite number [m]")
+    return value
+
+
+def read_image(path: str | Path) -> Array:
+    """Return the brightness (rows, columns) of an image, 0 black to 1 white, top row first.
+
+    Raises:
+        ParameterError: the file cannot be read, or is not an image.
+    """
+    data = _bytes(path)
+    from PIL import Image
+
+    try:
+        with Image.open(io.BytesIO(data)) as image:
+            if image.mode in ("I;16", "I;16B", "I;16L", "I;16N", "I"):
+                return np.asarray(image, dtype=float) / 65535.0
+            if image.mode == "F":
+                raise ValueError("floating-point images have no white")
+            return np.asarray(image.convert("RGB"), dtype=float) / 255.0 @ LUMINANCE
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise _unreadable(path, f"an image ({error})") from error
+
+
+def _bytes(path: str | Path) -> bytes:
+    """Return a file's content."""
+    try:
+        return read_bytes(path, MAX_FILE_BYTES)
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, f"a readable file ({reason_of(error)})") from error
+
+
+def _unreadable(path: str | Path, allowed: str) -> ParameterError:
+    return ParameterError("path", str(path), allowed)
+
+
+# Heights on a grid and the smooth surface through them.
+
+
+@dataclass(frozen=True)
+class HeightGrid(Immutable):
+    """A C1 surface through grid points: Catmull-Rom splines along x and y.
+
+    It runs out to level within one spacing beyond the grid's edge, and stays level from there.
+
+    Attributes:
+        origin: x, y of the first point [m].
+        spacing: between points along x and along y [m].
+        z: (ny, nx) heights [m]; row j, column i stands at x = x0 + i dx, y = y0 + j dy.
+    """
+
+    origin: tuple[float, float]
+    spacing: tuple[float, float]
+    z: Array
+
+    def height_at(self, x: ArrayLike, y: ArrayLike) -> Array:
+        """Return z [m] above x, y [m]."""
+        return self._sample(x, y)[0]
+
+    def normal_at(self, x: ArrayLike, y: ArrayLike) -> Array:
+        """Return the unit normals (..., 3)."""
+        _, slope_x, slope_y = self._sample(x, y)
+        vector = np.stack([-slope_x, -slope_y, np.ones_like(slope_x)], axis=-1)
+        return np.asarray(vector / np.linalg.norm(vector, axis=-1, keepdims=True))
+
+    def native(self) -> Any:
+        """Return the native ground: the grid with its border repeated once."""
+        from hexapod_pin import native as _native
+
+        x0, y0 = (o - d for o, d in zip(self.origin, self.spacing, strict=True))
+        bordered = np.ascontiguousarray(np.pad(self.z, 1, mode="edge"))
+        return _native.height_field(x0, y0, *self.spacing, bordered)
+
+    def _sample(self, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array, Array]:
+        """Return height and its derivatives to x and y, all of one shape."""
+        rows, columns = self.z.shape
+        x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        if not (np.isfinite(x).all() and np.isfinite(y).all()):
+            raise ParameterError("x, y", "not finite", "finite [m]")
+        i, wx, dwx = _weights((x - self.origin[0]) / self.spacing[0], columns)
+        j, wy, dwy = _weights((y - self.origin[1]) / self.spacing[1], rows)
+        around = np.pad(self.z, 3, mode="edge")
+        four = np.arange(2, 6)  # the points i - 1 ... i + 2 of the padded grid
+        patch = around[(j[..., None] + four)[..., :, None], (i[..., None] + four)[..., None, :]]
+
+        def along(v: Array, u: Array) -> Array:
+            return np.asarray(np.einsum("...jk,...j,...k->...", patch, v, u))
+
+        return along(wy, wx), along(wy, dwx) / self.spacing[0], along(dwy, wx) / self.spacing[1]
+
+
+def _weights(u: Array, count: int) -> tuple[NDArray[np.intp], Array, Array]:
+    """Return cell, weights (..., 4) of the four points around `u`, and their derivatives.
+
+    Cubic Hermite segments with slopes from central differences (Catmull & Rom 1974).
+    """
+    inside = (u > -1.0) & (u < count)
+    u = np.clip(u, -1.0, float(count))
+    cell = np.minimum(np.floor(u).astype(np.intp), count - 1)
+    t = u - cell
+    start, end = (1.0 + 2.0 * t) * (1.0 - t) ** 2, t**2 * (3.0 - 2.0 * t)
+    leave, arrive = t * (1.0 - t) ** 2, t**2 * (t - 1.0)
+    value = _four(start, end, leave, arrive)
+    turn = 6.0 * t * (1.0 - t)
+    slope = _four(-turn, turn, (1.0 - t) * (1.0 - 3.0 * t), t * (3.0 * t - 2.0))
+    return cell, value, slope * inside[..., None]
+
+
+def _four(start: Array, end: Array, leave: Array, arrive: Array) -> Array:
+    """Return the weights of four points from those of two values and two slopes."""
+    points = [-0.5 * leave, start - 0.5 * arrive, end + 0.5 * leave, 0.5 * arrive]
+    return np.stack(points, axis=-1)

@@ -1,17 +1,17 @@
-"""The grounds that controllers are compared on, scaled to what the robot's feet can step over."""
+"""Controllers are compared on named grounds. Any ground can be read back from its TOML form."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.contact.contact import Contact
-from hexapod_pin.ground.terrain.any_terrain import AnyTerrain
 from hexapod_pin.ground.terrain.height_field import HeightField
-from hexapod_pin.ground.terrain.overlay import Patch, PatchedGround
-from hexapod_pin.ground.terrain.plane import Flat
-from hexapod_pin.ground.terrain.profile import Ramp, Stairs
+from hexapod_pin.ground.terrain.overlay import Patch, PatchedGround, ShakingGround
+from hexapod_pin.ground.terrain.profile import Flat, Groove, Ledge, Ramp, Slope, Stairs
 
 LEVEL_RADIUS = 0.5
 """All grounds are level, and firm, up to this distance from the world's origin [m]."""
@@ -100,3 +100,37 @@ def _soft(length: float) -> tuple[Patch, ...]:
             Patch(low=(begin, low), high=(begin + SOFT_LENGTH, high), stiffness=SOFT_STIFFNESS)
         )
     return tuple(patches)
+
+
+# Any of the grounds, from its TOML form.
+
+AnyTerrain = (
+    Flat | Slope | Stairs | Ramp | Ledge | Groove | HeightField | PatchedGround | ShakingGround
+)
+
+KINDS: dict[str, type[AnyTerrain]] = {
+    str(cls.model_fields["kind"].default): cls
+    for cls in (
+        Flat,
+        Slope,
+        Stairs,
+        Ramp,
+        Ledge,
+        Groove,
+        HeightField,
+        PatchedGround,
+        ShakingGround,
+    )
+}
+
+
+def read_terrain(data: Mapping[str, Any]) -> AnyTerrain:
+    """Return the ground that `model_dump` turned into plain data.
+
+    Raises:
+        ParameterError: `kind` is missing or unknown, or a value is out of range.
+    """
+    kind = data.get("kind")
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise ParameterError("terrain.kind", kind, f"one of {', '.join(KINDS)}")
+    return KINDS[kind](**data)

@@ -9,8 +9,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from hexapod_pin.ground.terrain.ground import FARTHEST_M, Ground, Place, Surface
 from hexapod_pin.ground.terrain.height_field import HeightField
-from hexapod_pin.ground.terrain.plane import Flat, Slope
-from hexapod_pin.ground.terrain.profile import Groove, Ledge, Ramp, Stairs
+from hexapod_pin.ground.terrain.profile import Flat, Groove, Ledge, Ramp, Slope, Stairs
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:

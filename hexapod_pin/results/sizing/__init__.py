@@ -1,8 +1,12 @@
 """Sizing: what the joints demand of any motor, and how a motor of the catalogue fares with it."""
 
-from hexapod_pin.results.sizing.joint_demand import JointDemand
-from hexapod_pin.results.sizing.motor_budget import MotorBudget, motor_budget
-from hexapod_pin.results.sizing.motor_ranking import MotorRanking, motor_ranking
+from hexapod_pin.results.sizing.demand import JointDemand
+from hexapod_pin.results.sizing.motor_budget import (
+    MotorBudget,
+    MotorRanking,
+    motor_budget,
+    motor_ranking,
+)
 from hexapod_pin.results.sizing.motor_use import BatteryLoad, MotorUse
 from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.results.sizing.winding import Winding

@@ -1,24 +1,33 @@
-"""A motor of a catalogue held against what the joints demand."""
+"""A motor budget compares a motor with what the joints demand.
+
+A ranking does so for all motors of a catalogue.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from hexapod_pin.arguments import checked, explain_methods
 from hexapod_pin.drive.catalog import MotorRecord
-from hexapod_pin.drive.derating import Derating
+from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.results.sizing.battery_load import battery_load
-from hexapod_pin.results.sizing.joint_demand import JointDemand
-from hexapod_pin.results.sizing.joint_use import joint_uses
-from hexapod_pin.results.sizing.motor_use import UNITS, UNKNOWN, BatteryLoad, MotorUse, finite
+from hexapod_pin.results.joint_budget import aligned
+from hexapod_pin.results.sizing.demand import JointDemand
+from hexapod_pin.results.sizing.motor_use import (
+    UNITS,
+    UNKNOWN,
+    BatteryLoad,
+    MotorUse,
+    battery_load,
+    finite,
+    joint_uses,
+    worst_use,
+)
 from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.results.sizing.trace_demand import joint_demand
-from hexapod_pin.results.sizing.use_text import budget_text
-from hexapod_pin.results.sizing.worst_use import worst_use
 from hexapod_pin.results.trace import Trace
 
 NO_MOTOR = ("slide",)
@@ -178,3 +187,240 @@ def _row(kind: str, name: str, rows: Mapping[str, MotorUse]) -> MotorUse:
     if name not in rows:
         raise UnknownNameError(kind, name, list(rows))
     return rows[name]
+
+
+# A motor's budget as plain text.
+
+USE_HEADER = (
+    "", "verdict", "peak|[-]", "margin|[N m]", "outside|[%]", "RMS|[-]", "moving RMS|[-]",
+    "standing|[-]", "holding|[-]", "leg lost|[-]", "speed|[-]", "current|peak [A]", "RMS|[A]",
+    "winding|[deg C]",
+)  # fmt: skip
+INERTIA_HEADER = (
+    "", "load inertia|[kg m^2]", "rotor's at joint|[kg m^2]", "load / rotor|[-]",
+    "RMS with rotor|[N m]", "best gear ratio|[-]", "ratio by speed|[-]",
+)  # fmt: skip
+NEED_HEADER = (
+    "", "peak|[N m]", "p99|[N m]", "RMS|[N m]", "standing|[N m]", "holding|[N m]", "leg lost|[N m]",
+    "peak speed|[rad/s]", "RMS|[rad/s]", "power|[W]", "energy +|[J]", "energy -|[J]",
+)  # fmt: skip
+
+
+def budget_text(budget: MotorBudget) -> str:
+    """Return all tables of a motor's budget, with units."""
+    verdict = "PASSES" if budget.passes else "FAILS"
+    head = [f"{budget.motor} in {budget.demand.robot}: {verdict}", _allowed(budget)]
+    head += [f"  {reason}" for reason in budget.reasons]
+    uses = [_use_cells(row, f"{row.kind} ({row.joint})") for row in budget.kinds]
+    uses += [_use_cells(row, row.joint) for row in budget.joints]
+    inertias = [_inertia_cells(row, budget.demand) for row in budget.joints]
+    notes = ["Notes", *(f"  {note}" for note in budget.notes)]
+    per = "window" if budget.demand.cycles is None else "cycle"
+    blocks = (
+        head,
+        ["Need over what is allowed; a use passes at 1 or below", *aligned(USE_HEADER, uses)],
+        demand_lines(budget.demand),
+        ["Rotor and gear", *aligned(INERTIA_HEADER, inertias)],
+        [
+            f"All joints at the same time, per {per}",
+            *work_lines(budget.demand),
+            *battery_lines(budget.battery),
+        ],
+        notes,
+    )
+    return "\n\n".join("\n".join(block) for block in blocks)
+
+
+def demand_lines(demand: JointDemand) -> list[str]:
+    """Return what the joints demand, one line each."""
+    names = (
+        "peak_torque", "p99_torque", "rms_torque", "standing", "holding", "holding_lost_leg",
+        "peak_speed", "rms_speed", "peak_power", "positive_energy", "negative_energy",
+    )  # fmt: skip
+    rows = [
+        [joint, *(number(getattr(demand, name)[j]) for name in names)]
+        for j, joint in enumerate(demand.joint_names)
+    ]
+    per = "window" if demand.cycles is None else "cycle"
+    return [f"Need of every joint; energies per {per}", *aligned(NEED_HEADER, rows)]
+
+
+def work_lines(demand: JointDemand) -> list[str]:
+    """Return mechanical work and cost of transport."""
+    positive, negative = demand.positive_energy.sum(), demand.negative_energy.sum()
+    rows = [
+        ("mechanical work given by the joints", positive, "J"),
+        ("mechanical work taken up by the joints", negative, "J"),
+        ("mechanical cost of transport, work by its size", demand.cost_of_transport, ""),
+        ("the same, work given only", demand.cost_of_transport_positive, ""),
+    ]
+    return [f"  {name:<50}{number(value)} {unit}".rstrip() for name, value, unit in rows]
+
+
+def battery_lines(load: BatteryLoad) -> list[str]:
+    """Return what the battery gives; an estimate from data-sheet currents."""
+    if load.unknown:
+        return [f"  battery current and electrical power: unknown ({load.unknown})"]
+    rows = [
+        ("supply under load", load.voltage, "V"),
+        ("largest current of all together", load.peak_current, "A"),
+        ("sum of the joints' own peaks, for comparison", load.sum_of_peaks, "A"),
+        ("mean current", load.mean_current, "A"),
+        ("RMS current", load.rms_current, "A"),
+        ("mean power, nothing given back", load.mean_power, "W"),
+        ("mean power, braking gives back", load.mean_power_regeneration, "W"),
+        ("energy, nothing given back", load.energy, "J"),
+        ("energy, braking gives back", load.energy_regeneration, "J"),
+        ("electrical cost of transport, nothing given back", load.cost_of_transport, ""),
+        ("the same, braking gives back", load.cost_of_transport_regeneration, ""),
+    ]
+    lines = [f"  {name:<50}{number(value)} {unit}".rstrip() for name, value, unit in rows]
+    return [*lines, "  estimated from the data sheet's stall and standby currents"]
+
+
+def number(value: float | str | None, digits: int = 3) -> str:
+    """Return a number as text; `unknown` of None and NaN."""
+    if value is None or isinstance(value, str) or value != value:
+        return UNKNOWN
+    return f"{value:.{digits}g}"
+
+
+def _allowed(budget: MotorBudget) -> str:
+    d = budget.derating
+    return (
+        f"allowed: {d.peak:g} of the torque-speed line at {d.voltage:g} of the rated voltage; "
+        f"for ever the rated torque, or {d.continuous:g} of stall where none is published"
+    )
+
+
+def _use_cells(row: MotorUse, name: str) -> Sequence[str]:
+    return (
+        name, "passes" if row.passes else "FAILS", number(row.peak_use), number(row.margin),
+        number(100.0 * row.outside_share), number(row.continuous_use), number(row.thermal_use),
+        number(row.standing_use), number(row.holding_use), number(row.lost_leg_use),
+        number(row.speed_use), number(row.current_peak), number(row.current_rms),
+        number(row.winding_temperature),
+    )  # fmt: skip
+
+
+def _inertia_cells(row: MotorUse, demand: JointDemand) -> Sequence[str]:
+    load = demand.load_inertia[demand.joint_names.index(row.joint)]
+    return (
+        row.joint, number(load), number(row.reflected_inertia), number(row.inertia_ratio),
+        number(row.rms_with_rotor), number(row.optimal_ratio), number(row.ratio_limit),
+    )  # fmt: skip
+
+
+# The motors of a catalogue held against one run, ranked.
+
+CAVEAT = (
+    "Held against the run as it is: neither the motors' masses and rotors nor their lines were in "
+    "it. `hexapod-pin select` simulates each motor with them."
+)
+
+SHOWN = 15
+"""Motors of the text table that do not pass."""
+
+
+@explain_methods
+@dataclass(frozen=True)
+class MotorRanking:
+    """Motors in their order for one run.
+
+    Attributes:
+        demand: what the joints need.
+        budgets: those that pass every joint first, the lightest first; then the others by how many
+            kinds of joint they fail, and by their largest use.
+        unusable: names and reasons of those without a line.
+        source: of the catalogue.
+    """
+
+    demand: JointDemand
+    budgets: tuple[MotorBudget, ...]
+    masses: tuple[float | None, ...]
+    unusable: tuple[tuple[str, str], ...]
+    source: str
+
+    @property
+    def passing(self) -> tuple[MotorBudget, ...]:
+        """Motors that carry every joint."""
+        return tuple(budget for budget in self.budgets if budget.passes)
+
+    def table(self) -> str:
+        """Return need and ranking as text with units."""
+        good = len(self.passing)
+        shown = self.budgets[: good + SHOWN]
+        head = ["motor", "mass|[g]", "verdict"]
+        for row in self.budgets[0].kinds if self.budgets else ():
+            head += [f"{row.kind}|peak", "|RMS", "|rest", "|speed"]
+        rows = [_cells(b, mass) for b, mass in zip(shown, self.masses, strict=False)]
+        lines = [
+            f"Motors of {self.source}, need over what is allowed; passes at 1 or below",
+            *aligned(head, rows),
+        ]
+        left = len(self.budgets) - len(shown)
+        lines += [f"and {left} more that fail (--json lists all)"] if left else []
+        why = [f"  {b.motor}: {b.reasons[0]}" for b in shown if b.reasons]
+        lines += ["", "Why not", *why] if why else []
+        lines += [f"  {name}: {reason}" for name, reason in self.unusable]
+        return "\n".join([*demand_lines(self.demand), "", *lines, "", CAVEAT])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all numbers as plain data."""
+        return {
+            "catalog": self.source,
+            "motors": [budget.to_dict() for budget in self.budgets],
+            "unusable": [{"motor": name, "reason": why} for name, why in self.unusable],
+            "caveat": CAVEAT,
+        }
+
+
+@checked
+def motor_ranking(
+    run: Trace | JointDemand,
+    records: Iterable[MotorRecord],
+    derating: Derating | None = None,
+    source: str = "the catalogue",
+) -> MotorRanking:
+    """Return the motors of a catalogue in their order for one run.
+
+    Args:
+        run: a trace, or what its joints need.
+        records: rows of a catalogue; those without a torque-speed line are told apart.
+        derating: what of the data sheets is allowed; None: the default.
+        source: of the catalogue, for the heading.
+
+    Raises:
+        ParameterError, NotRecordedError: as `joint_demand`; something is no record of a motor.
+    """
+    demand = joint_demand(run) if isinstance(run, Trace) else run
+    rows = list(records)
+    for row in rows:
+        if not hasattr(row, "stall_torque"):
+            raise ParameterError("motor_ranking.records", row, "several of MotorRecord")
+    good = [row for row in rows if row.stall_torque and row.no_load_speed]
+    found = [(motor_budget(demand, row, derating), row.mass) for row in good]
+    found.sort(key=lambda item: _order(*item))
+    named = {row.name for row in good}
+    bad = tuple((row.name, str(row.unusable)) for row in rows if row.name not in named)
+    return MotorRanking(demand, tuple(b for b, _ in found), tuple(m for _, m in found), bad, source)
+
+
+def _order(budget: MotorBudget, mass: float | None) -> tuple[Any, ...]:
+    if budget.passes:
+        return (0, mass is None, mass or 0.0, budget.robot.deciding_use)
+    failing = sum(not row.passes for row in budget.kinds)
+    return (1, failing, budget.robot.deciding_use, 0.0)
+
+
+def _cells(budget: MotorBudget, mass: float | None) -> list[str]:
+    cells = [
+        budget.motor,
+        "unknown" if mass is None else f"{1e3 * mass:.4g}",
+        "passes" if budget.passes else "FAILS",
+    ]
+    for row in budget.kinds:
+        rest = [use for use in (row.standing_use, row.holding_use) if use is not None]
+        uses = (row.peak_use, row.continuous_use, max(rest, default=None), row.speed_use)
+        cells += [number(use, 2) for use in uses]
+    return cells

@@ -1,13 +1,19 @@
-"""What the joints take of one motor: results, as data."""
+"""Joints use a motor's torque, speed, heat and current, and all together load the battery."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+import numpy as np
+
 from hexapod_pin.arguments import explain_methods
-from hexapod_pin.results.plain_json import without_non_finite
+from hexapod_pin.arrays import Array
+from hexapod_pin.results.result_files import without_non_finite
+from hexapod_pin.results.sizing.demand import JointDemand
+from hexapod_pin.results.sizing.motors import Motors, gear_numbers
+from hexapod_pin.results.sizing.winding import thermal_constant, winding_temperatures
 
 UNKNOWN = "unknown"
 """Stands where a data sheet does not tell what a number needs."""
@@ -173,3 +179,240 @@ def finite(data: Mapping[str, Any]) -> dict[str, Any]:
     """Return plain data that JSON can hold: NaN and infinities as None."""
     found: dict[str, Any] = without_non_finite(dict(data))
     return found
+
+
+# What each joint takes of its motor: torque, speed, heat, current, inertia.
+
+Columns = dict[str, Array]
+
+
+def joint_uses(
+    demand: JointDemand, motors: Motors, lost_leg: bool, ambient: float
+) -> tuple[MotorUse, ...]:
+    """Return one row per joint; see `motor_budget`."""
+    columns = {
+        **line_numbers(demand, motors),
+        **lasting_numbers(demand, motors),
+        **gear_numbers(demand, motors),
+        **current_numbers(demand, motors),
+        "winding_temperature": winding_temperatures(demand, motors, ambient),
+    }
+    judged = [name for name in USES if name != "lost_leg_use"]
+    judged += ["lost_leg_use"] if lost_leg else []
+    return tuple(_row(demand, motors, columns, judged, j) for j in range(len(motors.records)))
+
+
+def line_numbers(demand: JointDemand, motors: Motors) -> Columns:
+    """Return the joints' place below the derated torque-speed line.
+
+    Of samples, and at the largest torque of accepted steps with the speed sampled at that time.
+    """
+    size = np.abs(demand.torque)
+    allowed = motors.allowed(demand.torque, demand.speed)
+    top = motors.allowed(np.ones_like(demand.peak_torque), demand.peak_torque_speed)
+    margin = np.minimum((allowed - size).min(axis=0), top - demand.peak_torque)
+    use = np.maximum(share_used(size, allowed).max(axis=0), share_used(demand.peak_torque, top))
+    return {
+        "peak_use": use,
+        "margin": margin,
+        "outside_share": demand.weights @ (size > np.maximum(allowed, 0.0)),
+        "speed_use": demand.peak_speed / (motors.derating.voltage * motors.no_load),
+    }
+
+
+def share_used(size: Array, allowed: Array) -> Array:
+    """Return |torque| over what is allowed [-]; infinite where nothing is, 0 of no torque."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(allowed > 0.0, size / allowed, np.inf)
+    return np.asarray(np.where(size > 0.0, share, 0.0))
+
+
+def lasting_numbers(demand: JointDemand, motors: Motors) -> Columns:
+    """Return torques that last over what is allowed for ever, and what a lost leg asks for."""
+    moving = np.full(len(demand.kinds), np.nan)
+    for constant in {thermal_constant(row) for row in motors.records} - {None}:
+        own = [thermal_constant(row) == constant for row in motors.records]
+        moving[own] = demand.thermal_rms(constant)[own]  # type: ignore[arg-type]
+    at_stall = motors.allowed(np.ones_like(motors.stall), np.zeros_like(motors.stall))
+    return {
+        "continuous_use": demand.rms_torque / motors.continuous,
+        "thermal_use": moving / motors.continuous,
+        "standing_use": demand.standing / motors.continuous,
+        "holding_use": demand.holding / at_stall,
+        "lost_leg_use": demand.holding_lost_leg / at_stall,
+    }
+
+
+def current_numbers(demand: JointDemand, motors: Motors) -> Columns:
+    """Return the motors' own currents, from data-sheet currents [A]."""
+    per_torque = motors.stall_current / motors.stall
+    return {
+        "current_peak": per_torque * demand.peak_torque,
+        "current_rms": per_torque * demand.rms_torque,
+    }
+
+
+def _row(
+    demand: JointDemand, motors: Motors, columns: Columns, judged: list[str], j: int
+) -> MotorUse:  # fmt: skip
+    numbers: dict[str, Any] = {
+        name: None if np.isnan(values[j]) else float(values[j]) for name, values in columns.items()
+    }
+    words: dict[str, Any] = {"joint": demand.joint_names[j], "motor": motors.records[j].name}
+    failures = {
+        name: REASONS[name].format(**words, use=numbers[name], need=NEEDS[name](demand)[j])
+        for name in judged
+        if numbers[name] is not None and numbers[name] > 1.0
+    }
+    if numbers["peak_use"] == np.inf:
+        failures["peak_use"] = BEYOND.format(**words)
+    heat, hottest = numbers["winding_temperature"], motors.records[j].winding_temperature_max
+    numbers["winding_temperature"] = UNKNOWN if heat is None else heat
+    if heat is not None and hottest is not None and heat > hottest:
+        failures["winding_temperature"] = HOT.format(**words, heat=heat, hottest=hottest)
+    return MotorUse(kind=demand.kinds[j], **words, failures=failures, **numbers)
+
+
+REASONS = {
+    "peak_use": "{joint}: torque up to {need:.3g} N m is {use:.2f} of what {motor} gives at the "
+    "speed of the same moment, derated",
+    "continuous_use": "{joint}: RMS torque {need:.3g} N m is {use:.2f} of the continuous torque "
+    "of {motor}",
+    "thermal_use": "{joint}: the RMS torque over the winding's time constant is {use:.2f} of the "
+    "continuous torque of {motor}",
+    "standing_use": "{joint}: standing on all feet takes {need:.3g} N m, {use:.2f} of the "
+    "continuous torque of {motor}",
+    "holding_use": "{joint}: holding {need:.3g} N m in the worst stance of the walk is {use:.2f} "
+    "of the derated stall torque of {motor}",
+    "lost_leg_use": "{joint}: holding {need:.3g} N m with one leg lost is {use:.2f} of the derated "
+    "stall torque of {motor}",
+    "speed_use": "{joint}: speed up to {need:.3g} rad/s is {use:.2f} of the no-load speed of "
+    "{motor} at the derated voltage",
+}
+BEYOND = (
+    "{joint}: is to drive beyond the no-load speed of {motor} at the derated voltage, where it can "
+    "only brake"
+)
+HOT = "{joint}: the winding of {motor} reaches {heat:.0f} deg C, {hottest:g} are allowed"
+NEEDS = {
+    "peak_use": lambda d: d.peak_torque,
+    "continuous_use": lambda d: d.rms_torque,
+    "thermal_use": lambda d: d.rms_torque,
+    "standing_use": lambda d: d.standing,
+    "holding_use": lambda d: d.holding,
+    "lost_leg_use": lambda d: d.holding_lost_leg,
+    "speed_use": lambda d: d.peak_speed,
+}
+
+
+# The worst of several joints, number by number.
+
+LARGEST = (
+    *USES, "outside_share", "current_peak", "current_rms", "reflected_inertia", "inertia_ratio",
+    "rms_with_rotor",
+)  # fmt: skip
+SMALLEST = ("margin", "optimal_ratio", "ratio_limit")
+
+
+def worst_use(kind: str, rows: Sequence[MotorUse]) -> MotorUse:
+    """Return the worst of each number, and in `worst` which joint sets it; see `MotorUse`.
+
+    The largest of uses, currents and ratios of inertia, the smallest margin and gear ratio.
+    """
+    numbers: dict[str, Any] = {}
+    worst: dict[str, str] = {}
+    for names, pick in ((LARGEST, max), (SMALLEST, min)):
+        for name in names:
+            row = _pick(name, rows, pick)
+            numbers[name] = None if row is None else getattr(row, name)
+            if row is not None:
+                worst[name] = row.joint
+    heats = [r.winding_temperature for r in rows if not isinstance(r.winding_temperature, str)]
+    numbers["winding_temperature"] = max(heats) if len(heats) == len(rows) else UNKNOWN
+    decides = max(rows, key=lambda row: row.deciding_use)
+    return MotorUse(
+        joint=decides.joint, kind=kind, motor=_motor(rows), **numbers,
+        failures=_failures(rows), worst=worst,
+    )  # fmt: skip
+
+
+def _pick(name: str, rows: Sequence[MotorUse], pick: Callable[..., MotorUse]) -> MotorUse | None:
+    known = [row for row in rows if getattr(row, name) is not None]
+    return pick(known, key=lambda row: getattr(row, name)) if known else None
+
+
+def _failures(rows: Sequence[MotorUse]) -> dict[str, str]:
+    """Return one sentence for each number that fails: that of the joint where it is largest."""
+    found: dict[str, str] = {}
+    for name in (*USES, "winding_temperature"):
+        failing = [row for row in rows if name in row.failures]
+        if failing:
+            found[name] = max(failing, key=lambda row: getattr(row, name)).failures[name]
+    return found
+
+
+def _motor(rows: Sequence[MotorUse]) -> str:
+    return ", ".join(dict.fromkeys(row.motor for row in rows))
+
+
+# What all joints together draw from the battery at the same time: see `BatteryLoad`.
+
+
+def battery_load(demand: JointDemand, motors: Motors) -> BatteryLoad:
+    """Return currents, powers and energies of all joints, from samples."""
+    if reason := _unknown(motors):
+        return BatteryLoad(unknown=reason)
+    supply = float(motors.derating.voltage * motors.rated_voltage[0])
+    power, weights = electrical_power(demand, motors), demand.weights
+    standby = supply * float(np.nansum(motors.standby_current))
+    taken = np.maximum(power, 0.0)
+    drawn, net = supply * battery_current(demand, motors), power.sum(axis=1) + standby
+    mean, mean_net = float(weights @ drawn), float(weights @ net)
+    return BatteryLoad(
+        voltage=supply,
+        peak_current=float(drawn.max()) / supply,
+        mean_current=mean / supply,
+        rms_current=float(np.sqrt(weights @ drawn**2)) / supply,
+        peak_power=float(drawn.max()),
+        mean_power=mean,
+        mean_power_regeneration=mean_net,
+        energy=mean * demand.duration,
+        energy_regeneration=mean_net * demand.duration,
+        cost_of_transport=demand.per_way(mean * demand.duration),
+        cost_of_transport_regeneration=demand.per_way(mean_net * demand.duration),
+        sum_of_peaks=float(taken.max(axis=0).sum() + standby) / supply,
+    )
+
+
+def battery_current(demand: JointDemand, motors: Motors) -> Array:
+    """Return what all joints together draw without regeneration, of samples (T,) [A].
+
+    NaN where a data sheet has no current, or motors of several voltages have no common battery.
+    """
+    if _unknown(motors):
+        return np.full(len(demand.time), np.nan)
+    supply = float(motors.derating.voltage * motors.rated_voltage[0])
+    taken = np.maximum(electrical_power(demand, motors), 0.0)
+    return np.asarray(taken.sum(axis=1) / supply + np.nansum(motors.standby_current))
+
+
+def electrical_power(demand: JointDemand, motors: Motors) -> Array:
+    """Return V d i of each joint's motor (T, n) [W]: winding losses and mechanical power.
+
+    d i = (tau / T0 + w / w0) I0 tau / T0. It follows from the same straight lines of torque and
+    current over speed as the data sheet's three numbers; < 0 where the motor gives power back.
+    """
+    share = demand.torque / motors.stall
+    duty = share + demand.speed / motors.no_load
+    return np.asarray(motors.rated_voltage * motors.stall_current * duty * share)
+
+
+def _unknown(motors: Motors) -> str:
+    """Say why nothing can be told, if so."""
+    missing = {r.name for r in motors.records if r.stall_current is None}
+    if missing:
+        return f"no stall current is published of {', '.join(sorted(missing))}"
+    voltages = sorted({row.voltage for row in motors.records})
+    if len(voltages) > 1:
+        return f"motors of {' and '.join(f'{v:g} V' for v in voltages)}: no common battery"
+    return ""

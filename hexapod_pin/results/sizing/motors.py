@@ -1,4 +1,7 @@
-"""The motors of n joints as arrays: what the derated data sheets allow."""
+"""The motors of all joints are arrays of derated limits.
+
+Their rotors are compared with the load, which gives the best gear ratio.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,9 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.catalog import MotorRecord
-from hexapod_pin.drive.derating import Derating
+from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.sizing.demand import JointDemand
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,3 +117,44 @@ def _notes(row: MotorRecord, derating: Derating) -> list[str]:
     if row.stall_current is not None and row.standby_current is None:
         notes.append("no standby current is published: taken as 0")
     return [f"{row.name}: {note}" for note in notes]
+
+
+# Rotor against load: reflected inertia, inertia ratio, and the gear ratio of least RMS torque.
+#
+# tau_motor,rms^2 (N) = A / N^2 + 2 B + C N^2 with A the mean of the squared load torque and C the
+# mean of (J_rotor acceleration)^2 is least at N* = (A / C)^(1/4), whatever B: of a pure inertia
+# sqrt(J_load / J_rotor), the matched inertia (Pasch & Seering 1984). Losses of the gear left out.
+
+
+def gear_numbers(demand: JointDemand, motors: Motors) -> dict[str, Array]:
+    """Return inertias and gear ratios by their names in `MotorUse`; NaN where unknown."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        limit = motors.ratio * motors.derating.voltage * motors.no_load / demand.peak_speed
+        best = optimal_ratio(
+            demand.rms_with_armature(0.0), motors.armature / motors.ratio**2,
+            demand.acceleration_rms,
+        )  # fmt: skip
+        ratio = demand.load_inertia / motors.armature
+    return {
+        "reflected_inertia": motors.armature,
+        "inertia_ratio": _finite(ratio),
+        "optimal_ratio": _finite(np.minimum(best, limit)),
+        "ratio_limit": _finite(limit),
+        "rms_with_rotor": demand.rms_with_armature(motors.armature),
+    }
+
+
+def optimal_ratio(load_rms: Array, rotor_inertia: Array, acceleration_rms: Array) -> Array:
+    """Return the gear ratio N* = (A / C)^(1/4) at which the motor's RMS torque is least [-].
+
+    Args:
+        load_rms: root of A, RMS torque at the joint without the rotor's share [N m].
+        rotor_inertia: of rotor and gear at the motor's shaft [kg m^2].
+        acceleration_rms: of the joint [rad/s^2]; root of C is its product with the inertia.
+    """
+    return np.asarray(np.sqrt(load_rms / (rotor_inertia * acceleration_rms)))
+
+
+def _finite(values: Array) -> Array:
+    """Return NaN for what no motion or no rotor makes infinite."""
+    return np.where(np.isfinite(values), values, np.nan)

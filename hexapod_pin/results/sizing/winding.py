@@ -15,7 +15,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.catalog import MotorRecord
-from hexapod_pin.results.sizing.joint_demand import JointDemand
+from hexapod_pin.results.sizing.demand import JointDemand
 from hexapod_pin.results.sizing.motors import Motors
 
 COPPER = 0.0039

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from math import pi, radians
 
-from hexapod_pin.robot.description.blueprint import Blueprint
-from hexapod_pin.robot.description.segments import Segment, Trunk, six_hips
+from hexapod_pin.robot.description.blueprint import Blueprint, Segment, Trunk, six_hips
 from hexapod_pin.robot.description.solids import kg_mm2, mm
 
 _TURN = radians(60)

@@ -1,4 +1,7 @@
-"""Reading a URDF into plain links and joints, before any parser of a library sees it."""
+"""A URDF is read into plain links and joints before any library parses it.
+
+Files of other formats are recognised and refused with a way out.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,6 @@ from xml.parsers import expat
 
 from hexapod_pin import user_file
 from hexapod_pin.errors import UrdfError
-from hexapod_pin.robot.description.other_formats import advice_on
 
 MAX_BYTES = 50_000_000
 """Largest file that is read [bytes]."""
@@ -375,3 +377,32 @@ def _joint(element: ET.Element) -> Joint:
     ends = [element.find(tag) for tag in ("parent", "child")]
     parent, child = ("" if end is None else end.get("link") or "" for end in ends)
     return Joint(element.get("name") or "", element.get("type") or "", parent, child, element)
+
+
+# What a file is that is no URDF, and how to make one of it.
+
+_ADVICE = {
+    "sdf": "an SDF (Gazebo) file: convert it with pysdf, or take the "
+    "URDF or xacro file that it was made from",
+    "mujoco": "an MJCF (MuJoCo) file: convert it with mjcf-urdf-simple-converter, or take "
+    "the URDF that it was made from",
+    "mujocoinclude": "a part of an MJCF (MuJoCo) file: a URDF is needed",
+    "launch": "a launch file: give the URDF or xacro file that it loads (see its "
+    "robot_description), its arguments by xacro_args=[...]",
+    "package": "a package's manifest: give the URDF or xacro file, often in its folder urdf",
+    "COLLADA": "a mesh: give the URDF that names it",
+    "model": "a model of OpenSim or part of an SDF file: convert it to URDF",
+    "openrave": "an OpenRAVE file: convert it to URDF",
+}
+
+
+def advice_on(root: ET.Element) -> str:
+    """Return what a file with another outermost element is and what to do; empty if unknown."""
+    tag = root.tag.rpartition("}")[2]
+    robots = root.findall(".//robot")
+    if tag in _ADVICE:
+        return f" (this is {_ADVICE[tag]})"
+    if len(robots) > 1:
+        names = ", ".join(repr(robot.get("name", "")) for robot in robots[:5])
+        return f" (it holds {len(robots)} robots, {names}: put one in a file of its own)"
+    return " (put the <robot> in it in a file of its own)" if robots else ""

@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hexapod_pin.errors import HexapodError, UrdfError
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
-from hexapod_pin.robot.loading.layout_text import stated
 from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
-from hexapod_pin.robot.mending.urdf_check import check_urdf
+from hexapod_pin.robot.mending.find_all import check_urdf
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.reading.robot_text import read_robot_text
-from hexapod_pin.robot.recognition.layout import RobotLayout
+from hexapod_pin.robot.recognition.layout import RobotLayout, stated
 from hexapod_pin.robot.recognition.recognise import recognise
 
 if TYPE_CHECKING:
-    from hexapod_pin.robot.mending.options import MendOptions
+    from hexapod_pin.robot.mending.finding import MendOptions
 
 
 @dataclass(frozen=True)
@@ -108,7 +107,7 @@ def read_file(path: Path, options: LoadOptions) -> SourceFile:
 
 
 def _mend_options(options: LoadOptions) -> MendOptions:
-    from hexapod_pin.robot.mending.options import MendOptions
+    from hexapod_pin.robot.mending.finding import MendOptions
 
     return MendOptions(
         mass=options.mass, density=options.density,

@@ -1,16 +1,52 @@
-"""How a robot's file is read: hints about the robot, where its meshes are, whether it is mended."""
+"""Load options say where meshes are, whether a URDF is repaired, and give hints about the robot.
+
+Hints can be written to a file and edited.
+"""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import Field
 
-from hexapod_pin.errors import ParameterError
-from hexapod_pin.robot.recognition.hints import RobotHints
-from hexapod_pin.spec import read_toml
-from hexapod_pin.user_file import read_text
+from hexapod_pin.arrays import Array
+from hexapod_pin.atomic_file import write_atomically
+from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.robot.recognition.directions import across_up
+from hexapod_pin.robot.recognition.layout import RobotLayout
+from hexapod_pin.spec import Spec, read_toml
+from hexapod_pin.user_file import read_text, user_path
+
+# What a user says about a robot that its URDF does not: it goes before everything inferred.
+
+Names = tuple[str, ...]
+
+
+class RobotHints(Spec):
+    """Overrides of what would be inferred; None leaves it to be inferred.
+
+    Attributes:
+        forward: direction of travel in the root link's frame: "x", "-y", ... or an angle about the
+            trunk's upward axis from the root link's x axis [degrees].
+        legs: leg name -> its joints from the trunk outwards, or one joint or link of it.
+        feet: foot links, one per leg.
+        foot_radius: of all foot spheres [m].
+        posture: standing angles by joint name, or in joint order [rad].
+        held: places of joints that do not walk, by name [rad or m].
+    """
+
+    forward: float | str | None = None
+    legs: dict[str, Names] | None = None
+    feet: Names | None = None
+    foot_radius: float | None = None
+    posture: dict[str, float] | tuple[float, ...] | None = None
+    held: dict[str, float] | None = None
+
+
+# How a robot's file is read: hints about the robot, where its meshes are, whether it is mended.
 
 HINTS_SUFFIX = ".hints.toml"
 """robot.urdf (or robot.urdf.xacro) takes hints from robot.hints.toml beside it."""
@@ -69,3 +105,56 @@ def read_hints(urdf: Path) -> LoadOptions:
     except ParameterError as error:
         allowed, hint = error.allowed, f"{error.hint} It stands in {path}.".strip()
         raise ParameterError(error.name, error.value, allowed, hint) from error
+
+
+# Writing what was inferred about a robot as a hints file: it is then said, and can be edited.
+
+HEAD = """\
+# Read with the URDF of the same name: what stands here goes before what would be inferred.
+# Angles of joints in rad, places of sliding joints in m; forward: x, -x, y, -y, z, -z or degrees.
+"""
+
+
+def write_hints(urdf: str | Path, layout: RobotLayout, options: LoadOptions) -> Path:
+    """Write a layout beside a URDF, unless there is a file already, and return where.
+
+    Raises:
+        ParameterError: there is such a file, or it cannot be written.
+    """
+    import tomli_w
+
+    path = hints_path(user_path(urdf))
+    remarks = "".join(f"# inferred: {text}\n" for text in layout.inferred)
+    text = HEAD + remarks + "\n" + tomli_w.dumps({**options.given(), **layout_hints(layout)})
+    try:
+        write_atomically(path, text, replace=False)
+    except FileExistsError as error:
+        raise ParameterError(
+            "hints file", str(path), "absent: remove it to write it anew"
+        ) from error
+    except TraceFileError as error:
+        raise ParameterError("hints file", str(path), f"writable ({error})") from error
+    return path
+
+
+def layout_hints(layout: RobotLayout) -> dict[str, Any]:
+    """Return a layout as hints: direction, legs with all their joints, posture, held joints.
+
+    Feet are left to be found: most of them are no links of the file.
+    """
+    return {
+        "forward": forward_hint(layout.turn),
+        "legs": {leg.name: [*leg.joints, *leg.held] for leg in layout.legs},
+        "posture": dict(layout.posture),
+        "held": dict(layout.held),
+    }
+
+
+def forward_hint(turn: Array) -> str | float:
+    """Return the name of the axis that is forward, else its angle about up [degrees]."""
+    for axis, name in enumerate("xyz"):
+        for sign, mark in ((1.0, ""), (-1.0, "-")):
+            if np.array_equal(turn[:, 0], sign * np.eye(3)[axis]):
+                return mark + name
+    first, second = across_up(turn[:, 2])
+    return math.degrees(math.atan2(turn[:, 0] @ second, turn[:, 0] @ first))

@@ -1,10 +1,21 @@
-"""One fault of a URDF: what, where, with which value, by which rule, and what repairs it."""
+"""A finding is one fault of a URDF with its place, value, rule and repair.
+
+A draft is a URDF under repair, with the options of the user and a list of all changes.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from decimal import Decimal, InvalidOperation
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_tree
+from hexapod_pin.robot.mending.measures import LinkSolids, Measures, MeshFinder
+from hexapod_pin.spec import Spec
 
 Severity = Literal["refused", "suspicious"]
 
@@ -68,3 +79,134 @@ def folded(findings: Iterable[Finding]) -> list[FoldedFinding]:
         )
         for group in ordered
     ]
+
+
+# Findings as blocks of text: what, where, value, rule, and what the repair does.
+
+MOST_VALUES = 3
+"""Different values that a block shows; more are counted."""
+
+TITLES = {"refused": "REFUSED", "suspicious": "suspicious"}
+
+
+def finding_lines(findings: Iterable[Finding]) -> list[str]:
+    """Return the lines of all findings; those of one kind on many parts are one block."""
+    return [line for block in folded(findings) for line in _block(block)]
+
+
+def places_text(places: Sequence[str]) -> str:
+    """Return places of one kind as a count and their names; others one after another."""
+    kinds = {place.partition(" ")[0] for place in places}
+    if len(places) == 1 or len(kinds) > 1:
+        return ", ".join(places)
+    names = ", ".join(place.partition(" ")[2] for place in places)
+    return f"{len(places)} {kinds.pop()}s: {names}"
+
+
+def _block(block: FoldedFinding) -> list[str]:
+    found, values = block.finding, block.values[:MOST_VALUES]
+    more = len(block.values) - len(values)
+    text = "; ".join(values) + (f"; and {more} other values" if more else "")
+    return [
+        f"{TITLES[found.severity]}: {found.what}",
+        f"  where  {places_text(block.places)}",
+        f"  value  {text}",
+        f"  rule   {found.rule}",
+        f"  mend   {'' if found.repairable else 'none: '}{found.mend}",
+    ]
+
+
+# A URDF while it is mended: its tree, and what is said of every change.
+
+MOST_NAMED = 6
+"""Places that a sentence names; more are counted."""
+
+
+class Draft:
+    """The tree of a file; mends change it and say so."""
+
+    def __init__(self, file: UrdfFile, finder: MeshFinder | None, options: MendOptions) -> None:
+        """Copy the tree of the file, comments included."""
+        self.source, self.options, self.repairs = file.source, options, file.repairs
+        self.root = parse_tree(file.text, file.source, comments=True)
+        self.solids = LinkSolids(finder)
+        self._changes: dict[str, list[str]] = {}
+        self._assumed: dict[str, list[str]] = {}
+        self.notes: list[str] = []
+
+    @property
+    def file(self) -> UrdfFile:
+        """The tree as it is now, as links and joints."""
+        return UrdfFile(self.source, "", self.root)
+
+    @property
+    def measures(self) -> Measures:
+        """Sizes of the robot as it is now."""
+        return Measures(self.file, self.solids)
+
+    def change(self, where: str, text: str, assumed: str = "") -> None:
+        """Say a change, with before and after, and what it assumes, to be written in the file."""
+        self._changes.setdefault(text, []).append(where)
+        if assumed:
+            self._assumed.setdefault(assumed, []).append(where)
+
+    def drop(self, elements: Iterable[ET.Element]) -> None:
+        """Remove links, joints or materials of the robot."""
+        for element in elements:
+            self.root.remove(element)
+
+    @property
+    def changes(self) -> tuple[str, ...]:
+        """All changes; equal ones in one sentence."""
+        return tuple(_folded(places, text) for text, places in self._changes.items())
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """All assumptions; equal ones in one sentence."""
+        return tuple(_folded(places, text) for text, places in self._assumed.items())
+
+
+def scaled(text: str, power: int) -> str:
+    """Return the numbers of a text times a power of ten, exactly; other words as they are."""
+    words = []
+    for word in text.split():
+        try:
+            words.append(str(Decimal(word).scaleb(power)))
+        except InvalidOperation:
+            words.append(word)
+    return " ".join(words)
+
+
+def number(value: float) -> str:
+    """Return a number as it is written into a file, to nine digits."""
+    return f"{value:.9g}"
+
+
+def _folded(places: list[str], text: str) -> str:
+    places = list(dict.fromkeys(places))
+    kinds = {place.partition(" ")[0] for place in places}
+    if len(places) == 1 or len(kinds) > 1:
+        return f"{', '.join(places)}: {text}"
+    names = [place.partition(" ")[2] for place in places]
+    shown = ", ".join(names[:MOST_NAMED]) + (", ..." if len(names) > MOST_NAMED else "")
+    return f"{len(names)} {kinds.pop()}s ({shown}): {text}"
+
+
+# What a user says of a robot whose file does not.
+
+
+class MendOptions(Spec):
+    """Numbers that go before assumed ones; None leaves them to be assumed.
+
+    Attributes:
+        mass: total mass [kg], 1e-6 to 1e6. Links without a mass share what the others leave; where
+            all have one, masses and inertias are scaled.
+        density: mass over volume of the convex hull of links without a mass [kg/m^3], 1e-3 to 1e5.
+        effort: torque limit of every revolute joint [N m], 1e-9 to 1e6.
+        velocity: speed limit of every revolute joint [rad/s], 1e-9 to 1e4.
+    """
+
+    mass: Annotated[float, Field(ge=1e-6, le=1e6)] | None = None
+    density: Annotated[float, Field(ge=1e-3, le=1e5)] | None = None
+    effort: Annotated[float, Field(ge=1e-9, le=1e6)] | None = None
+    velocity: Annotated[float, Field(ge=1e-9, le=1e4)] | None = None

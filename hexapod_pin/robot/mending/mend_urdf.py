@@ -1,25 +1,27 @@
-"""Mending a URDF: every step says what it changes and what it assumes."""
+"""A URDF is repaired in steps, each of which states what it changes and assumes.
+
+Masses before and after the repair are shown in a table.
+"""
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from hexapod_pin.robot.description.solids import inertia_matrix, principal_moments
 from hexapod_pin.robot.description.urdf_file import Link, UrdfFile, parse_urdf
-from hexapod_pin.robot.description.urdf_inertia import inertia_matrix, principal_moments
-from hexapod_pin.robot.mending.draft import Draft
-from hexapod_pin.robot.mending.link_solids import MeshFinder
-from hexapod_pin.robot.mending.mend_appearance import mend_appearance
-from hexapod_pin.robot.mending.mend_inertias import mend_inertias
-from hexapod_pin.robot.mending.mend_joints import mend_joints
-from hexapod_pin.robot.mending.mend_lengths import mend_lengths
-from hexapod_pin.robot.mending.mend_limits import mend_limits
-from hexapod_pin.robot.mending.mend_masses import mend_masses
-from hexapod_pin.robot.mending.mend_names import mend_names
-from hexapod_pin.robot.mending.mend_structure import mend_structure
-from hexapod_pin.robot.mending.options import MendOptions
-from hexapod_pin.robot.mending.statement import mend_statement
+from hexapod_pin.robot.mending.appearance import mend_appearance
+from hexapod_pin.robot.mending.find_all import mend_statement
+from hexapod_pin.robot.mending.finding import Draft, MendOptions, places_text
+from hexapod_pin.robot.mending.inertias import mend_inertias
+from hexapod_pin.robot.mending.joints import mend_joints
+from hexapod_pin.robot.mending.limits import mend_limits
+from hexapod_pin.robot.mending.masses import grams, mend_masses
+from hexapod_pin.robot.mending.measures import MeshFinder
+from hexapod_pin.robot.mending.structure import mend_names, mend_structure
+from hexapod_pin.robot.mending.units import mend_lengths
 
 Step = Callable[[Draft], None]
 STEPS: tuple[Step, ...] = (
@@ -136,3 +138,41 @@ def _write_assumed(root: ET.Element, assumed: tuple[str, ...]) -> None:
     for text in assumed:
         ET.SubElement(own, "assumed").text = text
     ET.indent(own)
+
+
+# Masses and principal moments before and after a mend, as lines of a table.
+
+HEADER = ("mass", "mended", "principal moments [kg m^2]", "mended", "link")
+
+
+def mass_lines(rows: Sequence[MassRow]) -> list[str]:
+    """Return a table of the links whose numbers changed, equal rows in one, and the total."""
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for row in rows:
+        numbers = (_mass(row.before), _mass(row.after), _moments(row.moments_before),
+                   _moments(row.moments_after))  # fmt: skip
+        if numbers[0] != numbers[1] or numbers[2] != numbers[3]:
+            groups.setdefault(numbers, []).append(f"link {row.link}")
+    table = [HEADER, *((*numbers, places_text(links)) for numbers, links in groups.items())]
+    widths = [max(len(line[k]) for line in table) for k in range(len(HEADER) - 1)]
+    lines = [
+        "  ".join(
+            [*(f"{cell:<{width}}" for cell, width in zip(line, widths, strict=False)), line[-1]]
+        )
+        for line in table
+    ]
+    before, after = (math.fsum(_known(row, name) for row in rows) for name in ("before", "after"))
+    return [*(lines if groups else []), f"total mass {grams(before)} -> {grams(after)}"]
+
+
+def _known(row: MassRow, name: str) -> float:
+    mass = row.before if name == "before" else row.after
+    return mass if mass is not None and math.isfinite(mass) else 0.0
+
+
+def _mass(mass: float | None) -> str:
+    return "-" if mass is None else grams(mass)
+
+
+def _moments(moments: Moments | None) -> str:
+    return "-" if moments is None else " ".join(f"{value:.3g}" for value in moments)

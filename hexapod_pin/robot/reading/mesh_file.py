@@ -1,4 +1,6 @@
-"""Reading a mesh file: STL, DAE, OBJ, PLY, GLB, as one mesh in metres with one colour.
+"""A mesh file is read as one mesh in metres with one colour, and cached.
+
+The formats are STL, DAE, OBJ, PLY and GLB.
 
 As RViz and Gazebo do, a COLLADA file's <unit> is applied and its <up_axis> is not: the axes of the
 file are those of the link. URDFs are drawn to look right there.
@@ -6,22 +8,65 @@ file are those of the link. URDFs are drawn to look right there.
 
 from __future__ import annotations
 
+import io
+import logging
 import os
-from collections.abc import Sequence
+import re
+import warnings
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from threading import Lock
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array, protect
 from hexapod_pin.errors import MeshError, ParameterError
-from hexapod_pin.robot.reading.mesh_cache import MeshCache
-from hexapod_pin.robot.reading.mesh_part import MeshPart
-from hexapod_pin.robot.reading.mesh_parts import parts_of
-from hexapod_pin.robot.reading.tail_search import MESH_EXTENSIONS
-from hexapod_pin.user_file import reason_of
+from hexapod_pin.robot.reading.folder_index import MESH_EXTENSIONS
+from hexapod_pin.user_file import read_bytes, reason_of
+
+# A cache that holds a bounded amount of meshes, the least lately used going first.
+
+Value = TypeVar("Value")
+
+
+class MeshCache(Generic[Value]):
+    """Values by key, up to a number of bytes; safe between threads."""
+
+    def __init__(self, max_bytes: int) -> None:
+        """Hold at most so many bytes."""
+        self.max_bytes = max_bytes
+        self._held: OrderedDict[Hashable, tuple[Value, int]] = OrderedDict()
+        self._bytes = 0
+        self._lock = Lock()
+
+    @property
+    def bytes(self) -> int:
+        """Bytes held now."""
+        return self._bytes
+
+    def get(self, key: Hashable, make: Callable[[], Value], size: Callable[[Value], int]) -> Value:
+        """Return the value of a key, made where it is not held; an exception is not kept."""
+        with self._lock:
+            if key in self._held:
+                self._held.move_to_end(key)
+                return self._held[key][0]
+        value = make()
+        number = size(value)
+        with self._lock:
+            if key not in self._held and number <= self.max_bytes:
+                self._held[key] = value, number
+                self._bytes += number
+            while self._bytes > self.max_bytes:
+                self._bytes -= self._held.popitem(last=False)[1][1]
+        return value
+
+
+# Reading a mesh file: STL, DAE, OBJ, PLY, GLB, as one mesh in metres with one colour.
 
 MAX_MESH_FACES = 5_000_000
 """Most triangles of a mesh."""
@@ -169,3 +214,215 @@ def _checked_scale(scale: Sequence[float]) -> tuple[float, ...]:
 
 def _size(mesh: Mesh) -> int:
     return int(mesh.vertices.nbytes + mesh.faces.nbytes)
+
+
+# The mean colour of one geometry that trimesh has read.
+
+Rgba = tuple[float, float, float, float]
+
+
+def mean_color(geometry: Any) -> Rgba | None:
+    """Return the mean colour over a geometry's faces or texture, from 0 to 1; None without any."""
+    visual = geometry.visual
+    if getattr(visual, "material", None) is not None:
+        return _of_material(visual.material)
+    if getattr(visual, "kind", None) in ("face", "vertex"):
+        areas = np.asarray(geometry.area_faces, dtype=np.float64)
+        colors = np.asarray(visual.face_colors, dtype=np.float64) / 255.0
+        weights = areas if areas.sum() > 0.0 else np.ones(len(areas))
+        return _rgba(weights @ colors / weights.sum())
+    return None
+
+
+def _of_material(material: Any) -> Rgba | None:
+    """Return the colour of a material: its texture's mean, or its diffuse or base colour."""
+    factor = _factor(material)
+    for name in ("baseColorTexture", "image"):
+        image = getattr(material, name, None)
+        if image is not None:
+            pixels = np.asarray(image.convert("RGBA"), dtype=np.float64) / 255.0
+            mean = pixels.reshape(-1, 4).mean(axis=0)
+            return _rgba(
+                mean * factor if name == "baseColorTexture" and factor is not None else mean
+            )
+    return None if factor is None else _rgba(factor)
+
+
+def _factor(material: Any) -> Array | None:
+    """Return a material's plain colour; None where it states none."""
+    for name in ("baseColorFactor", "diffuse"):
+        value = getattr(material, name, None)
+        if value is not None:
+            color = np.asarray(value)
+            color = color / 255.0 if color.dtype.kind in "ui" else color.astype(np.float64)
+            return np.append(color[:3], color[3] if len(color) > 3 else 1.0)
+    return None
+
+
+def _rgba(color: Array) -> Rgba:
+    red, green, blue, alpha = (float(value) for value in color)
+    return red, green, blue, alpha
+
+
+# A part of a mesh file: triangles with one mean colour.
+
+
+@dataclass(frozen=True, eq=False)
+class MeshPart:
+    """Triangles: vertices (N, 3) in the file's unit, faces (M, 3), mean colour or None."""
+
+    vertices: Array
+    faces: NDArray[np.int64]
+    color: Rgba | None
+
+    @property
+    def area(self) -> float:
+        """Area of the surface [square of the file's unit]."""
+        return float(triangle_areas(self.vertices, self.faces).sum())
+
+
+def triangle_areas(vertices: Array, faces: NDArray[np.int64]) -> Array:
+    """Return the area of every triangle, (M,) in the square of the vertices' unit."""
+    corners = vertices[faces]
+    with np.errstate(all="ignore"):  # coordinates are judged when the parts are joined
+        crossed = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        return np.asarray(0.5 * np.sqrt((crossed**2).sum(axis=1)))
+
+
+# The parts of a mesh file: placed vertices, triangles, mean colour.
+#
+# trimesh (with pycollada) reads all but binary STL, the usual kind, which needs no library to load.
+
+MAX_MESH_BYTES = 300_000_000
+"""Largest mesh file that is read [bytes]."""
+
+_UNIT = re.compile(rb"""<unit\b[^>]*?\bmeter\s*=\s*["']([^"']*)["']""")
+_ENTITY = re.compile(rb"<!(?:DOCTYPE|ENTITY)", re.IGNORECASE)
+
+
+def parts_of(path: Path) -> tuple[list[MeshPart], float]:
+    """Return the parts of a file, placed as its nodes say, and its unit [m].
+
+    Raises:
+        MeshError: the file cannot be read.
+    """
+    data = _bytes(path)
+    extension = path.suffix.casefold()
+    if extension == ".stl" and (part := binary_stl(data)) is not None:
+        return [part], 1.0
+    unit = _collada_unit(path, data) if extension == ".dae" else 1.0
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            parts = _placed(_loaded(path, data))
+    except MemoryError as error:
+        raise MeshError(str(path), "does not fit into memory; decimate the mesh") from error
+    except Exception as error:  # what a mesh reader raises is not ours to know
+        reason = f"{type(error).__name__}: {error}".strip()[:300]
+        raise MeshError(
+            str(path), f"cannot be read as {extension[1:].upper()} ({reason})"
+        ) from error
+    return parts, unit
+
+
+def _loaded(path: Path, data: bytes) -> Any:
+    """Load a file's content by trimesh: no vertices merged, nothing printed on the terminal.
+
+    Other files that it names, as of materials, are read from its folder alone, by the same rule.
+    """
+    import trimesh
+    from trimesh.resolvers import FilePathResolver
+
+    class Beside(FilePathResolver):  # type: ignore[misc]
+        def get(self, name: str) -> bytes:
+            return read_bytes(self.absolute(name), MAX_MESH_BYTES)
+
+    logger = logging.getLogger("trimesh")
+    if not logger.handlers:
+        logger.addHandler(logging.NullHandler())
+    return trimesh.load_scene(
+        io.BytesIO(data), file_type=path.suffix.casefold()[1:], resolver=Beside(str(path)),
+        process=False,
+    )  # fmt: skip
+
+
+def _placed(scene: Any) -> list[MeshPart]:
+    """Return every triangle mesh of a scene in the scene's axes."""
+    parts = []
+    for node in scene.graph.nodes_geometry:
+        transform, name = scene.graph[node]
+        geometry = scene.geometry[name]
+        faces = getattr(geometry, "faces", None)
+        if faces is None or not len(faces):
+            continue
+        transform = np.asarray(transform, dtype=np.float64)
+        vertices = np.asarray(geometry.vertices) @ transform[:3, :3].T + transform[:3, 3]
+        faces = np.asarray(faces, dtype=np.int64)
+        if np.linalg.det(transform[:3, :3]) < 0.0:
+            faces = faces[:, ::-1]
+        parts.append(MeshPart(vertices, faces, mean_color(geometry)))
+    return parts
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        return read_bytes(path, MAX_MESH_BYTES)
+    except (OSError, ValueError) as error:
+        raise MeshError(str(path), f"cannot be opened ({reason_of(error)})") from error
+
+
+def _collada_unit(path: Path, data: bytes) -> float:
+    """Return the <unit> of a COLLADA file [m]; refuses entities, which could grow without bound."""
+    if _ENTITY.search(data.replace(b"\0", b"")):  # in UTF-16 and UTF-32 too
+        raise MeshError(str(path), "has a <!DOCTYPE ...>: remove it (entities are not expanded)")
+    found = _UNIT.search(data)
+    try:
+        unit = float(found[1]) if found else 1.0
+    except ValueError:
+        unit = np.nan
+    if not 0.0 < unit < np.inf:
+        raise MeshError(str(path), "its <unit meter=...> must be a number above 0")
+    return unit
+
+
+# Binary STL: triangles, and the colour that two dialects keep in the bytes behind each.
+#
+# VisCAM and SolidView: bit 15 set, then red, green, blue of 5 bits each, blue in the lowest.
+# Materialise Magics: "COLOR=" with red, green, blue and opacity in the header is the body's; a
+# triangle with bit 15 clear has its own, red in the lowest bits. Programs that write such a header
+# and nothing but zeros behind the triangles mean the body's colour, and often put a space where the
+# opacity stands: it is not read.
+
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("bits", "<u2")])
+_HEADER = 84
+
+
+def binary_stl(data: bytes) -> MeshPart | None:
+    """Return the triangles of a binary STL; None where the length says that it is none."""
+    if len(data) < _HEADER:
+        return None
+    count = int.from_bytes(data[80:_HEADER], "little")
+    if len(data) != _HEADER + count * _TRIANGLE.itemsize:
+        return None
+    triangles = np.frombuffer(data, _TRIANGLE, offset=_HEADER)
+    vertices = triangles["corners"].reshape(-1, 3).astype(np.float64)
+    faces = np.arange(len(vertices), dtype=np.int64).reshape(-1, 3)
+    color = _color(data[:80], triangles["bits"], triangle_areas(vertices, faces))
+    return MeshPart(vertices, faces, color)
+
+
+def _color(header: bytes, bits: NDArray[np.uint16], areas: Array) -> Rgba | None:
+    """Return the mean colour over the area; None where the file gives none."""
+    channels = np.stack([bits & 31, (bits >> 5) & 31, (bits >> 10) & 31], axis=1) / 31.0
+    marked = (bits & 0x8000) != 0
+    start = header.find(b"COLOR=")
+    if 0 <= start <= len(header) - 10:
+        body = np.frombuffer(header, np.uint8, 3, start + 6) / 255.0
+        colors = np.where((marked | (not bits.any()))[:, None], body, channels)
+    elif marked.any():
+        colors, areas = channels[:, ::-1][marked], areas[marked]
+    else:
+        return None
+    weights = areas if 0.0 < areas.sum() < np.inf else np.ones(len(areas))
+    red, green, blue = (float(value) for value in weights @ colors / weights.sum())
+    return red, green, blue, 1.0

@@ -1,21 +1,20 @@
-"""The trunk's axes in the root link's frame: forward, left, up."""
+"""The trunk's forward, left and up axes follow from the symmetry of the hips and from names."""
 
 from __future__ import annotations
 
+import cmath
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UrdfError
+from hexapod_pin.robot.description.leg_names import joint_role
 from hexapod_pin.robot.description.urdf_file import UrdfFile
-from hexapod_pin.robot.recognition.chains import Chain
-from hexapod_pin.robot.recognition.layout_symmetry import ON_LINE, MiddleLine, middle_lines
-from hexapod_pin.robot.recognition.name_codes import front_by_names, plain
-from hexapod_pin.robot.recognition.tree_frames import TreeFrames
+from hexapod_pin.robot.recognition.chains import Chain, TreeFrames
 from hexapod_pin.robot.recognition.up import EXACT, SLACK, Up, direction_text, mean_tip
 
 ROUND_LAYOUT = 1.02
@@ -230,3 +229,189 @@ def _snapped(angle: float, miss: float) -> float:
 def _along(line: MiddleLine, flat: Array) -> float:
     """Return the component of a plane vector (2,) along a line."""
     return float(flat[0] * math.cos(line.angle) + flat[1] * math.sin(line.angle))
+
+
+# Which legs names put in front and which behind: only this, and only with one voice.
+
+FEWEST = 4
+"""Legs that must agree."""
+
+_SIDE_FIRST = re.compile(r"(?<![a-z])([lr])_?([fmrbh])(?![a-z])")
+_ROW_FIRST = re.compile(r"(?<![a-z])([fmrbh])_?([lr])(?![a-z])")
+_SIDE_ROW = re.compile(r"(?<![a-z])(l|r|left|right)_?([1-4])(?!\d)")
+_WORDS = (("f", ("front", "fore")), ("r", ("rear", "back", "hind")), ("m", ("mid",)))
+_ROWS = {"f": 1.0, "m": 0.0, "r": -1.0, "b": -1.0, "h": -1.0}
+
+
+class FrontByNames(NamedTuple):
+    """The front as names tell it: a direction (3,) (no unit vector) and the names that do."""
+
+    direction: Array
+    said: str
+
+
+def front_by_names(names: Sequence[Sequence[str]], hips: Array) -> FrontByNames | None:
+    """Return the direction from rear to front that the names of limbs tell, else None.
+
+    Args:
+        names: of the joints and links of each limb.
+        hips: where the limbs start [m]. Shape (L, 3).
+    """
+    for read in (_letters, _words, _numbers, _habit):
+        if read is _numbers and len(names) % 2:
+            continue  # the rows of an odd number of legs do not face each other
+        codes = [_one_voice(limb, read) for limb in names]
+        rows = np.array([np.nan if code is None else code[0] for code in codes])
+        if np.isfinite(rows).sum() < max(FEWEST, len(rows)):
+            continue
+        front, rear = rows > rows.mean(), rows < rows.mean()
+        if not front.any() or not rear.any():
+            continue
+        direction = hips[front].mean(axis=0) - hips[rear].mean(axis=0)
+        if _in_order(hips @ direction, front, rear):
+            said = [
+                code[1] for code, is_front in zip(codes, front, strict=True) if code and is_front
+            ]
+            return FrontByNames(direction, ", ".join(dict.fromkeys(said)))
+    return None
+
+
+def plain(name: str) -> str:
+    """Return a name in lower case, parts of camelCase set apart."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
+
+
+_Code = tuple[float, str]
+
+
+def _one_voice(limb: Sequence[str], read: Callable[[str], _Code | None]) -> _Code | None:
+    """Return what the names of one limb say, None where they say nothing or several things."""
+    found = [code for name in limb if (code := read(plain(name)))]
+    return found[0] if found and len({row for row, _ in found}) == 1 else None
+
+
+def _letters(name: str) -> _Code | None:
+    """Read lf, rm, br, lm1, ..."""
+    if found := _SIDE_FIRST.search(name):
+        return _ROWS[found[2]], found[0]
+    if found := _ROW_FIRST.search(name):
+        return _ROWS[found[1]], found[0]
+    return None
+
+
+def _words(name: str) -> _Code | None:
+    """Read front, middle, rear, back, hind."""
+    for row, words in _WORDS:
+        if any(word in name for word in words):
+            return _ROWS[row], name
+    return None
+
+
+def _numbers(name: str) -> _Code | None:
+    """Read l1, r3, left_2: one is in front."""
+    found = _SIDE_ROW.search(name)
+    return (-float(found[2]), found[0]) if found else None
+
+
+def _habit(name: str) -> _Code | None:
+    """Read the other habits that `joint_role` knows."""
+    role = joint_role(name)
+    return (_ROWS[role.leg[1]], role.leg) if role else None
+
+
+def _in_order(along: Array, front: Array, rear: Array) -> bool:
+    """Tell whether all front limbs start before all rear ones."""
+    return bool(along[front].min() > along[rear].max())
+
+
+# The middle planes of a layout of hips: as many legs left as right, one in it of an odd number.
+
+LIKE = 0.05
+"""Mirrored hips may miss their partners by this share of the layout's size (*assumed*)."""
+
+ON_LINE = 0.02
+"""A hip within this share of the layout's size of the plane is on it (*assumed*)."""
+
+
+class MiddleLine(NamedTuple):
+    """A line through the middle of the hips, seen from above.
+
+    Attributes:
+        angle: of the line from the first axis, in [0, pi) [rad].
+        miss: root mean square by which mirrored hips miss their partners, over the layout's size.
+        length: extent of the hips along it [m].
+        width: extent of the hips across it [m].
+    """
+
+    angle: float
+    miss: float
+    length: float
+    width: float
+
+
+def middle_lines(flat: Array) -> list[MiddleLine]:
+    """Return the lines that mirror hips onto hips with as many on each side, best first.
+
+    A mirror line at angle t maps the complex place z to exp(2 i t) conj(z). A first guess pairs
+    the first hip with each other one; least squares over all pairs then gives
+    2 t = arg(sum of z_i z_partner(i)): exact where the layout is symmetric.
+
+    Args:
+        flat: hips in the plane across up, about their middle [m]. Shape (L, 2).
+    """
+    places = [complex(x, y) for x, y in flat]
+    size = math.sqrt(sum(abs(z) ** 2 for z in places) / len(places))
+    lines: list[MiddleLine] = []
+    for partner in places[1 - len(places) % 2 :] if size > 0 else []:
+        turn = _unit(places[0] * partner)
+        for _ in range(3):
+            pairs = _partners(places, turn)
+            if pairs is None:
+                break
+            turn = _unit(sum(z * places[k] for z, k in zip(places, pairs, strict=True)))
+        if pairs is None or any(abs(turn - _turn(line.angle)) < 1e-6 for line in lines):
+            continue
+        line = _line(places, pairs, turn, size)
+        if line is not None:
+            lines.append(line)
+    return sorted(lines, key=lambda line: line.miss)
+
+
+def is_left(hips: Array) -> list[bool]:
+    """Return which hips (L, 3) about their middle, in trunk axes, are left; the middle one is."""
+    size = float(np.sqrt((hips[:, :2] ** 2).sum(axis=1).mean()))
+    line = -ON_LINE * size if len(hips) % 2 else 0.0
+    return [bool(across > line) for across in hips[:, 1]]
+
+
+def _line(places: list[complex], pairs: list[int], turn: complex, size: float) -> MiddleLine | None:
+    """Return one line, None where the hips do not mirror or do not lie on both sides alike."""
+    off = [places[k] - turn * z.conjugate() for z, k in zip(places, pairs, strict=True)]
+    miss = math.sqrt(sum(abs(z) ** 2 for z in off) / len(off)) / size
+    angle = (0.5 * cmath.phase(turn)) % math.pi
+    along = np.array([(z * cmath.exp(-1j * angle)).real for z in places])
+    across = np.array([(z * cmath.exp(-1j * angle)).imag for z in places])
+    sides = (across > ON_LINE * size).sum(), (across < -ON_LINE * size).sum()
+    if miss > LIKE or sides[0] != sides[1] or sum(sides) != len(places) // 2 * 2:
+        return None
+    return MiddleLine(angle, miss, float(np.ptp(along)), float(np.ptp(across)))
+
+
+def _partners(places: list[complex], turn: complex) -> list[int] | None:
+    """Return the nearest hip to each mirrored one; None where they are no pairs."""
+    mirrored = [turn * z.conjugate() for z in places]
+    pairs = [min(range(len(places)), key=lambda k: abs(places[k] - z)) for z in mirrored]
+    on_line = sum(k == i for i, k in enumerate(pairs))
+    if any(pairs[k] != i for i, k in enumerate(pairs)) or on_line != len(places) % 2:
+        return None
+    return pairs
+
+
+def _unit(z: complex) -> complex:
+    """Return the direction of a complex number; 1 of zero."""
+    return z / abs(z) if abs(z) > 0 else 1.0 + 0.0j
+
+
+def _turn(angle: float) -> complex:
+    """Return the turn of a mirror line at an angle."""
+    return cmath.exp(2j * angle)

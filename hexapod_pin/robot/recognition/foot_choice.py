@@ -1,4 +1,4 @@
-"""Feet of all legs: those that are given, those the file shows, those its shapes end in."""
+"""The feet of all legs are chosen together, and feet that were inferred are reported."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_file import LARGEST_RADIUS, Joint, UrdfFile
+from hexapod_pin.robot.recognition.chains import Axis, turned_about
 from hexapod_pin.robot.recognition.feet import (
     SAME,
     FoundFoot,
     bare_foot,
     frame_foot,
+    off_tip,
     shape_foot,
     trusted_frames,
 )
-from hexapod_pin.robot.recognition.leg_body import LegBody
-from hexapod_pin.robot.recognition.leg_choice import Legs
-from hexapod_pin.robot.recognition.tree_frames import Axis, turned_about
+from hexapod_pin.robot.recognition.legs import LegBody, Legs
 
 Feet = tuple[FoundFoot, ...]
 
@@ -167,3 +167,63 @@ def _unturned(joints: Sequence[Joint], legs: Legs, angles: Array, down: Array) -
         moved = float(angle) - legs.places.get(joint.name, 0.0)
         down = turned_about(Axis(np.zeros(3), unit), down, -moved)
     return down
+
+
+# What is said of feet that were inferred: one sentence for the legs that share a rule.
+
+
+def feet_text(
+    file: UrdfFile, legs: Legs, names: Sequence[str], feet: Sequence[FoundFoot]
+) -> list[str]:
+    """Return what is inferred about feet: rules, frames that are not at the tip, shapes lost."""
+    rules: dict[str, list[int]] = {}
+    frames: dict[str, list[int]] = {}
+    lost: dict[str, list[int]] = {}
+    called = []
+    for k, (body, foot) in enumerate(zip(legs.bodies, feet, strict=True)):
+        name, off = off_tip(file, legs.frames, body, foot)
+        called.append(name)
+        for text, group in ((foot.rule, rules), (off, frames)):
+            group.setdefault(text, []).append(k)
+        if body.lost and not body.empty:
+            lost.setdefault(body.lost[0], []).append(k)
+    who = {rule: ", ".join(names[k] for k in places) for rule, places in rules.items()}
+    return [
+        *(
+            f"feet of {who[rule]}: {rule}, on {_listed([feet[k].link for k in places])};"
+            f" {_sizes(legs, feet, places)}"
+            for rule, places in rules.items()
+            if rule
+        ),
+        *(
+            f"frames of {_listed([called[k] for k in places])} are called feet but are {text}"
+            for text, places in frames.items()
+            if text
+        ),
+        *(
+            f"a shape of leg {names[places[0]]} is not used: {text}"
+            for text, places in lost.items()
+        ),
+    ]
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return names in a row, long rows by their first and last ones."""
+    short = names if len(names) < 4 else (*names[:2], "...", names[-1])
+    return ", ".join(short)
+
+
+def _sizes(legs: Legs, feet: Sequence[FoundFoot], places: Sequence[int]) -> str:
+    """Return the range of the feet's distances from the last joints and of their radii."""
+    reach = [
+        float(np.linalg.norm(legs.bodies[k].axis.arm(feet[k].centre))) + feet[k].radius
+        for k in places
+    ]
+    far, size = _span(reach), _span([feet[k].radius for k in places])
+    return f"end {far} mm from the last joint, radius {size} mm"
+
+
+def _span(values: Sequence[float]) -> str:
+    """Return the range of lengths [m] in millimetres."""
+    low, high = (f"{1e3 * float(value):.1f}" for value in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"

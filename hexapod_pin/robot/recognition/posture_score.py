@@ -1,4 +1,7 @@
-"""How good a standing leg is: what it keeps from its limits and from singularity while it walks."""
+"""Candidate postures of a leg are scored by their distance from limits and singularities.
+
+The result, or the limit that forbids a posture, is reported in a sentence.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,20 @@ from itertools import combinations
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.robot.recognition.posture_frame import LegFrame, axis_points, leg_length
-from hexapod_pin.robot.recognition.posture_kinematics import towards
+from hexapod_pin.errors import ReachError
+from hexapod_pin.robot.recognition.posture_frame import (
+    LegFrame,
+    axis_points,
+    coxa_choices,
+    direction,
+    leaning_postures,
+    leg_length,
+    radial_directions,
+    single_link_postures,
+    towards,
+    with_joint_at,
+    within,
+)
 from hexapod_pin.robot.serial_chain import SerialChain
 
 STROKE_SHARE = 1.0 / 3.0
@@ -196,3 +211,177 @@ def _cross(a: Array, b: Array, c: Array, d: Array) -> bool:
         return float((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
 
     return side(a, b, c) * side(a, b, d) < 0.0 and side(c, d, a) * side(c, d, b) < 0.0
+
+
+# The postures of one leg that are looked at: foot heights and inclinations on a stated grid.
+
+HEIGHTS = np.arange(2, 21) / 20.0
+"""Heights of the second axes above the soles, in mean lengths beyond the coxa."""
+
+LEANS = np.radians([0, 5, 10, 15, 20, 30, 40, 50, 60, 70, 80])
+"""Inclinations of the last link from its steepest [rad]."""
+
+FINER_HEIGHTS = np.arange(-4, 5) / 100.0
+FINER_LEANS = np.radians(np.arange(-4, 5))
+"""Steps around the best of these that are looked at in turn."""
+
+ALL_HEIGHTS = np.arange(-8, 49) / 40.0
+"""Heights looked at where the grid above has no posture."""
+
+SHARES = np.array([8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15, 0, 16]) / 16.0
+"""Places in a joint's range looked at where the grid above has no posture, middle first."""
+
+COXA_SHARES = np.array([4, 3, 5, 2, 6, 1, 7]) / 8.0
+"""The same for the first joint."""
+
+UPRIGHT = 0.95
+"""A joint whose axis is steeper than this cannot set a foot's height [sine]."""
+
+
+def leg_postures(
+    leg: LegFrame, coxa: float, outward: Array, tip_height: Array, leans: Array = LEANS
+) -> Array:
+    """Return the postures on the grid, the first joint at an angle.
+
+    Args:
+        leg: with walking joints alone.
+        coxa: angle of the first joint [rad].
+        outward: from the trunk to this leg. Shape (3,).
+        tip_height: heights of the foot's centre in trunk axes [m]. Shape (H,).
+        leans: inclinations of the last link from its steepest [rad].
+
+    Returns:
+        Joint angles [rad], C postures per height; NaN where there is none. Shape (H, C, J).
+    """
+    facing = direction(leg, coxa, outward)
+    rest, fixed = _without_fixed(leg, {0: coxa})
+    if not len(rest.axes):
+        return np.full((len(tip_height), 1, len(leg.axes)), np.nan)
+    if len(rest.axes) == 2:
+        found = leaning_postures(rest, facing, tip_height, leans)
+    else:
+        found = single_link_postures(rest, facing, tip_height)
+    return _assembled(leg, fixed, found.reshape(len(tip_height), -1, len(rest.axes)))
+
+
+def all_postures(leg: LegFrame, outward: Array, tip_height: Array) -> Array:
+    """Return postures with all joints but one at shares of their ranges; arguments as above."""
+    free = [k for k in range(len(leg.axes)) if _range(leg, k) > 0.0]
+    found = []
+    for solved in [k for k in free if k > 0]:
+        others = [k for k in free if k != solved]
+        grids = np.meshgrid(*[_places(leg, k) for k in others], indexing="ij")
+        for places in np.stack([grid.ravel() for grid in grids], axis=-1) if others else [()]:
+            rest, fixed = _without_fixed(leg, dict(zip(others, places, strict=True)))
+            if len(rest.axes) == 1:
+                angles = single_link_postures(rest, outward, tip_height)
+                found.append(_assembled(leg, fixed, angles.reshape(len(tip_height), 2, 1)))
+    if not found:
+        return np.full((len(tip_height), 1, len(leg.axes)), np.nan)
+    return np.concatenate(found, axis=1)
+
+
+def second_axis_height(leg: LegFrame, coxa: float) -> float:
+    """Return the height of the second axis' point in trunk axes, the first joint at an angle."""
+    return float(axis_points(with_joint_at(leg, 0, coxa))[0][2])
+
+
+def _without_fixed(leg: LegFrame, at: dict[int, float]) -> tuple[LegFrame, dict[int, float]]:
+    """Return the leg with some joints at angles, and those that cannot move, and all of these."""
+    fixed = {k: leg.lower[k] for k in range(len(leg.axes)) if _range(leg, k) <= 0.0} | at
+    for k in sorted(fixed, reverse=True):
+        leg = with_joint_at(leg, k, fixed[k])
+    return leg, fixed
+
+
+def _assembled(leg: LegFrame, fixed: dict[int, float], found: Array) -> Array:
+    """Return angles of all joints from those of the joints that were free (H, C, free)."""
+    free = [k for k in range(len(leg.axes)) if k not in fixed]
+    angles = np.empty((*found.shape[:2], len(leg.axes)))
+    angles[..., free] = within(found, leg.lower[free], leg.upper[free])
+    for k, value in fixed.items():
+        angles[..., k] = np.where(np.isnan(found).any(axis=-1), np.nan, value)
+    return angles
+
+
+def _range(leg: LegFrame, joint: int) -> float:
+    """Return the width of a joint's limits [rad]."""
+    return float(leg.upper[joint] - leg.lower[joint])
+
+
+def _places(leg: LegFrame, joint: int) -> Array:
+    """Return angles over a joint's range; over a turn where it has no limits [rad]."""
+    lower, upper = leg.lower[joint], leg.upper[joint]
+    if not np.isfinite(upper - lower):
+        lower, upper = -np.pi, np.pi
+    shares = SHARES if joint else COXA_SHARES
+    return np.asarray(lower + shares * (upper - lower))
+
+
+# What is said of a standing posture: how the feet stand, or which limit forbids one.
+
+WAY_OUT = "Widen the limits, or state the standing angles with posture=[...]."
+
+
+def sentence(legs: Sequence[LegFrame], angles: Sequence[Array], sole: float) -> str:
+    """Return how a robot stands: height below the hips, lean of the tibiae, nearest limit.
+
+    Limits of joints that are held are not spoken of.
+    """
+    below, lean, margin = [], [], []
+    for leg, q in zip(legs, angles, strict=True):
+        chain = SerialChain.of(leg.axes, leg.origins, leg.tip)
+        points = axis_points(leg)
+        second, last = leg.walking[1], len(leg.axes) - 1
+        hip = SerialChain.of(leg.axes[:second], leg.origins[:second], points[second])
+        knee = SerialChain.of(leg.axes[:last], leg.origins[:last], points[last])
+        link = knee.forward(q[:last]) - chain.forward(q)
+        below.append(float(hip.forward(q[:second])[2]) - sole)
+        lean.append(float(np.degrees(np.arccos(link[2] / np.linalg.norm(link)))))
+        free = [k for k in leg.walking if leg.upper[k] > leg.lower[k]]
+        nearest = np.minimum(q - leg.lower, leg.upper - q)[free]
+        margin.append(float(np.degrees(nearest.min(initial=np.inf))))
+    limit = f"{min(margin):.0f} deg away" if np.isfinite(min(margin)) else "none"
+    return (
+        f"feet {np.mean(below):.3g} m below the hips, tibiae {_span(lean)} deg from vertical, "
+        f"nearest joint limit {limit}"
+    )
+
+
+def refusal(legs: Sequence[LegFrame], trunk_low: float | None) -> ReachError:
+    """Return why legs with walking joints alone have no standing posture."""
+    coxa, outward = coxa_choices(legs)[0], radial_directions(legs)
+    worst = (-np.inf, 0, 0, 0.0)
+    for index, leg in enumerate(legs):
+        hip = second_axis_height(leg, float(coxa[index]))
+        heights = hip - ALL_HEIGHTS[ALL_HEIGHTS > 0.0] * leg_length(leg) + leg.radius
+        q = leg_postures(leg, float(coxa[index]), outward[index], heights)
+        q = q[np.isfinite(q).all(axis=-1)]
+        if not len(q):
+            return ReachError(leg.name, f"no posture puts its foot below its hip. {WAY_OUT}")
+        beyond = np.maximum(leg.lower - q, q - leg.upper)
+        row = int(np.argmin(beyond.max(axis=1)))
+        joint = int(np.argmax(beyond[row]))
+        if beyond[row, joint] > worst[0]:
+            worst = float(beyond[row, joint]), index, joint, float(q[row, joint])
+    excess, index, joint, angle = worst
+    leg = legs[index]
+    if excess > 0.0:
+        lower, upper = leg.lower[joint], leg.upper[joint]
+        return ReachError(
+            leg.name,
+            f"no standing posture: the nearest has joint {leg.joint(joint)} at {angle:.4g} rad; "
+            f"its limits are {lower:.4g} to {upper:.4g} rad. {WAY_OUT}",
+        )
+    low = "" if trunk_low is None else f" and the trunk's lowest point ({trunk_low:.4g} m) is clear"
+    return ReachError(
+        leg.name,
+        f"no standing posture: inside the joint limits there is no height at which all feet are "
+        f"level{low}; nearest to a limit is joint {leg.joint(joint)}. {WAY_OUT}",
+    )
+
+
+def _span(values: Sequence[float]) -> str:
+    """Return one number, or the smallest and the largest where they differ."""
+    low, high = f"{min(values):.0f}", f"{max(values):.0f}"
+    return low if low == high else f"{low} to {high}"

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.robot.recognition.chains import Chain
-from hexapod_pin.robot.recognition.tree_frames import Axis, TreeFrames, turned_about
+from hexapod_pin.robot.recognition.chains import Axis, Chain, TreeFrames, turned_about
 
 COMMON = 0.8
 """Least share of the first axes' squares along one direction (27 deg off it) (*assumed*)."""

@@ -1,15 +1,23 @@
-"""What became of one case, as a store keeps it and as a worker sends it: text and bytes."""
+"""An outcome is what became of one case: its state and its numbers in the order of a store."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.summary import Summary
-from hexapod_pin.results.summary_verdict import summary_verdict
+from hexapod_pin.results.summary_layout import LAYOUT
+from hexapod_pin.results.torque_budget import energy_per_way
+from hexapod_pin.results.walk_verdict import SummaryVerdict, summary_verdict
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.sweep.runs.case_numbers import case_numbers, labels_of
 
 TEXTS = ("digest", "reason", "verdict", "labels", "assumed", "counters")
 """Text of an outcome."""
@@ -84,3 +92,111 @@ def from_bytes(message: bytes) -> list[Outcome]:
         found.append(Outcome(index, **words, numbers=own, wall_time=wall_time))
         place += size
     return found
+
+
+# What a case leaves: its numbers in the order in which a store keeps them.
+
+JOINT, FOOT, SCALAR = ("joint",), ("foot",), ()
+
+WAY, WAY_COLUMNS = "way", 4
+"""The array of a summary whose length differs from run to run; it stands last."""
+
+
+class Quantity(NamedTuple):
+    """One quantity of a case."""
+
+    axes: tuple[str, ...]  # "joint", "foot", "axis"
+    unit: str
+    meaning: str
+
+
+FOUND: Mapping[str, Quantity] = {
+    "cycles": Quantity(SCALAR, "1", "whole gait cycles in the window; NaN where nothing repeats"),
+    "states": Quantity(SCALAR, "1", "accepted states of the whole run"),
+    "total_mass": Quantity(SCALAR, "kg", "mass of the robot with its loads"),
+    "distance": Quantity(SCALAR, "m", "way of the centre of mass per cycle along the heading"),
+    "measured_speed": Quantity(SCALAR, "m/s", "distance per time"),
+    "nominal_speed": Quantity(SCALAR, "m/s", "speed that the gait asks for"),
+    "measured_turn_rate": Quantity(SCALAR, "rad/s", "mean yaw rate, left > 0"),
+    "cost_of_transport": Quantity(SCALAR, "1", "absolute energy over weight and distance"),
+    "cost_of_transport_positive": Quantity(SCALAR, "1", "work given over weight and distance"),
+    "speed_share": Quantity(SCALAR, "1", "way over planned way"),
+    "turn_share": Quantity(SCALAR, "1", "yaw over planned yaw"),
+    "walks": Quantity(SCALAR, "1", "1: walks as planned; 0: does not; NaN: cannot be judged"),
+    "trunk_contacts": Quantity(SCALAR, "1", "contacts of the trunk with the ground"),
+    "effort_limit": Quantity(JOINT, "N m", "torque limit at standstill"),
+    "limit_count": Quantity(JOINT, "1", "times the torque limit was reached, whole run"),
+    "limit_time": Quantity(JOINT, "s", "time at the torque limit, whole run"),
+    "stop_count": Quantity(JOINT, "1", "times a joint stop was reached, whole run"),
+}
+"""What is found from a summary and its run, beside the summary's own numbers."""
+
+
+def quantities() -> dict[str, Quantity]:
+    """Return all quantities but the way, in the order of the stored doubles."""
+    own = {name: Quantity(*entry) for name, entry in LAYOUT.items() if name != WAY}
+    return {**FOUND, **own}
+
+
+@lru_cache(maxsize=64)
+def labels_text(
+    joints: tuple[str, ...], kinds: tuple[str, ...], feet: tuple[str, ...], robot: str
+) -> str:
+    """Return the labels of the axes of a case as JSON text."""
+    return json.dumps({"joints": joints, "kinds": kinds, "feet": feet, "robot": robot})
+
+
+def labels_of(summary: Summary) -> str:
+    """Return the labels of a summary's axes as JSON text."""
+    joints, feet = summary.joint_names, summary.foot_names
+    robot = f"{summary.meta.get('robot_name', 'robot')}: {summary.meta.get('provenance', '')}"
+    return labels_text(joints, joint_kinds(joints, len(feet), summary.meta), feet, robot)
+
+
+def case_numbers(summary: Summary, verdict: SummaryVerdict) -> Array:
+    """Return all numbers of a case in one row: `quantities` one after the other, then the way."""
+    found = {**_found(summary), "speed_share": verdict.speed_share,
+             "turn_share": verdict.turn_share, "walks": _number(verdict.walks)}  # fmt: skip
+    parts = [np.ravel(np.asarray(found[name], dtype=float)) for name in FOUND]
+    parts += [np.ravel(np.asarray(getattr(summary, name), float)) for name in LAYOUT if name != WAY]
+    return np.concatenate([*parts, summary.way.ravel()])
+
+
+def _found(summary: Summary) -> dict[str, Any]:
+    """Return what is found from a summary, besides the verdict."""
+    meta, distance = summary.meta, summary.distance
+    mass = float(meta.get("total_mass", math.nan))
+    weight = mass * float(np.linalg.norm(meta.get("gravity", (0.0, 0.0, -9.81))))
+    given, taken = float(summary.positive_energy.sum()), float(summary.negative_energy.sum())
+    way = distance if meta.get("nominal_speed") else None  # none of a turn on the spot
+    nothing = np.full(len(summary.joint_names), math.nan)
+    drive = meta.get("drive", {})
+    touches = sum(item["kind"] == "trunk-contact" for item in meta.get("events", ()))
+    return {
+        "cycles": _number(summary.cycles),
+        "states": summary.states,
+        "total_mass": mass,
+        "distance": _number(distance),
+        "measured_speed": _number(summary.speed),
+        "nominal_speed": _number(meta.get("nominal_speed") if summary.cycles else None),
+        "measured_turn_rate": _number(summary.turn_rate),
+        "cost_of_transport": _number(energy_per_way(given - taken, weight, way)),
+        "cost_of_transport_positive": _number(energy_per_way(given, weight, way)),
+        "trunk_contacts": touches,
+        "effort_limit": meta.get("effort_limit", nothing),
+        **{name: drive.get(name, nothing) for name in ("limit_count", "limit_time", "stop_count")},
+    }
+
+
+def _number(value: float | bool | None) -> float:
+    return math.nan if value is None else float(value)
+
+
+def sizes_of(labels: Mapping[str, Sequence[str]]) -> dict[str, int]:
+    """Return the lengths of the axes of a case by its labels."""
+    return {"joint": len(labels["joints"]), "foot": len(labels["feet"]), "axis": 3}
+
+
+def shape_of(axes: Sequence[str], sizes: Mapping[str, int]) -> tuple[int, ...]:
+    """Return the shape of a quantity."""
+    return tuple(sizes[axis] for axis in axes)

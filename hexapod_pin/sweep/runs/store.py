@@ -18,8 +18,7 @@ from hexapod_pin.errors import (
 )
 from hexapod_pin.simulation.run_meta import package_versions
 from hexapod_pin.stop_signals import unbroken
-from hexapod_pin.sweep.runs.case_numbers import quantities
-from hexapod_pin.sweep.runs.outcome import Outcome
+from hexapod_pin.sweep.runs.outcome import Outcome, quantities
 from hexapod_pin.sweep.runs.store_file import (
     DONE,
     FAILED,
@@ -29,9 +28,16 @@ from hexapod_pin.sweep.runs.store_file import (
     store_errors,
 )
 from hexapod_pin.sweep.runs.store_guard import create, remove, require_own_file
-from hexapod_pin.sweep.runs.store_inputs import read_inputs, read_meta, study_sum, write_study
 from hexapod_pin.sweep.runs.store_lock import StoreLock
-from hexapod_pin.sweep.runs.store_rows import row_of, stored_rows, write_rows
+from hexapod_pin.sweep.runs.store_schema import (
+    read_inputs,
+    read_meta,
+    row_of,
+    stored_rows,
+    study_sum,
+    write_rows,
+    write_study,
+)
 from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:

@@ -13,19 +13,22 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import SweepStoreError
 from hexapod_pin.file_schema import check_data
-from hexapod_pin.sweep.runs.case_numbers import WAY_COLUMNS, Quantity, shape_of, sizes_of
+from hexapod_pin.sweep.runs.outcome import WAY_COLUMNS, Quantity, shape_of, sizes_of
 from hexapod_pin.sweep.runs.store_file import DONE, connect, nothing_yet, store_errors
-from hexapod_pin.sweep.runs.store_inputs import InputColumn, read_inputs, read_meta, study_sum
-from hexapod_pin.sweep.runs.store_rows import stored_rows
 from hexapod_pin.sweep.runs.store_schema import (
     CounterText,
+    InputColumn,
     ListText,
     check_row,
     checked_labels,
     checked_meta,
     checked_number,
     checked_numbers,
+    read_inputs,
     read_json,
+    read_meta,
+    stored_rows,
+    study_sum,
 )
 
 NOT_RUN = "not run"

@@ -1,10 +1,12 @@
-"""What the store of a sweep must hold: rules of its texts and of its rows."""
+"""A store holds rows, inputs and texts with checksums, and is checked against a schema."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal
+import sqlite3
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -12,9 +14,12 @@ from pydantic import AfterValidator, Field
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.file_schema import FileData, Name, Number, check_data, per
 from hexapod_pin.results.joint_budget import KINDS, OTHER_KINDS
-from hexapod_pin.sweep.runs.case_numbers import WAY_COLUMNS, Quantity, shape_of, sizes_of
+from hexapod_pin.sweep.runs.outcome import WAY_COLUMNS, Outcome, Quantity, shape_of, sizes_of
 from hexapod_pin.sweep.runs.store_file import DONE, FAILED
-from hexapod_pin.sweep.runs.store_rows import CaseRow
+
+if TYPE_CHECKING:
+    from hexapod_pin.sweep.study import SweepStudy
+
 
 MAX_CASES = 10_000_000
 
@@ -181,3 +186,168 @@ def checked_numbers(
         allowed = f"{8 * needed} bytes and whole rows of the way"
         raise ParameterError(f"cases[{number}].numbers", len(numbers), allowed)
     return np.frombuffer(numbers, dtype="<f8")
+
+
+# The rows of a store: each carries a checksum of all that it means, its shared texts included.
+
+
+class CaseRow(NamedTuple):
+    """What the row of a case means, in the order of its checksum."""
+
+    number: int  # index of the case in its study
+    digest: str
+    state: int  # DONE or FAILED
+    reason: str
+    verdict: str
+    labels: str | None  # JSON
+    assumed: str | None  # JSON
+    counters: str  # JSON
+    numbers: bytes
+    wall_time: float  # [s]
+
+
+def row_of(outcome: Outcome) -> CaseRow:
+    """Return the row of what became of a case."""
+    return CaseRow(
+        outcome.index, outcome.digest, FAILED if outcome.reason else DONE, outcome.reason,
+        outcome.verdict, outcome.labels or None, outcome.assumed or None, outcome.counters,
+        outcome.numbers, float(outcome.wall_time),
+    )  # fmt: skip
+
+
+def write_rows(connection: sqlite3.Connection, rows: list[CaseRow], known: dict[str, int]) -> None:
+    """Insert rows within a transaction of the caller's.
+
+    Args:
+        connection: to the store.
+        rows: none of which is there.
+        known: numbers of texts that many cases share; new ones are added.
+    """
+    for row in rows:
+        labels, assumed = (_text(connection, text, known) for text in (row.labels, row.assumed))
+        connection.execute(
+            f"INSERT INTO cases VALUES ({', '.join('?' * 11)})",
+            (*row[:5], labels, assumed, row.counters, row.numbers, checksum(*row), row.wall_time),
+        )
+
+
+def _text(connection: sqlite3.Connection, text: str | None, known: dict[str, int]) -> int | None:
+    """Return the number of a text that many cases share."""
+    if text is None:
+        return None
+    if text not in known:
+        connection.execute("INSERT OR IGNORE INTO texts (text) VALUES (?)", (text,))
+        row = connection.execute("SELECT id FROM texts WHERE text = ?", (text,))
+        known[text] = int(row.fetchone()[0])
+    return known[text]
+
+
+def stored_rows(connection: sqlite3.Connection) -> Iterator[tuple[CaseRow, bool]]:
+    """Yield the rows in the order of their cases, and whether each is what was written."""
+    texts = dict(connection.execute("SELECT id, text FROM texts"))
+    rows = connection.execute(
+        "SELECT number, digest, state, reason, verdict, labels, assumed, counters, numbers, "
+        "wall_time, sum FROM cases ORDER BY number"
+    )
+    for *values, total in rows:
+        row = CaseRow._make(values)
+        row = row._replace(labels=texts.get(values[5]), assumed=texts.get(values[6]))
+        yield row, checksum(*row) == total
+
+
+def checksum(*values: Any) -> int:
+    """Return the CRC-32 of values with their types."""
+    total = 0
+    for value in values:
+        data = value if isinstance(value, bytes) else repr(value).encode()
+        head = f"{type(value).__name__} {len(data)};".encode()
+        total = zlib.crc32(data, zlib.crc32(head, total))
+    return total
+
+
+# What a store holds of its study: texts that stand for all cases, and a column of each input.
+
+
+class InputColumn(NamedTuple):
+    """What an input is over all cases of a study.
+
+    `about` holds its name, unit and meaning, "values" in words, and whether it is a grid axis.
+    """
+
+    about: dict[str, Any]
+    values: np.ndarray[Any, Any]  # (N,) doubles, or text as objects
+
+
+def input_columns(study: SweepStudy) -> list[InputColumn]:
+    """Return the inputs of a study with their value in each case."""
+    points = [study.point(index) for index in range(len(study))]
+    found = []
+    for item in study.inputs:
+        values = [point[item.name] for point in points]
+        text = any(isinstance(value, str) for value in values)
+        about = {
+            "name": item.name,
+            "unit": item.unit,
+            "meaning": item.kind.meaning,
+            "values": item.text,
+            "grid": bool(item.values),
+        }
+        column = [str(value) for value in values] if text else values
+        found.append(InputColumn(about, np.array(column, dtype=object if text else float)))
+    return found
+
+
+def write_study(connection: sqlite3.Connection, study: SweepStudy, meta: Mapping[str, str]) -> None:
+    """Write what a store holds of its study, in place of what stands there, wholly or not at all.
+
+    Args:
+        connection: to the store.
+        study: whose inputs are written.
+        meta: the texts of table `meta`, but for their checksum.
+    """
+    with connection:
+        connection.execute("BEGIN IMMEDIATE")
+        connection.execute("DELETE FROM meta")
+        connection.execute("DELETE FROM inputs")
+        for place, (about, values) in enumerate(input_columns(study)):
+            text = values.dtype == object
+            numbers = None if text else values.astype("<f8").tobytes()
+            words = json.dumps(values.tolist()) if text else None
+            connection.execute(
+                "INSERT INTO inputs VALUES (?, ?, ?, ?)",
+                (place, json.dumps(about), numbers, words),
+            )
+        connection.executemany("INSERT INTO meta VALUES (?, ?)", meta.items())
+        connection.execute("INSERT INTO meta VALUES ('sum', ?)", (study_sum(connection),))
+
+
+def study_sum(connection: sqlite3.Connection) -> str:
+    """Return the checksum of all that a store holds of its study: its texts and its inputs."""
+    rows = [
+        *connection.execute("SELECT key, value FROM meta WHERE key != 'sum' ORDER BY key"),
+        *connection.execute("SELECT place, about, numbers, texts FROM inputs ORDER BY place"),
+    ]
+    return str(checksum(len(rows), *(value for row in rows for value in row)))
+
+
+def read_meta(connection: sqlite3.Connection) -> dict[str, str]:
+    """Return the texts that stand for the whole store."""
+    return dict(connection.execute("SELECT key, value FROM meta"))
+
+
+def read_inputs(connection: sqlite3.Connection, count: int) -> list[InputColumn]:
+    """Return the inputs that the store of so many cases holds.
+
+    Raises:
+        ParameterError: they break a rule of `store_schema`.
+    """
+    found = []
+    rows = connection.execute("SELECT about, numbers, texts FROM inputs ORDER BY place")
+    for about, numbers, texts in rows:
+        if isinstance(numbers, bytes) and len(numbers) == 8 * count:
+            values = np.frombuffer(numbers, dtype="<f8").astype(float)
+        else:
+            values = np.array(read_json("inputs.texts", texts), dtype=object)
+        told = checked_input(read_json("inputs.about", about), values, count)
+        found.append(InputColumn(told, values))
+    return found

@@ -1,12 +1,16 @@
-"""What a sweep has come to: read from its store, as a dataset, a file, or lists."""
+"""The result of a sweep is read from its store, as a labelled dataset, a CSV file or lists."""
 
 from __future__ import annotations
 
+import csv
+import io
+import itertools
 import json
 from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,23 +18,19 @@ from hexapod_pin.arguments import checked, explain_methods
 from hexapod_pin.arrays import Array
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import UnknownNameError
-from hexapod_pin.results.file_ending import NETCDF, check_ending
-from hexapod_pin.results.netcdf import Column, write_netcdf
-from hexapod_pin.sweep.runs.dataset import (
-    coordinate_names,
-    sweep_attributes,
-    sweep_columns,
-    to_dataset,
-)
-from hexapod_pin.sweep.runs.store_reading import NOT_RUN, StoredSweep, read_store
-from hexapod_pin.sweep.runs.sweep_csv import sweep_csv
+from hexapod_pin.foreign_text import csv_cell
+from hexapod_pin.results.joint_budget import KINDS, OTHER_KINDS
+from hexapod_pin.results.result_files import NETCDF, Column, check_ending, write_netcdf
+from hexapod_pin.sweep.runs.outcome import WAY, Quantity
+from hexapod_pin.sweep.runs.store_reading import NOT_RUN, StoredSweep, columns, read_store, ways
 from hexapod_pin.user_file import user_path
-
-CSV = (".csv",)
-"""Endings of tables."""
 
 if TYPE_CHECKING:
     from xarray import Dataset
+
+
+CSV = (".csv",)
+"""Endings of tables."""
 
 
 ENDINGS = (*NETCDF, *CSV)
@@ -166,3 +166,181 @@ def open_sweep(path: str | Path) -> SweepResult:
         >>> sweep.dataset["kind_torque_peak"].sel(kind="femur").max()
     """
     return SweepResult(path)
+
+
+# The labelled dataset of a sweep: cases by joints, feet and kinds, inputs as coordinates.
+
+CASE = "case"
+TITLE = "hexapod_pin sweep"
+NOT_BY_KIND = ("s", "rad")
+"""Units of joint quantities of which no largest of a kind is given: times and angles."""
+
+SUMMED = ("J",)
+"""Units of joint quantities that are added up over the joints of a kind."""
+
+
+def sweep_columns(found: StoredSweep) -> dict[str, Column]:
+    """Return all variables and coordinates of a sweep's dataset."""
+    values = columns(found)
+    made = _coordinates(found)
+    for name, one in found.quantities.items():
+        made[name] = Column((CASE, *one.axes), values[name], _about(one))
+        made |= _of_kinds(found, name, one, values[name])
+    made[WAY] = Column(
+        (CASE, "edge", "way_column"), ways(found),
+        {"units": "s, m, m, rad", "long_name": "time, x and y of the centre of mass, yaw of the "
+         "trunk at edges and middles of the cycles"},
+    )  # fmt: skip
+    made |= _counters(found)
+    made["reason"] = _text(found.reason, "why a case has no numbers; empty where it has")
+    made["verdict"] = _text(found.verdict, "why a robot does not walk; empty where it does")
+    return made
+
+
+def sweep_attributes(found: StoredSweep) -> dict[str, str]:
+    """Return the attributes of a sweep's dataset."""
+    meta = found.meta
+    return {
+        "title": TITLE,
+        "study_name": meta["name"],
+        "study": meta["study"],
+        "study_digest": meta["digest"],
+        "robots": "\n".join(found.robots),
+        "assumed": "\n".join(found.assumed),
+        "versions": meta["versions"],
+        "inputs": json.dumps([item.about for item in found.inputs]),
+    }
+
+
+def to_dataset(made: Mapping[str, Column], attributes: Mapping[str, str]) -> Dataset:
+    """Return columns as an xarray dataset; inputs and labels are its coordinates."""
+    import xarray
+
+    inputs = coordinate_names(json.loads(attributes["inputs"]))
+    variables = {
+        name: xarray.Variable(column.dims, column.values, dict(column.attributes))
+        for name, column in made.items()
+    }
+    labels = [name for name, column in made.items() if column.dims == (name,)]
+    coordinates = {name: variables.pop(name) for name in [*labels, *inputs.values()]}
+    return xarray.Dataset(variables, coordinates, dict(attributes))
+
+
+def coordinate_names(inputs: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+    """Return the name of each input's coordinate: its own, or `input_` and its own if taken."""
+    from hexapod_pin.sweep.runs.outcome import quantities
+
+    taken = {*quantities(), WAY, CASE, "joint", "foot", "axis", "kind", "reason", "verdict"}
+    names = [item["name"].replace("/", "_") for item in inputs]
+    return {name: f"input_{name}" if name in taken else name for name in names}
+
+
+def _coordinates(found: StoredSweep) -> dict[str, Column]:
+    """Return the labels of the axes, and the inputs along the cases."""
+    kinds = _kinds(found)
+    numbers = np.arange(found.count)
+    made = {
+        CASE: Column((CASE,), numbers, {"long_name": "index of the case in its study"}),
+        "joint": _labels("joint", found.place("joints")),
+        "foot": _labels("foot", found.place("feet")),
+        "axis": _labels("axis", ["x", "y", "z"]),
+        "kind": _labels("kind", kinds),
+    }
+    names = coordinate_names([item.about for item in found.inputs])
+    for about, values in found.inputs:
+        text = {"units": about["unit"], "long_name": f"{about['meaning']}: {about['values']}"}
+        made[names[about["name"].replace("/", "_")]] = Column((CASE,), values, text)
+    return made
+
+
+def _labels(axis: str, names: Iterable[str]) -> Column:
+    return Column(
+        (axis,), np.array(list(names), dtype=object), {"long_name": f"name of the {axis}"}
+    )
+
+
+def _text(words: Iterable[str], meaning: str) -> Column:
+    return Column((CASE,), np.array(list(words), dtype=object), {"long_name": meaning})
+
+
+def _about(one: Quantity) -> dict[str, str]:
+    return {"units": one.unit, "long_name": one.meaning}
+
+
+def _kinds(found: StoredSweep) -> list[str]:
+    """Return the kinds of joints that there are, in their usual order."""
+    there = set(found.kinds.values())
+    return [kind for kind in (*KINDS, *OTHER_KINDS) if kind in there]
+
+
+def _of_kinds(found: StoredSweep, name: str, one: Quantity, values: Array) -> dict[str, Column]:
+    """Return what the joints of each kind come to: the largest size, the sum of energies."""
+    if one.axes != ("joint",) or one.unit in NOT_BY_KIND or name.endswith("_time"):
+        return {}
+    kinds, own = _kinds(found), found.kinds
+    of_joint = np.array([kinds.index(own[joint]) for joint in found.place("joints")], dtype=int)
+    filled = np.full((found.count, len(kinds)), np.nan)
+    for k in range(len(kinds)):
+        part = values[:, of_joint == k]
+        known = ~np.isnan(part).all(axis=1)
+        reduced = np.nansum if one.unit in SUMMED else lambda x, axis: np.nanmax(np.abs(x), axis)
+        filled[known, k] = reduced(part[known], 1)
+    how = "sum over" if one.unit in SUMMED else "largest size among"
+    about = {"units": one.unit, "long_name": f"{one.meaning}: {how} the joints of a kind"}
+    return {f"kind_{name}": Column((CASE, "kind"), filled, about)}
+
+
+def _counters(found: StoredSweep) -> dict[str, Column]:
+    """Return the counters of the integration."""
+    names = dict.fromkeys(name for one in found.counters.values() for name in one)
+    made = {}
+    for name in sorted(names):
+        values = np.full(found.count, np.nan)
+        for number, one in found.counters.items():
+            values[number] = one.get(name, np.nan)
+        about = {"units": "1", "long_name": f"counter of the integration: {name}"}
+        made[f"count_{name}"] = Column((CASE,), values, about)
+    return made
+
+
+# A sweep as CSV: one row for each case, one column for each number.
+
+ROWS = 256
+"""Rows that are made at a time."""
+
+
+def sweep_csv(made: Mapping[str, Column]) -> bytes:
+    """Return all columns along the cases but the way; every digit is kept, NaN is empty.
+
+    The head names quantity, label and unit: `torque_peak.lf_coxa_joint [N m]`.
+    """
+    along = {k: c for k, c in made.items() if c.dims[:1] == (CASE,) and k != WAY}
+    order = sorted(along, key=lambda name: (name != CASE, len(along[name].dims)))
+    parts = {name: column for name in order for column in [along[name]]}
+    heads = [head for name, column in parts.items() for head in _heads(name, column, made)]
+    content = io.BytesIO()
+    text = io.TextIOWrapper(
+        content, encoding="utf-8", errors="backslashreplace", newline="", write_through=True
+    )
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(heads)
+    tables = [column.values.reshape(len(column.values), -1) for column in parts.values()]
+    for start in range(0, len(along[CASE].values), ROWS):
+        some = [table[start : start + ROWS].tolist() for table in tables]
+        for rows in zip(*some, strict=True):
+            writer.writerow([_cell(value) for row in rows for value in row])
+    return content.getvalue()
+
+
+def _heads(name: str, column: Column, made: Mapping[str, Column]) -> Iterator[str]:
+    unit = column.attributes.get("units", "")
+    shown = f" [{unit}]" if unit not in ("", "1", "-") else ""
+    labels = [made[axis].values.tolist() for axis in column.dims[1:]]
+    for place in itertools.product(*labels):
+        yield csv_cell(".".join([name, *place]) + shown)
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, str):
+        return csv_cell(value)
+    return "" if value != value else repr(value)

@@ -1,16 +1,19 @@
-"""A piece of a sweep for a worker: text and indices go there, bytes come back."""
+"""A task is a piece of a sweep for a worker, whose cases run on threads of the native core."""
 
 from __future__ import annotations
 
+from collections.abc import Generator, Iterable, Iterator
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
+from hexapod_pin.simulation.batch import BatchRuns
+from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.run_meta import package_versions
-from hexapod_pin.sweep.runs.case_runs import case_outcomes
-from hexapod_pin.sweep.runs.outcome import failure, to_bytes
+from hexapod_pin.sweep.runs.outcome import Outcome, failure, outcome_of, to_bytes
 
 if TYPE_CHECKING:
     from hexapod_pin.sweep.study import SweepStudy
+
 
 REFUSAL = b"!"
 """First byte of an answer that is no outcome but says why the worker cannot do the task."""
@@ -63,3 +66,38 @@ def _study(text: str, folder: str) -> SweepStudy:
     from hexapod_pin.sweep.study import SweepStudy
 
     return SweepStudy.from_toml(text, folder)
+
+
+# Cases of a study on threads of the native core, made as they are needed.
+
+
+def case_outcomes(
+    study: SweepStudy, indices: Iterable[int], threads: int
+) -> Generator[Outcome, None, None]:
+    """Yield what becomes of cases, as they finish; a case that cannot be is an outcome too.
+
+    Args:
+        study: makes the cases.
+        indices: of the cases to run.
+        threads: of the native core.
+    """
+    under_way: dict[int, tuple[int, Case | Exception]] = {}
+
+    def cases() -> Iterator[Case | Exception]:
+        for place, index in enumerate(indices):
+            case = _case(study, index)
+            under_way[place] = (index, case)
+            yield case
+
+    runs = BatchRuns(cases(), threads, record=False, texts=False)
+    for place, result in runs.results():
+        index, case = under_way.pop(place)
+        yield outcome_of(index, case, result)
+
+
+def _case(study: SweepStudy, index: int) -> Case | Exception:
+    """Return a case, or why it cannot be: whatever that is, it concerns no other case."""
+    try:
+        return study.case(index)
+    except Exception as error:
+        return error.with_traceback(None)

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pydantic import NonNegativeFloat, PositiveFloat, Strict
 
 from hexapod_pin.drive.catalog import Catalog, MotorRecord, load_catalog
-from hexapod_pin.drive.derating import Derating
+from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.spec import Spec, read_toml
 from hexapod_pin.sweep.study.fields import read_spec, table_at

@@ -1,4 +1,4 @@
-"""The parts of a study's cases, each made anew only where its own inputs differ."""
+"""The parts of a study's cases are rebuilt only where their own inputs differ."""
 
 from __future__ import annotations
 
@@ -7,18 +7,31 @@ from functools import lru_cache
 from typing import Any
 
 from hexapod_pin.control.gait import GAITS
+from hexapod_pin.control.registry import read_controller
+from hexapod_pin.drive.joint_stops import JointStops
+from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.ground.contact import Contact
+from hexapod_pin.ground.terrain import read_terrain
 from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.robot import Robot
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.case_data import case_to_dict
+from hexapod_pin.simulation.loads import read_loads
 from hexapod_pin.sweep.study import scene_inputs as scenes
-from hexapod_pin.sweep.study.case_paths import READERS, Steps, part_of, steps_to, with_number
-from hexapod_pin.sweep.study.fields import known_name
-from hexapod_pin.sweep.study.gait_inputs import GaitChanges, refused_input
-from hexapod_pin.sweep.study.input_kinds import CONTACT, GAIT, GRAVITY, LOADS, SERVO, TERRAIN
-from hexapod_pin.sweep.study.motor_inputs import StudyMotors
-from hexapod_pin.sweep.study.study_input import PATH, StudyInput
+from hexapod_pin.sweep.study.base_case import GaitChanges, refused_input
+from hexapod_pin.sweep.study.fields import known_name, suggestion
+from hexapod_pin.sweep.study.scene_inputs import StudyMotors
+from hexapod_pin.sweep.study.study_file import (
+    CONTACT,
+    GAIT,
+    GRAVITY,
+    LOADS,
+    PATH,
+    SERVO,
+    TERRAIN,
+    StudyInput,
+)
 
 KEPT_PARTS = 64
 """How many variants of a part are remembered: cases next to each other share theirs."""
@@ -205,3 +218,82 @@ def _refuse_unfit(base: Case, inputs: Sequence[StudyInput]) -> None:
         item = names["bumps_seed"]
         allowed = "beside an input bumps, which says how high they are"
         raise ParameterError(f"{item.where}.input", item.name, allowed)
+
+
+# Numbers of a case's file by their path, such as "scene.contact.friction.mu".
+
+Steps = tuple[str | int, ...]
+
+SECTIONS = ("controller", "run", "scene")
+SCENE_PARTS = ("contact", "servo", "stops", "terrain", "gravity", "loads")
+RUN_NUMBERS = ("duration", "accuracy", "step", "sample")
+
+READERS: Mapping[str, Any] = {
+    "controller": read_controller,
+    "contact": lambda data: Contact(**data),
+    "servo": lambda data: Servo(**data),
+    "stops": lambda data: JointStops(**data),
+    "terrain": read_terrain,
+    "gravity": tuple,
+    "loads": lambda data: tuple(read_loads(data)),
+    "run": dict,
+}
+"""What makes a part of a case from its data."""
+
+
+def part_of(steps: Steps) -> str:
+    """Return the part of a case that a path leads into."""
+    return str(steps[1] if steps[0] == "scene" else steps[0])
+
+
+def steps_to(data: Mapping[str, Any], path: str, where: str) -> Steps:
+    """Return the steps of a path to a number of a case's data.
+
+    Args:
+        data: what the case's file holds.
+        path: the keys, with dots between them; a list's places are counted from 0.
+        where: the path's own place in the study file.
+
+    Raises:
+        ParameterError: it leads nowhere, or not to a number; names what is there.
+    """
+    keys = path.split(".")
+    if keys[0] == "scene" and len(keys) > 1:
+        _require(where, path, "scene", keys[1], SCENE_PARTS)
+    else:
+        _require(where, path, "", keys[0], SECTIONS)
+    found: Any = data
+    steps: list[str | int] = []
+    for depth, key in enumerate(keys):
+        above = ".".join(keys[:depth])
+        if isinstance(found, Mapping):
+            _require(where, path, above, key, list(found))
+            steps.append(key)
+        elif isinstance(found, Sequence) and not isinstance(found, str):
+            places = [str(k) for k in range(len(found))]
+            _require(where, path, above, key, places)
+            steps.append(int(key))
+        else:
+            raise ParameterError(where, path, f"a path that ends at {above} = {found!r}")
+        found = found[steps[-1]]
+    if isinstance(found, bool) or not isinstance(found, int | float):
+        inside = f": {', '.join(map(str, found))}" if isinstance(found, Mapping) else ""
+        kind = "a table" if isinstance(found, Mapping) else f"{found!r}"
+        raise ParameterError(where, path, f"the path of a number; there stands {kind}{inside}")
+    return tuple(steps)
+
+
+def _require(where: str, path: str, above: str, key: str, known: Sequence[str]) -> None:
+    if key not in known:
+        place = f"in {above}" if above else "in a case's file"
+        allowed = f"a path to a number: {place} there are {', '.join(known) or 'none'}"
+        raise ParameterError(where, path, allowed, suggestion(key, known))
+
+
+def with_number(data: Any, steps: Steps, value: float) -> Any:
+    """Return data with one number replaced; what the path does not touch is shared."""
+    if not steps:
+        return int(value) if isinstance(data, int) and value % 1.0 == 0.0 else value
+    copy: Any = dict(data) if isinstance(data, Mapping) else list(data)
+    copy[steps[0]] = with_number(copy[steps[0]], steps[1:], value)
+    return copy

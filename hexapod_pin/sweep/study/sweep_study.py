@@ -19,9 +19,8 @@ from hexapod_pin.simulation.case_data import case_to_dict
 from hexapod_pin.sweep.study.base_case import base_case, kept_fields
 from hexapod_pin.sweep.study.case_parts import CaseParts
 from hexapod_pin.sweep.study.design import INDICES
-from hexapod_pin.sweep.study.motor_inputs import StudyMotors
-from hexapod_pin.sweep.study.study_file import SCHEMA, read_study_file
-from hexapod_pin.sweep.study.study_input import StudyInput
+from hexapod_pin.sweep.study.scene_inputs import StudyMotors
+from hexapod_pin.sweep.study.study_file import SCHEMA, StudyInput, read_study_file
 from hexapod_pin.user_file import read_text, user_path
 
 MOST_CASES = 10_000_000

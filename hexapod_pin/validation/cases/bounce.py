@@ -16,16 +16,16 @@ from hexapod_pin.ground.contact import (
 )
 from hexapod_pin.ground.terrain import Flat
 from hexapod_pin.validation.case_result import ExpectedValue, relative
-from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.bodies import on_ground, particle, state
 from hexapod_pin.validation.cases.impact import Strike
-from hexapod_pin.validation.cases.reference_data import G, answers, references
+from hexapod_pin.validation.cases.robots import G, answers, references
 from hexapod_pin.validation.hard_case import HardCase, NotCovered, Trial
 from hexapod_pin.validation.solver_setting import (
     DOP853,
     EXTRAPOLATED_EULER,
     REFERENCE,
     TIGHT,
+    CaseRun,
     SolverSetting,
     rk4,
 )

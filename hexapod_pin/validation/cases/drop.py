@@ -10,20 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.sampled_trajectory import HoldPosture
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.robot.state import State
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue
-from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS
-from hexapod_pin.validation.cases.reference_data import answers, references
-from hexapod_pin.validation.cases.robots import DATA, robot_file
+from hexapod_pin.validation.cases.robots import DATA, answers, references, robot_file
 from hexapod_pin.validation.hard_case import HardCase, Trial
 from hexapod_pin.validation.position_error import PositionError
-from hexapod_pin.validation.solver_setting import DOP853, SolverSetting, rk4
+from hexapod_pin.validation.solver_setting import DOP853, CaseRun, SolverSetting, rk4
 
 Values = Iterator[ExpectedValue]
 

@@ -11,10 +11,8 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue, relative
-from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS, ZERO_GAIN_SERVO, body, state
-from hexapod_pin.validation.cases.reference_data import answers
-from hexapod_pin.validation.cases.robots import robot_file
+from hexapod_pin.validation.cases.robots import answers, robot_file
 from hexapod_pin.validation.hard_case import HardCase, Trial
 from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.validation.solver_setting import (
@@ -23,6 +21,7 @@ from hexapod_pin.validation.solver_setting import (
     IMPLICIT_1MS,
     NDF,
     TIGHT,
+    CaseRun,
     SolverSetting,
     rk4,
 )

@@ -11,11 +11,10 @@ from hexapod_pin.ground.contact import HuntCrossley, KelvinVoigt, NormalLaw
 from hexapod_pin.ground.terrain import Ledge, ShakingGround
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.validation.case_result import ExpectedValue, relative
-from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.bodies import ball, on_ground, particle, state
-from hexapod_pin.validation.cases.reference_data import G, answers
+from hexapod_pin.validation.cases.robots import G, answers
 from hexapod_pin.validation.hard_case import HardCase, Trial
-from hexapod_pin.validation.solver_setting import EXTRAPOLATED_EULER, SolverSetting, rk4
+from hexapod_pin.validation.solver_setting import EXTRAPOLATED_EULER, CaseRun, SolverSetting, rk4
 
 Values = Iterator[ExpectedValue]
 

@@ -17,9 +17,8 @@ from hexapod_pin.ground.contact import (
     Restitution,
 )
 from hexapod_pin.validation.case_result import ExpectedValue, relative
-from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.bodies import on_ground, particle, state
-from hexapod_pin.validation.cases.reference_data import answers, references
+from hexapod_pin.validation.cases.robots import answers, references
 from hexapod_pin.validation.hard_case import HardCase, Trial
 from hexapod_pin.validation.solver_setting import (
     DOP853,
@@ -27,6 +26,7 @@ from hexapod_pin.validation.solver_setting import (
     NDF,
     REFERENCE,
     TIGHT,
+    CaseRun,
     SolverSetting,
     rk4,
 )

@@ -13,12 +13,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.sampled_trajectory import HoldPosture
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue
-from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.bodies import (
     NO_JOINT_STOPS,
     ChainLink,
@@ -26,7 +25,7 @@ from hexapod_pin.validation.cases.bodies import (
     anchored_scene,
     state,
 )
-from hexapod_pin.validation.cases.reference_data import G, answers
+from hexapod_pin.validation.cases.robots import G, answers
 from hexapod_pin.validation.hard_case import HardCase, Trial
 from hexapod_pin.validation.solver_setting import (
     DOP853,
@@ -34,6 +33,7 @@ from hexapod_pin.validation.solver_setting import (
     IMPLICIT_1MS,
     REFERENCE,
     TIGHT,
+    CaseRun,
     SolverSetting,
 )
 

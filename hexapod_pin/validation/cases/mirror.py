@@ -23,7 +23,6 @@ from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue
-from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.drop import drop
 from hexapod_pin.validation.cases.robots import robot_file
 from hexapod_pin.validation.hard_case import HardCase, Trial
@@ -32,6 +31,7 @@ from hexapod_pin.validation.solver_setting import (
     IMPLICIT_1MS,
     NDF,
     ROBUST_1MS,
+    CaseRun,
     SolverSetting,
     rk4,
 )

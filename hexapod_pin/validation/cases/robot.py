@@ -9,28 +9,26 @@ from itertools import product
 import numpy as np
 
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.sampled_trajectory import SampledTrajectory
+from hexapod_pin.control.sampled_trajectory import HoldPosture, SampledTrajectory
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError, ReachError
 from hexapod_pin.ground.contact import Contact, HuntCrossley, KelvinVoigt, NormalLaw, Restitution
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.robot import load_robot
-from hexapod_pin.simulation.run import simulate
+from hexapod_pin.simulation.case import simulate
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue, relative
-from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS, on_ground, particle, state
 from hexapod_pin.validation.cases.bounce import SMOOTH_LAWS
-from hexapod_pin.validation.cases.reference_data import G, answers
-from hexapod_pin.validation.cases.robots import robot_file
+from hexapod_pin.validation.cases.robots import G, answers, robot_file
 from hexapod_pin.validation.cases.slope import FRICTION_LAWS
 from hexapod_pin.validation.hard_case import HardCase, NotCovered, Trial
 from hexapod_pin.validation.solver_setting import (
     IMPLICIT_1MS,
     REFERENCE,
     ROBUST_1MS,
+    CaseRun,
     SolverSetting,
     rk4,
 )

@@ -1,7 +1,9 @@
-"""The robots of the built-in scenes: files in `data/`, the first written from a table here."""
+"""The built-in scenes have their own robots, and the hard cases have reference answers."""
 
 from __future__ import annotations
 
+import json
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,12 +12,12 @@ from numpy.typing import ArrayLike
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UnknownNameError
-from hexapod_pin.robot.description.blueprint import Blueprint
+from hexapod_pin.robot.description.blueprint import Blueprint, Segment, six_hips
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
-from hexapod_pin.robot.description.segments import Segment, six_hips
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
+
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 ROBOTS = ("bench19", "hexa_ref")
@@ -75,3 +77,23 @@ BENCH19 = Blueprint(
     posture=KHARAGPUR.posture,
 )
 """`data/bench19.urdf` is `BENCH19.urdf()`; a test compares them."""
+
+
+# The reference answers of the hard cases.
+
+G = 9.81
+"""[m/s^2]"""
+
+
+@lru_cache(maxsize=1)
+def references() -> dict[str, Any]:
+    """Return the catalogue: by case its set-up, answers and tolerance, SI unless it says so."""
+    data: dict[str, Any] = json.loads((DATA / "hardcases.json").read_text(encoding="utf-8"))
+    return data
+
+
+def answers(case: str) -> dict[str, Any]:
+    """Return the answers of the case whose name begins with this id and "_"."""
+    [found] = [value for name, value in references().items() if name.startswith(f"{case}_")]
+    ref: dict[str, Any] = found["ref"]
+    return ref

@@ -14,13 +14,12 @@ from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue
-from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS
 from hexapod_pin.validation.cases.drop import drop
 from hexapod_pin.validation.cases.robots import robot_file
 from hexapod_pin.validation.hard_case import HardCase, Trial
 from hexapod_pin.validation.position_error import PositionError
-from hexapod_pin.validation.solver_setting import SolverSetting
+from hexapod_pin.validation.solver_setting import CaseRun, SolverSetting
 
 Values = Iterator[ExpectedValue]
 

@@ -20,9 +20,8 @@ from hexapod_pin.ground.contact import (
 )
 from hexapod_pin.ground.terrain import Slope
 from hexapod_pin.validation.case_result import ExpectedValue, relative
-from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.bodies import ball, on_ground, particle, state
-from hexapod_pin.validation.cases.reference_data import G, answers
+from hexapod_pin.validation.cases.robots import G, answers
 from hexapod_pin.validation.hard_case import HardCase, Trial
 from hexapod_pin.validation.solver_setting import (
     DEFAULT,
@@ -32,6 +31,7 @@ from hexapod_pin.validation.solver_setting import (
     NDF,
     REFERENCE,
     TIGHT,
+    CaseRun,
     SolverSetting,
     rk4,
 )

@@ -9,16 +9,15 @@ from itertools import product
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.sampled_trajectory import HoldPosture
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
 from hexapod_pin.ground.terrain import Groove
 from hexapod_pin.robot.robot import load_robot
+from hexapod_pin.simulation.case import simulate
 from hexapod_pin.simulation.plant import native_plant
-from hexapod_pin.simulation.run import simulate
 from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue, relative
-from hexapod_pin.validation.case_run import CaseRun
 from hexapod_pin.validation.cases.bodies import (
     SIX_FEET,
     SIX_FEET_MASS,
@@ -27,14 +26,14 @@ from hexapod_pin.validation.cases.bodies import (
     six_feet_body,
     state,
 )
-from hexapod_pin.validation.cases.reference_data import G, answers
-from hexapod_pin.validation.cases.robots import robot_file
+from hexapod_pin.validation.cases.robots import G, answers, robot_file
 from hexapod_pin.validation.hard_case import HardCase, NotCovered, Trial
 from hexapod_pin.validation.solver_setting import (
     DEFAULT,
     DOP853,
     IMPLICIT_1MS,
     REFERENCE,
+    CaseRun,
     SolverSetting,
 )
 

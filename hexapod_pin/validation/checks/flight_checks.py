@@ -11,7 +11,7 @@ from hexapod_pin.formulations.rigid import RigidModel, integrate
 from hexapod_pin.robot.state import State
 from hexapod_pin.validation.cases.bodies import body, state
 from hexapod_pin.validation.cases.flight import flying
-from hexapod_pin.validation.cases.reference_data import answers
+from hexapod_pin.validation.cases.robots import answers
 from hexapod_pin.validation.checks.samples import worst
 from hexapod_pin.validation.hard_case import Check
 from hexapod_pin.validation.solver_setting import DOP853

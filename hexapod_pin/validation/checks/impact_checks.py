@@ -7,10 +7,16 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.formulations.rigid import RigidModel, energy, plastic_impact
 from hexapod_pin.robot.state import State
-from hexapod_pin.validation.cases.reference_data import answers
-from hexapod_pin.validation.checks.pinocchio_contacts import impulsive_motion
-from hexapod_pin.validation.checks.samples import SEED, rigid_robot, some_feet, states, worst
-from hexapod_pin.validation.checks.six_feet import six_feet
+from hexapod_pin.validation.cases.robots import answers
+from hexapod_pin.validation.checks.samples import (
+    SEED,
+    impulsive_motion,
+    rigid_robot,
+    six_feet,
+    some_feet,
+    states,
+    worst,
+)
 from hexapod_pin.validation.hard_case import Check
 
 STATES = 100

@@ -17,10 +17,9 @@ from hexapod_pin.formulations.inverse import (
     tipping_slope,
 )
 from hexapod_pin.validation.cases.bodies import SIX_FEET
-from hexapod_pin.validation.cases.reference_data import answers
+from hexapod_pin.validation.cases.robots import answers
 from hexapod_pin.validation.checks.impact_checks import hc18_model
-from hexapod_pin.validation.checks.samples import rigid_robot, worst
-from hexapod_pin.validation.checks.six_feet import feet_named, six_feet
+from hexapod_pin.validation.checks.samples import feet_named, rigid_robot, six_feet, worst
 from hexapod_pin.validation.hard_case import Check
 
 LEVEL = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])

@@ -9,8 +9,14 @@ from hexapod_pin.formulations.rigid import derivative, prescribed_derivative
 from hexapod_pin.robot.state import State
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.simulation.scene import Scene
-from hexapod_pin.validation.checks.pinocchio_contacts import constrained_motion
-from hexapod_pin.validation.checks.samples import SEED, rigid_robot, some_feet, states, worst
+from hexapod_pin.validation.checks.samples import (
+    SEED,
+    constrained_motion,
+    rigid_robot,
+    some_feet,
+    states,
+    worst,
+)
 from hexapod_pin.validation.hard_case import Check
 
 STATES = 100

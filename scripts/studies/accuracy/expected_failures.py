@@ -13,9 +13,8 @@ import sys
 from collections.abc import Sequence
 
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.validation.case_result import CaseResult
+from hexapod_pin.validation.case_result import REGISTRY, CaseResult, registry_data
 from hexapod_pin.validation.cases.registry import run_hard_cases
-from hexapod_pin.validation.expected_failures import REGISTRY, registry_data
 
 
 def main(argv: Sequence[str] | None = None) -> int:

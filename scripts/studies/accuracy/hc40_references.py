@@ -17,8 +17,7 @@ import pinocchio as pin
 from scipy.integrate import solve_ivp
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.validation.cases.reference_data import references
-from hexapod_pin.validation.cases.robots import DATA
+from hexapod_pin.validation.cases.robots import DATA, references
 
 VARIANTS = {"soft": (1e5, 1e2), "mid": (1e6, 1e3), "stiff": (1e8, 1e4)}
 """K [N/m^1.5], kt [s/m]."""

@@ -9,8 +9,7 @@ from itertools import product
 import hexapod_pin as hp
 from hexapod_pin.control.feasible_gait import feasible_gait
 from hexapod_pin.errors import GaitError
-from hexapod_pin.results.peak_verdict import PeakVerdict, PeakVerdicts
-from hexapod_pin.results.recomputation import ACCURACY, CONTACT, SERVO
+from hexapod_pin.results.peak_verdict import ACCURACY, CONTACT, SERVO, PeakVerdict, PeakVerdicts
 from hexapod_pin.validation.tables import Table
 from studies.study import StudyReport
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.engines.mujoco_model import MujocoSettings, compile_model, put_state
-from hexapod_pin.benchmark.engines.urdf import engine_urdf
-from hexapod_pin.drive.plain_drives import check_plain_drives
+from hexapod_pin.benchmark.engines.engine import engine_urdf
+from hexapod_pin.benchmark.engines.mujoco_engine import MujocoSettings, compile_model, put_state
+from hexapod_pin.drive.servo import check_plain_drives
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Flat
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin import native
-from hexapod_pin.control.trajectory_curve import trajectory_curve
+from hexapod_pin.control.joint_trajectory import trajectory_curve
 from hexapod_pin.errors import DivergenceError
 from hexapod_pin.simulation.plant import native_plant
 from studies.cost.mujoco_twin import SAMPLE, SetPoints, TrunkPath

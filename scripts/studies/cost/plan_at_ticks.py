@@ -10,8 +10,7 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.joint_trajectory import JointTrajectory
-from hexapod_pin.control.trajectory_curve import trajectory_curve
+from hexapod_pin.control.joint_trajectory import JointTrajectory, trajectory_curve
 from hexapod_pin.validation.tables import Table
 from studies.study import StudyReport
 

@@ -11,7 +11,7 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin import native
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.engines.mujoco_model import CONES, MujocoSettings
+from hexapod_pin.benchmark.engines.mujoco_engine import CONES, MujocoSettings
 from hexapod_pin.simulation.plant import native_plant
 from studies.cost.mujoco_twin import SAMPLE, MujocoTwin, TrunkPath
 from studies.cost.native_motion import NativeMotion

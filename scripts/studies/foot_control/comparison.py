@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.control.foot_control.named import CONVENTIONAL
+from hexapod_pin.control.foot_control.controller import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.walk_metrics import METRICS
 from hexapod_pin.validation.tables import Table

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 import hexapod_pin as hp
-from hexapod_pin.control.foot_control.named import CONVENTIONAL
-from hexapod_pin.results.compared_run import fall_of
+from hexapod_pin.control.foot_control.controller import CONVENTIONAL
+from hexapod_pin.results.comparison import fall_of
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.validation.tables import Table
 from studies.foot_control.scenes import (

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hexapod_pin.control.foot_control.named import CONVENTIONAL
+from hexapod_pin.control.foot_control.controller import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.sweep.tuning_result import TuningResult
 from hexapod_pin.validation.tables import Table

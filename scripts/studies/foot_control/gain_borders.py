@@ -11,15 +11,14 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.control.foot_control.controller import FootControl
-from hexapod_pin.control.foot_control.slip_pid import SlipPid
-from hexapod_pin.control.foot_control.stable_range import (
+from hexapod_pin.control.foot_control.parameters import SlipPid, VirtualSuspension
+from hexapod_pin.control.foot_control.stability import (
     PARAMETERS,
     parameter_value,
+    spectral_radius,
     stable_range,
     with_parameter,
 )
-from hexapod_pin.control.foot_control.stance_loop import spectral_radius
-from hexapod_pin.control.foot_control.virtual_suspension import VirtualSuspension
 from hexapod_pin.validation.tables import Table
 from hexapod_pin.view.figure_file import write_svg
 from studies.foot_control.standing_growth import (

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.foot_control.named import CONVENTIONAL
-from hexapod_pin.control.foot_control.stable_range import parameter_value
+from hexapod_pin.control.foot_control.controller import CONVENTIONAL
+from hexapod_pin.control.foot_control.stability import parameter_value
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.validation.tables import Table

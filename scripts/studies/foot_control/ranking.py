@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import hexapod_pin as hp
-from hexapod_pin.control.foot_control.named import CONVENTIONAL
+from hexapod_pin.control.foot_control.controller import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.validation.tables import Table
 from studies.foot_control.scenes import (

@@ -7,15 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import hexapod_pin as hp
-from hexapod_pin.control.foot_control.named import CONVENTIONAL, S1_PARTS
-from hexapod_pin.control.foot_control.stable_range import (
-    parameter_value,
-    stable_range,
-    with_parameter,
-)
+from hexapod_pin.control.foot_control.controller import CONVENTIONAL, S1_PARTS
+from hexapod_pin.control.foot_control.stability import parameter_value, stable_range, with_parameter
 from hexapod_pin.ground.terrain import study_grounds
 from hexapod_pin.results.comparison import Comparison
-from hexapod_pin.results.estimate import Estimate
+from hexapod_pin.results.walk_metrics import Estimate
 from hexapod_pin.sweep.compare import PlannedRun, compare_runs, plan_runs
 
 GAITS = {

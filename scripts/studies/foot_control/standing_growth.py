@@ -11,9 +11,8 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.foot_control.controller import FootControl
-from hexapod_pin.control.foot_control.ready_law import ready_law
-from hexapod_pin.simulation.closed_loop import lock_step_runs
+from hexapod_pin.control.foot_control.controller import FootControl, ready_law
+from hexapod_pin.simulation.session import lock_step_runs
 
 STAND = hp.Gait.tripod(stroke=0.0, lift=0.0, cycle_time=100.0)
 """No foot leaves its place; loads are shared anew only every 50 s."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import hexapod_pin as hp
-from hexapod_pin.control.foot_control.named import CONVENTIONAL
+from hexapod_pin.control.foot_control.controller import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
-from hexapod_pin.results.estimate import Estimate
+from hexapod_pin.results.walk_metrics import Estimate
 from hexapod_pin.validation.tables import Table
 from studies.foot_control.scenes import Size, percent
 

@@ -120,7 +120,7 @@ def _marked(mark: str) -> list[int]:
 
 def broken_file(path: Path) -> str | None:
     """Return why a file cannot be read; None where it can."""
-    from hexapod_pin.results.netcdf import read_netcdf
+    from hexapod_pin.results.result_files import read_netcdf
     from hexapod_pin.results.trace_file import load_trace
     from hexapod_pin.simulation.case import load_case
     from hexapod_pin.sweep.runs import open_sweep

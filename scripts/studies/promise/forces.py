@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from random_scenes.named import walk
 
-from hexapod_pin.simulation.run import simulate
+from hexapod_pin.simulation.case import simulate
 from hexapod_pin.validation.tables import Table
 
 PRESETS = ("accurate", "s1", "s2")

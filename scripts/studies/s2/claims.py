@@ -15,12 +15,12 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.arc_walk import PAPER_AMPLITUDE, ArcWalk
 from hexapod_pin.results.gait_energy import GaitEnergy
 from hexapod_pin.results.joint_moments import joint_moments
-from hexapod_pin.results.scheduled_phases import PHASES
+from hexapod_pin.results.phase_torque import PHASES
 from hexapod_pin.results.stability import Stability, stability
-from hexapod_pin.results.study_file import StudyPart
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.torque_map import TorqueMap
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.trace_file import StudyPart
 from hexapod_pin.robot.robot import load_robot
 
 HOLDS, FAILS, IN_PART = "holds", "does not hold", "in part"

@@ -12,10 +12,10 @@ from hexapod_pin.results.gait_energy import GaitEnergy
 from hexapod_pin.results.joint_moments import joint_moments
 from hexapod_pin.results.peak_verdict import PeakVerdicts
 from hexapod_pin.results.stability import stability
-from hexapod_pin.results.study_file import StudyPart
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.torque_map import TorqueMap
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.trace_file import StudyPart
 from hexapod_pin.validation.tables import Table
 from studies.s2 import words
 from studies.s2.claims import claims

@@ -8,15 +8,14 @@ from dataclasses import replace
 from math import asin
 
 from hexapod_pin.control.arc_path import StanceProfile
-from hexapod_pin.control.arc_walk import ArcWalk
+from hexapod_pin.control.arc_walk import ArcWalk, paper_motion
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_trajectory import Controller
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.paper_motion import paper_motion
 from hexapod_pin.errors import SimulationInterrupted, SweepInterrupted
 from hexapod_pin.ground.contact import Contact, HuntCrossley
-from hexapod_pin.results.study_file import StudyPart
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.trace_file import StudyPart
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from hexapod_pin.sweep.runs.outcome import from_bytes
 from hexapod_pin.sweep.runs.store import SweepStore
 from hexapod_pin.sweep.runs.task import run_task, task_of
-from hexapod_pin.sweep.runs.worker_processes import WorkerProcess
+from hexapod_pin.sweep.runs.workers import WorkerProcess
 from hexapod_pin.sweep.study import SweepStudy
 from studies.sweeps.forecast import SweepCosts, line
 from studies.sweeps.many_walks import STROKES, many_walks

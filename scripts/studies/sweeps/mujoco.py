@@ -12,7 +12,7 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.engines.mujoco_model import MujocoSettings
+from hexapod_pin.benchmark.engines.mujoco_engine import MujocoSettings
 from hexapod_pin.validation.position_error import trunk_error
 from studies.cost.mujoco_twin import SAMPLE, MujocoTwin
 from studies.cost.native_motion import NativeMotion

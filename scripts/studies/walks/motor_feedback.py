@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.drive.catalog import MotorRecord, load_catalog
-from hexapod_pin.drive.derating import Derating
-from hexapod_pin.sweep.selection.evaluation import Evaluation
-from hexapod_pin.sweep.selection.lightest import LightestChoice
-from hexapod_pin.sweep.selection.motor_places import motor_counts
-from hexapod_pin.sweep.selection.required_walks import required_walks
+from hexapod_pin.drive.catalog.motor_record import Derating
+from hexapod_pin.sweep.selection.evaluation import Evaluation, LightestChoice
+from hexapod_pin.sweep.selection.motor_cases import motor_counts
+from hexapod_pin.sweep.selection.selecting import required_walks
 from hexapod_pin.validation.tables import Table
 from studies.study import StudyReport
 

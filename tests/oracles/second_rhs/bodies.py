@@ -9,8 +9,7 @@ import pinocchio as pin
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.simulation.loads import Push
-from hexapod_pin.simulation.payload import Payload
+from hexapod_pin.simulation.loads import Payload, Push
 from oracles.second_rhs.vectors import cross
 
 if TYPE_CHECKING:
@@ -57,7 +56,7 @@ class Bodies:
             for foot in robot.feet
         ]
         if scene.body_contact:
-            from hexapod_pin.robot.trunk import trunk_points
+            from hexapod_pin.robot.link_shapes import trunk_points
 
             trunk = trunk_points(robot)
             pairs = zip(trunk.points, trunk.radius, strict=True)

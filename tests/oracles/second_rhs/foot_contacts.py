@@ -9,7 +9,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.ground.contact.stick_slip import StickSlip
+from hexapod_pin.ground.contact.friction import StickSlip
 from oracles.second_rhs.friction_share import FrictionShare
 from oracles.second_rhs.normal_force import NormalForce
 from oracles.second_rhs.surface import Surface

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.ground.contact.friction_law import FrictionLaw
-from hexapod_pin.ground.contact.regularised_friction import (
+from hexapod_pin.ground.contact.friction import (
     AdamsCoulomb,
     BrownMcPhee,
+    FrictionLaw,
     SmoothStep,
     TanhCoulomb,
 )

@@ -63,7 +63,7 @@ class LawScene:
 
     def by_core(self, **settings: Any) -> Array:
         """Return q (T, nq) of the native core; `settings` are method and accuracy."""
-        from hexapod_pin.simulation.run import simulate
+        from hexapod_pin.simulation.case import simulate
 
         trace = simulate(
             self.scene, self.controller, duration=self.duration, initial=self.initial,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hexapod_pin.control.hold_posture import HoldPosture
+from hexapod_pin.control.sampled_trajectory import HoldPosture
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.ground.contact import HuntCrossley, KelvinVoigt, StickSlip

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.hold_posture import HoldPosture
 from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.sampled_trajectory import HoldPosture
 from hexapod_pin.ground.contact import Contact
+from hexapod_pin.robot.link_shapes import trunk_points
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.robot.state import State
-from hexapod_pin.robot.trunk import trunk_points
 from hexapod_pin.simulation.loads import LostLeg, Push
 from hexapod_pin.simulation.plant import standing_on
 from hexapod_pin.simulation.scene import Scene

@@ -1,1 +1,0 @@
-"""A measured comparison as tables, Markdown, CSV, JSON and a figure."""

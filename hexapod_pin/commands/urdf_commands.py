@@ -1,0 +1,163 @@
+"""The commands `check` and `mend` say whether a URDF can be used, and repair it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hexapod_pin.atomic_file import write_atomically
+from hexapod_pin.commands.options import (
+    Feet,
+    FootRadius,
+    Forward,
+    Hold,
+    Legs,
+    OptionalFloat,
+    OptionalText,
+    PackagePath,
+    PostureText,
+    RobotName,
+    XacroArgs,
+    given,
+    load_options,
+    option_names,
+    speed_limit,
+    spelt_in_options,
+    torque_limit,
+)
+from hexapod_pin.commands.terminal import FAILED, echo, fail
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.user_file import user_path
+
+if TYPE_CHECKING:
+    from hexapod_pin.robot.mending import Mended
+
+
+def check(
+    context: typer.Context,
+    urdf: RobotName,
+    feet: Feet = None,
+    foot_radius: FootRadius = None,
+    forward: Forward = None,
+    legs: Legs = None,
+    posture: PostureText = None,
+    hold: Hold = None,
+    package_path: PackagePath = None,
+    xacro_arg: XacroArgs = None,
+    write: Annotated[
+        bool,
+        typer.Option("--write", help="Write what was inferred to NAME.hints.toml, to be edited."),
+    ] = False,
+) -> None:
+    """Say whether a URDF can be used, everything that is wrong with it, and what mends it."""
+    from hexapod_pin.robot.loading.load_options import write_hints
+    from hexapod_pin.robot.urdf_report import inspect
+
+    options = load_options(
+        feet=feet, legs=legs, posture=posture, hold=hold, package_path=package_path,
+        xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
+    )  # fmt: skip
+    report = inspect(urdf, options=options)
+    text = spelt_in_options(str(report), option_names(context.command))
+    if report.ok or report.layout is not None:
+        echo(text)
+    if write and report.layout is not None:
+        echo(f"wrote {write_hints(urdf, report.layout, options)}")
+    if not report.ok:
+        fail(f"{report.source}: refused" if report.layout is not None else text, FAILED)
+    if not report.legs:
+        echo("note: it can stand, but not walk: it has no legs to walk with")
+
+
+# `hexapod-pin mend`: write a URDF that can be used, and say what was changed and assumed.
+
+Mass = Annotated[OptionalFloat, typer.Option(help="Total mass of the robot [kg].")]
+Density = Annotated[
+    OptionalFloat,
+    typer.Option(help="Mass over hull volume of links without a mass [kg/m^3]; default: 430."),
+]
+Effort = Annotated[
+    OptionalText,
+    typer.Option(help="Torque limit of every joint [N m], or a motor: AX-12A, 'MX-64 at 12 V'."),
+]
+Velocity = Annotated[
+    OptionalText,
+    typer.Option(help="Speed limit of every joint [rad/s], or a motor: AX-12A, 'MX-64 at 12 V'."),
+]
+
+
+def mend(
+    context: typer.Context,
+    file: Annotated[Path, typer.Argument(help="The URDF to mend; it is not touched.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="The mended URDF to write.")],
+    mass: Mass = None,
+    density: Density = None,
+    effort: Effort = None,
+    velocity: Velocity = None,
+    feet: Feet = None,
+    foot_radius: FootRadius = None,
+    forward: Forward = None,
+    legs: Legs = None,
+    posture: PostureText = None,
+    hold: Hold = None,
+    package_path: PackagePath = None,
+    xacro_arg: XacroArgs = None,
+) -> None:
+    """Write a URDF that `check` accepts: what is missing, impossible or absurd is replaced.
+
+    Every change is printed. Where `check`, with the same options, would still refuse the file,
+    nothing is written.
+    """
+    from hexapod_pin.commands.output_files import writable
+    from hexapod_pin.robot.loading.intake import read_file
+    from hexapod_pin.robot.loading.load_options import read_hints
+    from hexapod_pin.robot.mending import MendOptions, mend_urdf
+    from hexapod_pin.robot.mending.appearance import rebased
+    from hexapod_pin.robot.mending.finding import finding_lines
+    from hexapod_pin.robot.reading.resources import ResourceFinder
+    from hexapod_pin.robot.urdf_report import judged
+
+    path, folders = writable("--out", out), package_path or []
+    hints = load_options(
+        feet=feet, legs=legs, posture=posture, hold=hold, package_path=folders,
+        xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
+    ).over(read_hints(user_path(file)))  # fmt: skip
+    read = read_file(file, hints)
+    urdf, finder = read.file, read.finder
+    if path.exists() and path.samefile(user_path(file)):
+        raise ParameterError("--out", str(out), "another file than the one to mend")
+    options = given(
+        mass=mass, density=density, effort=torque_limit(effort), velocity=speed_limit(velocity)
+    )
+    mended = mend_urdf(urdf, finder, MendOptions(**options))
+    written, moved = rebased(mended.file, finder, path, folders)
+    report = judged(read._replace(file=written, finder=ResourceFinder(path, folders)), hints)
+    if not report.ok:
+        text = "\n".join([f"{file}: no repair for this; nothing is written", *report.refused_lines])
+        fail(spelt_in_options(text, option_names(context.command)), FAILED)
+    if written is urdf and not read.expanded:
+        write_atomically(path, user_path(file).read_bytes())
+    else:
+        write_atomically(path, written.text)
+    for line in [
+        *(f"note: {text}" for text in read.notes),
+        *_report(mended),
+        *(f"changed: {text}" for text in moved),
+        *finding_lines(report.found),
+    ]:
+        echo(line)
+    echo(f"wrote {path}" + ("" if mended.changes or moved else ": a copy, nothing to mend"))
+
+
+def _report(mended: Mended) -> list[str]:
+    """Return changes, assumptions, options not used, and the masses before and after."""
+    from hexapod_pin.robot.mending.mend_urdf import mass_lines
+
+    return [
+        *(f"changed: {text}" for text in mended.changes),
+        *(f"assumed: {text}" for text in mended.assumed),
+        *(f"note: {text}" for text in mended.notes),
+        *mass_lines(mended.masses),
+    ]

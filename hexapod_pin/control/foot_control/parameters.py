@@ -1,0 +1,214 @@
+"""These are the parameters of foot control.
+
+They cover slip correction, virtual suspension, levelling, touch-down and force sensing.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field, NonNegativeFloat, PositiveFloat, field_validator, model_serializer
+
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.spec import Spec
+
+if TYPE_CHECKING:
+    from pydantic import SerializerFunctionWrapHandler
+
+
+class SlipPid(Spec):
+    """PID on the tangential force of standing feet, or on how far they have slid [S1].
+
+    "force": e is the part of a foot's tangential force that drives the trunk nowhere: the force
+    less the share of the sum and of the moment about the normal that goes with its load. The foot
+    gives way along it, dp = kp e + ki int e + kd e'.
+    "slip": e is how far a foot has slid since touch-down, by joint angles and gyroscope: its
+    motion less the feet's mean. The foot is put back, dp = -(kp e + ki int e + kd e').
+
+    S1 prints neither equations nor gains. Gains that are not given follow from the bandwidth by
+    internal model control [Skogestad2003]: ki = 1 / (s (1/w + d)), kp = kd = 0, w = 2 pi bandwidth,
+    d the delay of the loop, s the stiffness along the ground of the stiffest foot on its servos
+    [N/m], of "slip" 1: a standing foot has no lag of its own (*assumed*).
+
+    Attributes:
+        signal: what e is.
+        kp: [m/N]; of "slip" [-].
+        ki: [m/(N s)]; of "slip" [1/s].
+        kd: [m s/N]; of "slip" [s].
+        bandwidth: of the loop, for gains that are not given [Hz]. The default is *assumed*.
+        derivative_time: of the low-pass filter of e' [s]. The default is *assumed*.
+        limit: largest correction; at it the integral stops (anti-windup) [m]. *Assumed*.
+        anticipates: whether feet are put where they have to be for their servos to give way by
+            J diag(1/kp) J^T f0 under the nominal loads f0 (not in S1): without, the load itself
+            pushes feet apart, and whatever the PID takes back slides again as the foot unloads.
+    """
+
+    kind: Literal["slip-pid"] = "slip-pid"
+    signal: Literal["force", "slip"] = "force"
+    kp: NonNegativeFloat | None = None
+    ki: NonNegativeFloat | None = None
+    kd: NonNegativeFloat | None = None
+    bandwidth: PositiveFloat = 10.0
+    derivative_time: PositiveFloat = 0.01
+    limit: PositiveFloat = 0.03
+    anticipates: bool = True
+
+    @property
+    def assumed(self) -> bool:
+        """Whether a gain is this package's guess rather than the user's number."""
+        return None in (self.kp, self.ki)
+
+    @model_serializer(mode="wrap")
+    def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
+        return {name: value for name, value in dump(self).items() if value is not None}
+
+
+# S1's virtual suspension: a leg yields to its load as if it stood on a spring and a damper.
+
+DELAYS_PER_PERIOD = 0.05
+"""Frequency times delay of a suspension whose frequency is not given (*assumed*)."""
+
+LEAST_DELAY = 7.5e-3
+"""What a shorter delay counts as there: contacts bear no quicker legs [s] (*assumed*)."""
+
+
+class VirtualSuspension(Spec):
+    """Admittance along the normal of the support, m z'' + c z' + k z = f - f0, z the retraction.
+
+    S1 prints no equations or gains; these are of mass-spring-damper form with m = k / w^2 and
+    c = 2 zeta k / w, w = 2 pi frequency. The nominal load f0 is the share of the weight that the
+    standing feet bear (balance of force and moments, least squares), or a constant.
+
+    Attributes:
+        stiffness: k [N/m]; None: retracts by `travel` under a sixth of the weight.
+        travel: [m]. The default is *assumed*.
+        frequency: of the undamped mass on its spring [Hz]; None: 1 / (20 d), d the delay of the
+            loop, 7.5 ms at least (*assumed*: standing robots shake from 1.4 times that on).
+        damping: zeta, 1 is critical [-]. The default is *assumed*.
+        load: "split" of the weight, or the same for every standing foot [N].
+        limit: largest travel either way [m]. *Assumed*.
+    """
+
+    kind: Literal["virtual-suspension"] = "virtual-suspension"
+    stiffness: PositiveFloat | None = None
+    travel: PositiveFloat = 0.002
+    frequency: PositiveFloat | None = None
+    damping: PositiveFloat = 1.6
+    load: Literal["split"] | PositiveFloat = "split"
+    limit: PositiveFloat = 0.03
+
+    @field_validator("load", mode="before")
+    @classmethod
+    def _split_or_force(cls, value: Any) -> Any:
+        """Name what is allowed as a whole, not as its first half."""
+        if value == "split" or (isinstance(value, int | float) and 0.0 < value < math.inf):
+            return value
+        raise ParameterError("VirtualSuspension.load", value, '"split", or a force above 0 N')
+
+    def resolved(self, weight: float, delay: float) -> tuple[float, float]:
+        """Return stiffness [N/m] and frequency [Hz] for a weight [N] and a loop's delay [s]."""
+        stiffness = weight / (6.0 * self.travel) if self.stiffness is None else self.stiffness
+        own = DELAYS_PER_PERIOD / max(delay, LEAST_DELAY)
+        frequency = own if self.frequency is None else self.frequency
+        return stiffness, frequency
+
+    def gains(self, weight: float, delay: float) -> tuple[float, float, float]:
+        """Return m [kg], c [N s/m] and k [N/m]; arguments as of `resolved`."""
+        stiffness, frequency = self.resolved(weight, delay)
+        rate = 2.0 * math.pi * frequency
+        return stiffness / rate**2, 2.0 * self.damping * stiffness / rate, stiffness
+
+    @model_serializer(mode="wrap")
+    def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
+        return {name: value for name, value in dump(self).items() if value is not None}
+
+
+# Levelling: the legs put a trunk level that stands on a slope.
+
+
+class Levelling(Spec):
+    """Integral control of roll and pitch as the trunk's orientation sensor has them.
+
+    Attributes:
+        bandwidth: of the loop [Hz]. The default is *assumed*.
+        limit: largest tilt of the feet's plane against the trunk; a steeper slope leaves the rest
+            [rad]. The default is *assumed*: legs must reach, and a level trunk comes near a slope.
+    """
+
+    kind: Literal["levelling"] = "levelling"
+    bandwidth: PositiveFloat = 0.3
+    limit: Annotated[float, Field(gt=0.0, le=math.pi / 4)] = 0.06
+
+    @property
+    def rate(self) -> float:
+        """Of the integral [1/s]."""
+        return 2.0 * math.pi * self.bandwidth
+
+
+# Touch-down by what a foot feels, and a trunk that follows the ground under its feet.
+
+
+class TouchDown(Spec):
+    """Feet that stop where they meet the ground, search for it, and rise over what stops them.
+
+    All defaults are *assumed*.
+
+    Attributes:
+        earliest: share of the swing before which no ground is expected [-].
+        search_speed: of a foot that goes on down [m/s].
+        search_depth: how far below the plan it goes; there it waits [m].
+        rise_speed: of a swinging foot that runs against something [m/s].
+        rise_limit: how far above the plan it rises [m].
+        retreat_speed: of such a foot, back from what it met [m/s].
+        patience: longest time that the walk waits for a foot that finds no ground; 0: none [s].
+        lost_after: time without load after which a standing foot searches [s].
+        height_time: in which the trunk's height follows the mean of the standing feet [s].
+        tilt_time: in which the trunk's tilt follows the plane of the standing feet [s].
+    """
+
+    kind: Literal["touch-down"] = "touch-down"
+    earliest: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
+    search_speed: PositiveFloat = 0.1
+    search_depth: NonNegativeFloat = 0.03
+    rise_speed: PositiveFloat = 0.2
+    rise_limit: NonNegativeFloat = 0.04
+    retreat_speed: NonNegativeFloat = 0.05
+    patience: NonNegativeFloat = 0.3
+    lost_after: PositiveFloat = 0.3
+    height_time: PositiveFloat = 0.5
+    tilt_time: PositiveFloat = 1.5
+
+
+# What a robot takes for the forces on its feet.
+
+
+class FootForceSensing(Spec):
+    """Where foot forces come from, and when a foot counts as touching.
+
+    "foot": sensors in the feet. "torque": from the joints' torques, J^-T (tau_leg - tau), with
+    tau_leg what the leg's own weight and motion need (Newton-Euler; joint accelerations from two
+    ticks) and tau the motors' torques less what friction takes from them. "current": the same from
+    the motors' torques as they are, friction unknown. Noise, delay and rounding are those of
+    `Sensors`.
+
+    Attributes:
+        source: of the forces.
+        cutoff: of a first-order low-pass filter on them [Hz]; None: no filter.
+        threshold: a foot with more force than this touches, one with less than a quarter is free
+            [N]; None: 4, 12 or 20 % of the robot's weight for the three sources (*assumed*).
+    """
+
+    kind: Literal["foot-force-sensing"] = "foot-force-sensing"
+    source: Literal["foot", "torque", "current"] = "foot"
+    cutoff: PositiveFloat | None = None
+    threshold: PositiveFloat | None = None
+
+    @property
+    def filter_time(self) -> float:
+        """Time constant of the filter [s]."""
+        return 0.0 if self.cutoff is None else 1.0 / (2.0 * math.pi * self.cutoff)
+
+    @model_serializer(mode="wrap")
+    def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
+        return {name: value for name, value in dump(self).items() if value is not None}

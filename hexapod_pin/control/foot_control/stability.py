@@ -1,0 +1,404 @@
+"""Foot control of a standing robot is a closed loop; its small motions grow or decay.
+
+Gains have stable ranges, and unstable gains are refused.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from hexapod_pin.control.foot_control.leg_model import foot_stiffness, leg_chains
+from hexapod_pin.control.foot_control.linear_law import LinearLaw, LinearLoop
+from hexapod_pin.control.foot_control.stance_model import StanceModel
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.ground.contact import Restitution
+from hexapod_pin.robot.robot import once_per_robot
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.foot_control.controller import FootControl
+    from hexapod_pin.native import LegChain
+    from hexapod_pin.robot.robot import Robot
+
+
+Kept = TypeVar("Kept")
+
+TOUCH_SPEEDS = (0.0, 0.1)
+"""Of feet put down gently and in a walk [m/s] (*assumed*): contacts with a coefficient of
+restitution are damped as by their touch speed, and the loop is to be stable with both."""
+
+FAR = 1e9
+"""Limits of the linear law: it has none [m]."""
+
+KEPT = 64
+"""Loops and verdicts of a robot that are kept."""
+
+
+@dataclass
+class KeptLoops:
+    """What is known of a robot.
+
+    Attributes:
+        loops: by servos, contact, times, feet.
+        chains: the legs without dry friction, by servos.
+        verdicts: errors of controllers, or None, by all of their settings.
+    """
+
+    loops: OrderedDict[str, LinearLoop] = field(default_factory=OrderedDict)
+    chains: OrderedDict[str, list[LegChain]] = field(default_factory=OrderedDict)
+    verdicts: OrderedDict[str, ParameterError | None] = field(default_factory=OrderedDict)
+
+
+@once_per_robot
+def kept_loops(robot: Robot) -> KeptLoops:
+    """Return what is known of a robot."""
+    return KeptLoops()
+
+
+def once(kept: OrderedDict[str, Kept], key: str, make: Callable[[], Kept]) -> Kept:
+    """Return the value of a key, made once; the oldest of many goes."""
+    if key not in kept:
+        kept[key] = make()
+        while len(kept) > KEPT:
+            kept.popitem(last=False)
+    return kept[key]
+
+
+def plant_key(control: FootControl, scene: Any) -> str:
+    """Return a text that differs where the loop of a robot differs, its controller's law aside."""
+    times = f"{control.period!r} {control.loop_delay!r} {scene.gravity}"
+    return f"{times} {scene.servos.model_dump_json()} {scene.contact.model_dump_json()}"
+
+
+def stance_loop(
+    control: FootControl, scene: Any, feet: Sequence[str] | None = None, touch_speed: float = 0.0
+) -> LinearLoop:
+    """Return the standing robot of a scene between the ticks of a controller.
+
+    Args:
+        control: its period and delays.
+        scene: the robot, its servos and contact.
+        feet: as of `StanceModel.of`.
+        touch_speed: as of `StanceModel.of` [m/s].
+    """
+    key = f"{plant_key(control, scene)} {feet} {touch_speed!r}"
+
+    def make() -> LinearLoop:
+        stance = StanceModel.of(scene, feet, touch_speed)
+        return LinearLoop.of(stance, control.period, control.loop_delay)
+
+    return once(kept_loops(scene.robot).loops, key, make)
+
+
+def linear_law(control: FootControl, scene: Any, stance: StanceModel) -> LinearLaw:
+    """Return a controller's law about a stance, limits and dry friction aside."""
+    from hexapod_pin.control.foot_control.controller import law_settings, native_law
+
+    settings = law_settings(control, scene)
+    slip, suspension = settings.slip, settings.suspension
+    slip.limit = suspension.limit = FAR
+    settings.slip, settings.suspension = slip, suspension
+    chains = once(
+        kept_loops(scene.robot).chains,
+        scene.servos.model_dump_json(),
+        lambda: leg_chains(scene, dry_friction=False),
+    )
+    return LinearLaw.of(native_law(scene, settings, chains), scene, stance)
+
+
+def spectral_radius(
+    control: FootControl,
+    scene: Any,
+    feet: Sequence[str] | None = None,
+    touch_speed: float | None = None,
+    drift_time: float = math.inf,
+) -> float:
+    """Return the factor by which a small motion of a standing robot grows per tick, at most.
+
+    Args:
+        control: the controller.
+        scene: what it controls.
+        feet: as of `StanceModel.of`.
+        touch_speed: as of `StanceModel.of` [m/s]; None: the worse of `TOUCH_SPEEDS`.
+        drift_time: as of `LinearLoop.radius` [s].
+
+    Returns:
+        Below 1 where the loop is stable [-].
+    """
+    return max(spectral_radii(control, scene, feet, touch_speed, drift_time))
+
+
+def spectral_radii(
+    control: FootControl,
+    scene: Any,
+    feet: Sequence[str] | None,
+    touch_speed: float | None,
+    drift_time: float,
+) -> Iterator[float]:
+    """Return the spectral radius with each touch speed that matters, as of `spectral_radius`."""
+    speeds: Sequence[float] = TOUCH_SPEEDS if touch_speed is None else (touch_speed,)
+    if not isinstance(scene.contact.normal, Restitution):
+        speeds = speeds[:1]
+    law: LinearLaw | None = None
+    for speed in speeds:
+        loop = stance_loop(control, scene, feet, speed)
+        law = law or linear_law(control, scene, loop.stance)
+        yield loop.radius(law, drift_time)
+
+
+# Ranges of the gains of foot control in which a standing robot stands still.
+
+SPAN = 1e3
+"""Borders are looked for within this factor of a value."""
+
+COARSE = 2.0
+"""Factor between two values that are tried in search of a border."""
+
+FINE = 2e-3
+"""Share of a border to which it is found."""
+
+PARAMETERS = {
+    "slip.kp": "m/N or 1", "slip.ki": "m/(N s) or 1/s", "slip.kd": "m s/N or s",
+    "slip.bandwidth": "Hz", "suspension.stiffness": "N/m", "suspension.frequency": "Hz",
+    "suspension.damping": "-",
+}  # fmt: skip
+"""Parameters whose stable range can be asked for, and their units."""
+
+
+def parameter_value(control: FootControl, scene: Any, parameter: str) -> float:
+    """Return what a parameter such as "slip.ki" is, given or derived.
+
+    Raises:
+        UnknownNameError: no such parameter.
+        ParameterError: the controller does not have the part.
+    """
+    if parameter not in PARAMETERS:
+        raise UnknownNameError("parameter", parameter, list(PARAMETERS))
+    name, _, field_name = parameter.partition(".")
+    part = getattr(control, name)
+    if part is None:
+        raise ParameterError(f"FootControl.{name}", None, f"given for a range of {parameter}")
+    value = getattr(part, field_name)
+    if name == "suspension" and value is None:
+        found = part.resolved(weight_of(scene), effective_delay(control))
+        return float(dict(zip(("stiffness", "frequency"), found, strict=True))[field_name])
+    if value is None:
+        value = dict(zip(("kp", "ki", "kd"), slip_gains(control, scene), strict=True))[field_name]
+    return float(value)
+
+
+def with_parameter(control: FootControl, parameter: str, value: float) -> FootControl:
+    """Return a controller with another value of a parameter such as "slip.ki"."""
+    name, _, field_name = parameter.partition(".")
+    part = getattr(control, name)
+    return replace(control, **{name: type(part)(**{**part.model_dump(), field_name: value})})
+
+
+def stable_range(
+    control: FootControl,
+    scene: Any,
+    parameter: str,
+    feet: Sequence[str] | None = None,
+    touch_speed: float | None = None,
+    drift_time: float = math.inf,
+    span: float = SPAN,
+) -> tuple[float, float]:
+    """Return the range of a parameter in which the loop of a standing robot is stable.
+
+    Of several ranges the one around the controller's own value, or the nearest to it.
+
+    Args:
+        control: the controller.
+        scene: what it controls.
+        parameter: a key of `PARAMETERS`.
+        feet: as of `StanceModel.of`.
+        touch_speed: as of `spectral_radius` [m/s].
+        drift_time: as of `LinearLoop.radius` [s].
+        span: values up to this factor away are looked at.
+
+    Returns:
+        Lower and upper end, found to 0.2 %; 0 and inf where there is none in the span.
+        (nan, nan): no value in it is stable.
+
+    Raises:
+        UnknownNameError: no such parameter.
+        ParameterError: the controller does not have the part.
+    """
+
+    def stable(value: float) -> bool:
+        changed = with_parameter(control, parameter, value)
+        return all(r < 1.0 for r in spectral_radii(changed, scene, feet, touch_speed, drift_time))
+
+    own = parameter_value(control, scene, parameter)
+    centre = own if own > 0.0 else _unit(control, scene, parameter)
+    count = math.ceil(math.log(span, COARSE))
+    tried = [centre * COARSE**k for k in range(-count, count + 1)]
+    first = count if own > 0.0 else 0
+    order = sorted(range(len(tried)), key=lambda k: abs(k - first))
+    start = next((k for k in order if stable(tried[k])), None)
+    if start is None:
+        return math.nan, math.nan
+    low = _border(stable, tried[start::-1])
+    high = _border(stable, tried[start:])
+    return (0.0 if low is None else low), (math.inf if high is None else high)
+
+
+def _border(stable: Callable[[float], bool], values: Sequence[float]) -> float | None:
+    """Return where stability ends on the way through values, the first a stable one; or None."""
+    end = next((k for k in range(1, len(values)) if not stable(values[k])), None)
+    if end is None:
+        return None
+    inside, outside = values[end - 1], values[end]
+    while abs(math.log(outside / inside)) > FINE:
+        middle = math.sqrt(inside * outside)
+        inside, outside = (middle, outside) if stable(middle) else (inside, middle)
+    return inside
+
+
+def _unit(control: FootControl, scene: Any, parameter: str) -> float:
+    """Return a scale of a gain that is 0: with it the PID's parts are alike at the bandwidth."""
+    assert control.slip is not None
+    derived = replace(control, slip=control.slip.model_copy(update={"ki": None}))
+    rate = 2.0 * math.pi * control.slip.bandwidth
+    integral = slip_gains(derived, scene)[1]
+    return integral / rate if parameter == "slip.kp" else integral / rate**2
+
+
+# The refusal of gains with which a standing robot would shake.
+
+REFUSAL_SPAN = 100.0
+"""Factor around a value in which a refusal looks for stable ones."""
+
+
+def refuse_unstable(control: FootControl, scene: Any) -> None:
+    """Refuse a controller with which a standing robot would shake; a verdict is kept.
+
+    What drifts without swinging, slower than by e in a stance, is let pass: corrections are taken
+    back at lift-off.
+
+    Raises:
+        ParameterError: names the parameter that is nearest to a stable value, and its range.
+    """
+    if not any((control.slip, control.suspension, control.levelling)):
+        return
+    settings = {
+        key: value for key, value in control.to_dict().items() if key not in ("walk", "gait")
+    }
+    drift_time = control.gait.duty * control.gait.cycle_time
+    key = f"{plant_key(control, scene)} {json.dumps(settings, default=str)} {drift_time!r}"
+
+    def make() -> ParameterError | None:
+        radius = spectral_radius(control, scene, drift_time=drift_time)
+        return None if radius < 1.0 else _refusal(control, scene, radius, drift_time)
+
+    error = once(kept_loops(scene.robot).verdicts, key, make)
+    if error is not None:
+        raise error.with_traceback(None)
+
+
+def _refusal(control: FootControl, scene: Any, radius: float, drift_time: float) -> ParameterError:
+    """Return the error that names what is nearest to a stable value."""
+    ranges: dict[str, tuple[float, float]] = {}
+    for name in _suspects(control, scene, drift_time):
+        ends = stable_range(control, scene, name, drift_time=drift_time, span=REFUSAL_SPAN)
+        if not math.isnan(ends[0]):
+            ranges[name] = ends
+    time = control.period / math.log(radius)
+    where = (
+        f"Standing, with ticks of {1e3 * control.period:g} ms and a delay of "
+        f"{1e3 * control.loop_delay:g} ms, {scene.robot.name} would shake: "
+        f"its motion grows by e in {time:.2g} s."
+    )
+    if not ranges:
+        return ParameterError(
+            "FootControl.delay",
+            control.loop_delay,
+            "shorter with these gains",
+            f"{where.capitalize()}.",
+        )
+    values = {name: parameter_value(control, scene, name) for name in ranges}
+    best = min(ranges, key=lambda name: _distance(values[name], ranges[name]))
+    others = [
+        f"{name} {_text(*ranges[name], PARAMETERS[name])}"
+        for name in ranges
+        if name != best and _distance(values[name], ranges[name]) > 0.0
+    ]
+    hint = f"{where} " + (
+        f"Or one of: {'; '.join(others)}; or a shorter delay." if others else "Or a shorter delay."
+    )
+    return ParameterError(best, values[best], _text(*ranges[best], PARAMETERS[best]), hint)
+
+
+def _suspects(control: FootControl, scene: Any, drift_time: float) -> list[str]:
+    """Return the parameters of the parts without which the loop is stable; else all."""
+    parts = [name for name in ("slip", "suspension") if getattr(control, name) is not None]
+    without = {"slip": replace(control, slip=None), "suspension": replace(control, suspension=None)}
+    guilty = [
+        name for name in parts if spectral_radius(without[name], scene, drift_time=drift_time) < 1.0
+    ]
+    own = [name.partition(".") for name in PARAMETERS]
+    return [
+        f"{part}.{name}"
+        for part, _, name in own
+        if part in (guilty or parts) and (part != "slip" or _is_given(control, name))
+    ]
+
+
+def _is_given(control: FootControl, own: str) -> bool:
+    """Whether a gain of the slip correction was given, or the bandwidth that it follows from."""
+    slip = control.slip
+    assert slip is not None
+    return slip.ki is None if own == "bandwidth" else getattr(slip, own) is not None
+
+
+def _distance(value: float, ends: tuple[float, float]) -> float:
+    """Return by which factor a value is outside of a range, as a logarithm."""
+    low, high = ends
+    if low <= value <= high:
+        return 0.0
+    return abs(math.log(value / (low if value < low else high)))
+
+
+def _text(low: float, high: float, unit: str) -> str:
+    if math.isinf(high):
+        return f"above {low:.3g} {unit}"
+    return f"below {high:.3g} {unit}" if low == 0.0 else f"from {low:.3g} to {high:.3g} {unit}"
+
+
+# Gains of the slip correction that follow from a bandwidth (*assumed* where none are given).
+
+
+def effective_delay(control: FootControl) -> float:
+    """Return the delay of a loop, sampling, ramps to the next tick and force filter in it [s]."""
+    return 1.5 * control.period + control.loop_delay + control.force.filter_time
+
+
+def weight_of(scene: Any) -> float:
+    """Return what a robot knows as its weight, payloads aside [N]."""
+    return float(scene.robot.total_mass * np.linalg.norm(scene.gravity))
+
+
+def slip_gains(control: FootControl, scene: Any) -> tuple[float, float, float]:
+    """Return kp, ki and kd of a controller's slip correction; units as of `SlipPid`.
+
+    Seen by the controller a standing foot is a gain s, a delay d and no lag of its own: the rule
+    of internal model control then is ki = 1 / (s (1 / w + d)), kp = kd = 0 [Skogestad2003].
+    """
+    slip = control.slip
+    assert slip is not None
+    gain = 1.0
+    if slip.signal == "force":
+        gain = float(np.linalg.eigvalsh(foot_stiffness(scene)[:, :2, :2]).max())
+    lag = 1.0 / (2.0 * math.pi * slip.bandwidth)
+    integral = 1.0 / (gain * (lag + effective_delay(control)))
+    return (
+        0.0 if slip.kp is None else slip.kp,
+        integral if slip.ki is None else slip.ki,
+        0.0 if slip.kd is None else slip.kd,
+    )

@@ -1,0 +1,353 @@
+"""A joint demands torque, speed and power of any motor, over whole cycles of steady walking."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hexapod_pin.arrays import Array, protect, read_only
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.immutable import Immutable
+from hexapod_pin.results.joint_budget import joint_kinds
+from hexapod_pin.results.torque_budget import SAMPLES
+
+PER_JOINT = (
+    "peak_torque", "peak_torque_time", "peak_torque_speed", "peak_speed", "p99_torque",
+    "rms_torque", "rms_speed", "acceleration_rms", "torque_acceleration", "peak_power",
+    "positive_energy", "negative_energy", "armature", "load_inertia", "standing", "holding",
+    "holding_lost_leg",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class JointDemand(Immutable):
+    """What n joints demand over a window that repeats; SI units. Of no motor in particular.
+
+    Torques are those that the motor gives at the joint, the acceleration of the rotor that the
+    run had (`armature`) included. Means are over time by the trapezoidal rule. NaN is unknown.
+
+    Attributes:
+        joint_names: n names.
+        kinds: "coxa", "femur", "tibia", ... of each joint.
+        time: of the samples in the window [s]. Shape (T,).
+        torque: samples [N m]. Shape (T, n).
+        speed: samples of the joints' rates, signed [rad/s]. Shape (T, n).
+        acceleration: differences of the speeds [rad/s^2]. Shape (T, n).
+        cycles: whole gait cycles in the window; None where nothing repeats.
+        peaks: what peaks, RMS and energies below are of: "accepted steps" or "samples". The
+            larger of the accepted steps' peak and the samples' is taken.
+        peak_torque: largest |torque| (n,) [N m].
+        peak_torque_time: its time (n,) [s].
+        peak_torque_speed: rate at that time, > 0 where the joint drives (n,) [rad/s].
+        peak_speed: largest |rate| (n,) [rad/s].
+        p99_torque: |torque| not exceeded for 99 % of the time (n,) [N m].
+        rms_torque: (n,) [N m].
+        rms_speed: (n,) [rad/s].
+        acceleration_rms: (n,) [rad/s^2].
+        torque_acceleration: mean of torque times acceleration (n,) [N m rad/s^2].
+        peak_power: largest |torque times rate| (n,) [W].
+        positive_energy: work given per cycle (or window) (n,) [J].
+        negative_energy: work taken up per cycle (or window) (n,) [J], <= 0.
+        armature: rotor inertia at the joint that the torques contain (n,) [kg m^2].
+        load_inertia: of what the joint carries outwards, trunk held, rotor left out: mean diagonal
+            of the mass matrix over the window (n,) [kg m^2]. A leg in the air; on the ground
+            there is no such number.
+        standing: |torque| at rest in the first posture on all feet (n,) [N m].
+        holding: largest |torque| at rest in the postures and on the feet of the window (n,) [N m].
+        holding_lost_leg: the same with one leg lost, of the stances that hold (n,) [N m].
+        unheld: share of the window's stances that cannot hold at rest [-].
+        unheld_lost_leg: the same by lost leg or foot, in the order of the feet.
+        weight: mass times gravity [N].
+        distance: way per cycle along the heading [m]; None where none is known.
+        robot: its name.
+        notes: what to know of these numbers, one sentence each.
+    """
+
+    joint_names: tuple[str, ...]
+    kinds: tuple[str, ...]
+    time: Array = field(repr=False)
+    torque: Array = field(repr=False)
+    speed: Array = field(repr=False)
+    acceleration: Array = field(repr=False)
+    cycles: int | None
+    peaks: str
+    peak_torque: Array = field(repr=False)
+    peak_torque_time: Array = field(repr=False)
+    peak_torque_speed: Array = field(repr=False)
+    peak_speed: Array = field(repr=False)
+    p99_torque: Array = field(repr=False)
+    rms_torque: Array = field(repr=False)
+    rms_speed: Array = field(repr=False)
+    acceleration_rms: Array = field(repr=False)
+    torque_acceleration: Array = field(repr=False)
+    peak_power: Array = field(repr=False)
+    positive_energy: Array = field(repr=False)
+    negative_energy: Array = field(repr=False)
+    armature: Array = field(repr=False)
+    load_inertia: Array = field(repr=False)
+    standing: Array = field(repr=False)
+    holding: Array = field(repr=False)
+    holding_lost_leg: Array = field(repr=False)
+    unheld: float = float("nan")
+    unheld_lost_leg: dict[str, float] = field(default_factory=dict)
+    weight: float = float("nan")
+    distance: float | None = None
+    robot: str = "robot"
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check shapes and make read-only.
+
+        Raises:
+            ParameterError: an array of another shape, or fewer than two samples.
+        """
+        samples = (len(self.time), len(self.joint_names))
+        if samples[0] < 2 or np.any(np.diff(self.time) <= 0.0):
+            raise ParameterError("JointDemand.time", samples[0], "two increasing times or more [s]")
+        for name in ("torque", "speed", "acceleration", *PER_JOINT):
+            shape = samples[1:] if name in PER_JOINT else samples
+            if getattr(self, name).shape != shape:
+                found = getattr(self, name).shape
+                raise ParameterError(f"JointDemand.{name}", found, f"of shape {shape}")
+        if len(self.kinds) != samples[1]:
+            raise ParameterError("JointDemand.kinds", self.kinds, f"{samples[1]} names")
+        protect(self)
+
+    @classmethod
+    def of_samples(
+        cls,
+        time: ArrayLike,
+        torque: ArrayLike,
+        speed: ArrayLike,
+        *,
+        joint_names: Sequence[str] | None = None,
+        kinds: Sequence[str] | None = None,
+        cycles: int | None = None,
+        armature: ArrayLike = 0.0,
+        load_inertia: ArrayLike = np.nan,
+        standing: ArrayLike = np.nan,
+        holding: ArrayLike = np.nan,
+        holding_lost_leg: ArrayLike = np.nan,
+        **whole: Any,
+    ) -> JointDemand:
+        """Return the demand of measured or made-up samples; all numbers are of the samples.
+
+        Args:
+            time: [s]. Shape (T,).
+            torque: at the joints [N m]. Shape (T, n).
+            speed: signed [rad/s]. Shape (T, n).
+            joint_names: n names; None: "joint 1", ...
+            kinds: of the joints; None: as their names tell.
+            cycles: how often the motion repeats within the samples; None: not at all.
+            armature: rotor inertia that the torques contain [kg m^2]; one number or (n,).
+            load_inertia: [kg m^2]; one number or (n,).
+            standing: [N m]; one number or (n,).
+            holding: [N m]; one number or (n,).
+            holding_lost_leg: [N m]; one number or (n,).
+            **whole: `weight`, `distance`, `robot`, `notes`.
+
+        Raises:
+            ParameterError: shapes that do not fit.
+        """
+        t, tau, rate = (np.array(x, dtype=float) for x in (time, torque, speed))
+        if tau.ndim != 2 or tau.shape != rate.shape or t.shape != tau.shape[:1] or len(t) < 2:
+            raise ParameterError("torque", tau.shape, f"(T, n) as speed {rate.shape}, T >= 2")
+        n = tau.shape[1]
+        names = tuple(joint_names or (f"joint {j + 1}" for j in range(n)))
+        given: dict[str, Any] = {
+            "armature": armature, "load_inertia": load_inertia, "standing": standing,
+            "holding": holding, "holding_lost_leg": holding_lost_leg,
+        }  # fmt: skip
+        return cls(
+            joint_names=names, kinds=tuple(kinds or joint_kinds(names, n // 3)),
+            time=t, torque=tau, speed=rate, acceleration=np.gradient(rate, t, axis=0),
+            cycles=cycles, peaks=SAMPLES, **sampled_numbers(t, tau, rate, cycles or 1),
+            **{k: _per_joint(k, v, n) for k, v in given.items()},
+            **whole,
+        )  # fmt: skip
+
+    @cached_property
+    def weights(self) -> Array:
+        """Share of the time that each sample stands for (T,) [-]."""
+        return read_only(time_weights(self.time))
+
+    @property
+    def duration(self) -> float:
+        """Length of a cycle, or of the window where nothing repeats [s]."""
+        return float(self.time[-1] - self.time[0]) / (self.cycles or 1)
+
+    @property
+    def cost_of_transport(self) -> float | None:
+        """Mechanical work by its size / (m g d) [-], all joints; None where it makes no way."""
+        return self.per_way(float(np.sum(self.positive_energy - self.negative_energy)))
+
+    @property
+    def cost_of_transport_positive(self) -> float | None:
+        """The same where braking returns nothing and costs nothing [-]."""
+        return self.per_way(float(np.sum(self.positive_energy)))
+
+    def per_way(self, energy: float) -> float | None:
+        """Return an energy per cycle [J] over weight and way per cycle [-]; None without way."""
+        if self.distance is None or not (self.distance > 0.0 and self.weight > 0.0):
+            return None
+        return energy / (self.weight * self.distance)
+
+    @cached_property
+    def _lagged(self) -> dict[float, Array]:
+        return {}
+
+    def thermal_rms(self, time_constant: float) -> Array:
+        """Return the largest moving RMS torque, of samples (n,) [N m].
+
+        The square root of the largest value of torque^2 behind a first-order lag. The window is
+        taken to repeat for ever, so that a constant above its length needs no longer run; far
+        above it, this is the RMS of the window.
+
+        Args:
+            time_constant: thermal, of what must not grow hot [s].
+
+        Raises:
+            ParameterError: it is not positive and finite.
+        """
+        if not (math.isfinite(time_constant) and time_constant > 0.0):
+            raise ParameterError("time_constant", time_constant, "positive and finite [s]")
+        if time_constant not in self._lagged:
+            largest = largest_lagged(self.time, np.square(self.torque), time_constant)
+            self._lagged[time_constant] = read_only(np.sqrt(largest))
+        return self._lagged[time_constant]
+
+    def rms_with_armature(self, armature: ArrayLike) -> Array:
+        """Return the RMS torque were the rotors' inertia another and the motion the same (n,).
+
+        An estimate [N m]: a heavier rotor also takes the edge off every touch-down, so that the
+        motion is not the same. What decides is a run with the motor itself.
+
+        Args:
+            armature: at the joint [kg m^2]. One number or (n,).
+
+        Raises:
+            ParameterError: it has another shape.
+        """
+        more = _per_joint("armature", armature, len(self.joint_names)) - self.armature
+        square = (
+            self.rms_torque**2
+            + 2.0 * more * self.torque_acceleration
+            + (more * self.acceleration_rms) ** 2
+        )
+        return np.asarray(np.sqrt(np.maximum(square, 0.0)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all numbers but the samples as plain data; units are those of the attributes."""
+        whole = ("joint_names", "kinds", "cycles", "peaks", "unheld", "unheld_lost_leg", "weight",
+                 "distance", "robot", "notes", "duration", "cost_of_transport",
+                 "cost_of_transport_positive")  # fmt: skip
+        plain = {name: getattr(self, name) for name in whole}
+        return plain | {name: getattr(self, name).tolist() for name in PER_JOINT}
+
+    def of_kinds(self, kinds: Sequence[str]) -> JointDemand:
+        """Return the demand of the joints of some kinds alone.
+
+        Raises:
+            UnknownNameError: there is no such kind.
+        """
+        for kind in kinds:
+            if kind not in self.kinds:
+                raise UnknownNameError("kind of joint", kind, sorted(set(self.kinds)))
+        kept = [j for j, kind in enumerate(self.kinds) if kind in kinds]
+        samples = {k: getattr(self, k)[:, kept] for k in ("torque", "speed", "acceleration")}
+        return replace(
+            self,
+            joint_names=tuple(self.joint_names[j] for j in kept),
+            kinds=tuple(self.kinds[j] for j in kept),
+            **samples,
+            **{name: getattr(self, name)[kept] for name in PER_JOINT},
+        )
+
+
+def _per_joint(name: str, value: ArrayLike, count: int) -> Any:
+    """Return a value of each joint.
+
+    Raises:
+        ParameterError: it is neither one number nor one of each joint.
+    """
+    found = np.asarray(value, dtype=float)
+    if found.shape not in ((), (count,)):
+        raise ParameterError(name, found.shape, f"one number, or one for each of {count} joints")
+    return np.broadcast_to(found, count).copy()
+
+
+# The numbers of each joint that samples alone tell: peaks, means, energies.
+
+
+def sampled_numbers(time: Array, torque: Array, speed: Array, parts: int) -> dict[str, Any]:
+    """Return the numbers per joint that samples alone tell; energies are over `parts`."""
+    size, power = np.abs(torque), torque * speed
+    top, joints = size.argmax(axis=0), np.arange(size.shape[1])
+    step, change = np.diff(time)[:, None], np.diff(speed, axis=0)
+    length, weights = float(time[-1] - time[0]), time_weights(time)
+    middle = 0.5 * (torque[1:] + torque[:-1])
+    return {
+        "peak_torque": size[top, joints],
+        "peak_torque_time": time[top],
+        "peak_torque_speed": speed[top, joints] * np.sign(torque[top, joints]),
+        "peak_speed": np.abs(speed).max(axis=0),
+        "p99_torque": np.percentile(size, 99.0, axis=0),
+        "rms_torque": rms(time, torque),
+        "rms_speed": rms(time, speed),
+        "acceleration_rms": np.sqrt(np.sum(change**2 / step, axis=0) / length),
+        "torque_acceleration": np.sum(middle * change, axis=0) / length,
+        "peak_power": np.abs(power).max(axis=0),
+        "positive_energy": length / parts * (weights @ np.maximum(power, 0.0)),
+        "negative_energy": length / parts * (weights @ np.minimum(power, 0.0)),
+    }
+
+
+# Means over time of samples: the trapezoidal rule, and a first-order lag gone round and round.
+
+
+def time_weights(time: Array) -> Array:
+    """Return what share of the time each sample stands for, by the trapezoidal rule (T,) [-]."""
+    step = np.diff(time)
+    weights = np.zeros(len(time))
+    weights[:-1] += 0.5 * step
+    weights[1:] += 0.5 * step
+    return np.asarray(weights / (time[-1] - time[0]))
+
+
+def rms(time: Array, values: Array) -> Array:
+    """Return the square root of the time average of the squares (T, ...) -> (...)."""
+    return np.asarray(np.sqrt(time_weights(time) @ np.square(values)))
+
+
+def largest_lagged(time: Array, values: Array, constant: float) -> Array:
+    """Return the largest value of a first-order lag, y' = (x - y) / constant, of each column.
+
+    The samples are taken to repeat for ever: the lag starts where it ends. Between samples x is
+    linear in time and the lag is exact.
+
+    Args:
+        time: [s]. Shape (T,).
+        values: x. Shape (T, n).
+        constant: [s], positive.
+
+    Returns:
+        Shape (n,); between the mean of x (constant far above the time) and its largest value.
+    """
+    step = np.diff(time)
+    decay = np.exp(-step / constant)
+    ramp = 1.0 + np.expm1(-step / constant) * constant / step  # share of a rise that has arrived
+    rise = np.diff(values, axis=0)
+    gain = (1.0 - decay)[:, None] * values[:-1] + ramp[:, None] * rise
+    course = np.empty(values.shape)
+    course[0] = 0.0
+    for k in range(len(step)):
+        course[k + 1] = decay[k] * course[k] + gain[k]
+    start = course[-1] / -np.expm1((time[0] - time[-1]) / constant)
+    left = np.exp((time[0] - time) / constant)[:, None]
+    return np.asarray(np.max(course + left * start, axis=0))

@@ -1,0 +1,236 @@
+"""The travelled path of a run is compared with its plan, and a fall is found in its samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import GaitError, ParameterError
+from hexapod_pin.results.run_facts import gait_turn_rate
+from hexapod_pin.results.steady_window import steady_window, summary_window
+from hexapod_pin.results.summary import heading_at, trunk_yaw
+from hexapod_pin.results.torque_budget import torque_budget
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.spec import parsed_toml
+
+LEAST_WAY = 0.25
+"""Planned way over the stroke below which a run is too short to judge its speed (*assumed*)."""
+
+LEAST_TURN = math.radians(2.0)
+"""Planned yaw below which it is not judged as a share [rad] (*assumed*)."""
+
+
+@dataclass(frozen=True)
+class WalkedWay:
+    """Way and yaw of a run, planned and made, between two times.
+
+    Attributes:
+        start: [s].
+        end: [s].
+        cycles: whole gait cycles between them; None where the whole run is judged.
+        planned_way: along the planned direction, which turns with the trunk [m].
+        way: made along it, by the centre of mass [m].
+        planned_turn: yaw, left > 0 [rad].
+        turn: made [rad].
+        least_way: planned way below which none is judged [m].
+    """
+
+    start: float
+    end: float
+    cycles: int | None
+    planned_way: float
+    way: float
+    planned_turn: float
+    turn: float
+    least_way: float = 0.0
+
+    @property
+    def speed(self) -> float:
+        """Mean speed along the planned direction [m/s]."""
+        return self.way / (self.end - self.start) if self.end > self.start else 0.0
+
+    @property
+    def nominal_speed(self) -> float:
+        """Mean of the plan [m/s]."""
+        return self.planned_way / (self.end - self.start) if self.end > self.start else 0.0
+
+    @property
+    def speed_share(self) -> float | None:
+        """Way over planned way [-]; None where too little or nothing was planned."""
+        judged = self.planned_way > max(self.least_way, 0.0)
+        return self.way / self.planned_way if judged else None
+
+    @property
+    def turn_share(self) -> float | None:
+        """Yaw over planned yaw [-]; None where too little or nothing was planned."""
+        return self.turn / self.planned_turn if abs(self.planned_turn) >= LEAST_TURN else None
+
+    @property
+    def yaw_error(self) -> float:
+        """Yaw beyond that of the plan [rad], left > 0."""
+        return self.turn - self.planned_turn
+
+
+def walked_way(trace: Trace) -> WalkedWay:
+    """Return the way of a run over its whole cycles of steady walking, else over all of it."""
+    controller = settings_of(trace.meta, "controller")
+    if trace.meta.get("cycle_time") is not None:
+        try:
+            return _over_cycles(trace)
+        except ParameterError:  # no whole cycle
+            pass
+    return _over_all(trace, controller)
+
+
+def settings_of(meta: Mapping[str, Any], part: str) -> Mapping[str, Any]:
+    """Return the settings of a run's "controller" or "scene"; none where it does not tell."""
+    try:
+        return parsed_toml(str(meta.get(part, "")))
+    except ParameterError:
+        return {}
+
+
+def _over_cycles(trace: Trace) -> WalkedWay:
+    """Return the way over whole cycles: distance and speed are those of the torque budget."""
+    window = (
+        summary_window(trace.summary, trace.time) if trace.has_summary else steady_window(trace)
+    )
+    budget, cycles = torque_budget(trace), window.cycles or 1
+    time = window.end - window.start
+    yaw = np.unwrap(trunk_yaw(trace.q[window.samples]))
+    nominal = float(trace.meta.get("nominal_speed") or 0.0)
+    return WalkedWay(
+        window.start, window.end, window.cycles,
+        planned_way=nominal * time, way=(budget.distance or 0.0) * cycles,
+        planned_turn=gait_turn_rate(trace.meta) * time, turn=float(yaw[-1] - yaw[0]),
+    )  # fmt: skip
+
+
+def _over_all(trace: Trace, controller: Mapping[str, Any]) -> WalkedWay:
+    """Return the way of a whole run against the planned motion of the body, ramps included."""
+    time = trace.time
+    speed = trace.meta.get("nominal_speed")
+    try:
+        # Late, by name: a trace is read without a planner; only a plan that changes needs one.
+        planner = import_module("hexapod_pin.control.commanded_body")
+        body = planner.planned_body(controller, None if speed is None else float(speed))
+    except (ParameterError, GaitError, TypeError):
+        body = None
+    yaw = np.unwrap(trunk_yaw(trace.q))
+    turn = float(yaw[-1] - yaw[0])
+    if body is None or len(time) < 2:
+        return WalkedWay(float(time[0]), float(time[-1]), None, 0.0, 0.0, 0.0, turn)
+    pose, twist = body.pose_and_twist(time)
+    size = np.linalg.norm(twist[:, :2], axis=1)
+    pace = 0.5 * (twist[1:, :2] + twist[:-1, :2])
+    length = np.linalg.norm(pace, axis=1)
+    moving = length > 0.0
+    along = np.divide(pace, length[:, None], where=moving[:, None], out=np.zeros_like(pace))
+    middle = 0.5 * (yaw[1:] + yaw[:-1]) - yaw[0]
+    place = trace.com if "com" in trace.recorded else trace.q
+    ways = np.diff(place[:, :2], axis=0) * heading_at(middle, along)
+    planned = float(np.sum(0.5 * (size[1:] + size[:-1]) * np.diff(time)))
+    return WalkedWay(
+        float(time[0]), float(time[-1]), None, planned_way=planned, way=float(ways.sum()),
+        planned_turn=float(pose[-1, 2] - pose[0, 2]), turn=turn,
+        least_way=LEAST_WAY * _stroke(body.gait, float(size.max())),
+    )  # fmt: skip
+
+
+def _stroke(gait: Any, speed: float) -> float:
+    """Return the stroke at a speed [m]."""
+    return float(speed * gait.duty * gait.cycle_time)
+
+
+# Whether, when and how a robot fell, from the samples of a run.
+
+TIPPED = math.radians(45.0)
+"""Angle between the trunk's and the ground's upward direction that is a fall [rad] (*assumed*)."""
+
+SUNK = 0.5
+"""Height of the centre of mass over the lowest sole, of that at the start, that is a fall
+(*assumed*)."""
+
+OFF_GROUND = 0.1
+"""Time without any loaded foot that is a fall [s] (*assumed*): a walk always stands on some."""
+
+TIPPED_WORDS = f"tipped over by {math.degrees(TIPPED):.0f} degrees"
+SUNK_WORDS = f"sank to {SUNK:.0%} of its standing height"
+
+
+@dataclass(frozen=True)
+class Fall:
+    """A fall.
+
+    Attributes:
+        time: when it was first seen [s].
+        how: in words: "sank to half of its standing height", "tipped over by 45 degrees" or "all
+            feet left the ground".
+    """
+
+    time: float
+    how: str
+
+
+def find_fall(trace: Trace) -> Fall | None:
+    """Return the first fall of a run; None of a robot that stays on its feet.
+
+    Up is the mean normal of the ground under the feet, so that slopes count as level. Where
+    contacts were not recorded, it is against gravity, and only tipping over is seen.
+    """
+    if not trace.foot_names:
+        return None
+    if "contacts" not in trace.recorded:
+        gravity = np.asarray(trace.meta.get("gravity", (0.0, 0.0, -9.81)), dtype=float)
+        up = np.broadcast_to(-gravity / np.linalg.norm(gravity), (len(trace.time), 3))
+        return _first(trace.time, {TIPPED_WORDS: _tilt(trace.q, up) > TIPPED})
+    up = trace.foot_normal.mean(axis=1)
+    up = up / np.linalg.norm(up, axis=1, keepdims=True)
+    height = _height(trace, up)
+    return _first(
+        trace.time,
+        {
+            SUNK_WORDS: height < SUNK * height[0],
+            TIPPED_WORDS: _tilt(trace.q, up) > TIPPED,
+            "all feet left the ground": _long_enough(trace.contact, trace.time),
+        },
+    )
+
+
+def _first(time: Array, found: Mapping[str, NDArray[np.bool_]]) -> Fall | None:
+    """Return the first of falls, each by the samples that show it (T,)."""
+    falls = [Fall(float(time[np.argmax(rows)]), how) for how, rows in found.items() if rows.any()]
+    return min(falls, key=lambda fall: fall.time, default=None)
+
+
+def _height(trace: Trace, up: Array) -> Array:
+    """Return the height of the mass, or of the trunk, over the lowest foot centre (T,) [m]."""
+    place = trace.com if "com" in trace.recorded else trace.q[:, :3]
+    below = place[:, None, :] - trace.foot_position
+    height: Array = np.einsum("tfi,ti->tf", below, up).max(axis=1)
+    return height
+
+
+def _tilt(q: Array, up: Array) -> Array:
+    """Return the angle between the trunk's z axis and `up` (T,) [rad]."""
+    x, y, z, w = q[:, 3:7].T
+    axis = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
+    tilt: Array = np.arccos(np.clip(np.sum(axis * up, axis=1), -1.0, 1.0))
+    return tilt
+
+
+def _long_enough(contact: NDArray[np.bool_], time: Array) -> NDArray[np.bool_]:
+    """Return where times begin in which no foot (T, F) is loaded for longer than OFF_GROUND."""
+    rows = np.logical_not(contact.any(axis=1))
+    edges = np.diff(np.concatenate([[False], rows, [False]]).astype(int))
+    begin, end = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
+    found = np.zeros(len(rows), dtype=bool)
+    found[begin[time[end] - time[begin] > OFF_GROUND]] = True
+    return found

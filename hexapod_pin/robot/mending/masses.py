@@ -1,0 +1,292 @@
+"""Faults of masses, and of the robot's size as a whole, are found, and masses are repaired."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from dataclasses import dataclass
+from statistics import median
+
+import numpy as np
+
+from hexapod_pin.robot.description.solids import bodies
+from hexapod_pin.robot.description.urdf_file import Link
+from hexapod_pin.robot.mending import rules
+from hexapod_pin.robot.mending.finding import Draft, Finding, scaled
+from hexapod_pin.robot.mending.inertias import dummy, write_inertial
+from hexapod_pin.robot.mending.measures import Measures, Solid
+from hexapod_pin.robot.mending.units import (
+    UnitSlip,
+    inertia_slip,
+    joint_length_slip,
+    length_slips,
+    mass_slip,
+    mesh_slips,
+)
+
+
+@dataclass(frozen=True)
+class Shares:
+    """How links without a mass get one.
+
+    Attributes:
+        drawn: links with a body that is drawn, or lies between joints, and that body.
+        bare: moved links of which nothing is known.
+        density: of the bodies [kg/m^3].
+        bare_mass: of each bare link [kg].
+    """
+
+    drawn: tuple[tuple[Link, Solid], ...]
+    bare: tuple[Link, ...]
+    density: float
+    bare_mass: float
+
+
+def mend_masses(draft: Draft) -> None:
+    """Bring masses to kilograms, drop dummies, and give every moved body a mass."""
+    slip = mass_slip(draft.measures)
+    if slip is not None:
+        for mass in draft.root.findall("link/inertial/mass"):
+            mass.set("value", scaled(mass.get("value") or "", -3))
+        text = f"all masses multiplied by {slip.factor:g}: {slip.value}"
+        draft.change("robot", text, f"masses were in {slip.unit}")
+    _drop_unreadable(draft)
+    _drop_dummies(draft)
+    if draft.options.density is None and draft.options.mass is None:
+        _give_masses_of_like_parts(draft)
+    _give_masses(draft)
+    _reach_total(draft)
+
+
+def _drop_unreadable(draft: Draft) -> None:
+    for link in draft.file.links:
+        if link.mass is not None and not (math.isfinite(link.mass) and link.mass >= 0.0):
+            written = link.element.find("inertial/mass")
+            value = None if written is None else written.get("value")
+            _drop_inertial(draft, link, f"its mass {value!r} is none")
+
+
+def _drop_dummies(draft: Draft) -> None:
+    """Drop inertials of links lighter than air; all of them where the whole robot is absurd."""
+    measures = draft.measures
+    total, span = measures.total_mass, measures.span
+    whole = 0.0 < total < rules.MASS_PER_SPAN[0] * span**3
+    for link in measures.file.links:
+        if link.mass and (whole or dummy(measures, link)):
+            why = f"the robot's {grams(total)} is a dummy" if whole else "it is lighter than air"
+            _drop_inertial(draft, link, f"mass {link.mass:g} kg: {why}")
+
+
+def _drop_inertial(draft: Draft, link: Link, why: str) -> None:
+    inertial = link.element.find("inertial")
+    if inertial is not None:
+        link.element.remove(inertial)
+        draft.change(f"link {link.name!r}", f"inertial dropped: {why}")
+
+
+def _give_masses_of_like_parts(draft: Draft) -> None:
+    """Give links without a mass that of the same link of other legs, where most have one."""
+    measures = draft.measures
+    drawn, bare = _without_mass(measures)
+    known = mass_of_like_parts(measures)
+    for link, body in drawn:
+        if (mass := known.get(link.name)) is not None and body.volume > 0.0:
+            before = _written(link)
+            inertia = mass / body.volume * body.inertia
+            write_inertial(link.element, mass, body.centre, inertia)
+            assumed = f"mass {mass:.4g} kg of the same part of other legs, uniform in its shape"
+            draft.change(f"link {link.name!r}", f"mass {before} -> {mass:.4g} kg", assumed)
+    for link in bare:
+        if link.name in known:
+            _write_ball(draft, measures, link, known[link.name])
+
+
+def _give_masses(draft: Draft) -> None:
+    """Give masses to the links of bodies that have none."""
+    measures = draft.measures
+    drawn, bare = _without_mass(measures)
+    if not drawn and not bare:
+        if draft.options.density is not None:
+            draft.notes.append("--density is not used: every moved body has a mass")
+        return
+    shares = _shares(draft, measures, drawn, bare)
+    given = draft.options.density is not None or draft.options.mass is not None
+    for link, body in shares.drawn:
+        mass, before = shares.density * body.volume, _written(link)
+        write_inertial(link.element, mass, body.centre, shares.density * body.inertia)
+        assumed = f"mass and inertia of a uniform body of {shares.density:.4g} kg/m^3"
+        if measures.solid(link) is None:
+            assumed += ", of which nothing is drawn: a rod or plate between its joints"
+        elif not given:
+            assumed += " in its convex hull (median of public hexapods)"
+        draft.change(f"link {link.name!r}", f"mass {before} -> {mass:.4g} kg", assumed)
+    for link in shares.bare:
+        _write_ball(draft, measures, link, shares.bare_mass)
+
+
+def _write_ball(draft: Draft, measures: Measures, link: Link, mass: float) -> None:
+    if mass <= 0.0:
+        return
+    radius, before = rules.SMALL_SIZE * (measures.size or 1.0), _written(link)
+    write_inertial(link.element, mass, np.zeros(3), 0.4 * mass * radius**2 * np.eye(3))
+    assumed = f"mass {mass:.3g} kg of a ball of radius {radius:.2g} m: nothing is drawn of it"
+    draft.change(f"link {link.name!r}", f"mass {before} -> {mass:.4g} kg", assumed)
+
+
+def _written(link: Link) -> str:
+    return "none" if link.mass is None else f"{link.mass:g}"
+
+
+def _without_mass(measures: Measures) -> tuple[list[tuple[Link, Solid]], list[Link]]:
+    """Return the links that get the mass of bodies without one.
+
+    Those with a solid, else with a body between joints, else the first link of the body.
+    """
+    drawn, bare = list[tuple[Link, Solid]](), list[Link]()
+    for group in bodies(measures.file):
+        links = [measures.file.link_by_name[name] for name in group]
+        if math.fsum(link.mass or 0.0 for link in links) > 0.0:
+            continue
+        found = [(link, body) for link in links if (body := measures.solid(link))]
+        found = found or [(link, body) for link in links if (body := measures.body(link))]
+        drawn += found
+        bare += [] if found else links[:1]
+    return drawn, bare
+
+
+def _shares(
+    draft: Draft, measures: Measures, drawn: list[tuple[Link, Solid]], bare: list[Link]
+) -> Shares:
+    """Return density and small mass so that the total is as asked, where it is."""
+    volume = math.fsum(body.volume for _, body in drawn)
+    density, total = draft.options.density or rules.DENSITY, draft.options.mass
+    small = rules.SMALL_SHARE * len(bare)
+    if total is None:
+        total = (measures.total_mass + density * volume) / (1.0 - min(small, 0.5))
+        return Shares(tuple(drawn), tuple(bare), density, rules.SMALL_SHARE * total)
+    rest = total - measures.total_mass
+    if volume > 0.0 and rest > small * total:
+        density = (rest - small * total) / volume
+        return Shares(tuple(drawn), tuple(bare), density, rules.SMALL_SHARE * total)
+    even = max(rest, 0.0) / max(len(bare), 1) if volume <= 0.0 else rules.SMALL_SHARE * total
+    return Shares(tuple(drawn), tuple(bare), density, even)
+
+
+def _reach_total(draft: Draft) -> None:
+    """Scale masses and inertias where a total is asked for that they do not have."""
+    total, asked = draft.measures.total_mass, draft.options.mass
+    if asked is None or total <= 0.0 or math.isclose(total, asked, rel_tol=1e-6):
+        return
+    for inertial in draft.root.findall("link/inertial"):
+        for element in [*inertial.findall("mass"), *inertial.findall("inertia")]:
+            _scale(element, asked / total)
+    text = f"all masses and inertias multiplied by {asked / total:.6g}: {total:.6g} -> {asked:g} kg"
+    draft.change("robot", text)
+
+
+def _scale(element: ET.Element, factor: float) -> None:
+    for name, text in element.attrib.items():
+        try:
+            element.set(name, f"{factor * float(text):.12g}")
+        except ValueError:
+            continue
+
+
+# What is absurd about a robot as a whole: its mass, its size, the units of its numbers.
+
+SCALE_FIRST = "scale the lengths first: nothing tells what fits a robot of such a size"
+"""Way out for what needs a robot of a possible size to be repaired."""
+
+
+def whole_findings(measures: Measures) -> list[Finding]:
+    """Return every trouble of the robot as a whole; nothing of files without moved joints."""
+    slips = [joint_length_slip(measures), mass_slip(measures), inertia_slip(measures)]
+    slips += [*length_slips(measures), *mesh_slips(measures).values()]
+    sized = measures.plausible_size or slips[0] is not None
+    found = [_slip(slip, sized) for slip in slips if slip is not None]
+    kinds = {slip.kind for slip in slips if slip is not None}
+    if "joints" not in kinds:
+        found += _size(measures)
+        if "masses" not in kinds and measures.plausible_size:
+            found += _mass(measures)
+    return found
+
+
+def _slip(slip: UnitSlip, sized: bool) -> Finding:
+    """Return a finding; masses and inertias are scaled where the size of the robot is possible."""
+    repairable = sized or slip.kind not in ("masses", "inertias")
+    si = {"masses": "kg", "inertias": "kg m^2"}.get(slip.kind, "m")
+    return Finding(
+        f"{slip.kind} in {slip.unit}",
+        "robot",
+        slip.value,
+        f"in {si}",
+        f"all multiplied by {slip.factor:g}" if repairable else SCALE_FIRST,
+        "suspicious",
+        repairable=repairable,
+    )
+
+
+def _size(measures: Measures) -> Iterator[Finding]:
+    span, (low, high) = measures.span, rules.SPAN
+    if span > 0.0 and not low <= span <= high:
+        yield Finding(
+            "absurd size",
+            "robot",
+            f"joints span {span:.3g} m",
+            f"{low:g} to {high:g} m is plausible",
+            "no unit explains it; scale the lengths",
+            "suspicious",
+            repairable=False,
+        )
+
+
+def _mass(measures: Measures) -> Iterator[Finding]:
+    span, total, (low, high) = measures.span, measures.total_mass, rules.MASS_PER_SPAN
+    if span <= 0.0 or total <= 0.0 or low <= total / span**3 <= high:
+        return
+    light = total < low * span**3
+    mend = (
+        "from the links' solids and --density, or --mass"
+        if light
+        else "give --mass, which scales all masses and inertias"
+    )
+    yield Finding(
+        "absurd mass",
+        "robot",
+        f"{grams(total)} on a span of {span:.3g} m",
+        f"{grams(low * span**3)} to {grams(high * span**3)} is plausible",
+        mend,
+        "suspicious",
+        repairable=light,
+    )
+
+
+def grams(mass: float) -> str:
+    """Return a mass with its unit, in grams below 10 g."""
+    return f"{mass * 1e3:.3g} g" if mass < 0.01 else f"{mass:.4g} kg"
+
+
+# Masses of parts that are alike: the same link of the other legs tells what one weighs.
+
+FEWEST_ALIKE = 2
+"""Parts with a mass from which that of another is taken; and they are at least half of all."""
+
+
+def mass_of_like_parts(measures: Measures) -> dict[str, float]:
+    """Return the mass of links without one that others in the same place of their legs have [kg].
+
+    Alike are the links that the k-th joints of chains of equally many joints move.
+    """
+    places: dict[tuple[int, int], list[str]] = {}
+    for chain in measures.chains:
+        for k, joint in enumerate(chain):
+            places.setdefault((len(chain), k), []).append(joint.child)
+    found: dict[str, float] = {}
+    for links in places.values():
+        masses = {name: measures.file.link_by_name[name].mass or 0.0 for name in links}
+        known = [mass for mass in masses.values() if mass > 0.0]
+        if len(known) >= FEWEST_ALIKE and 2 * len(known) >= len(links):
+            found |= {name: median(known) for name, mass in masses.items() if not mass > 0.0}
+    return found
