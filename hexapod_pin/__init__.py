@@ -116,6 +116,12 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import load_robot as load_robot
     from hexapod_pin.robot.robot import urdf_path as urdf_path
     from hexapod_pin.robot.state import State as State
+    from hexapod_pin.scene.loads import LostLeg as LostLeg
+    from hexapod_pin.scene.loads import MassFactor as MassFactor
+    from hexapod_pin.scene.loads import Payload as Payload
+    from hexapod_pin.scene.loads import Push as Push
+    from hexapod_pin.scene.loads import RemovedMass as RemovedMass
+    from hexapod_pin.scene.scene import Scene as Scene
     from hexapod_pin.simulation.amplification import Amplification as Amplification
     from hexapod_pin.simulation.amplification import amplification as amplification
     from hexapod_pin.simulation.batch import iterate_batch as iterate_batch
@@ -123,12 +129,6 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.case import Case as Case
     from hexapod_pin.simulation.case import load_case as load_case
     from hexapod_pin.simulation.case import simulate as simulate
-    from hexapod_pin.simulation.loads import LostLeg as LostLeg
-    from hexapod_pin.simulation.loads import MassFactor as MassFactor
-    from hexapod_pin.simulation.loads import Payload as Payload
-    from hexapod_pin.simulation.loads import Push as Push
-    from hexapod_pin.simulation.loads import RemovedMass as RemovedMass
-    from hexapod_pin.simulation.scene import Scene as Scene
     from hexapod_pin.simulation.session import Session as Session
     from hexapod_pin.simulation.work_limits import WorkLimits as WorkLimits
     from hexapod_pin.sweep.assumed_inputs import assumed_inputs as assumed_inputs
@@ -186,7 +186,7 @@ _MODULES = {
     "KinematicControl": "control.kinematic",
     "Ledge": "ground.terrain",
     "Levelling": "control.foot_control",
-    "LostLeg": "simulation.loads",
+    "LostLeg": "scene.loads",
     "Measurement": "control.feedback",
     "Motor": "drive.motor",
     "MotorSelection": "results.motor_selection",
@@ -198,20 +198,20 @@ _MODULES = {
     "MotorRecord": "drive.catalog",
     "Patch": "ground.terrain",
     "PatchedGround": "ground.terrain",
-    "MassFactor": "simulation.loads",
-    "Payload": "simulation.loads",
-    "RemovedMass": "simulation.loads",
+    "MassFactor": "scene.loads",
+    "Payload": "scene.loads",
+    "RemovedMass": "scene.loads",
     "PeakVerdict": "results.peak_verdict",
     "PeakVerdicts": "results.peak_verdict",
     "Periodic": "control.time_function",
     "PhaseTorques": "results.phase_torque",
-    "Push": "simulation.loads",
+    "Push": "scene.loads",
     "Ramp": "ground.terrain",
     "RelativeObjective": "sweep.tuning_result",
     "Restitution": "ground.contact",
     "Robot": "robot.robot",
     "SampledTrajectory": "control.sampled_trajectory",
-    "Scene": "simulation.scene",
+    "Scene": "scene.scene",
     "Segment": "robot.description.blueprint",
     "Sensor": "control.sensors",
     "Sensors": "control.sensors",

@@ -15,7 +15,7 @@ import hexapod_pin as hp
 from hexapod_pin import native
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.robot.link_shapes import trunk_points
-from hexapod_pin.simulation.loaded_model import loaded_model, native_loads
+from hexapod_pin.scene.loaded_model import loaded_model, native_loads
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.validation.checks.maximal_checks import maximal_twin
 

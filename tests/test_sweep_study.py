@@ -19,8 +19,8 @@ import hexapod_pin as hp
 from hexapod_pin.control.feasible_gait import fit_gait
 from hexapod_pin.drive.catalog import load_catalog
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.scene.loads import MassFactor
 from hexapod_pin.simulation.case_data import case_to_dict
-from hexapod_pin.simulation.loads import MassFactor
 from hexapod_pin.sweep import random_bumps
 from hexapod_pin.sweep.study import SweepStudy, load_sweep
 from hexapod_pin.sweep.study.base_case import BaseWalk

@@ -24,7 +24,7 @@ from hexapod_pin.validation.solver_setting import SolverSetting, divides, method
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.robot.state import State
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
 PROBE_DURATION = 0.5
 """Length of the measured piece where none is given [s]."""

@@ -12,8 +12,8 @@ import numpy as np
 from hexapod_pin.errors import ParameterError, UnknownNameError
 
 if TYPE_CHECKING:
+    from hexapod_pin.scene.scene import Scene
     from hexapod_pin.simulation.case import Case
-    from hexapod_pin.simulation.scene import Scene
     from hexapod_pin.sweep.compare import PlannedRun
 
 DEFAULT_WAVELENGTH = 0.4  # m

@@ -177,8 +177,8 @@ def walk(
     from hexapod_pin.errors import ParameterError
     from hexapod_pin.ground.contact import Contact
     from hexapod_pin.robot.robot import load_robot
+    from hexapod_pin.scene.scene import Scene
     from hexapod_pin.simulation.case import Case
-    from hexapod_pin.simulation.scene import Scene
     from hexapod_pin.simulation.work_limits import chosen_limits
 
     trace_path = writable_trace("--out", out)

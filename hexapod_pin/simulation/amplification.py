@@ -26,7 +26,7 @@ from hexapod_pin.simulation.session import set_up
 if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.state import State
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
 START_ERROR = 1e-6
 """Distance of the two starts in each position [m, rad]: far above the runs' own errors."""

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from hexapod_pin.results.checkpoint import Checkpoint
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.state import State
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
 
 @checked(but="record")

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
-from collections import OrderedDict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
@@ -20,13 +18,13 @@ from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.registry import controller_to_dict, read_controller, table
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.results.checkpoint import Checkpoint
-from hexapod_pin.robot.robot import PACKAGED, once_per_robot
+from hexapod_pin.robot.robot import PACKAGED
 from hexapod_pin.robot.state import State
-from hexapod_pin.simulation.scene import Scene, robot_to_dict, scene_parts
-from hexapod_pin.spec import Spec, read_toml
+from hexapod_pin.scene.canonical_text import TEXTS, canonical_text, joined
+from hexapod_pin.scene.scene import Scene, scene_parts, scene_text
+from hexapod_pin.spec import read_toml
 
 if TYPE_CHECKING:
-    from hexapod_pin.robot.robot import Robot
     from hexapod_pin.simulation.case import Case
 
 
@@ -161,18 +159,12 @@ def _read_initial(data: Any) -> State | Checkpoint:
     return State(read_only(given["q"]), read_only(given["v"]))
 
 
-# What a case means as one text in which equal numbers are spelt alike, and its SHA-256.
+# The SHA-256 over what a case means.
 #
 # Parts that many cases share (robot, contact, servos, stops, terrain, walk) are spelt once.
 
-EXACT_INTEGERS = 2**53
-"""Up to here a double holds every whole number."""
-
-KEPT_TEXTS = 128
-"""How many parts are remembered with their text."""
-
-FROZEN = (Spec, KinematicControl, ArcWalk)
-"""Parts that never change: their text may be kept."""
+FIXED = (KinematicControl, ArcWalk)
+"""Controllers that never change: their text may be kept."""
 
 
 def case_digest(case: Case) -> str:
@@ -196,75 +188,16 @@ def case_digest(case: Case) -> str:
     parts = {
         "schema": canonical_text(run["schema"]),
         "run": canonical_text(settings),
-        "controller": _TEXTS.of(case.controller, lambda x: canonical_text(controller_to_dict(x))),
+        "controller": _controller_text(case.controller),
         "scene": scene_text(case.scene),
     }
     if "initial" in run:
         parts["initial"] = canonical_text(run["initial"])
-    return hashlib.sha256(_joined(parts).encode()).hexdigest()
+    return hashlib.sha256(joined(parts).encode()).hexdigest()
 
 
-def canonical_text(value: Any) -> str:
-    """Return plain data as JSON with sorted keys, equal numbers spelt alike to the bit."""
-    return json.dumps(_canonical(value), sort_keys=True)
+def _controller_text(controller: Any) -> str:
+    def text(given: Any) -> str:
+        return canonical_text(controller_to_dict(given))
 
-
-def scene_text(scene: Scene) -> str:
-    """Return the text of `Scene.to_dict`; of the robot what its file and options lead to."""
-    rest = scene.settings_to_dict()
-    parts = {name: canonical_text(value) for name, value in rest.items()}
-    parts["robot"] = _robot_text(scene.robot)
-    for name, part in scene.laws().items():
-        parts[name] = _TEXTS.of(part, lambda x: canonical_text(x.model_dump()))
-    return _joined(parts)
-
-
-@once_per_robot
-def _robot_text(robot: Robot) -> str:
-    data = robot_to_dict(robot)
-    for where in ("source", "options"):  # the robot's digest covers what they lead to
-        data.pop(where, None)
-    return canonical_text(data)
-
-
-def _joined(parts: Mapping[str, str]) -> str:
-    """Return the JSON of a table from the JSON of its values."""
-    return "{" + ", ".join(f"{json.dumps(key)}: {parts[key]}" for key in sorted(parts)) + "}"
-
-
-def _canonical(value: Any) -> Any:
-    """Return data in which equal numbers are spelt alike, to the bit."""
-    if isinstance(value, float):
-        return value.hex()
-    if isinstance(value, str) or value is None or isinstance(value, bool):
-        return value
-    if isinstance(value, dict):
-        return {str(key): _canonical(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_canonical(item) for item in value]
-    if isinstance(value, int):
-        return str(value) if abs(value) > EXACT_INTEGERS else float(value).hex()
-    return _canonical(dict(value)) if isinstance(value, Mapping) else value
-
-
-class _Texts:
-    """Texts of the parts used last, by identity: the part is kept, so that its id stays its own."""
-
-    def __init__(self) -> None:
-        self.kept: OrderedDict[int, tuple[object, str]] = OrderedDict()
-
-    def of(self, part: Any, write: Callable[[Any], str]) -> str:
-        """Return the text of a part; that of one which may change is written anew."""
-        if not isinstance(part, FROZEN):
-            return write(part)
-        found = self.kept.get(id(part))
-        if found is not None and found[0] is part:
-            return found[1]
-        text = write(part)
-        self.kept[id(part)] = (part, text)
-        while len(self.kept) > KEPT_TEXTS:
-            self.kept.pop(next(iter(self.kept)), None)
-        return text
-
-
-_TEXTS = _Texts()
+    return TEXTS.of(controller, text) if isinstance(controller, FIXED) else text(controller)

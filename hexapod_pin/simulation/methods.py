@@ -11,7 +11,7 @@ from hexapod_pin.simulation.resolution import LEVELS_PER_DECADE, MOST_LEVELS
 
 if TYPE_CHECKING:
     from hexapod_pin.results.error_estimate import ErrorEstimate
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
 DEFAULT_ACCURACY = 1e-4
 """[m and rad]"""

@@ -28,7 +28,7 @@ from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
 from hexapod_pin.results.run_facts import left_out
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import ENERGIES
-from hexapod_pin.simulation.loaded_model import native_loads
+from hexapod_pin.scene.loaded_model import native_loads
 from hexapod_pin.simulation.methods import check_supported
 from hexapod_pin.simulation.plan_parts import PlanParts, plan_of
 from hexapod_pin.simulation.plant import (
@@ -55,9 +55,9 @@ if TYPE_CHECKING:
     from hexapod_pin.results.error_estimate import ErrorEstimate
     from hexapod_pin.results.summary import Summary
     from hexapod_pin.robot.state import State
+    from hexapod_pin.scene.scene import Scene
     from hexapod_pin.simulation.case import Case
     from hexapod_pin.simulation.run_settings import RunSettings
-    from hexapod_pin.simulation.scene import Scene
 
 PROGRESS_INTERVAL = 0.2
 """Simulated time between two looks at the keyboard and the progress bar [s]."""

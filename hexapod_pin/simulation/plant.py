@@ -15,7 +15,7 @@ from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.errors import ParameterError, StateError
 from hexapod_pin.ground.terrain import Plane
 from hexapod_pin.robot.robot import once_per_robot, scratch_data
-from hexapod_pin.simulation.loaded_model import (
+from hexapod_pin.scene.loaded_model import (
     KEPT_MODELS,
     MassLoads,
     loaded_model,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from hexapod_pin.results.checkpoint import Checkpoint
     from hexapod_pin.robot.robot import Robot
     from hexapod_pin.robot.state import State
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
 
 def standing_on(scene: Scene, posture: Array, start_pose: Array | None = None) -> State:

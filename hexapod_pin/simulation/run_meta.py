@@ -16,16 +16,16 @@ from hexapod_pin.results.joint_budget import joint_kinds as kinds_by_name
 from hexapod_pin.results.run_facts import Event
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.summary_layout import from_native
+from hexapod_pin.scene.loaded_model import native_loads
 from hexapod_pin.simulation.case_data import run_to_toml
-from hexapod_pin.simulation.loaded_model import native_loads
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.robot import Robot
+    from hexapod_pin.scene.scene import Scene
     from hexapod_pin.simulation.methods import MethodSettings
     from hexapod_pin.simulation.native_run import NativeRun
-    from hexapod_pin.simulation.scene import Scene
 
 
 def run_summary(run: NativeRun, meta: Mapping[str, Any]) -> Summary:

@@ -50,8 +50,8 @@ if TYPE_CHECKING:
     from hexapod_pin.results.summary import Summary
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.state import State
+    from hexapod_pin.scene.scene import Scene
     from hexapod_pin.simulation.case import Case
-    from hexapod_pin.simulation.scene import Scene
 
 
 @checked(but="record")

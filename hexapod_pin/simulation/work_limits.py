@@ -13,8 +13,8 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
+    from hexapod_pin.scene.scene import Scene
     from hexapod_pin.simulation.run_settings import RunSettings
-    from hexapod_pin.simulation.scene import Scene
 
 
 EVALUATIONS_AT_START = 2e5

@@ -11,9 +11,9 @@ from hexapod_pin.errors import ParameterError, SimulationInterrupted
 from hexapod_pin.ground.terrain import HeightField
 from hexapod_pin.results.comparison import ComparedRun, Comparison
 from hexapod_pin.results.summary import Summary
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.scene import Scene
 
 if TYPE_CHECKING:
     from hexapod_pin.control.feedback import FeedbackController

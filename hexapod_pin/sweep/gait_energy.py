@@ -22,10 +22,10 @@ from hexapod_pin.results.grid_columns import empty_grid
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
 from hexapod_pin.simulation.run_meta import package_versions
-from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.sweep.grid_runs import (
     GridRuns,
     Numbers,

@@ -24,10 +24,10 @@ from hexapod_pin.results.steady_window import summary_window
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_verdict import LEAST_SHARE
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.methods import METHODS, MethodSettings
-from hexapod_pin.simulation.scene import Scene
 
 GIVEN_START = (
     "The run starts from a given state: with another stiffness the robot is not at rest there, "

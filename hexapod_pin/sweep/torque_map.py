@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from hexapod_pin.control.feedback import FeedbackController
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.robot.robot import Robot
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
     AnyController = Controller | FeedbackController
 

@@ -24,7 +24,7 @@ from hexapod_pin.sweep.tuning_result import Candidate, Objective, Scores, Tuning
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
 
 SMALLEST_POPULATION = 5

@@ -22,8 +22,8 @@ from hexapod_pin.ground.contact import (
 )
 from hexapod_pin.ground.terrain import Flat, Slope
 from hexapod_pin.robot.robot import load_robot
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import simulate
-from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.cases.robots import lowest_foot, robot_file
 from hexapod_pin.validation.tables import Table, part_verdict
 

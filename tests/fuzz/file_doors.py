@@ -40,7 +40,7 @@ def hints(rng: random.Random) -> None:
 
 def scene(rng: random.Random) -> None:
     """A scene as TOML with changes."""
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
     material.used(Scene.from_toml(odd_text(material.scene().to_toml(), rng)))
 

@@ -11,7 +11,7 @@ import numpy as np
 from hexapod_pin.control.sampled_trajectory import HoldPosture
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.terrain import Flat, Slope
-from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.validation.cases.bodies import (
     NO_JOINT_STOPS,
     SIX_FEET,

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
     from hexapod_pin.robot.robot import Robot
     from hexapod_pin.robot.state import State
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
 JUMP_PERIOD, DURATION = 0.02, 0.3
 """[s]"""

@@ -17,7 +17,7 @@ from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
 from hexapod_pin.robot.robot import load_robot
-from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.user_file import read_text
 from hexapod_pin.validation.cases.drop import catalogue_state, drop, drop_numbers
 from hexapod_pin.validation.cases.robots import robot_file
@@ -240,7 +240,7 @@ def _cut(task: Task, options: SceneOptions) -> Task:
 
 
 def _read(path: Path) -> Scene:
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
     return Scene.from_toml(read_text(path, "SCENE"))
 
@@ -249,7 +249,7 @@ def _robot_scene(name: str, options: SceneOptions) -> Scene:
     from hexapod_pin.drive.servo import Servo
     from hexapod_pin.ground.contact import Contact
     from hexapod_pin.robot.robot import load_robot
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
     robot = load_robot(name, feet=options.feet, foot_radius=options.foot_radius)
     contact = Contact.preset(options.contact or "accurate").with_mu(options.mu)

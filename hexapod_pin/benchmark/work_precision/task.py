@@ -17,7 +17,7 @@ from hexapod_pin.simulation.run_settings import integer_ratio
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
     from hexapod_pin.robot.state import State
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
 LONGEST = 1e4
 """Longest task, every method of which is held against runs far tighter [s]."""

@@ -18,7 +18,7 @@ from hexapod_pin.robot.loading.pin_model import (
     placement,
     with_mass_changes,
 )
-from hexapod_pin.simulation.loads import MassFactor, MassLoad, Payload, RemovedMass
+from hexapod_pin.scene.loads import MassFactor, MassLoad, Payload, RemovedMass
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array

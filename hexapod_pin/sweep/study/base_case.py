@@ -26,10 +26,11 @@ from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.robot.robot import PACKAGED, Robot
+from hexapod_pin.scene.robot_file import read_robot
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.case_data import case_from_dict
 from hexapod_pin.simulation.methods import METHODS
-from hexapod_pin.simulation.scene import Scene, read_robot
 from hexapod_pin.spec import Spec
 from hexapod_pin.sweep.grid_runs import LONGEST_SAMPLE
 from hexapod_pin.sweep.study.fields import (

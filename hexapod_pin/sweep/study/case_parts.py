@@ -15,9 +15,9 @@ from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.terrain import read_terrain
 from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.robot import Robot
+from hexapod_pin.scene.loads import read_loads
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.case_data import case_to_dict
-from hexapod_pin.simulation.loads import read_loads
 from hexapod_pin.sweep.study import scene_inputs as scenes
 from hexapod_pin.sweep.study.base_case import GaitChanges, refused_input
 from hexapod_pin.sweep.study.fields import known_name, suggestion

@@ -15,9 +15,9 @@ from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import GaitError, ParameterError
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.terrain import AnyTerrain, Flat
+from hexapod_pin.scene.loads import Load, MassFactor, Payload
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.loads import Load, MassFactor, Payload
-from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.sweep.compare import random_bumps
 from hexapod_pin.sweep.study.base_case import gait_of
 from hexapod_pin.sweep.study.fields import suggestion

@@ -17,7 +17,7 @@ from hexapod_pin.ground.contact import Contact, KelvinVoigt, TanhCoulomb
 from hexapod_pin.ground.contact.normal import NormalLaw
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.robot.state import State
-from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.scene.scene import Scene
 
 Vector = tuple[float, float, float]
 

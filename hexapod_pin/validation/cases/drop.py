@@ -15,7 +15,7 @@ from hexapod_pin.drive.servo import Servo
 from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.robot.state import State
-from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue
 from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS
 from hexapod_pin.validation.cases.robots import DATA, answers, references, robot_file

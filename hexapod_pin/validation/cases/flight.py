@@ -9,7 +9,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.robot import Robot, load_robot
-from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue, relative
 from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS, ZERO_GAIN_SERVO, body, state
 from hexapod_pin.validation.cases.robots import answers, robot_file

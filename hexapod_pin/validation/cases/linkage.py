@@ -16,7 +16,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.sampled_trajectory import HoldPosture
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue
 from hexapod_pin.validation.cases.bodies import (
     NO_JOINT_STOPS,

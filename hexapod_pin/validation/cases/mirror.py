@@ -19,9 +19,9 @@ from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.robot import Robot, load_robot
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue
 from hexapod_pin.validation.cases.drop import drop
 from hexapod_pin.validation.cases.robots import robot_file

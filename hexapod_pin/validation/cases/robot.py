@@ -16,8 +16,8 @@ from hexapod_pin.errors import ParameterError, ReachError
 from hexapod_pin.ground.contact import Contact, HuntCrossley, KelvinVoigt, NormalLaw, Restitution
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.robot import load_robot
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import simulate
-from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue, relative
 from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS, on_ground, particle, state
 from hexapod_pin.validation.cases.bounce import SMOOTH_LAWS

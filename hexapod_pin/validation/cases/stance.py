@@ -14,9 +14,9 @@ from hexapod_pin.drive.servo import Servo
 from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
 from hexapod_pin.ground.terrain import Groove
 from hexapod_pin.robot.robot import load_robot
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import simulate
 from hexapod_pin.simulation.plant import native_plant
-from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.case_result import ExpectedValue, relative
 from hexapod_pin.validation.cases.bodies import (
     SIX_FEET,

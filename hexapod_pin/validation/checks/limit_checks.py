@@ -19,8 +19,8 @@ from hexapod_pin.formulations import rigid as rigid_contact
 from hexapod_pin.formulations.rigid import RigidModel, plastic_impact
 from hexapod_pin.ground.contact import Contact, KelvinVoigt, StickSlip
 from hexapod_pin.robot.robot import load_robot
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import simulate
-from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS, ZERO_GAIN_SERVO
 from hexapod_pin.validation.checks.samples import SEED
 from hexapod_pin.validation.hard_case import Check

@@ -21,7 +21,7 @@ from hexapod_pin.formulations.maximal import (
     reduced_acceleration,
 )
 from hexapod_pin.robot.robot import load_robot
-from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.validation.hard_case import Check
 
 if TYPE_CHECKING:

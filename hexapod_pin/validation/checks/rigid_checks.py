@@ -7,8 +7,8 @@ import numpy as np
 from hexapod_pin.formulations.inverse import torque_under_forces
 from hexapod_pin.formulations.rigid import derivative, prescribed_derivative
 from hexapod_pin.robot.state import State
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.plant import native_plant
-from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.validation.checks.samples import (
     SEED,
     constrained_motion,

@@ -18,7 +18,7 @@ from studies.cost.mujoco_twin import SAMPLE, SetPoints, TrunkPath
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
     from hexapod_pin.robot.state import State
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,9 @@ from hexapod_pin.ground.contact import Contact, HuntCrossley
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_file import StudyPart
 from hexapod_pin.robot.robot import Robot, load_robot
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.scene import Scene
 from hexapod_pin.sweep.gait_energy import SPEEDS, gait_energy
 from hexapod_pin.sweep.torque_map import CYCLE_TIMES, STROKES, torque_map
 

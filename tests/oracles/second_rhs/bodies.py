@@ -9,11 +9,11 @@ import pinocchio as pin
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.simulation.loads import Payload, Push
+from hexapod_pin.scene.loads import Payload, Push
 from oracles.second_rhs.vectors import cross
 
 if TYPE_CHECKING:
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
 
 class Sphere(NamedTuple):

@@ -13,8 +13,8 @@ from hexapod_pin.drive.motor import Motor
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.robot.robot import Robot
-from hexapod_pin.simulation.loads import Payload, Push
-from hexapod_pin.simulation.scene import Scene
+from hexapod_pin.scene.loads import Payload, Push
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.validation.cases.bodies import NO_JOINT_STOPS, state
 from oracles.second_rhs.contact_scenes import PLAIN_FRICTION, PLAIN_NORMAL
 from oracles.second_rhs.law_scene import GivenSetPoints, LawScene

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import DivergenceError, ParameterError
-from hexapod_pin.simulation.loads import LostLeg, Push
+from hexapod_pin.scene.loads import LostLeg, Push
 from oracles.second_rhs.right_hand_side import Evaluation, Modes, RightHandSide
 from oracles.second_rhs.set_point_curve import curve_between, knots_within
 from oracles.second_rhs.switch import SecondRun, Switch, changes
@@ -19,7 +19,7 @@ from oracles.second_rhs.within_steps import first_within
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.robot.state import State
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
 PROBE_TIME = 1e-10
 """How far behind a switch the modes are looked at [s]; a hundred times more in every new try."""

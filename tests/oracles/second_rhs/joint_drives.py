@@ -14,7 +14,7 @@ import numpy as np
 from hexapod_pin.arrays import Array
 
 if TYPE_CHECKING:
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
 NO_LIMIT = 1e300
 """Stands for an infinite torque or angle: 0 times it is 0."""

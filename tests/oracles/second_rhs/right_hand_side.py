@@ -9,7 +9,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.simulation.loads import Push
+from hexapod_pin.scene.loads import Push
 from oracles.second_rhs.bodies import Bodies
 from oracles.second_rhs.foot_contacts import (
     SWITCHES,
@@ -23,7 +23,7 @@ from oracles.second_rhs.vectors import cross, length
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.state import State
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
     from oracles.second_rhs.set_point_curve import Curve
 
 

@@ -11,9 +11,9 @@ from hexapod_pin.ground.contact import Contact
 from hexapod_pin.robot.link_shapes import trunk_points
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.robot.state import State
-from hexapod_pin.simulation.loads import LostLeg, Push
+from hexapod_pin.scene.loads import LostLeg, Push
+from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.plant import standing_on
-from hexapod_pin.simulation.scene import Scene
 from oracles.second_rhs.law_scene import LawScene
 
 

@@ -12,13 +12,13 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.robot.link_shapes import trunk_points
 from hexapod_pin.robot.loading.pin_model import mass_change, placement, with_mass_changes
 from hexapod_pin.robot.robot import once_per_robot
-from hexapod_pin.simulation.loads import LostLeg, MassLoad, Push
+from hexapod_pin.scene.loads import LostLeg, MassLoad, Push
 
 if TYPE_CHECKING:
     import pinocchio as pin
 
     from hexapod_pin.robot.robot import Robot
-    from hexapod_pin.simulation.scene import Scene
+    from hexapod_pin.scene.scene import Scene
 
 KEPT_MODELS = 32
 """How many sets of changed masses are remembered of a robot."""

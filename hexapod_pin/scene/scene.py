@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field
@@ -21,9 +20,9 @@ from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.terrain import AnyTerrain, Flat, read_terrain
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.link_shapes import trunk_points
-from hexapod_pin.robot.loading.load_options import LoadOptions
-from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot, urdf_path
-from hexapod_pin.simulation.loads import (
+from hexapod_pin.robot.robot import Robot, once_per_robot
+from hexapod_pin.scene.canonical_text import TEXTS, canonical_text, joined
+from hexapod_pin.scene.loads import (
     Load,
     LostLeg,
     MassFactor,
@@ -34,10 +33,95 @@ from hexapod_pin.simulation.loads import (
     load_to_dict,
     read_loads,
 )
+from hexapod_pin.scene.robot_file import read_robot, robot_to_dict
 from hexapod_pin.spec import Spec, read_toml
-from hexapod_pin.user_file import user_path
 
 SCHEMA = 1
+
+
+@dataclass(frozen=True, eq=False)
+class SceneSettings(Immutable):
+    """What a scene says besides its robot; a run keeps it when the robot's file is gone.
+
+    Attributes:
+        terrain: the ground.
+        contact: laws between feet and ground.
+        servo: joint servos.
+        stops: what holds the joints in their range.
+        gravity: acceleration [m/s^2], world axes.
+        loads: payloads, other masses, pushes and lost legs.
+        body_contact: whether the ground pushes the trunk's corners.
+        prescribed: whether the joints follow their set-points exactly.
+    """
+
+    terrain: AnyTerrain
+    contact: Contact
+    servo: Servo
+    stops: JointStops | None
+    gravity: tuple[float, float, float]
+    loads: tuple[Load, ...] = ()
+    body_contact: bool = False
+    prescribed: bool = False
+
+    @cached_property
+    def mass_loads(self) -> tuple[MassLoad, ...]:
+        """The loads that change masses, in their order."""
+        kinds = (Payload, MassFactor, RemovedMass)
+        return tuple(load for load in self.loads if isinstance(load, kinds))
+
+    @property
+    def payloads(self) -> tuple[Payload, ...]:
+        """The bodies that the robot carries, in their order."""
+        return tuple(load for load in self.loads if isinstance(load, Payload))
+
+    @property
+    def laws(self) -> dict[str, Spec]:
+        """Terrain, contact, servos and stops by their names in `to_dict`."""
+        found: dict[str, Spec | None] = {
+            "terrain": self.terrain,
+            "contact": self.contact,
+            "servo": self.servo,
+            "stops": self.stops,
+        }
+        return {name: law for name, law in found.items() if law is not None}
+
+    @property
+    def plain(self) -> dict[str, Any]:
+        """The TOML-able form of what is no law."""
+        data: dict[str, Any] = {"schema": SCHEMA, "gravity": list(self.gravity)}
+        if self.loads:
+            data["loads"] = [load_to_dict(load) for load in self.loads]
+        if self.body_contact:
+            data["body_contact"] = True
+        if self.prescribed:
+            data["prescribed"] = True
+        return data
+
+    def with_robot(self, robot: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the TOML-able form of the scene, with that of its robot (`robot_to_dict`)."""
+        rest = self.plain
+        first = {name: rest.pop(name) for name in ("schema", "gravity")}
+        laws = {name: law.model_dump() for name, law in self.laws.items()}
+        return {**first, "robot": dict(robot), **laws, **rest}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> SceneSettings:
+        """Return the settings of a scene's TOML-able form; its robot is not read.
+
+        Raises:
+            ParameterError: a missing or unknown key, or a value of a wrong type or out of range.
+        """
+        check_data(SceneText, "scene", data)
+        return cls(
+            terrain=read_terrain(data["terrain"]),
+            contact=Contact(**data["contact"]),
+            servo=Servo(**data["servo"]),
+            stops=JointStops(**data["stops"]) if "stops" in data else None,
+            gravity=tuple(data["gravity"]),
+            loads=tuple(read_loads(data.get("loads", ()))),
+            body_contact=data.get("body_contact", False),
+            prescribed=data.get("prescribed", False),
+        )
 
 
 @checked
@@ -118,8 +202,6 @@ class Scene(Immutable):
 
     @cached_property
     def _meaning(self) -> str:
-        from hexapod_pin.simulation.case_data import scene_text
-
         return digest(scene_text(self))
 
     @property
@@ -134,21 +216,28 @@ class Scene(Immutable):
 
     def _require_possible_masses(self) -> None:
         """Refuse masses removed that the links do not have."""
-        from hexapod_pin.simulation.loaded_model import loaded_model
+        from hexapod_pin.scene.loaded_model import loaded_model
 
         loaded_model(self)
 
     @cached_property
+    def settings(self) -> SceneSettings:
+        """All but the robot, with nothing left to a default."""
+        return SceneSettings(
+            self.terrain, self.contact, self.servos, self.joint_stops, self.gravity,
+            tuple(self.loads), self.body_contact, self.prescribed,
+        )  # fmt: skip
+
+    @property
     def mass_loads(self) -> tuple[MassLoad, ...]:
         """The loads that change masses, in their order."""
-        kinds = (Payload, MassFactor, RemovedMass)
-        return tuple(load for load in self.loads if isinstance(load, kinds))
+        return self.settings.mass_loads
 
     @property
     def total_mass(self) -> float:
         """Mass of the robot with its loads [kg]."""
         if not all(isinstance(load, Payload) for load in self.mass_loads):
-            from hexapod_pin.simulation.loaded_model import loaded_model
+            from hexapod_pin.scene.loaded_model import loaded_model
 
             return math.fsum(body.mass for body in loaded_model(self).inertias)
         return math.fsum([self.robot.total_mass, *(load.mass for load in self.payloads)])
@@ -156,7 +245,7 @@ class Scene(Immutable):
     @property
     def payloads(self) -> tuple[Payload, ...]:
         """The bodies that the robot carries, in their order."""
-        return tuple(load for load in self.loads if isinstance(load, Payload))
+        return self.settings.payloads
 
     def require_unloaded(self, where: str) -> None:
         """Refuse loads, body contact and prescribed motion where they cannot be done.
@@ -204,30 +293,7 @@ class Scene(Immutable):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the TOML-able form."""
-        laws = {name: law.model_dump() for name, law in self.laws().items()}
-        rest = self.settings_to_dict()
-        first = {name: rest.pop(name) for name in ("schema", "gravity")}
-        return {**first, "robot": robot_to_dict(self.robot), **laws, **rest}
-
-    def laws(self) -> dict[str, Spec]:
-        """Return terrain, contact, servos and stops by their names in `to_dict`."""
-        return {
-            "terrain": self.terrain,
-            "contact": self.contact,
-            "servo": self.servos,
-            "stops": self.joint_stops,
-        }
-
-    def settings_to_dict(self) -> dict[str, Any]:
-        """Return the TOML-able form of all but the robot and the laws."""
-        data: dict[str, Any] = {"schema": SCHEMA, "gravity": list(self.gravity)}
-        if self.loads:
-            data["loads"] = [load_to_dict(load) for load in self.loads]
-        if self.body_contact:
-            data["body_contact"] = True
-        if self.prescribed:
-            data["prescribed"] = True
-        return data
+        return self.settings.with_robot(robot_to_dict(self.robot))
 
     def to_toml(self) -> str:
         """Return the scene as TOML text."""
@@ -277,114 +343,27 @@ def scene_parts(data: Mapping[str, Any]) -> dict[str, Any]:
         ParameterError, UnknownNameError, UrdfError: as `Scene.from_toml`.
     """
     check_data(SceneText, "scene", data)
-    parts = {name: data[name] for name in ("body_contact", "prescribed") if name in data}
+    robot = read_robot(data["robot"])
+    settings = SceneSettings.from_dict(data)
     return {
-        "robot": read_robot(data["robot"]),
-        "terrain": read_terrain(data["terrain"]),
-        "contact": Contact(**data["contact"]),
-        "servo": Servo(**data["servo"]),
-        "gravity": tuple(data["gravity"]),
-        "stops": JointStops(**data["stops"]) if "stops" in data else None,
-        "loads": read_loads(data.get("loads", ())),
-        **parts,
+        "robot": robot,
+        **{field.name: getattr(settings, field.name) for field in fields(settings)},
     }
 
 
-# A robot as plain data: where its file is, what it contained, and how it was loaded.
-
-OPTIONS = ("feet", "foot_radius", "posture")
-"""What a robot was loaded with."""
-
-KEPT_ROBOTS = 16
-"""How many loaded robots are remembered."""
-
-
-class RobotText(FileData):
-    """What `robot_to_dict` returns, and what is written like it."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
-
-    source: str
-    feet: list[str] | None = None
-    foot_radius: list[Number] | Number | None = None
-    posture: list[Number] | None = None
-    digest: str | None = None
-    options: dict[str, Any] | None = None
+def scene_text(scene: Scene) -> str:
+    """Return the text of `Scene.to_dict`; of the robot what its file and options lead to."""
+    settings = scene.settings
+    parts = {name: canonical_text(value) for name, value in settings.plain.items()}
+    parts["robot"] = _robot_text(scene.robot)
+    for name, law in settings.laws.items():
+        parts[name] = TEXTS.of(law, lambda x: canonical_text(x.model_dump()))
+    return joined(parts)
 
 
-def robot_to_dict(robot: Robot) -> dict[str, Any]:
-    """Return what `read_robot` takes; a path is absolute."""
-    packaged = robot.source in PACKAGED
-    explicit = robot.inferred or robot.mended or set(robot.options) - set(OPTIONS)
-    options = {"options": dict(robot.options)} if explicit else {}
-    return {
-        "source": robot.source if packaged else str(user_path(robot.source).absolute()),
-        "feet": [foot.name for foot in robot.feet],
-        "foot_radius": [float(foot.radius) for foot in robot.feet],
-        "posture": robot.posture.tolist(),
-        "digest": robot.digest,
-        **options,
-    }
-
-
-def read_robot(data: Mapping[str, Any]) -> Robot:
-    """Load a robot again, with the foot radius and the posture that it was loaded with.
-
-    The same file, unchanged, and the same options give the same object: cases share it.
-
-    Raises:
-        ParameterError: the file has changed, or does not give such feet.
-        UrdfError: the file is not usable.
-        UnknownNameError: there is no such robot.
-    """
-    check_data(RobotText, "robot", data)
-    source = data["source"]
-    if "options" in data:
-        LoadOptions(**data["options"])  # refused by its name, before it is a part of a key
-    parts = (tuple(x) if isinstance(x := data.get(name), list) else x for name in OPTIONS)
-    options = json.dumps(data["options"], sort_keys=True) if "options" in data else None
-    robot = _loaded(source, _stamp(source), *parts, options)
-    if data.get("digest", robot.digest) != robot.digest:
-        raise ParameterError(
-            "robot.digest", data["digest"], "that of the file", "The URDF has changed."
-        )
-    return robot
-
-
-def _stamp(source: str) -> tuple[int, int]:
-    """Return what tells that a file has changed: time and size."""
-    try:
-        found = (urdf_path(source) if source in PACKAGED else user_path(source)).stat()
-    except (OSError, ValueError):
-        return (0, 0)  # loading it says what is wrong
-    return (found.st_mtime_ns, found.st_size)
-
-
-@lru_cache(maxsize=KEPT_ROBOTS)
-def _loaded(
-    source: str,
-    stamp: tuple[int, int],
-    feet: Any,
-    radii: Any,
-    posture: Any,
-    options_text: str | None,
-) -> Robot:
-    """Load a robot; `stamp` only tells one content of a file from another."""
-    options = None if options_text is None else LoadOptions(**json.loads(options_text))
-    given = feet if options is None else options.feet
-    robot = load_robot(source, feet=given, options=options)
-    changes: dict[str, Any] = {}
-    if radii is not None and radii != _radii(robot):
-        changes["foot_radius"] = radii[0] if isinstance(radii, tuple) and radii else radii
-    if posture is not None and posture != tuple(robot.posture.tolist()):
-        changes["posture"] = posture
-    if changes:
-        robot = load_robot(source, feet=given, options=options, **changes)
-    if radii is not None and radii != _radii(robot):
-        allowed = "the file's own, or one radius for all [m]"
-        raise ParameterError("robot.foot_radius", radii, allowed)
-    return robot
-
-
-def _radii(robot: Robot) -> tuple[float, ...]:
-    return tuple(float(foot.radius) for foot in robot.feet)
+@once_per_robot
+def _robot_text(robot: Robot) -> str:
+    data = robot_to_dict(robot)
+    for where in ("source", "options"):  # the robot's digest covers what they lead to
+        data.pop(where, None)
+    return canonical_text(data)

@@ -1,0 +1,16 @@
+"""Scenes: robot, ground, contact, drives, gravity and loads as data."""
+
+from hexapod_pin.scene.loaded_model import loaded_model
+from hexapod_pin.scene.loads import LostLeg, MassFactor, Payload, Push, RemovedMass
+from hexapod_pin.scene.scene import Scene, SceneSettings
+
+__all__ = [
+    "LostLeg",
+    "MassFactor",
+    "Payload",
+    "Push",
+    "RemovedMass",
+    "Scene",
+    "SceneSettings",
+    "loaded_model",
+]
