@@ -37,7 +37,7 @@ def main() -> dict[str, float]:
         trace = run(**setting)
         name = ", ".join(f"{key} {value}" for key, value in setting.items())
         errors[name] = float(np.abs(trace.q - reference.q).max())
-        wall, count = 1e3 * trace.meta["wall_time"], trace.counters["evaluations"]
+        wall, count = 1e3 * trace.run.wall_time, trace.counters["evaluations"]
         print(f"{name:40} {errors[name]:13.1e} {wall:11.1f} {count:13}")
     return errors
 

@@ -10,7 +10,7 @@ import json
 import reprlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -156,17 +156,27 @@ def is_name(text: Any) -> bool:
     return isinstance(text, str) and 0 < len(text) <= LONGEST_NAME and text.isprintable()
 
 
+def text_of(name: str, array: npt.NDArray[Any] | None) -> str:
+    """Return the text that a variable of a file holds.
+
+    Raises:
+        ParameterError: it is missing, or no text.
+    """
+    if array is None:
+        raise ParameterError(f"variable {name!r}", None, MISSING)
+    text = array.item() if array.size == 1 else None
+    if not isinstance(text, str | bytes):
+        raise ParameterError(name, f"{array.dtype} of shape {array.shape}", "a text")
+    return text if isinstance(text, str) else text.decode("utf-8", "replace")
+
+
 def json_object(name: str, array: npt.NDArray[Any] | None) -> dict[str, Any]:
     """Return the JSON object that a variable of a file holds as text.
 
     Raises:
         ParameterError: it is missing, no JSON, or no object.
     """
-    if array is None:
-        raise ParameterError(f"variable {name!r}", None, MISSING)
-    text = array.item() if array.size == 1 else None
-    if not isinstance(text, str | bytes):
-        raise ParameterError(name, f"{array.dtype} of shape {array.shape}", "a JSON text")
+    text = text_of(name, array)
     try:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -191,8 +201,11 @@ class FileData(BaseModel):
     model_config = ConfigDict(extra="allow", strict=True, frozen=True)
 
 
-def check_data(model: type[FileData], name: str, data: Any, **sizes: int) -> None:
-    """Check data against a model.
+Checked = TypeVar("Checked", bound=FileData)
+
+
+def check_data(model: type[Checked], name: str, data: Any, **sizes: int) -> Checked:
+    """Check data against a model, and return it as one.
 
     Args:
         model: what it must be.
@@ -204,7 +217,7 @@ def check_data(model: type[FileData], name: str, data: Any, **sizes: int) -> Non
         ParameterError: it breaks a rule; names the place.
     """
     try:
-        model.model_validate(data, context=sizes)
+        return model.model_validate(data, context=sizes)
     except ValidationError as error:
         found = parameter_error(name, error)
         raise ParameterError(

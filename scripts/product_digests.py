@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel
 
 import hexapod_pin as hp
 from hexapod_pin.atomic_file import write_atomically
@@ -91,6 +92,8 @@ def plain(value: Any) -> Any:
     if is_dataclass(value):
         names = [one.name for one in fields(value) if one.name not in CHANGING]
         return {name: plain(getattr(value, name)) for name in names}
+    if isinstance(value, BaseModel):
+        return plain(dict(value))
     raise TypeError(f"a {type(value).__name__} has no digest")
 
 
@@ -161,7 +164,7 @@ def walks() -> Iterator[tuple[str, Callable[[], hp.Case]]]:
 def of_walk(case: hp.Case, folder: Path) -> Lines:
     """Yield what a user reads of a walk, also from its file."""
     trace = case.run()
-    yield "case digest", trace.case.digest
+    yield "case digest", hp.load_case(trace).digest
     yield "case text", case.to_toml()
     yield from of_trace(trace)
     path = trace.save(folder / "walk.nc")

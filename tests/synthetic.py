@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from hexapod_pin.results.run_record import Numerics, RobotFacts, RunRecord, WalkFacts
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import ENERGIES
 
@@ -25,7 +28,7 @@ def synthetic_trace(
     speed: float = 0.1,
     torque: np.ndarray | None = None,
     rate: np.ndarray | None = None,
-    **meta: Any,
+    **entries: Any,
 ) -> Trace:
     """Return a trace that glides along +x on six still legs, each foot carrying a sixth.
 
@@ -35,8 +38,24 @@ def synthetic_trace(
         speed: of the centre of mass along x [m/s].
         torque: (T, 18) [N m]; zero when left out.
         rate: (T, 18) [rad/s]; zero when left out.
-        meta: entries that replace the usual ones.
+        entries: of the record, that replace the usual ones.
     """
+    known = {
+        "name": "synthetic",
+        "cycle_time": 1.0,
+        "steady_from": 1.0,
+        "steady_until": duration,
+        "nominal_speed": speed,
+        "foot_radius": (0.01,) * len(FEET),
+        "total_mass": WEIGHT / 9.81,
+        "effort_limit": (5.0,) * len(JOINTS),
+        "assumed": ("everything",),
+        "provenance": "analytic signals",
+        "method": "none",
+        "step": sample,
+        "urdf": URDF.read_text(),
+        **entries,
+    }
     time = np.arange(round(duration / sample) + 1) * sample
     count, joints, feet = len(time), len(JOINTS), len(FEET)
     q = np.zeros((count, 7 + joints))
@@ -68,22 +87,30 @@ def synthetic_trace(
         counters={"steps": count - 1},
         joint_names=JOINTS,
         foot_names=FEET,
-        meta={
-            "robot_name": "synthetic",
-            "cycle_time": 1.0,
-            "steady_from": 1.0,
-            "steady_until": duration,
-            "travel_direction": [1.0, 0.0],
-            "nominal_speed": speed,
-            "foot_radius": [0.01] * feet,
-            "total_mass": WEIGHT / 9.81,
-            "gravity": [0.0, 0.0, -9.81],
-            "effort_limit": [5.0] * joints,
-            "assumed": ["everything"],
-            "provenance": "analytic signals",
-            "method": "none",
-            "step": sample,
-            "urdf": URDF.read_text(),
-            **meta,
-        },
+        run=run_of(known),
     )
+
+
+def run_of(known: Mapping[str, Any]) -> RunRecord:
+    """Return a record with these entries, each in the part that has a field of its name."""
+    parts: dict[str, dict[str, Any]] = {"robot": {}, "numerics": {}, "walk": {}}
+    kinds = {"robot": RobotFacts, "numerics": Numerics, "walk": WalkFacts}
+    rest = {}
+    for name, value in known.items():
+        part = next((key for key, kind in kinds.items() if name in kind.model_fields), None)
+        (rest if part is None else parts[part])[name] = value
+    return RunRecord(**{key: kinds[key](**parts[key]) for key in kinds}, **rest)
+
+
+def with_run(trace: Any, **changes: Any) -> Any:
+    """Return a trace or summary with changed entries of its record: as of `run_of`, or a part."""
+    run, rest = trace.run, {}
+    for name, value in changes.items():
+        for part in ("robot", "numerics", "walk"):
+            if name in type(getattr(run, part)).model_fields:
+                own = {**dict(getattr(run, part)), name: value}
+                run = run.model_copy(update={part: type(getattr(run, part))(**own)})
+                break
+        else:
+            rest[name] = value
+    return replace(trace, run=run.model_copy(update=rest))

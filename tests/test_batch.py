@@ -95,15 +95,15 @@ def test_threads_and_what_is_kept_change_no_bit() -> None:
     for a, b, c, case in zip(one, two, kept, cases, strict=True):
         assert np.array_equal(a.q, b.q) and np.array_equal(a.torque, b.torque)
         assert a.summary.data == b.summary.data == c.data
-        assert a.case == case and hp.Case.from_toml(c.case_toml) == case
+        assert hp.load_case(a) == case and hp.Case.from_toml(c.case_toml) == case
 
 
 def test_settings_of_the_batch_are_for_cases_that_have_none() -> None:
     open_case = hp.Case(SCENE, hp.HoldPosture())
     own = replace(open_case, duration=0.2, method="robust", step=1e-3)
     first, second = hp.simulate_batch([open_case, own], duration=0.1, accuracy=1e-3)
-    assert (first.time[-1], first.meta["accuracy"]) == (0.1, 1e-3)
-    assert (second.time[-1], second.meta["method"]) == (0.2, "robust")
+    assert (first.time[-1], first.run.numerics.accuracy) == (0.1, 1e-3)
+    assert (second.time[-1], second.run.numerics.method) == (0.2, "robust")
     odd = replace(open_case, sample=3e-4)
     error, good = hp.simulate_batch([odd, own], duration=0.1, method="rk4", step=1e-3)
     assert isinstance(error, ParameterError) and isinstance(

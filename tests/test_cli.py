@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import signal
@@ -123,7 +124,7 @@ def test_a_saved_case_repeats_the_walk_to_the_bit(run: Run):
     for name in ("time", "q", "v", "torque", "foot_force"):
         assert (getattr(first, name) == getattr(again, name)).all(), name
     case = hp.load_case("case.toml")
-    assert first.case == again.case == case
+    assert hp.load_case(first) == hp.load_case(again) == case
     assert case.scene.contact.friction.mu == 0.6 and case.scene.servos.kp == 21.0
     refused = run("run", "none.toml")
     assert refused.status == 2 and "none.toml" in refused.err and refused.err.count("\n") == 1
@@ -134,9 +135,9 @@ def test_degrees_on_the_command_line_are_radians_inside(run: Run):
     words = ("--duration", "1", "--heading", "90", "--turn", "5", "--stroke", "0.02", "--no-html")
     done = run("walk", "kharagpur", "--gait", "tripod", "--cycle", "0.8", *words)
     assert (done.status, done.left) == (0, ["walk.nc"])
-    meta = hp.load_trace("walk.nc").meta
-    assert meta["travel_direction"] == pytest.approx([0.0, 1.0], abs=1e-12)
-    assert "turn_rate = 0.0872664" in meta["controller"]
+    walk = hp.load_trace("walk.nc").run.walk
+    assert walk.travel_direction == pytest.approx((0.0, 1.0), abs=1e-12)
+    assert walk.turn_rate == pytest.approx(math.radians(5.0))
 
 
 def test_walk_too_short_for_a_table_says_so_and_keeps_the_trace(run: Run):
@@ -160,13 +161,13 @@ def test_options_reach_the_scene(run: Run):
     method = ("--method", "rk4", "--step", "2e-5", "--duration", "0.02", "--no-html")
     assert run(*WALK, *words, *method).status == 0
     trace = hp.load_trace("walk.nc")
-    scene = hp.Scene.from_toml(trace.meta["scene"])
+    scene = hp.load_case(trace).scene
     assert isinstance(scene.contact.normal, hp.AdamsImpact)
     assert scene.contact.friction.mu_static == 0.6
     assert scene.contact.friction.mu_dynamic == pytest.approx(0.2, rel=1e-12)  # ratio of S2 kept
     assert (scene.servos.kp, scene.servos.kd, scene.servos.assumed) == (21.0, 0.5, False)
-    assert (trace.meta["method"], trace.meta["step"]) == ("rk4", 2e-5)
-    assert set(trace.meta["foot_radius"]) == {0.01}
+    assert (trace.run.numerics.method, trace.run.numerics.step) == ("rk4", 2e-5)
+    assert set(trace.run.robot.foot_radius) == {0.01}
 
 
 def test_budget_prints_a_table_or_json(run: Run, trace_file: Path):

@@ -15,7 +15,7 @@ import pytest
 from conftest import Run
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from synthetic import synthetic_trace
+from synthetic import synthetic_trace, with_run
 
 import hexapod_pin as hp
 import hexapod_pin.commands
@@ -222,7 +222,7 @@ def test_an_unpaired_surrogate_is_an_escape_in_tables_and_pages(tmp_path: Path) 
     names = tuple(f"{name}\ud800" for name in trace.joint_names)
     replace(trace, joint_names=names).save(tmp_path / "a.csv")
     assert rf"{names[0][:-1]}\ud800" in (tmp_path / "a.csv").read_text("utf-8")
-    robot = replace(trace, meta={**trace.meta, "robot_name": "a\ud800"})
+    robot = with_run(trace, name="a\ud800")
     assert r"a\ud800" in html.write_html(robot, tmp_path / "a.html").read_text("utf-8")
 
 

@@ -204,5 +204,5 @@ def test_summaries_and_tables_know_the_motor() -> None:
     share = counted[worst] / 4.8
     assert summary.at_limit[worst] == pytest.approx(share, rel=0.05)
     assert summary.torque_margin.max() <= 0.7
-    assert trace.meta["effort_limit"] == [0.7] * 18
+    assert trace.run.robot.effort_limit == (0.7,) * 18
     assert all(row.effort_limit == 0.7 for row in hp.torque_budget(trace).joints)

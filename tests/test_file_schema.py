@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 import pytest
 from refusals import ANY, refused
+from synthetic import with_run
 
 import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError, ParameterError, StateError, TraceFileError
@@ -54,7 +55,7 @@ def with_value(name: str, place: Any, value: float) -> Callable[[dict[str, Any]]
     return change
 
 
-def with_meta(*keys: Any, value: Any) -> Callable[[dict[str, Any]], tuple[str, Any]]:
+def with_json(*keys: Any, value: Any) -> Callable[[dict[str, Any]], tuple[str, Any]]:
     def change(arrays: dict[str, Any]) -> tuple[str, Any]:
         variable, *path = keys
         data = json.loads(arrays[variable].item())
@@ -83,27 +84,28 @@ FORGERIES: dict[tuple[str, ...], Callable[[dict[str, Any]], tuple[str, Any]]] = 
     ("joint[0] = \"''\"",): lambda a: ("joint", np.array(["", *a["joint"][1:]], "O")),
     ("joint = 'lf_coxa_joint'",): lambda a: ("joint", a["joint"][[0, 0, *range(2, 18)]]),
     ("foot = 'float64", "(6,)"): lambda a: ("foot", np.arange(6.0)),
-    ("meta = ", "[[[[", "JSON"): lambda a: ("meta", "[" * 100_000),
+    ("run = ", "[[[[", "JSON"): lambda a: ("run", "[" * 100_000),
     ("counters = '3'", "JSON"): lambda a: ("counters", "3"),
-    ("counters.steps = -1",): with_meta("counters", "steps", value=-1),
-    ("meta.method = 3",): with_meta("meta", "method", value=3),
-    ("meta.cycle_time = 0.0", "0.000001"): with_meta("meta", "cycle_time", value=0.0),
-    ("meta.steady_from = inf",): with_meta("meta", "steady_from", value=float("inf")),
-    ("meta.gravity = [0.0]", "3"): with_meta("meta", "gravity", value=[0.0]),
-    ("meta.effort_limit = [1.0]", "18"): with_meta("meta", "effort_limit", value=[1.0]),
-    ("meta.drive.limit_time.4 = -1.0",): with_meta("meta", "drive", "limit_time", 4, value=-1.0),
-    ("meta.events.0.kind = None",): with_meta("meta", "events", value=[{"time": 0.0}]),
-    ("meta.summary.torque_rms.0 = -1.0",):
-        with_meta("meta", "summary", "torque_rms", 0, value=-1.0),
-    ("meta.summary = {", "speed_rms"): with_meta("meta", "summary", "speed_rms", 1, value=None),
-    ("meta.summary.way.0 = [0.0, 0.0]", "4"):
-        with_meta("meta", "summary", "way", value=[[0.0, 0.0]]),
-    ("meta.number_errors = {", "torque_rms"):
-        with_meta("meta", "number_errors", "torque_rms", value="x"),
-    ("meta.checkpoint.q = [", "[3:7]"): with_meta("meta", "checkpoint", "q", 6, value=0.1),
-    ("meta.scene = '= ='", "TOML"): with_meta("meta", "scene", value="= ="),
-    ("meta.scene.loads = 3",): with_meta("meta", "scene", value="loads = 3"),
-    ("meta.velocity_limit.2 = 'x'",): with_meta("meta", "velocity_limit", 2, value="x"),
+    ("counters.steps = -1",): with_json("counters", "steps", value=-1),
+    ("run.numerics.method = 3",): with_json("run", "numerics", "method", value=3),
+    ("run.walk.cycle_time = 0.0",): with_json("run", "walk", "cycle_time", value=0.0),
+    ("run.walk.steady_from = inf",): with_json(
+        "run", "walk", "steady_from", value=float("inf")
+    ),
+    ("run.gravity.1",): with_json("run", "gravity", value=[0.0]),
+    ("run.robot.effort_limit = [1.0]", "18"): with_json(
+        "run", "robot", "effort_limit", value=[1.0]
+    ),
+    ("run.limits.4.limit_time = -1.0",): with_json("run", "limits", 4, "limit_time", value=-1.0),
+    ("run.events.0",): with_json("run", "events", value=[{"time": 0.0}]),
+    ("summary.torque_rms.0 = -1.0",): with_json("summary", "torque_rms", 0, value=-1.0),
+    ("summary = {", "speed_rms"): with_json("summary", "speed_rms", 1, value=None),
+    ("summary.way.0 = [0.0, 0.0]", "4"): with_json("summary", "way", value=[[0.0, 0.0]]),
+    ("errors = {", "torque_rms"): with_json("errors", "torque_rms", value="x"),
+    ("checkpoint.q = [", "[3:7]"): with_json("checkpoint", "q", 6, value=0.1),
+    ("run.robot.velocity_limit.2 = 'x'",): with_json(
+        "run", "robot", "velocity_limit", 2, value="x"
+    ),
 }  # fmt: skip
 
 
@@ -122,11 +124,11 @@ def test_damage_is_told_from_forgery(
     assert ("digest" in str(caught.value)) != readable
 
 
-def test_a_summary_or_checkpoint_of_null_is_none(trace: hp.Trace, tmp_path: Path) -> None:
-    meta = {**trace.meta, "summary": None, "checkpoint": None}
-    again = hp.load_trace(replace(trace, meta=meta).save(tmp_path / "walk.nc"))
+def test_a_trace_need_not_have_a_summary_or_checkpoint(trace: hp.Trace, tmp_path: Path) -> None:
+    bare = replace(with_run(trace, checkpoint=None), gathered=None)
+    again = hp.load_trace(bare.save(tmp_path / "walk.nc"))
     for name in ("summary", "checkpoint"):
-        with refused(hp.errors.ParameterError, "Trace.meta"):
+        with refused(hp.errors.ParameterError, "Trace"):
             getattr(again, name)
     from_samples = hp.walk_verdict(again)
     assert (from_samples.robot, from_samples.holds) == ("kharagpur", hp.walk_verdict(trace).holds)

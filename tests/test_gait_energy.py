@@ -62,7 +62,7 @@ def test_costs_are_those_of_each_walk(found: hp.GaitEnergy) -> None:
 def test_the_copper_loss_is_that_of_the_limits(found: hp.GaitEnergy) -> None:
     """6 rad/s over 6 N m, *assumed*; and R / (k N)^2 of a motor given by its two end points."""
     np.testing.assert_allclose(found.copper_loss, 1.0, rtol=1e-12)
-    assert any("electrical loss" in text for text in found.meta["assumed"])
+    assert any("electrical loss" in text for text in found.run.assumed)
     voltage, resistance, constant, gear = 12.0, 2.0, 0.012, 200.0
     motor = hp.Motor(
         stall_torque=voltage / resistance * constant * gear,
@@ -86,7 +86,7 @@ def test_gaits_walk_at_equal_speed_and_step_height(found: hp.GaitEnergy) -> None
     )
     equal = hp.gait_energy(SCENES["s2"], GAITS, [0.08], cycle_time=1.0, accuracy=1e-3, check=0)
     np.testing.assert_allclose(equal.stroke[0, :, 0], 0.08 * found.duty, rtol=1e-12)
-    assert equal.meta["rule"] == "equal cycle time"
+    assert equal.run.rule == "equal cycle time"
 
 
 def test_what_the_joints_cannot_follow_is_nan_with_its_reason(found: hp.GaitEnergy) -> None:

@@ -105,7 +105,7 @@ def test_the_weight_is_carried_and_the_energy_accounted_for(walk) -> None:
     """
     trace = walk.trace
     calm = trace.time > 0.1
-    weight = trace.meta["total_mass"] * 9.81
+    weight = trace.run.robot.total_mass * 9.81
     assert trace.normal_force[calm].sum(axis=1).mean() == pytest.approx(weight, rel=2e-3)
     given = np.abs(np.diff(trace.energy["servo_work"])).sum()
     assert np.abs(trace.energy_residual).max() < 0.01 * given

@@ -103,7 +103,7 @@ def test_a_run_with_a_payload_equals_that_of_the_robot_built_with_it(
     np.testing.assert_allclose(
         ours.energy["potential"], wanted.energy["potential"], rtol=0, atol=1e-12
     )
-    assert ours.meta["total_mass"] == pytest.approx(robot.total_mass + 0.85, rel=1e-15)
+    assert ours.run.robot.total_mass == pytest.approx(robot.total_mass + 0.85, rel=1e-15)
     bare = hp.simulate(
         hp.Scene(robot), hp.HoldPosture(), duration=0.05, method="implicit-euler", step=1e-3
     )

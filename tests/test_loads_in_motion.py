@@ -106,7 +106,7 @@ def test_a_payload_weighs_on_the_feet(robot):
     trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, accuracy=1e-6)
     weight = (robot.total_mass + 0.4) * 9.81
     assert trace.foot_force[-1].sum(axis=0)[2] == pytest.approx(weight, rel=1e-4)
-    assert trace.meta["total_mass"] == pytest.approx(robot.total_mass + 0.4)
+    assert trace.run.robot.total_mass == pytest.approx(robot.total_mass + 0.4)
 
 
 def test_a_lost_leg_gives_no_torque(robot):

@@ -101,7 +101,7 @@ def test_a_case_keeps_them_and_its_trace_knows_the_masses(robot):
     model = loaded_model(case.scene)
     ours = [y.mass for y in RecordedRobot.of(trace).model.inertias]
     np.testing.assert_allclose(ours, [y.mass for y in model.inertias], rtol=1e-15)
-    np.testing.assert_allclose(trace.meta["total_mass"], sum(ours), rtol=1e-12)
+    np.testing.assert_allclose(trace.run.robot.total_mass, sum(ours), rtol=1e-12)
 
 
 def test_a_standing_robot_weighs_on_its_feet_what_its_factor_says(robot):

@@ -106,4 +106,4 @@ def _scene_text(ground: hp.HeightField) -> str:
     trace = hp.simulate(
         hp.Scene(hp.load_robot("kharagpur"), terrain=ground), hp.HoldPosture(), duration=0.01
     )
-    return str(trace.meta["scene"])
+    return trace.run.case.to_toml()

@@ -179,7 +179,7 @@ def test_a_copied_robot_runs_to_the_bit_and_is_found_again() -> None:
     assert again.robot.model == scene.robot.model
     here, there = (hp.simulate(one, control, duration=0.2) for one in (scene, again))
     assert there.digest == here.digest
-    assert there.case == hp.Case(scene, control, duration=0.2)
+    assert hp.load_case(there) == hp.Case(scene, control, duration=0.2)
 
 
 def test_a_copied_robot_finds_its_file_and_meshes_from_another_folder(
@@ -204,7 +204,7 @@ def test_copies_of_an_immutable_record_are_immutable() -> None:
     for array in (trace.q, trace.energy["kinetic"], trace.error.place, trace.checkpoint.q):
         with refused(ValueError, about=("read-only",)):
             array[0] = 0.0
-    for mapping in (trace.meta, trace.energy, trace.counters, trace.summary.meta):
+    for mapping in (trace.energy, trace.counters, trace.summary.counters):
         assert isinstance(mapping, MappingProxyType)
     robot = copy.deepcopy(public_samples.robot())
     with refused(ValueError, about=("read-only",)):
@@ -219,8 +219,8 @@ def test_a_deep_copy_shares_nothing_that_can_be_written_to() -> None:
     other.model.inertias[1].mass = 9.0
     assert robot.model.inertias[1].mass != 9.0 and robot.model is not other.model
     copied = copy.deepcopy(trace)
-    copied.meta["versions"]["hexapod-pin"] = "none"
-    assert trace.meta["versions"]["hexapod-pin"] != "none"
+    copied.run.versions["hexapod-pin"] = "none"
+    assert trace.run.versions["hexapod-pin"] != "none"
 
 
 def test_a_pickled_trace_is_about_as_large_as_what_it_holds() -> None:
@@ -228,7 +228,7 @@ def test_a_pickled_trace_is_about_as_large_as_what_it_holds() -> None:
     held = sum(array.nbytes for array in vars(trace).values() if isinstance(array, np.ndarray))
     held += sum(array.nbytes for array in trace.energy.values())
     held += sum(array.nbytes for array in vars(trace.error).values())
-    assert len(pickle.dumps(trace)) < 1.05 * (held + len(repr(dict(trace.meta))))
+    assert len(pickle.dumps(trace)) < 1.05 * (held + len(repr(trace.run)))
 
 
 def test_a_trace_of_some_arrays_survives() -> None:

@@ -22,7 +22,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from refusals import refused
-from synthetic import FEET, JOINTS, URDF, WEIGHT, synthetic_trace
+from synthetic import FEET, JOINTS, URDF, WEIGHT, synthetic_trace, with_run
 
 from hexapod_pin.errors import ParameterError, TraceFileError, ViewerError
 from hexapod_pin.results.trace import Trace
@@ -109,10 +109,10 @@ def test_the_page_holds_viewer_scene_and_motion(page: str, trace: Trace) -> None
 
 
 def test_names_cannot_break_out_of_the_page(tmp_path: Path) -> None:
-    trace = synthetic_trace(duration=0.1, robot_name="</script><img src=x>", assumed=["a < b"])
-    urdf = str(trace.meta["urdf"]).replace("lf_foot", "lf&lt;script&gt;_foot")
+    trace = synthetic_trace(duration=0.1, name="</script><img src=x>", assumed=["a < b"])
+    urdf = str(trace.run.robot.urdf).replace("lf_foot", "lf&lt;script&gt;_foot")
     names = ("lf<script>_foot", *FEET[1:])
-    trace = replace(trace, foot_names=names, meta={**trace.meta, "urdf": urdf})
+    trace = with_run(replace(trace, foot_names=names), urdf=urdf)
     page = write_html(trace, tmp_path / "odd.html").read_text()
     assert Loads(page).addresses == []
     assert any("lf<script>" in clip["path"] for clip in embedded(page)["animation"]["animations"])

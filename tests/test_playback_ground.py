@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from refusals import refused
-from synthetic import synthetic_trace
+from synthetic import synthetic_trace, with_run
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.run_record import RunCase
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.view import write_html
 from hexapod_pin.view.scene_graph import animation_command, scene_commands
@@ -117,15 +117,15 @@ def test_level_ground_is_a_slab(robot: hp.Robot) -> None:
 
 def test_a_trace_without_scene_still_gets_a_slab() -> None:
     trace = synthetic_trace(duration=0.1)
-    trace = replace(trace, meta={k: v for k, v in trace.meta.items() if k != "scene"})
+    assert trace.run.scene is None
     assert sorted(objects(trace)) == ["grid", "slab"]
 
 
 def test_an_unknown_ground_is_refused(robot: hp.Robot) -> None:
     trace = standing(robot, hp.Flat())
-    text = trace.meta["scene"].replace('kind = "flat"', 'kind = "lava"')
+    text = trace.run.case.to_toml().replace('kind = "flat"', 'kind = "lava"')
     with refused(ParameterError, "terrain.kind", "lava"):
-        scene_commands(replace(trace, meta={**trace.meta, "scene": text}))
+        scene_commands(with_run(trace, case=RunCase(text=text)))
 
 
 def test_patches_are_outlined_on_the_surface(robot: hp.Robot) -> None:

@@ -181,7 +181,7 @@ FORMULAS = (
     "hexapod_pin.native",
     "hexapod_pin.drive.drive_law",
     "hexapod_pin.formulations",
-    "hexapod_pin.simulation.loaded_model",
+    "hexapod_pin.scene.loaded_model",
     "hexapod_pin.simulation.session",
 )
 """Modules whose formulas the oracle writes again; scenes, robots and plans may reach them."""

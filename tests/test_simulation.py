@@ -35,7 +35,9 @@ def walk(robot: str, gait: str, contact: str, **kwargs) -> hp.Trace:
 def steady(trace: hp.Trace) -> np.ndarray:
     """Mask of the whole cycles after the start-up transient."""
     time = trace.time
-    return (time >= trace.meta["steady_from"] - 1e-9) & (time <= trace.meta["steady_until"] + 1e-9)
+    return (time >= trace.run.walk.steady_from - 1e-9) & (
+        time <= trace.run.walk.steady_until + 1e-9
+    )
 
 
 @pytest.mark.parametrize("contact", ["s1", "s2"])
@@ -54,10 +56,10 @@ def test_every_robot_gait_and_contact_set_walks(robot: str, gait: str, contact: 
     assert cycles == pytest.approx(round(cycles), abs=1e-9) and cycles >= 2.0 - 1e-9
     speed = (position[-1, 0] - position[0, 0]) / (time[-1] - time[0])
     # the servos' compliance takes up to 2.2 % (0.1 % at eight times their stiffness)
-    assert speed == pytest.approx(trace.meta["nominal_speed"], rel=0.03)
+    assert speed == pytest.approx(trace.run.walk.nominal_speed, rel=0.03)
     assert abs(position[-1, 1] - position[0, 1]) < 5e-3
     mean = trace.mean_foot_force[window][1:, :, 2].sum(axis=1).mean()
-    weight = trace.meta["total_mass"] * 9.81
+    weight = trace.run.robot.total_mass * 9.81
     assert mean == pytest.approx(weight, rel=1e-3)
 
 
@@ -203,8 +205,8 @@ def test_scene_survives_its_toml() -> None:
 def test_trace_carries_its_scene() -> None:
     scene = hp.Scene(hp.load_robot("kharagpur"))
     trace = hp.simulate(scene, hp.HoldPosture(), duration=0.01)
-    assert hp.Scene.from_toml(trace.meta["scene"]).contact == scene.contact
-    assert any("servo gains" in line for line in trace.meta["assumed"])
+    assert trace.run.scene.contact == scene.contact
+    assert any("servo gains" in line for line in trace.run.assumed)
 
 
 @pytest.mark.parametrize(

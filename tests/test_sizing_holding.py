@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 import pinocchio as pin
 import pytest
+from synthetic import with_run
 
 import hexapod_pin as hp
 from hexapod_pin.results.recorded_robot import RecordedRobot
@@ -166,8 +167,7 @@ def test_rest_is_held_against_continuous_and_stances_against_stall() -> None:
 
 
 def test_without_the_robot_or_its_contacts_it_is_unknown() -> None:
-    meta = {k: v for k, v in walk().meta.items() if k != "urdf"}
-    found = hp.joint_demand(replace(walk(), meta=meta))
+    found = hp.joint_demand(with_run(walk(), urdf=None))
     assert np.isnan(found.holding).all() and any("unknown" in note for note in found.notes)
     row = hp.motor_budget(found, record()).joints[0]
     assert (

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import replace
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.results.summary import Summary, load_summary
 
 NEW = ("limit_use", "acceleration_rms", "torque_acceleration")
 SHARE = 0.999  # of a limit from which a joint counts as being at it
@@ -91,27 +86,3 @@ def test_they_agree_with_samples_at_every_accepted_step(trace: hp.Trace) -> None
     assert summary.acceleration_rms == pytest.approx(mean, rel=1e-9)
     product = ((tau[1:] + tau[:-1]) / 2.0 * slope * step).sum(axis=0) / length
     assert summary.torque_acceleration == pytest.approx(product, rel=1e-7, abs=1e-9)
-
-
-def test_files_of_older_releases_are_read(trace: hp.Trace, tmp_path: Path) -> None:
-    """What they do not hold is NaN; all else is as it was."""
-    written = json.loads(trace.summary.to_json())
-    for name in NEW:
-        del written["data"][name]
-    path = tmp_path / "old.json"
-    path.write_text(json.dumps(written))
-    old = load_summary(path)
-    for name in NEW:
-        assert np.isnan(getattr(old, name)).all()
-    assert np.array_equal(old.torque_rms, trace.summary.torque_rms)
-    assert isinstance(trace.summary, Summary) and np.isfinite(trace.summary.limit_use).all()
-
-
-def test_an_older_trace_is_read_and_sized(trace: hp.Trace, tmp_path: Path) -> None:
-    """Accelerations then are those of samples: here the same states, so to rounding the same."""
-    meta = dict(trace.meta)
-    meta["summary"] = {k: v for k, v in meta["summary"].items() if k not in NEW}
-    old = hp.load_trace(replace(trace, meta=meta).save(tmp_path / "old.nc"))
-    found, whole = hp.joint_demand(old), hp.joint_demand(trace)
-    assert found.acceleration_rms == pytest.approx(whole.acceleration_rms, rel=1e-9)
-    assert found.torque_acceleration == pytest.approx(whole.torque_acceleration, rel=1e-7, abs=1e-9)

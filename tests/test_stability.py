@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from refusals import refused
-from synthetic import synthetic_trace
+from synthetic import synthetic_trace, with_run
 from typer.testing import CliRunner
 
 import hexapod_pin as hp
@@ -97,10 +97,8 @@ def test_turned_walk_has_the_same_margins() -> None:
     """Everything turned by 90 degrees, the direction of travel with it."""
     trace = with_com(synthetic_trace(speed=0.0), np.array([0.03, 0.02, 0.0]))
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    turned = replace(
-        trace, com=trace.com @ turn.T, foot_position=trace.foot_position @ turn.T,
-        meta={**trace.meta, "travel_direction": [0.0, 1.0]},
-    )  # fmt: skip
+    turned = replace(trace, com=trace.com @ turn.T, foot_position=trace.foot_position @ turn.T)
+    turned = with_run(turned, travel_direction=(0.0, 1.0))
     before, after = hp.stability(trace), hp.stability(turned)
     for name in MARGINS:
         assert getattr(after, name) == pytest.approx(getattr(before, name), abs=1e-14)

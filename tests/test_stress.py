@@ -52,6 +52,6 @@ def test_walks_at_one_millisecond(name: str, stroke: float, preset: str) -> None
     passed_on = np.abs(trace.torque * trace.v[:, 6:]).sum(axis=1)
     assert gained.max() < 0.01 * np.trapezoid(passed_on, trace.time)
     forward, side = trace.q[-1, :2] - trace.q[0, :2]
-    assert forward > 0.25 * trace.meta["nominal_speed"] * 5.0
+    assert forward > 0.25 * trace.run.walk.nominal_speed * 5.0
     assert abs(side) < 0.1 * forward
     assert trace.counters["convex_finishes"] == 0

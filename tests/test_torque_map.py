@@ -204,7 +204,7 @@ def test_the_file_gives_every_bit_back(found: hp.TorqueMap, tmp_path: Path) -> N
     with xarray.open_dataset(path, engine="h5netcdf") as data:
         assert data["torque_peak"].dims == ("stroke", "cycle_time", "joint")
         assert all({"units", "long_name"} <= set(data[name].attrs) for name in LAYOUT)
-    assert found.meta["scene"] == SCENE.to_toml() and "hexapod-pin" in found.meta["versions"]
+    assert found.run.scene == SCENE.to_toml() and "hexapod-pin" in found.run.versions
     with refused(TraceFileError, about=("hexapod_pin.torque_map", "hexapod_pin.gait_energy")):
         hp.load_gait_energy(path)
 

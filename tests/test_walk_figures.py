@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from refusals import refused
-from synthetic import synthetic_trace
+from synthetic import synthetic_trace, with_run
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, UnknownNameError
@@ -145,7 +145,7 @@ def test_quasi_static_shows_both_speeds_and_their_difference(
 
 def test_slow_walk_is_shifted_into_the_phase_of_the_other(trace: hp.Trace, slow: hp.Trace) -> None:
     """A window that begins a quarter of a cycle later gives the same curve."""
-    later = replace(slow, meta={**slow.meta, "steady_from": 15.0, "steady_until": 27.0})
+    later = with_run(slow, steady_from=15.0, steady_until=27.0)
     first, second = (
         list(curves(draw_quasi_static(trace, one, ["lr"]).axes[0]).values())[1][:, 1]
         for one in (slow, later)

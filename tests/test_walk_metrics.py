@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 from refusals import refused
 from scipy import stats
+from synthetic import with_run
 
 import hexapod_pin as hp
 from hexapod_pin.errors import DivergenceError, GaitError, ParameterError, UnknownNameError
 from hexapod_pin.results.comparison import ComparedRun, Outcome
+from hexapod_pin.results.run_record import Event
 from hexapod_pin.results.summary import path_error
 from hexapod_pin.results.walk_metrics import METRICS, mean_estimate, relative_change
 
@@ -128,8 +130,8 @@ def test_a_turning_walk_is_held_against_its_arc() -> None:
 
 
 def test_runs_that_did_not_walk_say_so(summary: hp.Summary) -> None:
-    touch = {"time": 1.5, "kind": "trunk-contact", "what": "corner", "place": [0.0, 0.0, 0.0]}
-    fallen = replace(summary, meta={**summary.meta, "events": [touch]})
+    touch = Event(time=1.5, kind="trunk-contact", what="corner", place=(0.0, 0.0, 0.0))
+    fallen = with_run(summary, events=(touch,))
     tilted = replace(summary, pitch_peak=-1.5)
     for result, outcome, word in (
         (summary, Outcome.WALKED, ""),

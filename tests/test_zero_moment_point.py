@@ -92,7 +92,7 @@ def test_on_a_slope_it_is_in_the_ground(tilted: bool) -> None:
     trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, accuracy=1e-7)
     point, (origin, normal) = zero_moment_point(trace)[-1], (x[-1] for x in ground_plane(trace))
     assert np.dot(point - origin, normal) == pytest.approx(0.0, abs=1e-12)
-    down = np.array(trace.meta["gravity"]) / 9.81
+    down = np.array(trace.run.gravity) / 9.81
     sideways = (point - trace.com[-1]) - np.dot(point - trace.com[-1], down) * down
     assert np.linalg.norm(sideways) < 1e-6  # straight below the centre of mass along gravity
     below_along_normal = (point - trace.com[-1]) @ normal * normal + trace.com[-1]
@@ -109,7 +109,7 @@ def test_a_push_moves_it() -> None:
     scene = hp.Scene(robot, loads=[push])
     trace = hp.simulate(scene, hp.HoldPosture(), duration=3.0, accuracy=1e-7)
     plain = hp.simulate(hp.Scene(robot), hp.HoldPosture(), duration=3.0, accuracy=1e-7)
-    weight = trace.meta["total_mass"] * 9.81
+    weight = trace.run.robot.total_mass * 9.81
     point = zero_moment_point(trace)[-1]
     # the base may lean: its turn is below 0.01 rad, so the height is known to 5e-4 m
     lever = trace.q[-1, 2] + height - point[2]

@@ -106,23 +106,23 @@ def _print_budget(trace: Trace) -> bool:
 
 def run_summary(trace: Trace) -> str:
     """Return one line: how the run was integrated, what it cost, what it says of its own error."""
-    meta, counters = trace.meta, trace.counters
-    how = f"accuracy {meta['accuracy']:g}" if meta["accuracy"] else f"step {meta['step']:g} s"
+    numerics, counters = trace.run.numerics, trace.counters
+    how = f"accuracy {numerics.accuracy:g}" if numerics.accuracy else f"step {numerics.step:g} s"
     energy = "energy not recorded"
     if "energy" in trace.recorded:
         worked = float(abs(trace.energy["servo_work"]).max())
         residual = float(abs(trace.energy_residual).max())
         energy = f"energy residual {residual:.1e} J of {worked:.3g} J of servo work"
     return (
-        f"method {meta['method']}, {how}: {counters['steps']} steps, "
-        f"{counters['evaluations']} evaluations, {meta['wall_time']:.2g} s; "
+        f"method {numerics.method}, {how}: {counters['steps']} steps, "
+        f"{counters['evaluations']} evaluations, {trace.run.wall_time:.2g} s; "
         f"{_error_words(trace)}{energy}"
     )
 
 
 def _error_words(trace: Trace) -> str:
     """Return what the run says of its own error."""
-    if not trace.meta["accuracy"]:
+    if not trace.run.numerics.accuracy:
         return ""
     if trace.error is None:
         return f"largest error of a step {trace.step_error:.1e} m or rad, "

@@ -6,6 +6,7 @@ from hexapod_pin.results.gait_energy import GaitEnergy, load_gait_energy
 from hexapod_pin.results.joint_moments import JointMoments, joint_moments
 from hexapod_pin.results.peak_verdict import PeakVerdict, PeakVerdicts
 from hexapod_pin.results.phase_torque import PhaseTorques, phase_torques
+from hexapod_pin.results.run_record import RunRecord
 from hexapod_pin.results.sizing import (
     BatteryLoad,
     JointDemand,
@@ -46,6 +47,7 @@ __all__ = [
     "PeakVerdict",
     "PeakVerdicts",
     "PhaseTorques",
+    "RunRecord",
     "Stability",
     "Summary",
     "TorqueBudget",

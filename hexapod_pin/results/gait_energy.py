@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +17,7 @@ from hexapod_pin.file_schema import ArrayRule
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.grid_columns import (
     AccuracyCheck,
+    GridRecord,
     check_grid,
     freeze_grid,
     grid_fields,
@@ -131,7 +132,7 @@ class GaitEnergy(Immutable):
         cycle_time: of the gait [s].
         reason: why a point could not be walked, "" where it was.
         check: some points at a tighter accuracy; None where none was run.
-        meta: scenes and gaits as TOML text, settings, versions, what is assumed.
+        run: how the costs came about: scenes, gaits, settings, what is assumed.
     """
 
     scenes: tuple[str, ...]
@@ -153,7 +154,7 @@ class GaitEnergy(Immutable):
     cycle_time: Array
     reason: npt.NDArray[np.object_]
     check: AccuracyCheck | None = None
-    meta: Mapping[str, Any] = field(default_factory=dict)
+    run: GridRecord = GridRecord()
 
     __hash__ = None  # type: ignore[assignment]  # equal by content
 

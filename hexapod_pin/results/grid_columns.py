@@ -5,19 +5,60 @@ Some walks are repeated at a tighter accuracy, which gives a stated error.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import Field
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
-from hexapod_pin.file_schema import ArrayRule, check_arrays, check_names, json_object
+from hexapod_pin.file_schema import (
+    ArrayRule,
+    Name,
+    NotNegative,
+    Number,
+    check_arrays,
+    check_data,
+    check_names,
+    json_object,
+)
 from hexapod_pin.results.result_files import Column, Group
-from hexapod_pin.results.trace_layout import described, frozen_json
+from hexapod_pin.results.run_record import Facts
+from hexapod_pin.results.trace_layout import described
+
+
+class GridRecord(Facts):
+    """How the walks of a grid came about.
+
+    Attributes:
+        robot: its name.
+        walk: the name of the walk.
+        scene: that of all walks, as TOML text.
+        scenes: those of gaits, by the number of legs, as TOML text.
+        controller: that of the first walk, or the gaits, as TOML text.
+        rule: what gaits have in common: "equal stroke" or "equal cycle time".
+        rule_value: its value [m or s].
+        accuracy: of the runs [m and rad].
+        cycles: in the window of each walk.
+        assumed: statements of every number that no source gives.
+        versions: of the packages that the numbers depend on.
+    """
+
+    robot: Name = "robot"
+    walk: str = "walk"
+    scene: str = ""
+    scenes: dict[str, str] = {}
+    controller: str = ""
+    rule: str = ""
+    rule_value: Number | None = None
+    accuracy: NotNegative | None = None
+    cycles: Annotated[int, Field(ge=0)] | None = None
+    assumed: Annotated[tuple[str, ...], Field(strict=False)] = ()
+    versions: dict[str, str] = {}
+
 
 Layout = Mapping[str, tuple[tuple[str, ...], str, str]]
 """Name: (axes, unit, meaning) of every array."""
@@ -34,10 +75,10 @@ def empty_grid(layout: Layout, sizes: Mapping[str, int]) -> dict[str, Array]:
 def freeze_grid(
     owner: Any, layout: Layout, sizes: Mapping[str, int], grid: tuple[str, ...]
 ) -> None:
-    """Check the arrays, reasons and `meta` of a frozen dataclass, and make them read-only.
+    """Check the arrays and reasons of a frozen dataclass, and make them read-only.
 
     Args:
-        owner: has a field for each name of the layout, `reason` and `meta`.
+        owner: has a field for each name of the layout, and `reason`.
         layout: of its arrays.
         sizes: of all axes.
         grid: axes of the grid itself, that of `reason`.
@@ -53,7 +94,6 @@ def freeze_grid(
     _require_shape(owner, "reason", reason.shape, tuple(sizes[axis] for axis in grid))
     reason.flags.writeable = False
     object.__setattr__(owner, "reason", reason)
-    object.__setattr__(owner, "meta", frozen_json("meta", owner.meta))
 
 
 def _require_shape(owner: Any, name: str, shape: tuple[int, ...], wanted: tuple[int, ...]) -> None:
@@ -82,9 +122,9 @@ def grid_group(
         columns[name] = Column(dims, getattr(owner, name), described(units, meaning))
     reason = {"long_name": "why the point could not be walked; empty where it was"}
     columns["reason"] = Column(grid, np.array(owner.reason, dtype=object), reason)
-    meta = np.array(json.dumps(dict(owner.meta)), dtype=object)
+    run = np.array(owner.run.model_dump_json(exclude_defaults=True), dtype=object)
     about = {"long_name": "JSON: scene and controller as TOML text, settings, versions, assumed"}
-    columns["meta"] = Column((), meta, about)
+    columns["run"] = Column((), run, about)
     if owner.check is not None:
         columns |= owner.check.columns()
     return Group(columns, {"schema": schema[0], "schema_version": schema[1]})
@@ -115,7 +155,7 @@ def check_grid(
     cells = {name: ArrayRule(axes, unit, nan=True) for name, (axes, unit, _) in layout.items()}
     check_arrays(arrays, {**rules, **cells}, sizes)
     _check_reasons(arrays.get("reason"), tuple(sizes[axis] for axis in grid))
-    json_object("meta", arrays.get("meta"))
+    check_data(GridRecord, "run", json_object("run", arrays.get("run")))
     if "check_change" in arrays:
         _check_repeated(arrays, tuple(sizes[axis] for axis in grid))
 
@@ -150,7 +190,7 @@ def grid_fields(arrays: Mapping[str, npt.NDArray[Any]], layout: Layout) -> dict[
     return {
         **{name: arrays[name] for name in layout},
         "reason": arrays["reason"],
-        "meta": json.loads(arrays["meta"].item()),
+        "run": check_data(GridRecord, "run", json_object("run", arrays["run"])),
         "check": AccuracyCheck.from_columns(arrays),
     }
 

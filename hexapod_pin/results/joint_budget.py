@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -83,8 +83,8 @@ class KindBudget:
 
 def joint_rows(trace: Trace, window: Window) -> tuple[JointBudget, ...]:
     """Return one row per joint, in the trace's order."""
-    kinds = joint_kinds(trace.joint_names, len(trace.foot_names), trace.meta)
-    limits = trace.meta.get("effort_limit") or [math.inf] * len(kinds)
+    kinds = joint_kinds(trace.joint_names, len(trace.foot_names), trace.run.robot.joint_kinds)
+    limits = trace.run.robot.effort(len(kinds))
     return tuple(
         _joint_row(trace, window, k, kind, float(limits[k])) for k, kind in enumerate(kinds)
     )
@@ -92,8 +92,9 @@ def joint_rows(trace: Trace, window: Window) -> tuple[JointBudget, ...]:
 
 def summary_rows(summary: Summary) -> tuple[JointBudget, ...]:
     """Return one row per joint from what was gathered at accepted steps."""
-    kinds = joint_kinds(summary.joint_names, len(summary.foot_names), summary.meta)
-    limits = summary.meta.get("effort_limit") or [math.inf] * len(kinds)
+    robot = summary.run.robot
+    kinds = joint_kinds(summary.joint_names, len(summary.foot_names), robot.joint_kinds)
+    limits = robot.effort(len(kinds))
     peak, p99, rms = map(summary.error_of, ("torque_peak", "torque_p99", "torque_rms"))
     return tuple(
         JointBudget(
@@ -101,7 +102,7 @@ def summary_rows(summary: Summary) -> tuple[JointBudget, ...]:
             kind=kind,
             peak_torque=float(abs(summary.torque_peak[k])),
             peak_time=float(summary.torque_peak_time[k]),
-            effort_limit=math.inf if limits[k] is None else float(limits[k]),
+            effort_limit=float(limits[k]),
             at_limit=float(summary.at_limit[k]),
             p99_torque=float(summary.torque_p99[k]),
             rms_torque=float(summary.torque_rms[k]),
@@ -185,16 +186,15 @@ def _kind_row(kind: str, rows: Sequence[JointBudget]) -> KindBudget:
 
 
 def joint_kinds(
-    names: Sequence[str], feet: int, meta: Mapping[str, Any] | None = None
+    names: Sequence[str], feet: int, known: Sequence[str] | None = None
 ) -> tuple[str, ...]:
-    """Return the kind of every joint: as `meta` says, else by name, else by its place in its leg.
+    """Return the kind of every joint: as `known`, else by name, else by its place in its leg.
 
     The place counts where there are three joints per foot, listed leg by leg from the trunk
     outwards (*assumed* of robots whose names say nothing); otherwise all are "joint".
     """
-    told = (meta or {}).get("joint_kinds")
-    if told is not None:
-        return tuple(told)
+    if known is not None:
+        return tuple(known)
     found = [_kind_of(name) for name in names]
     if all(found):
         return tuple(kind for kind in found if kind)

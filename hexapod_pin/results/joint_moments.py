@@ -99,7 +99,7 @@ def joint_moments(trace: Trace, *, whole: bool = False) -> JointMoments:
         whole: all intervals instead of those in the window of `torque_budget`.
 
     Raises:
-        ParameterError: the robot cannot be built again from `trace.meta`, or the run is too short.
+        ParameterError: the robot cannot be built again from `trace.run`, or the run is too short.
 
     Example:
         >>> moments = joint_moments(trace)

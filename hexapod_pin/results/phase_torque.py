@@ -153,11 +153,11 @@ def phase_torques(trace: Trace) -> PhaseTorques:
         trace: of a run; must hold its URDF.
 
     Raises:
-        ParameterError: the robot cannot be built again from `trace.meta`, or the run is too short.
+        ParameterError: the robot cannot be built again from `trace.run`, or the run is too short.
     """
     window, robot, moments = steady_window(trace), RecordedRobot.of(trace), joint_moments(trace)
     above = [robot.joints_above(f) for f in range(len(robot.robot.feet))]
-    kinds = joint_kinds(trace.joint_names, len(robot.robot.feet), trace.meta)
+    kinds = joint_kinds(trace.joint_names, len(robot.robot.feet), trace.run.robot.joint_kinds)
     rows = []
     for j in range(len(trace.joint_names)):
         feet = [f for f, joints in enumerate(above) if j in joints]

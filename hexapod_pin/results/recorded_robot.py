@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,15 +14,12 @@ from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.description.urdf_file import parse_urdf
-from hexapod_pin.robot.loading.pin_model import mass_change, placement, with_mass_changes
 from hexapod_pin.robot.robot import Robot, robot_of
-from hexapod_pin.spec import parsed_toml
+from hexapod_pin.scene.loaded_model import models_by_mass, native_push
+from hexapod_pin.scene.loads import Push
 
 if TYPE_CHECKING:
     import pinocchio as pin
-
-KNOWN_LOADS = ("payload", "mass-factor", "removed-mass", "push")
-"""Kinds of loads that a model can be built with again."""
 
 KEPT_ROBOTS = 4
 """How many robots are remembered of traces: many traces of a sweep have the same."""
@@ -76,19 +73,19 @@ class RecordedRobot:
         """Build the robot of a trace.
 
         Raises:
-            ParameterError: `meta` has no URDF, or what it says does not make the robot of the
+            ParameterError: the run has no URDF, or what it says does not make the robot of the
                 arrays; names what is missing or does not fit.
         """
-        text = trace.meta.get("urdf")
-        if not isinstance(text, str):
-            raise ParameterError("Trace.meta", sorted(trace.meta), "given with the robot's urdf")
+        text = trace.run.robot.urdf
+        if text is None:
+            raise ParameterError("Trace.run.robot.urdf", None, "known")
         try:
             return _build(trace, text)
         except HexapodError as error:
             if isinstance(error, ParameterError):
                 raise
             hint = "The model that the trace was made with cannot be built again."
-            raise ParameterError("Trace.meta", str(error), "that of a robot", hint) from error
+            raise ParameterError("Trace.run.robot", str(error), "that of a robot", hint) from error
 
     @property
     def mass(self) -> float:
@@ -126,40 +123,26 @@ class RecordedRobot:
 
 
 def _build(trace: Trace, text: str) -> RecordedRobot:
-    scene = parsed_toml(str(trace.meta.get("scene", "")))
-    loads = [load for load in scene.get("loads", ()) if load.get("kind") != "lost-leg"]
-    unknown = {load.get("kind") for load in loads} - set(KNOWN_LOADS)
-    if unknown:
-        allowed = ", ".join(KNOWN_LOADS)
-        raise ParameterError("scene.loads.kind", sorted(map(str, unknown)), f"of {allowed}")
-    feet = scene.get("robot", {}).get("feet", trace.foot_names)
-    robot = _robot(text, tuple(feet))
+    import pinocchio as pin
+
+    run, scene = trace.run, trace.run.scene
+    feet = run.case.feet or trace.foot_names
+    robot = _robot(text, feet)
     if robot.joint_names != trace.joint_names:
         raise ParameterError("Trace.joint_names", trace.joint_names, "those of the trace's URDF")
-    changes = [change for load in loads if (change := mass_change(load)) is not None]
-    model = with_mass_changes(robot.model, changes)
-    model.gravity.linear = np.array(trace.meta.get("gravity", (0.0, 0.0, -9.81)), dtype=float)
-    damping, armature = _drives(robot, scene)
+    model = pin.Model(models_by_mass(robot)(() if scene is None else scene.mass_loads))
+    model.gravity.linear = np.array(run.gravity)
+    pushes = [load for load in (() if scene is None else scene.loads) if isinstance(load, Push)]
+    damping, armature = _drives(robot, None if scene is None else scene.servo)
     return RecordedRobot(
         robot, model, _contact_joints(trace, robot, feet),
-        tuple(_push(model, load) for load in loads if load["kind"] == "push"), damping, armature,
+        tuple(RecordedPush(*native_push(robot, push)) for push in pushes), damping, armature,
     )  # fmt: skip
 
 
 @lru_cache(maxsize=KEPT_ROBOTS)
 def _robot(text: str, feet: tuple[str, ...]) -> Robot:
-    return robot_of(parse_urdf(text.encode(), "Trace.meta['urdf']"), "trace", feet=feet)
-
-
-def _push(model: pin.Model, load: Mapping[str, Any]) -> RecordedPush:
-    name, place = placement(model, load["link"])
-    point, force, torque = (
-        np.array(load.get(key, (0.0, 0.0, 0.0)), dtype=float)
-        for key in ("position", "force", "torque")
-    )
-    start = float(load["start"])
-    end = start + float(load["duration"])
-    return RecordedPush(model.getJointId(name), place.act(point), force, torque, start, end)
+    return robot_of(parse_urdf(text.encode(), "Trace.run.robot.urdf"), "trace", feet=feet)
 
 
 def _contact_joints(trace: Trace, robot: Robot, feet: Sequence[str]) -> tuple[int, ...]:
@@ -170,12 +153,10 @@ def _contact_joints(trace: Trace, robot: Robot, feet: Sequence[str]) -> tuple[in
     return (*joints, *[TRUNK_JOINT] * (len(trace.foot_names) - len(feet)))
 
 
-def _drives(robot: Robot, scene: Mapping[str, Any]) -> tuple[Array, Array]:
+def _drives(robot: Robot, servo: Servo | None) -> tuple[Array, Array]:
     """Return damping and armature of the joints, of URDF and motors."""
     damping, armature = np.array(robot.damping), np.zeros(len(robot.joint_names))
-    if "servo" not in scene:
-        return damping, armature
-    for j, motor in enumerate(Servo(**scene["servo"]).motors(robot)):
+    for j, motor in enumerate(() if servo is None else servo.motors(robot)):
         if motor is not None:
             damping[j] += motor.viscous_friction
             armature[j] = motor.armature

@@ -1,72 +1,14 @@
-"""A run leaves facts beside its samples: events, joints at their limits, the planned yaw rate.
-
-Its case is kept as text, and the groups of samples are chosen before it starts.
-"""
+"""Groups of samples are chosen before a run; its events and limits are told in lines of text."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.spec import parsed_toml, read_toml
 
-
-@dataclass(frozen=True)
-class Event:
-    """Something that happened.
-
-    Attributes:
-        time: [s].
-        kind: "trunk-contact": a point of the trunk came to touch the ground.
-        what: name of the part.
-        place: where, world axes [m].
-    """
-
-    time: float
-    kind: str
-    what: str
-    place: tuple[float, float, float]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data."""
-        return {**asdict(self), "place": list(self.place)}
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Event:
-        """Return what `to_dict` was of."""
-        x, y, z = data["place"]
-        return cls(float(data["time"]), str(data["kind"]), str(data["what"]), (x, y, z))
-
-
-# How often and how long the joints of a run were at their limits.
-
-
-@dataclass(frozen=True)
-class JointLimits:
-    """What one joint met in a whole run, by its accepted steps.
-
-    Attributes:
-        joint: its name.
-        limit_count: times its torque limit was reached.
-        limit_time: time at the limit [s].
-        stop_count: times it ran into a stop.
-    """
-
-    joint: str
-    limit_count: int
-    limit_time: float
-    stop_count: int
-
-
-def joint_limits(names: Sequence[str], meta: Mapping[str, Any]) -> tuple[JointLimits, ...]:
-    """Return the limits of all joints that a run's `meta` tells of; none of older runs."""
-    drive = meta.get("drive")
-    if drive is None:
-        return ()
-    rows = zip(names, drive["limit_count"], drive["limit_time"], drive["stop_count"], strict=True)
-    return tuple(JointLimits(name, int(n), float(t), int(stops)) for name, n, t, stops in rows)
+if TYPE_CHECKING:
+    from hexapod_pin.results.run_record import Event, JointLimits
 
 
 def events_text(events: Sequence[Event], limits: Sequence[JointLimits]) -> list[str]:
@@ -95,43 +37,6 @@ def events_text(events: Sequence[Event], limits: Sequence[JointLimits]) -> list[
             f"{most.stop_count} times"
         )
     return lines
-
-
-# The yaw rate that a run's gait plans.
-
-
-def gait_turn_rate(meta: Mapping[str, Any]) -> float:
-    """Return the planned yaw rate of the gait that a run's controller names [rad/s], or 0."""
-    if "gait_turn_rate" in meta:
-        return float(meta["gait_turn_rate"])
-    text = str(meta.get("controller", ""))
-    try:
-        gait = parsed_toml(text).get("gait", {}) if text else {}
-    except ParameterError:
-        return 0.0
-    return float(gait.get("turn_rate", 0.0)) if isinstance(gait, Mapping) else 0.0
-
-
-# The case that a trace or summary keeps, as one text.
-
-ORDER = ("schema", "run", "controller", "scene", "initial")
-
-
-def case_toml(meta: Mapping[str, Any]) -> str:
-    """Return the case of a run's `meta` as TOML text, as `Case.to_toml` wrote it.
-
-    Raises:
-        ParameterError: what was run was no case, or a release that kept none ran it.
-    """
-    import tomli_w
-
-    if "run" not in meta:
-        hint = "A session is led from outside; older files hold no case."
-        raise ParameterError("meta", sorted(meta), "that of a case's run", hint)
-    parts = read_toml(meta["run"])
-    for name in ("controller", "scene"):
-        parts[name] = read_toml(meta[name])
-    return tomli_w.dumps({name: parts[name] for name in ORDER if name in parts})
 
 
 # What of a run is kept as samples: groups of arrays, chosen before it starts.

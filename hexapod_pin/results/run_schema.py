@@ -1,6 +1,6 @@
 """Files are checked against schemas.
 
-There is one for each of the facts of a run, its settings, summaries, checkpoints and traces.
+There is one for each of summaries, checkpoints and traces.
 """
 
 from __future__ import annotations
@@ -31,78 +31,13 @@ from hexapod_pin.file_schema import (
     check_names,
     json_object,
     per,
+    text_of,
     unit_quaternion,
 )
 from hexapod_pin.results.error_estimate import QUANTITIES
 from hexapod_pin.results.summary_layout import FOOT, JOINT, LAYOUT, SCALAR
 from hexapod_pin.results.trace_layout import BASE_Q, BASE_V, ENERGIES
 from hexapod_pin.results.trace_layout import LAYOUT as TRACE_LAYOUT
-from hexapod_pin.spec import parsed_toml
-
-# What a run's scene, as TOML text in its `meta`, must be for what reads it back.
-
-Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
-
-
-class LawData(FileData):
-    """A law of contact."""
-
-    kind: Name
-
-
-class ContactData(FileData):
-    """`contact` of a scene."""
-
-    normal: LawData | None = None
-    friction: LawData | None = None
-
-
-class LoadData(FileData):
-    """One of `loads`."""
-
-    kind: Name
-    link: Name | None = None
-    position: Vector | None = None
-    force: Vector | None = None
-    torque: Vector | None = None
-    start: NotNegative | None = None
-    duration: NotNegative | None = None
-
-
-class RobotData(FileData):
-    """`robot` of a scene."""
-
-    feet: list[Name] | None = None
-
-
-class SceneData(FileData):
-    """What a scene's TOML text holds, as far as results need it."""
-
-    robot: RobotData | None = None
-    contact: ContactData | None = None
-    loads: list[LoadData] = []
-    servo: dict[str, Any] = {}
-    terrain: dict[str, Any] | None = None
-    prescribed: bool = False
-
-
-def check_settings(meta: Mapping[str, Any]) -> None:
-    """Check the texts of a run's `meta`; `meta` itself was checked before.
-
-    Raises:
-        ParameterError: a text is no TOML, or the scene is none.
-    """
-    for name in ("run", "scene", "controller"):
-        text = meta.get(name)
-        if text is None:
-            continue
-        try:
-            found = dict(parsed_toml(text))
-        except ParameterError as error:
-            raise ParameterError(f"meta.{name}", error.value, error.allowed) from error
-        if name == "scene":
-            check_data(SceneData, "meta.scene", found)
-
 
 # What the numbers of a summary must be.
 
@@ -197,73 +132,13 @@ def _fits(value: Any, axes: tuple[str, ...], sizes: dict[str, int]) -> bool:
     return all(_fits(item, axes[1:], sizes) for item in value)
 
 
-NumberErrors = Annotated[dict[str, Any], AfterValidator(_errors)]
-"""`meta["number_errors"]`: how far each number may be off."""
+class SummaryErrors(FileData):
+    """`Summary.errors`: how far each number may be off."""
+
+    errors: Annotated[dict[str, Any], AfterValidator(_errors)]
 
 
-# What a run tells of itself in files: the `meta` of traces and summaries, and its counters.
-
-PerJoint = Annotated[list[Bound | None], per("joint")]
-Pair = Annotated[list[Number], Field(min_length=2, max_length=2)]
-Triple = Annotated[list[Number], Field(min_length=3, max_length=3)]
-
-
-class EventData(FileData):
-    """One of `meta["events"]`."""
-
-    time: NotNegative
-    kind: Name
-    what: Name
-    place: Triple
-
-
-class DriveData(FileData):
-    """`meta["drive"]`: counts and times [s]."""
-
-    limit_count: Annotated[list[NotNegative], per("joint")]
-    limit_time: Annotated[list[NotNegative], per("joint")]
-    stop_count: Annotated[list[NotNegative], per("joint")]
-
-
-class LevelStart(FileData):
-    """`meta["level_start"]` [m]."""
-
-    ground: Number
-    trunk: Number
-
-
-class RunData(FileData):
-    """What a trace and a summary tell of their run: `SUMMARY_META`."""
-
-    run: str | None = None
-    scene: str | None = None
-    controller: str | None = None
-    method: Name | None = None
-    accuracy: NotNegative | None = None
-    step: NotNegative | None = None
-    sample: NotNegative | None = None
-    events: list[EventData] = []
-    drive: DriveData | None = None
-    cycle_time: Annotated[Number, Field(ge=1e-6)] | None = None
-    steady_from: Number | None = None
-    steady_until: Bound | None = None
-    travel_direction: Pair | None = None
-    nominal_speed: Number | None = None
-    robot_name: Name | None = None
-    total_mass: NotNegative | None = None
-    gravity: Triple | None = None
-    effort_limit: PerJoint | None = None
-    joint_kinds: Annotated[list[Name], per("joint")] | None = None
-    assumed: list[str] = []
-    provenance: str | None = None
-    model_digest: str | None = None
-    wall_time: NotNegative | None = None
-    level_start: LevelStart | None = None
-    gait_turn_rate: Number | None = None
-    tolerance: NotNegative | None = None
-    accuracy_kept: bool | None = None
-    error_estimate: Bound | None = None
-    number_errors: NumberErrors | None = None
+# Counters, and the file of a summary.
 
 
 class Counters(FileData):
@@ -278,8 +153,10 @@ class SummaryFile(FileData):
     joint_names: list[Name]
     foot_names: list[Name]
     data: dict[str, Any]
+    errors: dict[str, Any]
     counters: dict[str, Any]
-    meta: dict[str, Any]
+    run: dict[str, Any]
+    case: str
 
 
 class SummaryCounters(FileData):
@@ -301,9 +178,8 @@ def checked_summary(found: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[st
             raise ParameterError(name, list(names), "there once each")
     sizes = {"joint": len(joints), "foot": len(feet)}
     check_data(SummaryData, "data", found["data"], **sizes)
-    check_data(RunData, "meta", found["meta"], **sizes)
+    check_data(SummaryErrors, "errors", {"errors": found["errors"]}, **sizes)
     check_data(SummaryCounters, "counters", found["counters"])
-    check_settings(found["meta"])
     return joints, feet
 
 
@@ -374,15 +250,8 @@ ENERGY_RULE = ArrayRule(("time",), "J")
 ERROR_RULE = ArrayRule(("time",), least=0.0, ascending="weakly")
 
 
-class TraceMeta(RunData):
-    """`Trace.meta`."""
-
-    checkpoint: CheckpointData | None = None
-    summary: SummaryData | None = None
-    urdf: str | None = None
-    foot_radius: Annotated[list[NotNegative], per("foot")] | None = None
-    velocity_limit: PerJoint | None = None
-    versions: dict[str, str] = {}
+OPTIONAL = ("summary", "errors", "checkpoint")
+"""Texts that a trace need not have."""
 
 
 class TraceParts(NamedTuple):
@@ -390,8 +259,12 @@ class TraceParts(NamedTuple):
 
     joint_names: tuple[str, ...]
     foot_names: tuple[str, ...]
-    meta: dict[str, Any]
     counters: dict[str, Any]
+    run: dict[str, Any]
+    case: str
+    checkpoint: dict[str, Any] | None
+    data: dict[str, Any] | None
+    errors: dict[str, Any]
 
 
 def checked_trace(
@@ -418,11 +291,19 @@ def checked_trace(
         "q_name": len(BASE_Q) + len(joints), "v_name": len(BASE_V) + len(joints),
     }  # fmt: skip
     check_arrays(arrays, _rules(arrays, absent), sizes)
-    meta, counters = (json_object(name, arrays.get(name)) for name in ("meta", "counters"))
-    check_data(TraceMeta, "meta", meta, joint=len(joints), foot=len(feet))
-    check_data(Counters, "counters", counters)
-    check_settings(meta)
-    return TraceParts(joints, feet, meta, counters)
+    texts = {name: json_object(name, arrays.get(name)) for name in ("run", "counters")}
+    more = {name: json_object(name, arrays[name]) for name in OPTIONAL if name in arrays}
+    own = {"joint": len(joints), "foot": len(feet)}
+    check_data(Counters, "counters", texts["counters"])
+    if "checkpoint" in more:
+        check_data(CheckpointData, "checkpoint", more["checkpoint"], **own)
+    if "summary" in more:
+        check_data(SummaryData, "summary", more["summary"], **own)
+    check_data(SummaryErrors, "errors", {"errors": more.get("errors", {})}, **own)
+    return TraceParts(
+        joints, feet, texts["counters"], texts["run"], text_of("case", arrays.get("case")),
+        more.get("checkpoint"), more.get("summary"), more.get("errors", {}),
+    )  # fmt: skip
 
 
 def _rules(arrays: Mapping[str, npt.NDArray[Any]], absent: Collection[str]) -> dict[str, ArrayRule]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, protect
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import without_non_finite
 from hexapod_pin.results.stability_margins import (
@@ -162,15 +162,15 @@ def stability(trace: Trace, *, whole: bool = False) -> Stability:
         whole: all samples instead of the window of `torque_budget`.
 
     Raises:
-        ParameterError: the run holds no whole cycle (says how long to simulate), `meta` lacks the
-            feet's radii, or there is no gravity.
+        ParameterError: the run holds no whole cycle (says how long to simulate), the
+            feet's radii are not known, or there is no gravity.
 
     Example:
         >>> found = stability(trace)
         >>> found.least("static_margin")
     """
     window = _whole(trace) if whole else steady_window(trace)
-    kept, gravity = window.samples, _gravity(trace.meta)
+    kept, gravity = window.samples, np.array(trace.run.gravity)
     axes = horizontal_axes(gravity)
     points, down = contact_points(trace), trace.contact
     flat = points @ axes[:2].T
@@ -179,9 +179,9 @@ def stability(trace: Trace, *, whole: bool = False) -> Stability:
         flat[kept], place[kept], _heading(trace, axes)[kept], down[kept]
     )
     return Stability(
-        robot=str(trace.meta.get("robot_name", "robot")),
+        robot=trace.run.robot.name,
         window=window,
-        weight=float(trace.meta.get("total_mass", np.nan)) * float(np.linalg.norm(gravity)),
+        weight=trace.run.robot.mass * float(np.linalg.norm(gravity)),
         time=trace.time[kept],
         com=trace.com[kept],
         excursion=_excursion(trace.time[kept], trace.com[kept], _heading(trace, axes)[kept], axes),
@@ -200,16 +200,9 @@ def _whole(trace: Trace) -> Window:
     return Window(0, len(time) - 1, float(time[0]), float(time[-1]), None)
 
 
-def _gravity(meta: Mapping[str, Any]) -> Array:
-    gravity = np.asarray(meta.get("gravity", (0.0, 0.0, -9.81)), dtype=float)
-    if gravity.shape != (3,):
-        raise ParameterError("Trace.meta['gravity']", meta["gravity"], "three numbers [m/s^2]")
-    return gravity
-
-
 def _heading(trace: Trace, axes: Array) -> Array:
     """Return the direction of travel across gravity, in `axes`' first two. Shape (T, 2)."""
-    along = np.asarray(trace.meta.get("travel_direction", (1.0, 0.0)), dtype=float)
+    along = np.array(trace.run.walk.travel_direction)
     turned = trunk_yaw(trace.q) - trunk_yaw(trace.q[:1])
     cos, sin = np.cos(turned), np.sin(turned)
     world = np.stack([cos * along[0] - sin * along[1], sin * along[0] + cos * along[1]], axis=1)

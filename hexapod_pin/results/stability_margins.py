@@ -231,10 +231,10 @@ def contact_points(trace: Trace) -> Array:
     Raises:
         ParameterError: the trace does not tell the radii of its feet.
     """
-    radius = trace.meta.get("foot_radius")
+    radius = trace.run.robot.foot_radius
     if radius is None or len(radius) != len(trace.foot_names):
         allowed = f"given with {len(trace.foot_names)} foot_radius [m]"
-        raise ParameterError("Trace.meta", sorted(trace.meta), allowed)
+        raise ParameterError("Trace.run.robot.foot_radius", radius, allowed)
     return trace.foot_position - np.asarray(radius, dtype=float)[:, None] * trace.foot_normal
 
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +11,6 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.spec import parsed_toml
 
 
 @dataclass(frozen=True)
@@ -52,9 +49,10 @@ def steady_window(trace: Trace) -> Window:
         ParameterError: the run is too short for one whole cycle; says how long it must be.
     """
     end = float(trace.time[-1])
-    begin = min(float(trace.meta.get("steady_from") or 0.0), end)
-    until = min(float(trace.meta.get("steady_until") or math.inf), end)
-    cycle = trace.meta.get("cycle_time")
+    walk = trace.run.walk
+    begin = min(walk.steady_from, end)
+    until = min(walk.steady_until or math.inf, end)
+    cycle = walk.cycle_time
     if cycle is None:
         begin, cycles, length = 0.5 * (begin + until), None, 0.5 * (until - begin)
     else:
@@ -87,17 +85,10 @@ def summary_window(summary: Summary, time: Array | None = None) -> Window:
 
 def run_too_short(summary: Summary) -> ParameterError:
     """Return the error of a run without a whole cycle."""
-    meta = summary.meta
-    begin, until = (float(meta.get(key) or 0.0) for key in ("steady_from", "steady_until"))
-    return _too_short(_duration(meta) or until, begin, until, meta.get("cycle_time"))
-
-
-def _duration(meta: Mapping[str, Any]) -> float | None:
-    """Return how long the run was to last [s]; None where its case does not tell."""
-    try:
-        return float(parsed_toml(str(meta.get("run", "")))["run"]["duration"])
-    except (ParameterError, KeyError, TypeError):
-        return None
+    walk = summary.run.walk
+    until = walk.steady_until or 0.0
+    duration = summary.run.numerics.duration or until
+    return _too_short(duration, walk.steady_from, until, walk.cycle_time)
 
 
 def _nearest(time: Array, wanted: float) -> int:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -20,7 +20,7 @@ from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import JSON, check_ending, without_non_finite
-from hexapod_pin.results.run_facts import Event, JointLimits, case_toml, joint_limits
+from hexapod_pin.results.run_record import Event, JointLimits, RunRecord
 from hexapod_pin.results.run_schema import checked_summary
 from hexapod_pin.results.summary_layout import LAYOUT, SCHEMA, SCHEMA_VERSION, shape_of
 from hexapod_pin.user_file import TEXT_BYTES, read_bytes, reason_of
@@ -90,7 +90,8 @@ class Summary(Immutable):
             middles of the cycles, or at both ends of the window (W, 4).
         first_yaw: yaw at the start of the run [rad].
         counters: steps, evaluations, ...
-        meta: what was run; the scene, the controller and the run as TOML text among it.
+        run: what was run.
+        errors: how far numbers may be off for the run's own error, by name; see `error_of`.
     """
 
     joint_names: tuple[str, ...]
@@ -143,7 +144,8 @@ class Summary(Immutable):
     way: Array
     first_yaw: float
     counters: Mapping[str, int | float]
-    meta: Mapping[str, Any]
+    run: RunRecord
+    errors: Mapping[str, Any] = field(default_factory=dict)
 
     __hash__ = None  # type: ignore[assignment]  # equal by content
 
@@ -156,7 +158,7 @@ class Summary(Immutable):
                 if array.shape != shape_of(axes, sizes, array):
                     raise ParameterError(f"Summary.{name}", array.shape, f"of shape {axes}")
                 object.__setattr__(self, name, array)
-        for name in ("counters", "meta"):
+        for name in ("counters", "errors"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     @classmethod
@@ -166,7 +168,8 @@ class Summary(Immutable):
         joint_names: tuple[str, ...],
         foot_names: tuple[str, ...],
         counters: Mapping[str, int | float],
-        meta: Mapping[str, Any],
+        run: RunRecord,
+        errors: Mapping[str, Any] | None = None,
     ) -> Summary:
         """Return the summary of `Summary.data`; what is missing or None is NaN."""
         sizes = {"joint": len(joint_names), "foot": len(foot_names), "axis": 3}
@@ -185,7 +188,7 @@ class Summary(Immutable):
                 )
         return cls(
             joint_names, foot_names, data["cycles"], int(data["states"]), **values,
-            counters=counters, meta=meta,
+            counters=counters, run=run, errors=errors or {},
         )  # fmt: skip
 
     @property
@@ -205,12 +208,13 @@ class Summary(Immutable):
     @property
     def error_estimate(self) -> float:
         """How far any position at any sample may be off [m and rad], as `Trace.error_estimate`."""
-        return float(self.meta.get("error_estimate", float("nan")))
+        known = self.run.numerics.error_estimate
+        return float("nan") if known is None else known
 
     @property
     def accuracy_kept(self) -> bool:
         """Whether the error estimated is within the accuracy asked for, as of `Trace`."""
-        return bool(self.meta.get("accuracy_kept", False))
+        return self.run.numerics.accuracy_kept
 
     def error_of(self, name: str) -> Array:
         """Return how far a number may be off for the run's own error, in its unit and shape.
@@ -223,7 +227,7 @@ class Summary(Immutable):
         """
         if name not in LAYOUT:
             raise UnknownNameError("number", name, list(LAYOUT))
-        known = self.meta.get("number_errors", {}).get(name)
+        known = self.errors.get(name)
         value = np.full(np.shape(getattr(self, name)), np.nan) if known is None else known
         return np.asarray(value, dtype=float)
 
@@ -242,7 +246,7 @@ class Summary(Immutable):
         """Way of the centre of mass per cycle along the heading [m]; None without cycles."""
         if not self.cycles:
             return None
-        along = np.asarray(self.meta.get("travel_direction", (1.0, 0.0)), dtype=float)
+        along = np.array(self.run.walk.travel_direction)
         return distance_per_cycle(self.way[:, 1:3], self.way[:, 3] - self.first_yaw, along)
 
     @property
@@ -261,23 +265,23 @@ class Summary(Immutable):
     @property
     def torque_margin(self) -> Array:
         """(n,) [N m]: torque limit at standstill less the largest torque of the whole run."""
-        limit = np.asarray(self.meta.get("effort_limit", np.inf), dtype=float)
+        limit = self.run.robot.effort(len(self.joint_names))
         return np.asarray(limit - np.fmax(np.abs(self.torque_peak), np.abs(self.outside_torque)))
 
     @property
     def events(self) -> tuple[Event, ...]:
         """What happened, in the order of time, as `Trace.events`."""
-        return tuple(Event.from_dict(item) for item in self.meta.get("events", ()))
+        return self.run.events
 
     @property
     def limits(self) -> tuple[JointLimits, ...]:
         """How often and how long each joint was at its torque limit, as `Trace.limits`."""
-        return joint_limits(self.joint_names, self.meta)
+        return self.run.limits or ()
 
     @property
     def case_toml(self) -> str:
         """The case that was run, as TOML text; see `Trace.case_toml`."""
-        return case_toml(self.meta)
+        return self.run.case_toml
 
     def to_json(self) -> str:
         """Return everything as JSON text."""
@@ -289,7 +293,9 @@ class Summary(Immutable):
                 "foot_names": list(self.foot_names),
                 "data": self.data,
                 "counters": without_non_finite(dict(self.counters)),
-                "meta": without_non_finite(dict(self.meta)),
+                "errors": without_non_finite(dict(self.errors)),
+                "run": without_non_finite(self.run.to_dict()),
+                "case": self.run.case.to_toml(),
             },
             allow_nan=False,
         )
@@ -321,10 +327,11 @@ def load_summary(path: str | Path) -> Summary:
         raise TraceFileError(f"{path}: schema version {found.get('schema_version')}; this release "
                              f"reads {SCHEMA_VERSION}.")  # fmt: skip
     try:
-        names = checked_summary(found)
+        joints, feet = checked_summary(found)
+        run = RunRecord.from_dict(found["run"], found["case"], joint=len(joints), foot=len(feet))
     except ParameterError as error:
         raise TraceFileError(f"{path}: {error}") from error
-    return Summary.from_data(found["data"], *names, found["counters"], found["meta"])
+    return Summary.from_data(found["data"], joints, feet, found["counters"], run, found["errors"])
 
 
 # How far a walk comes along its heading.

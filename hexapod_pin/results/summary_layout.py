@@ -66,16 +66,6 @@ LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
 }
 """Name: (axes, unit, meaning) of every number."""
 
-SUMMARY_META = (
-    "run", "scene", "controller", "method", "accuracy", "step", "sample", "events", "drive",
-    "cycle_time",
-    "steady_from", "steady_until", "travel_direction", "nominal_speed", "robot_name", "total_mass",
-    "gravity", "effort_limit", "joint_kinds", "assumed", "provenance", "model_digest", "wall_time",
-    "level_start", "gait_turn_rate", "tolerance", "accuracy_kept", "error_estimate",
-    "number_errors",
-)  # fmt: skip
-"""What a summary keeps of a trace's `meta`."""
-
 PER_CYCLE = (
     "positive_energy", "negative_energy", "normal_impulse", "impulse", "slip_path", "loaded_time",
     "friction_work",

@@ -26,11 +26,10 @@ from hexapod_pin.results.joint_budget import (
     summary_rows,
 )
 from hexapod_pin.results.result_files import without_non_finite
-from hexapod_pin.results.run_facts import gait_turn_rate
+from hexapod_pin.results.run_record import RunRecord
 from hexapod_pin.results.steady_window import Window, steady_window, summary_window
 from hexapod_pin.results.summary import Summary, distance_per_cycle, trunk_yaw
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.spec import parsed_toml
 
 
 @checked
@@ -64,7 +63,7 @@ def _of_summary(summary: Summary, window: Window) -> TorqueBudget:
         time = float(summary.outside_torque_time[worst])
         outside = (summary.joint_names[worst], time, float(size[worst]))
     return _budget(
-        summary.meta, window, joints, summary.distance, summary.turn_rate, outside, ACCEPTED_STEPS
+        summary.run, window, joints, summary.distance, summary.turn_rate, outside, ACCEPTED_STEPS
     )
 
 
@@ -74,11 +73,11 @@ def _of_samples(trace: Trace, window: Window) -> TorqueBudget:
     distance = _sampled_distance(trace, window)
     yaw = np.unwrap(trunk_yaw(trace.q[window.samples]))
     rate = None if window.cycles is None else float(yaw[-1] - yaw[0]) / (window.end - window.start)
-    return _budget(trace.meta, window, joints, distance, rate, outside, SAMPLES)
+    return _budget(trace.run, window, joints, distance, rate, outside, SAMPLES)
 
 
 def _budget(
-    meta: Mapping[str, Any],
+    run: RunRecord,
     window: Window,
     joints: tuple[JointBudget, ...],
     distance: float | None,
@@ -87,11 +86,10 @@ def _budget(
     peaks: str,
 ) -> TorqueBudget:
     """Put a budget together."""
-    gravity = np.asarray(meta.get("gravity", (0.0, 0.0, -9.81)), dtype=float)
     duration = (window.end - window.start) / window.parts
-    nominal = meta.get("nominal_speed")
+    nominal = run.walk.nominal_speed
     budget = TorqueBudget(
-        robot=str(meta.get("robot_name", "robot")),
+        robot=run.robot.name,
         window=window,
         joints=joints,
         kinds=kind_rows(joints),
@@ -99,14 +97,14 @@ def _budget(
         negative_energy=sum(row.negative_energy for row in joints),
         distance=distance,
         speed=None if distance is None else distance / duration,
-        nominal_speed=None if nominal is None or window.cycles is None else float(nominal),
-        weight=float(meta.get("total_mass", 0.0)) * float(np.linalg.norm(gravity)),
+        nominal_speed=None if window.cycles is None else nominal,
+        weight=(run.robot.total_mass or 0.0) * float(np.linalg.norm(run.gravity)),
         largest_outside=outside,
-        sources=_sources(meta),
-        assumed=tuple(meta.get("assumed", ())),
+        sources=_sources(run),
+        assumed=run.assumed,
         peaks=peaks,
         turn=None if turn_rate is None else turn_rate * duration,
-        nominal_turn=gait_turn_rate(meta) * duration,
+        nominal_turn=run.walk.turn_rate * duration,
     )
     _require_numbers(budget)
     return budget
@@ -135,7 +133,7 @@ def _sampled_distance(trace: Trace, window: Window) -> float | None:
         return None
     edges = np.linspace(window.start, window.end, 2 * window.cycles + 1)
     index = np.array([int(np.argmin(np.abs(trace.time - t))) for t in edges])
-    along = np.asarray(trace.meta.get("travel_direction", (1.0, 0.0)), dtype=float)
+    along = np.array(trace.run.walk.travel_direction)
     turn = trunk_yaw(trace.q[index]) - trunk_yaw(trace.q[:1])
     return distance_per_cycle(trace.com[index, :2], turn, along)
 
@@ -149,19 +147,18 @@ def _largest_outside(trace: Trace, peak: float) -> tuple[str, float, float] | No
     return trace.joint_names[joint], float(trace.time[sample]), float(size[sample, joint])
 
 
-def _sources(meta: Mapping[str, Any]) -> tuple[str, ...]:
+def _sources(run: RunRecord) -> tuple[str, ...]:
     """Return what was simulated, one line each: robot, walk, contact, numerics."""
-    scene, control = _toml(meta.get("scene", "")), _toml(meta.get("controller", ""))
-    contact, gait = scene.get("contact", {}), control.get("gait", {})
-    laws = [contact.get(part, {}).get("kind") for part in ("normal", "friction")]
+    control, contact = run.case.controller, None if run.scene is None else run.scene.contact
+    gait, step = control.get("gait", {}), run.numerics.step
     walk = _walk_words(gait) if isinstance(gait, Mapping) else []
-    step = meta.get("step")
+    laws = [] if contact is None else [contact.normal.kind, contact.friction.kind]
+    method = run.numerics.method
     rows = {
-        "robot": meta.get("provenance"),
+        "robot": run.robot.provenance,
         "control": ", ".join(map(str, filter(None, [control.get("kind"), *walk]))),
-        "contact": " with ".join(filter(None, laws)),
-        "method": meta.get("method")
-        and f"{meta['method']}" + (f", step {step:g} s" if step else ""),
+        "contact": " with ".join(laws),
+        "method": method and f"{method}" + (f", step {step:g} s" if step else ""),
     }
     return tuple(f"{key}: {text}" for key, text in rows.items() if text)
 
@@ -170,14 +167,6 @@ def _walk_words(gait: Mapping[str, Any]) -> list[Any]:
     sizes = {name: gait.get(name) for name in ("stroke", "cycle_time")}
     told = [f"{name} {x:g}" for name, x in sizes.items() if isinstance(x, int | float)]
     return [gait.get("name"), *told]
-
-
-def _toml(text: str) -> Mapping[str, Any]:
-    """Return TOML text as data; nothing where it is none."""
-    try:
-        return parsed_toml(text)
-    except ParameterError:
-        return {}
 
 
 # The torque budget of a whole robot as data, and as text.

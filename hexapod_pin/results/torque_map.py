@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from hexapod_pin.file_schema import ArrayRule, check_names
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.grid_columns import (
     AccuracyCheck,
+    GridRecord,
     check_grid,
     freeze_grid,
     grid_fields,
@@ -97,7 +98,7 @@ class TorqueMap(Immutable):
         phase_rms_error: how far sampling may have moved `phase_rms` (S, C, 2, n) [N m].
         reason: why a point could not be walked, "" where it was (S, C).
         check: some points at a tighter accuracy; None where none was run.
-        meta: scene and controller as TOML text, settings, versions, what is assumed.
+        run: how the map came about: scene, controller, settings, what is assumed.
     """
 
     stroke: Array
@@ -123,7 +124,7 @@ class TorqueMap(Immutable):
     phase_rms_error: Array
     reason: npt.NDArray[np.object_]
     check: AccuracyCheck | None = None
-    meta: Mapping[str, Any] = field(default_factory=dict)
+    run: GridRecord = GridRecord()
 
     __hash__ = None  # type: ignore[assignment]  # equal by content
 

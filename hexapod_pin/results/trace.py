@@ -5,9 +5,8 @@ A `Trace` knows neither the simulator that made it nor the viewers that show it.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -22,21 +21,14 @@ from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.error_estimate import ErrorEstimate
 from hexapod_pin.results.result_files import CSV, NETCDF, Group, check_ending, write_netcdf
-from hexapod_pin.results.run_facts import (
-    ALWAYS,
-    GROUP_OF,
-    GROUPS,
-    Event,
-    JointLimits,
-    case_toml,
-    joint_limits,
-)
+from hexapod_pin.results.run_facts import ALWAYS, GROUP_OF, GROUPS
+from hexapod_pin.results.run_record import UNKNOWN, Event, JointLimits, RunRecord
 from hexapod_pin.results.summary import Summary
-from hexapod_pin.results.summary_layout import SUMMARY_META
 from hexapod_pin.results.trace_columns import (
     axis_labels,
     csv_bytes,
     stored_arrays,
+    stored_texts,
     trace_attributes,
     trace_columns,
 )
@@ -59,7 +51,7 @@ class Trace(Immutable):
     """Samples of a simulation: T times, n joints, F feet; SI units, radians.
 
     Arrays are read-only, copied where they were not. Two traces are equal when every bit is,
-    but for the wall-clock time in `meta`. What was not recorded is given as None, and asking for
+    but for the wall-clock time of the run. What was not recorded is given as None, and asking for
     it raises `NotRecordedError`; `recorded` tells what is there. Time, q and v always are.
 
     Attributes:
@@ -80,18 +72,18 @@ class Trace(Immutable):
         counters: steps, evaluations, ...
         joint_names: n names.
         foot_names: F names: the feet, and after them the trunk's points with `body_contact`.
-        meta: how the trace came about (scene and controller as TOML text, method, step, the URDF,
-            what is assumed, ...); values that JSON can hold.
+        run: how the trace came about: robot, scene, controller, method, what is assumed.
         foot_normal: (T, F, 3) [-], unit ground normal under each foot; or one (3,) for all, as
             the default z.
         foot_impulse: (T, F, 3) [N s], integral of the force on the robot over the sampling interval
             that ends at the sample, world axes, 0 at the first: momentum adds up. None: the force
             at the sample, held over the interval.
         error: estimated error of the samples; None where a run was not compared with another.
+        gathered: what the run came to, which `summary` gives; None where none was gathered.
 
     Raises:
-        ParameterError: an array has the wrong shape, times do not increase, an energy is missing,
-            or `meta` holds what JSON cannot.
+        ParameterError: an array has the wrong shape, times do not increase, or an energy is
+            missing.
     """
 
     time: Array
@@ -108,10 +100,11 @@ class Trace(Immutable):
     counters: Mapping[str, int | float]
     joint_names: tuple[str, ...]
     foot_names: tuple[str, ...]
-    meta: Mapping[str, Any] = field(default_factory=dict)
+    run: RunRecord = UNKNOWN
     foot_normal: Array = field(default_factory=lambda: np.array((0.0, 0.0, 1.0)))
     foot_impulse: Array | None = None
     error: ErrorEstimate | None = None
+    gathered: Summary | None = None
 
     __hash__: ClassVar[None]  # type: ignore[assignment]  # equal by content, and contents are large
 
@@ -131,7 +124,6 @@ class Trace(Immutable):
         if "energy" in self.recorded:
             object.__setattr__(self, "energy", self._frozen_energy())
         object.__setattr__(self, "counters", frozen_json("Trace.counters", self.counters))
-        object.__setattr__(self, "meta", frozen_json("Trace.meta", self.meta))
         if self.error is not None and self.error.place.shape != self.time.shape:
             raise ParameterError("Trace.error", self.error.place.shape, "one row per sample")
         if np.any(np.diff(self.time) <= 0.0) or not np.all(np.isfinite(self.time)):
@@ -274,7 +266,7 @@ class Trace(Immutable):
 
         False where it is not, and where nothing is known of it.
         """
-        return bool(self.meta.get("accuracy_kept", False))
+        return self.run.numerics.accuracy_kept
 
     @property
     def predictable_until(self) -> float:
@@ -282,7 +274,7 @@ class Trace(Immutable):
 
         Behind it a trajectory means nothing, its statistics do; NaN where nothing is known.
         """
-        accuracy = self.meta.get("accuracy")
+        accuracy = self.run.numerics.accuracy
         if self.error is None or not accuracy:
             return float("nan")
         beyond = np.flatnonzero(self.error.position > accuracy)
@@ -295,9 +287,9 @@ class Trace(Immutable):
         Raises:
             ParameterError: the trace was not made by a simulation that left one.
         """
-        if self.meta.get("checkpoint") is None:
-            raise ParameterError("Trace.meta", sorted(self.meta), "given with a checkpoint")
-        return Checkpoint.from_dict(self.meta["checkpoint"])
+        if self.run.checkpoint is None:
+            raise ParameterError("Trace.run.checkpoint", None, "left by a simulation")
+        return self.run.checkpoint
 
     @property
     def case_toml(self) -> str:
@@ -306,24 +298,12 @@ class Trace(Immutable):
         Raises:
             ParameterError: the trace was made by a session, or by a release that kept no case.
         """
-        return case_toml(self.meta)
-
-    @property
-    def case(self) -> Any:
-        """The `Case` that was run, built anew: running it again repeats the samples to the bit.
-
-        Raises:
-            ParameterError: as `case_toml`; or the controller cannot be read back, or the robot's
-                file has changed.
-            UrdfError: the robot's file is no longer usable.
-        """
-        # Late, by name: traces are read without a simulator; only what runs them again needs one.
-        return import_module("hexapod_pin.simulation.case").Case.from_toml(self.case_toml)
+        return self.run.case_toml
 
     @property
     def has_summary(self) -> bool:
         """Whether the run gathered one."""
-        return self.meta.get("summary") is not None
+        return self.gathered is not None
 
     @property
     def summary(self) -> Summary:
@@ -332,12 +312,9 @@ class Trace(Immutable):
         Raises:
             ParameterError: the trace was not made by a simulation that gathered one.
         """
-        if not self.has_summary:
-            raise ParameterError("Trace.meta", sorted(self.meta), "given with a summary")
-        kept = {key: self.meta[key] for key in SUMMARY_META if key in self.meta}
-        return Summary.from_data(
-            self.meta["summary"], self.joint_names, self.foot_names, self.counters, kept
-        )
+        if self.gathered is None:
+            raise ParameterError("Trace.gathered", None, "a summary: no simulation gathered one")
+        return self.gathered
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -345,7 +322,7 @@ class Trace(Immutable):
 
         Empty where nothing did, with or without `Scene.body_contact`.
         """
-        return tuple(Event.from_dict(item) for item in self.meta.get("events", ()))
+        return self.run.events
 
     @property
     def limits(self) -> tuple[JointLimits, ...]:
@@ -354,17 +331,12 @@ class Trace(Immutable):
         Of the whole run, the motor's limits included: `joint`, `limit_count`, `limit_time` [s],
         `stop_count` for each joint.
         """
-        return joint_limits(self.joint_names, self.meta)
+        return self.run.limits or ()
 
     @property
     def digest(self) -> str:
-        """SHA-256 over every bit of the arrays, the names and `meta` but the wall-clock time."""
-        return self.digest_without(())
-
-    def digest_without(self, names: Collection[str]) -> str:
-        """Return the digest as if these arrays were not there, as in files of an older schema."""
-        arrays = {name: array for name, array in stored_arrays(self).items() if name not in names}
-        return digest_of(arrays, self.joint_names, self.foot_names, self.counters, self.meta)
+        """SHA-256 over every bit of arrays, names, numbers and run but the wall-clock time."""
+        return digest_of(stored_arrays(self), self.joint_names, self.foot_names, stored_texts(self))
 
     def to_dataset(self) -> xarray.Dataset:
         """Return an xarray.Dataset: named axes, units, and what follows from the samples.
@@ -383,7 +355,8 @@ class Trace(Immutable):
 
         The path's ending says how. ".nc", ".h5" and ".hdf5" are netCDF-4, compressed without loss,
         which `load_trace` reads again. ".csv" and ".csv.gz" are a table for other programs: one row
-        per sample, a header with names and units, numbers that keep every bit; without `meta`.
+        per sample, a header with names and units, numbers that keep every bit; without
+        what is known of the run.
 
         Raises:
             TraceFileError: another ending, or the file cannot be written; an old one stays as it

@@ -49,9 +49,9 @@ def trace_columns(trace: Trace) -> dict[str, Column]:
         units, meaning = QUANTITIES[name]
         about = described(units, f"estimated error so far of {meaning}")
         columns[f"error_{name}"] = Column(("time",), values, about)
-    for name in ("meta", "counters"):
-        text = json.dumps(dict(getattr(trace, name)))
-        columns[name] = Column((), np.array(text, dtype=object), {"long_name": "JSON"})
+    for name, value in stored_texts(trace).items():
+        kind, text = ("TOML", value) if isinstance(value, str) else ("JSON", json.dumps(value))
+        columns[name] = Column((), np.array(text, dtype=object), {"long_name": kind})
     return columns
 
 
@@ -78,6 +78,19 @@ def stored_arrays(trace: Trace) -> dict[str, Array]:
     energy = vars(trace).get("energy", {})
     arrays |= {f"energy_{name}": energy[name] for name in sorted(energy)}
     return arrays | {f"error_{name}": e for name, e in _estimated_errors(trace).items()}
+
+
+def stored_texts(trace: Trace) -> dict[str, Any]:
+    """Return what is stored as text, by its name in a file: plain data as JSON, `case` as TOML."""
+    run = trace.run
+    found: dict[str, Any] = {
+        "run": run.to_dict(), "case": run.case.to_toml(), "counters": dict(trace.counters)
+    }  # fmt: skip
+    if run.checkpoint is not None:
+        found["checkpoint"] = run.checkpoint.to_dict()
+    if trace.gathered is not None:
+        found |= {"summary": trace.gathered.data, "errors": dict(trace.gathered.errors)}
+    return found
 
 
 def trace_attributes(trace: Trace) -> dict[str, Any]:

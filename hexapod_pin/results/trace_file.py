@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.results import gait_energy, torque_map, trace_layout
+from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
 from hexapod_pin.results.gait_energy import GaitEnergy
 from hexapod_pin.results.result_files import (
@@ -24,15 +25,17 @@ from hexapod_pin.results.result_files import (
     write_netcdf,
 )
 from hexapod_pin.results.run_facts import left_out, recorded_groups
+from hexapod_pin.results.run_record import RunRecord
 from hexapod_pin.results.run_schema import DERIVED, ENERGY, ERROR, checked_trace
+from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_map import TorqueMap
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import LAYOUT, SCHEMA, SCHEMA_VERSION, digest_of
 
 DAMAGED = "damaged: its content does not match its digest"
 
-ADDED = {2: ("foot_impulse",)}
-"""Arrays by the schema they came with; earlier foot forces are means, which give the impulses."""
+JSON_TEXTS = ("run", "counters", "checkpoint", "summary", "errors")
+"""Variables that hold JSON."""
 
 
 @checked
@@ -58,15 +61,14 @@ def trace_from_group(path: str, group: tuple[Mapping[str, Any], Mapping[str, Any
         TraceFileError: as `load_trace`.
     """
     arrays, attributes = group
-    version = _schema_version(path, attributes)
-    added = [name for since, names in ADDED.items() if version < since for name in names]
+    _check_schema(path, attributes)
     told = attributes.get("digest")
     try:
-        trace = _from_arrays(arrays, _recorded(attributes), added)
+        trace = _from_arrays(arrays, _recorded(attributes))
     except (ParameterError, RecursionError) as error:
         damage = "" if _stored_digest(arrays) == str(told) else f"{DAMAGED}; "
         raise TraceFileError(f"{path}: {damage}{error}") from error
-    if trace.digest_without(added) != str(told):
+    if trace.digest != str(told):
         raise TraceFileError(f"{path}: {DAMAGED}.")
     return trace
 
@@ -77,27 +79,26 @@ def _stored_digest(arrays: Mapping[str, npt.NDArray[Any]]) -> str | None:
     names += sorted(name for name in arrays if name.startswith(ENERGY) and name != DERIVED)
     names += [ERROR + name for name in QUANTITIES if ERROR + name in arrays]
     try:
-        texts = (json.loads(arrays[name].item()) for name in ("counters", "meta"))
+        texts = {name: json.loads(arrays[name].item()) for name in JSON_TEXTS if name in arrays}
         return digest_of(
             {name: arrays[name] for name in names}, tuple(arrays["joint"]), tuple(arrays["foot"]),
-            *texts,
+            {**texts, "case": arrays["case"].item()},
         )  # fmt: skip
     except (KeyError, ValueError, TypeError, AttributeError, RecursionError):
         return None  # too far from a trace to have one
 
 
-def _schema_version(path: str | Path, attributes: Mapping[str, Any]) -> int:
-    """Return a file's schema; refuse files that are no traces, and traces of a later schema."""
+def _check_schema(path: str | Path, attributes: Mapping[str, Any]) -> None:
+    """Refuse files that are no traces, and traces of another schema."""
     found = attributes.get("schema")
     if not isinstance(found, str) or found != SCHEMA:
         raise TraceFileError(f"{path}: not a trace (schema {found!r} instead of {SCHEMA!r}).")
     version = attributes.get("schema_version")
-    if not isinstance(version, int | np.integer) or not 1 <= version <= SCHEMA_VERSION:
+    if not isinstance(version, int | np.integer) or version != SCHEMA_VERSION:
         raise TraceFileError(
-            f"{path}: schema version {version}; this release reads versions up to "
-            f"{SCHEMA_VERSION}: use the release of hexapod_pin that wrote the file, or a later one."
+            f"{path}: schema version {version}; this release reads {SCHEMA_VERSION}: use the "
+            "release of hexapod_pin that wrote the file."
         )
-    return int(version)
 
 
 def _recorded(attributes: Mapping[str, Any]) -> tuple[str, ...] | None:
@@ -106,25 +107,31 @@ def _recorded(attributes: Mapping[str, Any]) -> tuple[str, ...] | None:
     return None if told is None else recorded_groups(str(told).split(", "))
 
 
-def _from_arrays(
-    arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ...] | None, added: Sequence[str]
-) -> Trace:
+def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ...] | None) -> Trace:
     """Build a trace from the variables of a file and the groups that it holds, None for all.
-
-    `added`: arrays that came with later schemas.
 
     Raises:
         ParameterError: a variable is missing or breaks its rule.
     """
-    absent = (*left_out(recorded), *added)
+    absent = left_out(recorded)
     texts = checked_trace(arrays, absent)
+    sizes = {"joint": len(texts.joint_names), "foot": len(texts.foot_names)}
+    run = RunRecord.from_dict(texts.run, texts.case, **sizes)
+    names = (texts.joint_names, texts.foot_names, texts.counters)
+    gathered = None if texts.data is None else Summary.from_data(
+        texts.data, *names, run.of_summary, texts.errors
+    )  # fmt: skip
+    if texts.checkpoint is not None:
+        checkpoint = Checkpoint.from_dict(texts.checkpoint)
+        run = run.model_copy(update={"checkpoint": checkpoint})
     stored = (name for name in arrays if name.startswith(ENERGY) and name != DERIVED)
     energy = {name.removeprefix(ENERGY): arrays[name] for name in stored}
     errors = {name: arrays[ERROR + name] for name in QUANTITIES if ERROR + name in arrays}
     return Trace(
         energy=None if "energy" in absent else energy,  # type: ignore[arg-type]
         counters=texts.counters,
-        meta=texts.meta,
+        run=run,
+        gathered=gathered,
         joint_names=texts.joint_names,
         foot_names=texts.foot_names,
         error=ErrorEstimate(**errors) if errors else None,

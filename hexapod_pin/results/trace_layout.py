@@ -14,8 +14,7 @@ from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError
 
 SCHEMA = "hexapod_pin.trace"
-SCHEMA_VERSION = 2
-"""2 has `foot_impulse`, and in `foot_force` the law's at the sample; 1 its mean since the last."""
+SCHEMA_VERSION = 1
 STATE_ENERGIES = ("kinetic", "potential", "elastic")
 LOSSES = ("joint_damping_loss", "normal_loss", "friction_loss")
 ENERGIES = (*STATE_ENERGIES, "servo_work", *LOSSES)
@@ -49,17 +48,23 @@ def digest_of(
     arrays: Mapping[str, Any],
     joint_names: tuple[str, ...],
     foot_names: tuple[str, ...],
-    counters: Mapping[str, Any],
-    meta: Mapping[str, Any],
+    texts: Mapping[str, Any],
 ) -> str:
-    """Return the SHA-256 over every bit of arrays, names and `meta` but the wall-clock time."""
+    """Return the SHA-256 over every bit of arrays, names and texts but the wall-clock time.
+
+    Args:
+        arrays: by their names in a file.
+        joint_names: of the axis "joint".
+        foot_names: of the axis "foot".
+        texts: what is stored as JSON or TOML text, by its name in a file.
+    """
     total = hashlib.sha256()
     for name, values in arrays.items():
         total.update(f"{name}{values.shape}".encode())
         total.update(values.astype("<f8").tobytes())
-    kept = {key: value for key, value in meta.items() if key != "wall_time"}
-    texts = [joint_names, foot_names, dict(counters), kept]
-    total.update(json.dumps(texts, sort_keys=True).encode())
+    run = {key: value for key, value in texts["run"].items() if key != "wall_time"}
+    rest = [joint_names, foot_names, {**texts, "run": run}]
+    total.update(json.dumps(rest, sort_keys=True).encode())
     return total.hexdigest()
 
 

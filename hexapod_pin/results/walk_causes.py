@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +13,8 @@ from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
 from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.walked_path import settings_of
 from hexapod_pin.robot.holding_torque import STANDARD_GRAVITY, standing_torque
+from hexapod_pin.scene.scene import SceneSettings
 
 LEAST_TRAVEL = 0.05
 """Way over planned way below which slip per metre says nothing."""
@@ -63,13 +62,13 @@ def at_torque_limit(trace: Trace) -> JointShare:
         return _longest(trace.joint_names, times / length)
     if "torque" not in trace.recorded:
         return NEVER
-    limit = np.asarray(trace.meta.get("effort_limit", np.inf), dtype=float)
+    limit = trace.run.robot.effort(len(trace.joint_names))
     return _sampled(trace, np.abs(trace.torque), limit)
 
 
 def at_speed_limit(trace: Trace) -> JointShare:
     """Return the joint that was longest at or above the velocity limit of its URDF, by samples."""
-    limit = np.asarray(trace.meta.get("velocity_limit", np.inf), dtype=float)
+    limit = trace.run.robot.velocity(len(trace.joint_names))
     return _sampled(trace, np.abs(trace.v[:, 6:]), limit)
 
 
@@ -164,7 +163,8 @@ def static_need(trace: Trace) -> StaticNeed | None:
         return None
     gravity = float(np.linalg.norm(recorded.gravity))
     torque *= recorded.mass / recorded.robot.total_mass * gravity / STANDARD_GRAVITY
-    limit = np.asarray(trace.meta.get("effort_limit", recorded.robot.effort), dtype=float)
+    known = trace.run.robot
+    limit = recorded.robot.effort if known.effort_limit is None else known.effort(len(torque))
     if not torque.size or not torque.any():
         return None
     share = np.divide(torque, limit, where=limit > 0.0, out=np.full(len(torque), np.inf))
@@ -188,7 +188,7 @@ def advice(
     """
     if at_start:
         return "the trunk lies on the ground as the robot stands: choose a higher posture"
-    prescribed = bool(settings_of(trace.meta, "scene").get("prescribed", False))
+    prescribed = trace.run.prescribed
     need = None if prescribed else static_need(trace)
     if need is not None and need.torque > need.effort:
         return (
@@ -196,10 +196,10 @@ def advice(
             f"{need.torque:.3g} N m at {need.joint}, which has {need.effort:.3g}: give it "
             f"{RESERVE * need.torque:.2g} N m or more, or make the robot lighter"
         )
-    cycle = trace.meta.get("cycle_time")
+    cycle = trace.run.walk.cycle_time
     longer = "a longer cycle" if cycle is None else f"a longer cycle than {cycle:.3g} s (--cycle)"
     if torque.share >= MUCH_LIMITED and not prescribed:
-        limit = trace.meta["effort_limit"][trace.joint_names.index(torque.joint)]
+        limit = trace.run.robot.effort(len(trace.joint_names))[trace.joint(torque.joint)]
         stands = "" if need is None else (
             f", standing on the fewest feet takes {need.torque:.3g} N m at {need.joint}"
         )  # fmt: skip
@@ -213,7 +213,7 @@ def advice(
         return f"{lag.joint} is {lag.share:.2g} rad from its set-point (RMS): stiffer servos (--kp)"
     if slip is not None and _slips(slip):
         much = "" if slip.total is None else f" {slip.total:.2g} m per m travelled"
-        return f"feet slip{much}: a larger friction coefficient{_mu(trace.meta)}, or {longer}"
+        return f"feet slip{much}: a larger friction coefficient{_mu(trace.run.scene)}, or {longer}"
     return f"try {longer}, a shorter stroke (--stroke), or more feet on the ground (--gait wave)"
 
 
@@ -224,8 +224,10 @@ def _slips(slip: Slip) -> bool:
     return slip.total >= MUCH_SLIP
 
 
-def _mu(meta: Mapping[str, Any]) -> str:
+def _mu(scene: SceneSettings | None) -> str:
     """Return the run's friction coefficient in words, where its scene tells it."""
-    friction = settings_of(meta, "scene").get("contact", {}).get("friction", {})
-    mu = next((friction[key] for key in ("mu", "mu_static") if key in friction), None)
+    if scene is None:
+        return ""
+    friction = scene.contact.friction
+    mu = getattr(friction, "mu", getattr(friction, "mu_static", None))
     return "" if mu is None else f" than {mu:.3g} (--mu)"

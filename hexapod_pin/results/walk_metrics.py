@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hexapod_pin.arguments import explain_methods
-from hexapod_pin.results.run_facts import gait_turn_rate
 from hexapod_pin.results.summary import Summary, path_error
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
 
@@ -122,7 +121,7 @@ class WalkMetrics:
             ParameterError: the run is too short for one whole cycle; says how long it must be.
         """
         budget = torque_budget(summary)
-        planned = gait_turn_rate(summary.meta) if turn_rate is None else turn_rate
+        planned = summary.run.walk.turn_rate if turn_rate is None else turn_rate
         found = {**_feet(summary, budget), **_trunk(summary), **_drives(summary, budget)}
         found |= _way(summary, planned)
         return cls(**{field.name: _finite(found[field.name]) for field in fields(cls)})
@@ -171,8 +170,7 @@ def _drives(summary: Summary, budget: TorqueBudget) -> dict[str, float | None]:
 def _way(summary: Summary, turn_rate: float) -> dict[str, float | None]:
     if not summary.cycles:
         return {"speed": None, "path_deviation": None, "heading_error": None}
-    along = np.asarray(summary.meta.get("travel_direction", (1.0, 0.0)), dtype=float)
-    speed = float(summary.meta.get("nominal_speed") or 0.0)
+    along, speed = np.array(summary.run.walk.travel_direction), summary.run.walk.speed
     deviation, heading = path_error(
         summary.way[::2], along, first_yaw=summary.first_yaw, speed=speed, turn_rate=turn_rate
     )

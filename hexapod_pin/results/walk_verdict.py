@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
 from hexapod_pin.arguments import checked, explain_methods
-from hexapod_pin.results.run_facts import Event, gait_turn_rate
+from hexapod_pin.results.run_record import Event
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_causes import (
@@ -28,7 +28,6 @@ from hexapod_pin.results.walked_path import (
     Fall,
     WalkedWay,
     find_fall,
-    settings_of,
     walked_way,
 )
 
@@ -139,19 +138,19 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         hint = advice(
             trace, at_start=at_start, torque=torque, speed=speed, slip=slip, lag=behind
         )  # fmt: skip
-    scene = settings_of(trace.meta, "scene")
-    accuracy = trace.meta.get("accuracy")
+    numerics = trace.run.numerics
     error = trace.step_error
     return WalkVerdict(
-        robot=str(trace.meta.get("robot_name", "robot")), way=way, fall=fall,
+        robot=trace.run.robot.name, way=way, fall=fall,
         trunk_contact=touches[0] if touches else None, trunk_contacts=len(touches), slip=slip,
-        at_torque_limit=torque, at_speed_limit=speed, lag=behind, accuracy=accuracy or None,
-        step=None if accuracy else trace.meta.get("step"),
+        at_torque_limit=torque, at_speed_limit=speed, lag=behind,
+        accuracy=numerics.accuracy or None,
+        step=None if numerics.accuracy else numerics.step,
         step_error=None if math.isnan(error) else error,
         error_estimate=None if trace.error is None else trace.error_estimate,
         accuracy_kept=trace.accuracy_kept, needs=_needs(trace, way),
-        prescribed=bool(scene.get("prescribed", False)),
-        holds=settings_of(trace.meta, "controller").get("kind") == "hold",
+        prescribed=trace.run.prescribed,
+        holds=trace.run.case.controller.get("kind") == "hold",
         reason=reason, advice=hint,
     )  # fmt: skip
 
@@ -176,10 +175,10 @@ def why_it_does_not_walk(way: WalkedWay, fall: Fall | None, touches: Sequence[Ev
 
 def _needs(trace: Trace, way: WalkedWay) -> float | None:
     """Return the shortest duration that holds a whole cycle [s], where this run is shorter."""
-    cycle = trace.meta.get("cycle_time")
+    cycle = trace.run.walk.cycle_time
     if cycle is None or way.cycles is not None:
         return None
-    least = float(trace.meta.get("steady_from") or 0.0) + float(cycle)
+    least = trace.run.walk.steady_from + cycle
     return least if float(trace.time[-1]) < least else None
 
 
@@ -327,14 +326,14 @@ def summary_verdict(summary: Summary) -> SummaryVerdict:
 
 def summary_way(summary: Summary) -> WalkedWay:
     """Return way and yaw over the whole cycles of a summary, planned and made; nil without."""
-    meta, distance = summary.meta, summary.distance
+    walk, distance = summary.run.walk, summary.distance
     if distance is None:
         return WalkedWay(summary.begin, summary.end, None, 0.0, 0.0, 0.0, 0.0)
     time, cycles = summary.time, summary.cycles or 1
     return WalkedWay(
         summary.begin, summary.end, cycles,
-        planned_way=float(meta.get("nominal_speed") or 0.0) * time, way=distance * cycles,
-        planned_turn=gait_turn_rate(meta) * time, turn=(summary.turn_rate or 0.0) * time,
+        planned_way=walk.speed * time, way=distance * cycles,
+        planned_turn=walk.turn_rate * time, turn=(summary.turn_rate or 0.0) * time,
     )  # fmt: skip
 
 
@@ -342,20 +341,20 @@ def summary_fall(summary: Summary) -> Fall | None:
     """Return a fall that shows in the window of a summary; its time is that of the window's end."""
     if not summary.foot_names or math.isnan(summary.height_min):
         return None
-    start: Mapping[str, Any] | None = summary.meta.get("level_start")
+    start = summary.run.level_start
     lean = max(abs(summary.roll_peak), abs(summary.pitch_peak))
     if lean > TIPPED:
         return Fall(summary.end, TIPPED_WORDS)
     if start is not None:
-        height = summary.height_min - start["ground"]
-        if height < SUNK * (start["trunk"] - start["ground"]):
+        height = summary.height_min - start.ground
+        if height < SUNK * (start.trunk - start.ground):
             return Fall(summary.end, SUNK_WORDS)
     feet = summary.loaded_time
     return Fall(summary.end, "no foot is on the ground") if feet.size and not feet.any() else None
 
 
 def _needs_cycle(summary: Summary) -> bool:
-    return summary.meta.get("cycle_time") is not None and not summary.cycles
+    return summary.run.walk.cycle_time is not None and not summary.cycles
 
 
 def _number(share: float | None) -> float:

@@ -5,20 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.control.commanded_body import planned_body
 from hexapod_pin.errors import GaitError, ParameterError
-from hexapod_pin.results.run_facts import gait_turn_rate
 from hexapod_pin.results.steady_window import steady_window, summary_window
 from hexapod_pin.results.summary import heading_at, trunk_yaw
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.spec import parsed_toml
 
 LEAST_WAY = 0.25
 """Planned way over the stroke below which a run is too short to judge its speed (*assumed*)."""
@@ -80,21 +78,12 @@ class WalkedWay:
 
 def walked_way(trace: Trace) -> WalkedWay:
     """Return the way of a run over its whole cycles of steady walking, else over all of it."""
-    controller = settings_of(trace.meta, "controller")
-    if trace.meta.get("cycle_time") is not None:
+    if trace.run.walk.cycle_time is not None:
         try:
             return _over_cycles(trace)
         except ParameterError:  # no whole cycle
             pass
-    return _over_all(trace, controller)
-
-
-def settings_of(meta: Mapping[str, Any], part: str) -> Mapping[str, Any]:
-    """Return the settings of a run's "controller" or "scene"; none where it does not tell."""
-    try:
-        return parsed_toml(str(meta.get(part, "")))
-    except ParameterError:
-        return {}
+    return _over_all(trace)
 
 
 def _over_cycles(trace: Trace) -> WalkedWay:
@@ -105,22 +94,18 @@ def _over_cycles(trace: Trace) -> WalkedWay:
     budget, cycles = torque_budget(trace), window.cycles or 1
     time = window.end - window.start
     yaw = np.unwrap(trunk_yaw(trace.q[window.samples]))
-    nominal = float(trace.meta.get("nominal_speed") or 0.0)
     return WalkedWay(
         window.start, window.end, window.cycles,
-        planned_way=nominal * time, way=(budget.distance or 0.0) * cycles,
-        planned_turn=gait_turn_rate(trace.meta) * time, turn=float(yaw[-1] - yaw[0]),
+        planned_way=trace.run.walk.speed * time, way=(budget.distance or 0.0) * cycles,
+        planned_turn=trace.run.walk.turn_rate * time, turn=float(yaw[-1] - yaw[0]),
     )  # fmt: skip
 
 
-def _over_all(trace: Trace, controller: Mapping[str, Any]) -> WalkedWay:
+def _over_all(trace: Trace) -> WalkedWay:
     """Return the way of a whole run against the planned motion of the body, ramps included."""
     time = trace.time
-    speed = trace.meta.get("nominal_speed")
     try:
-        # Late, by name: a trace is read without a planner; only a plan that changes needs one.
-        planner = import_module("hexapod_pin.control.commanded_body")
-        body = planner.planned_body(controller, None if speed is None else float(speed))
+        body = planned_body(trace.run.case.controller, trace.run.walk.nominal_speed)
     except (ParameterError, GaitError, TypeError):
         body = None
     yaw = np.unwrap(trunk_yaw(trace.q))
@@ -188,7 +173,7 @@ def find_fall(trace: Trace) -> Fall | None:
     if not trace.foot_names:
         return None
     if "contacts" not in trace.recorded:
-        gravity = np.asarray(trace.meta.get("gravity", (0.0, 0.0, -9.81)), dtype=float)
+        gravity = np.array(trace.run.gravity)
         up = np.broadcast_to(-gravity / np.linalg.norm(gravity), (len(trace.time), 3))
         return _first(trace.time, {TIPPED_WORDS: _tilt(trace.q, up) > TIPPED})
     up = trace.foot_normal.mean(axis=1)

@@ -83,14 +83,15 @@ def native_loads(scene: Scene) -> NativeLoads:
     ]
     lost = [load for load in scene.loads if isinstance(load, LostLeg)]
     return NativeLoads(
-        pushes=[_push(robot, load) for load in scene.loads if isinstance(load, Push)],
+        pushes=[native_push(robot, load) for load in scene.loads if isinstance(load, Push)],
         lost=[([robot.joint_index(j) for j in robot.leg(x.leg).joints], x.time) for x in lost],
         body_points=points if scene.body_contact else [],
         trunk_points=points,
     )
 
 
-def _push(robot: Robot, load: Push) -> NativePush:
+def native_push(robot: Robot, load: Push) -> NativePush:
+    """Return a push as the native core takes it."""
     name, place = placement(robot.model, load.link)
     point = np.array(place.act(np.array(load.position)))
     force, torque = np.array(load.force), np.array(load.torque)

@@ -103,15 +103,13 @@ class AccuracyControl:
 
     def trace(self) -> Trace:
         """Return the trace of the run that will do, or of the finest, with its error."""
-        return self._chosen.run.trace(self._error, self._counters, self._meta())
-
-    def summary(self, *, texts: bool = True) -> Summary:
-        """Return its summary, with its errors; texts as of `NativeRun`."""
-        summary = self._chosen.run.summary(texts=texts)
-        counters, meta = {**summary.counters, **self._counters}, {**summary.meta, **self._meta()}
-        return Summary.from_data(
-            summary.data, summary.joint_names, summary.foot_names, counters, meta
+        return self._chosen.run.trace(
+            self._error, self._counters, self._numerics, self._number_errors
         )
+
+    def summary(self) -> Summary:
+        """Return its summary, with its errors."""
+        return self._chosen.run.summary(self._counters, self._numerics, self._number_errors)
 
     @property
     def _takes_coarser(self) -> bool:
@@ -134,19 +132,24 @@ class AccuracyControl:
     def _counters(self) -> dict[str, int]:
         return {"runs": self._runs, "evaluations_of_all_runs": self._evaluations}
 
-    def _meta(self) -> dict[str, Any]:
-        """Return what trace and summary tell of the error."""
-        told: dict[str, Any] = {
+    @property
+    def _numerics(self) -> dict[str, Any]:
+        """What trace and summary say of the error: more `Numerics`, and the wall time."""
+        error = self._error
+        return {
             "wall_time": self._wall_time,
             "tolerance": self._chosen.run.how.choice.tolerance,
             "accuracy_kept": bool(self.comparisons and self.comparisons[-1].kept),
+            "error_estimate": None if error is None else float(error.position.max()),
         }
-        error = self._error
-        if error is not None:
-            coarser, finer = self._ended
-            told["error_estimate"] = float(error.position.max())
-            told["number_errors"] = number_errors(finer.numbers, coarser.numbers, self._share)
-        return told
+
+    @property
+    def _number_errors(self) -> dict[str, Any]:
+        """Errors of the summary's numbers."""
+        if self._difference is None:
+            return {}
+        coarser, finer = self._ended
+        return number_errors(finer.numbers, coarser.numbers, self._share)
 
 
 # A run that keeps the accuracy asked for: the case again, finer each time, and compared.

@@ -199,8 +199,6 @@ class BatchRuns:
         cases: Iterable[Case | Exception],
         threads: int,
         record: bool,
-        *,
-        texts: bool = True,
     ) -> None:
         """Take the cases, or what forbids them; nothing is planned yet.
 
@@ -208,9 +206,8 @@ class BatchRuns:
             cases: what to run.
             threads: of the native core.
             record: whether samples are kept.
-            texts: whether summaries hold what was run as TOML text, which takes longest of them.
         """
-        self.record, self.threads, self.texts = record, threads, texts
+        self.record, self.threads = record, threads
         self.cases = enumerate(cases)
         self.waiting: dict[object, dict[int, Case]] = {}  # with feedback, by what they share
 
@@ -308,7 +305,7 @@ class BatchRuns:
         return None
 
     def _outcome(self, control: AccuracyControl) -> Trace | Summary:
-        return control.trace() if self.record else control.summary(texts=self.texts)
+        return control.trace() if self.record else control.summary()
 
     def _live(self, group: Mapping[int, Case]) -> list[Result]:
         """Run cases with one feedback controller side by side; where that fails, one by one."""
@@ -342,7 +339,7 @@ class BatchRuns:
             if self.record:
                 return run.require_good()
             run.require_good_so_far()
-            return run.summary(texts=self.texts)
+            return run.summary()
         except Exception as error:
             return _without_frames(error)
 

@@ -18,8 +18,10 @@ from hexapod_pin.control.kinematic import planning_told_to
 from hexapod_pin.errors import ParameterError, SimulationInterrupted
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.run_facts import recorded_groups
+from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.accuracy_control import ControlledRun
-from hexapod_pin.simulation.case_data import case_digest, case_to_dict, read_case
+from hexapod_pin.simulation.case_data import case_digest, case_from_dict, case_to_dict, read_case
 from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings
 from hexapod_pin.simulation.session import closed_loop_run, controlled_loop
@@ -30,7 +32,6 @@ from hexapod_pin.user_file import read_text, user_path
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.results.checkpoint import Checkpoint
-    from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.state import State
     from hexapod_pin.scene.scene import Scene
 
@@ -235,13 +236,20 @@ class Case(Immutable):
 
 
 @checked
-def load_case(path: str | Path) -> Case:
-    """Read a case that `Case.save` wrote, or a text written like it.
+def load_case(path: str | Path | Trace | Summary) -> Case:
+    """Read a case that `Case.save` wrote, or a text written like it; or build that of a trace.
+
+    Running the case of a trace again repeats its samples to the bit.
+
+    Args:
+        path: of the file; or a trace, or a summary, whose case is wanted.
 
     Raises:
-        ParameterError: no such file, or as `Case.from_toml`.
+        ParameterError: no such file, or as `Case.from_toml`; or the trace is that of a session.
         UrdfError, UnknownNameError: the robot, or something in it, is not there.
     """
+    if isinstance(path, Trace | Summary):
+        return case_from_dict(Case, path.run.case_data)
     text = read_text(path, "case file")
     return Case.from_toml(text, user_path(path).absolute().parent)
 

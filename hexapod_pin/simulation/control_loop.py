@@ -20,7 +20,7 @@ from hexapod_pin.control.sensors import Sensors
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.checkpoint import Checkpoint, odd_part
 from hexapod_pin.simulation.native_run import NativeRun
-from hexapod_pin.simulation.run_meta import contact_names
+from hexapod_pin.simulation.run_outcome import contact_names
 from hexapod_pin.user_code import UserCode
 
 SAME_INSTANT = 1e-12

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from copy import copy
+from copy import copy, deepcopy
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
@@ -29,6 +29,7 @@ from hexapod_pin.results.run_facts import left_out
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import ENERGIES
 from hexapod_pin.scene.loaded_model import native_loads
+from hexapod_pin.simulation.case_data import run_to_dict
 from hexapod_pin.simulation.methods import check_supported
 from hexapod_pin.simulation.plan_parts import PlanParts, plan_of
 from hexapod_pin.simulation.plant import (
@@ -37,14 +38,14 @@ from hexapod_pin.simulation.plant import (
     prescribed_start,
     standing_on,
 )
-from hexapod_pin.simulation.run_meta import (
-    common_meta,
+from hexapod_pin.simulation.run_outcome import (
     contact_names,
     failure,
     plain_counters,
-    run_meta,
     run_numbers,
+    run_record,
     run_summary,
+    with_urdf,
 )
 from hexapod_pin.simulation.work_limits import check_work
 
@@ -104,14 +105,14 @@ class NativeRun:
         """
         check_supported(how.choice, scene)
         self.scene, self.how, self.set_points, self.start = scene, how, set_points, start
-        self.controller = dict(controller or {"kind": "commands"})
+        self.controller = deepcopy(dict(controller or {"kind": "commands"}))
         self.trunk_points = native_loads(scene).trunk_points
         self.recorded = record
         self.omitted = left_out(groups)
         self.parts = parts
         self.rollout = self._start(start, record)
         self.loop: Any = None
-        self.case: Case | None = None  # what is run, where it is a case
+        self.settings: dict[str, Any] | None = None  # of the case, where it is one
         self.good = True
         self.wall_time = 0.0
 
@@ -221,9 +222,18 @@ class NativeRun:
         self,
         error: ErrorEstimate | None = None,
         counters: Mapping[str, int | float] | None = None,
-        meta: Mapping[str, Any] | None = None,
+        numerics: Mapping[str, Any] | None = None,
+        errors: Mapping[str, Any] | None = None,
     ) -> Trace:
-        """Return the samples so far, with what is known of their error."""
+        """Return the samples so far, with what is known of their error.
+
+        Args:
+            error: of the samples.
+            counters: more of them.
+            numerics: more `Numerics`, and "wall_time" in place of the run's own.
+            errors: of the summary's numbers.
+        """
+        summary = self.summary(counters, numerics, errors)
         record = self.rollout.record()
         for samples in record.values():  # own memory of each array: the trace takes them over
             samples.flags.writeable = False
@@ -240,11 +250,12 @@ class NativeRun:
         return Trace(
             time=record["time"][:, 0],
             **arrays,
-            counters={**plain_counters(self), **(counters or {})},
+            counters=summary.counters,
             joint_names=self.scene.robot.joint_names,
             foot_names=names,
-            meta={**run_meta(self), **(meta or {})},
+            run=with_urdf(summary.run, self),
             error=error,
+            gathered=summary,
         )
 
     def samples(self) -> dict[str, Array]:
@@ -261,9 +272,21 @@ class NativeRun:
         """Return the numbers of the summary so far."""
         return run_numbers(self)
 
-    def summary(self, *, texts: bool = True) -> Summary:
-        """Return what the run has come to so far; with what was run as TOML text, or without."""
-        return run_summary(self, common_meta(self, texts=texts))
+    def summary(
+        self,
+        counters: Mapping[str, int | float] | None = None,
+        numerics: Mapping[str, Any] | None = None,
+        errors: Mapping[str, Any] | None = None,
+    ) -> Summary:
+        """Return what the run has come to so far; arguments as of `trace`."""
+        record, more = run_record(self), dict(numerics or {})
+        changed: dict[str, Any] = {}
+        if "wall_time" in more:
+            changed["wall_time"] = more.pop("wall_time")
+        if more:
+            changed["numerics"] = record.numerics.model_copy(update=more)
+        record = record.model_copy(update=changed) if changed else record
+        return run_summary(self, record, {**plain_counters(self), **(counters or {})}, errors or {})
 
     def require_good_so_far(self) -> None:
         """Do nothing where the run is good.
@@ -318,7 +341,7 @@ def open_loop_run(
         scene, how, start, plan, controller=settings_of(controller),
         record=record or how.controlled, groups=groups, parts=parts,
     )  # fmt: skip
-    run.case = case
+    run.settings = run_to_dict(case)
     return run
 
 

@@ -31,6 +31,7 @@ from hexapod_pin.errors import (
 )
 from hexapod_pin.results.run_facts import recorded_groups
 from hexapod_pin.simulation.accuracy_control import AccuracyControl, ControlledRun
+from hexapod_pin.simulation.case_data import run_to_dict
 from hexapod_pin.simulation.control_loop import (
     ControlLoop,
     LockStep,
@@ -329,7 +330,7 @@ def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
         gait=getattr(controller, "gait", None),
         end=begin + how.duration,
     )
-    run.case = case
+    run.settings = run_to_dict(case)
     return run
 
 

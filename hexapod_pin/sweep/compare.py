@@ -145,7 +145,7 @@ def _comparison(planned: Sequence[PlannedRun], results: Sequence[Any]) -> Compar
         for plan, result in zip(planned, results, strict=True)
     )
     summaries = [result for result in results if isinstance(result, Summary)]
-    assumed = (text for summary in summaries for text in summary.meta.get("assumed", ()))
+    assumed = (text for summary in summaries for text in summary.run.assumed)
     return Comparison(runs, settings=_settings(planned), assumed=tuple(dict.fromkeys(assumed)))
 
 

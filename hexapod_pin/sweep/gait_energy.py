@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import tomli_w
@@ -18,14 +18,14 @@ from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.errors import ParameterError, SweepInterrupted
 from hexapod_pin.results.gait_energy import GRID, LAYOUT, GaitEnergy
-from hexapod_pin.results.grid_columns import empty_grid
+from hexapod_pin.results.grid_columns import GridRecord, empty_grid
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
-from hexapod_pin.simulation.run_meta import package_versions
+from hexapod_pin.simulation.run_outcome import package_versions
 from hexapod_pin.sweep.grid_runs import (
     GridRuns,
     Numbers,
@@ -150,7 +150,7 @@ def gait_energy(
         step_height=float(step_height),
         copper_loss=next(iter(loss.values())),
         check=found,
-        meta=_meta(named, tables, copper_loss, accuracy, cycles, stroke, cycle_time),
+        run=_record(named, tables, copper_loss, accuracy, cycles, stroke, cycle_time),
         **runs.arrays(empty_grid(LAYOUT, sizes), [sizes[name] for name in GRID]),
     )
     if runs.interrupted:
@@ -231,10 +231,10 @@ def _numbers(case: Case, run: Trace | Summary, copper_loss: Array) -> Numbers:
     }
 
 
-def _meta(
+def _record(
     scenes: Mapping[str, Scene], gaits: Mapping[str, Gait], copper_loss: float | None,
     accuracy: float, cycles: int, stroke: float | None, cycle_time: float | None,
-) -> dict[str, Any]:  # fmt: skip
+) -> GridRecord:  # fmt: skip
     """Return how the costs came about."""
     assumed = dict.fromkeys(text for scene in scenes.values() for text in scene.assumed)
     if copper_loss is None and any(
@@ -246,14 +246,15 @@ def _meta(
     elif copper_loss is not None:
         assumed[f"electrical loss: {copper_loss:g} W/(N m)^2, times torque^2"] = None
     plain = {name: {**g.model_dump(), "phases": list(g.phases)} for name, g in gaits.items()}
-    return {
-        "robot_name": next(iter(scenes.values())).robot.name,
-        "scenes": {name: scene.to_toml() for name, scene in scenes.items()},
-        "controller": tomli_w.dumps(plain),
-        "rule": "equal stroke" if cycle_time is None else "equal cycle time",
-        "rule_value": (stroke or DEFAULT_STROKE) if cycle_time is None else cycle_time,
-        "accuracy": accuracy,
-        "cycles": cycles,
-        "assumed": list(assumed),
-        "versions": package_versions(),
-    }
+    equal_stroke = cycle_time is None
+    return GridRecord(
+        robot=next(iter(scenes.values())).robot.name,
+        scenes={name: scene.to_toml() for name, scene in scenes.items()},
+        controller=tomli_w.dumps(plain),
+        rule="equal stroke" if equal_stroke else "equal cycle time",
+        rule_value=(stroke or DEFAULT_STROKE) if equal_stroke else cycle_time,
+        accuracy=accuracy,
+        cycles=cycles,
+        assumed=tuple(assumed),
+        versions=package_versions(),
+    )

@@ -26,7 +26,7 @@ from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_verdict import LEAST_SHARE
 from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.batch import simulate_batch
-from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.methods import METHODS, MethodSettings
 
 GIVEN_START = (
@@ -89,7 +89,7 @@ def _case_of(run: Case | Trace) -> tuple[Case, dict[str, Summary]]:
         return run, {}
     if not isinstance(run, Trace):
         raise ParameterError("run", type(run).__name__, "a Case or the Trace of one")
-    case: Case = run.case
+    case = load_case(run)
     done = float(run.time[-1] - run.time[0])
     duration = case.settings.duration
     if not math.isclose(done, duration, rel_tol=1e-6):
@@ -316,7 +316,7 @@ def _changes(base: Summary, result: object) -> tuple[float, float, float, str]:
     """Return relative change of peak and p99, speed over the nominal one, and a failure."""
     if not isinstance(result, Summary):
         return math.nan, math.nan, math.nan, f"ends early ({type(result).__name__})"
-    nominal = float(result.meta.get("nominal_speed") or 0.0)
+    nominal = result.run.walk.speed
     speed = (result.speed or 0.0) / nominal if nominal and result.cycles else math.nan
     peak, p99 = (
         _largest(getattr(result, name)) / _largest(getattr(base, name)) - 1.0

@@ -17,7 +17,7 @@ from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.errors import GaitError, ParameterError, SweepInterrupted
-from hexapod_pin.results.grid_columns import empty_grid
+from hexapod_pin.results.grid_columns import GridRecord, empty_grid
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.phase_torque import PHASES, scheduled_phase_torque
 from hexapod_pin.results.summary import Summary
@@ -26,7 +26,7 @@ from hexapod_pin.results.torque_map import GRID, LAYOUT, TorqueMap
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
-from hexapod_pin.simulation.run_meta import contact_names, package_versions, told_kinds
+from hexapod_pin.simulation.run_outcome import contact_names, package_versions, told_kinds
 from hexapod_pin.sweep.grid_runs import (
     GridRuns,
     Numbers,
@@ -119,7 +119,7 @@ def torque_map(
     runs = GridRuns(cases, _numbers, "trace", threads, progress, extra=check)
     runs.run()
     found = runs.check(check, lambda place: (0, axes[0][place[0]] / axes[1][place[1]]))
-    result = _map(scene, axes, runs, found, _meta(scene, walk, gait, controllers, accuracy, cycles))
+    result = _map(scene, axes, runs, found, _record(scene, walk, controllers, accuracy, cycles))
     if runs.interrupted:
         kept = sum(not isinstance(numbers, str) for numbers in runs.found.values())
         raise SweepInterrupted(f"interrupted after {kept} of {len(cases)} points", result)
@@ -215,7 +215,7 @@ def _legs(robot: Robot) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
 
 
 def _map(
-    scene: Scene, axes: tuple[Array, Array], runs: GridRuns, check: Any, meta: dict[str, Any]
+    scene: Scene, axes: tuple[Array, Array], runs: GridRuns, check: Any, record: GridRecord
 ) -> TorqueMap:
     joints, feet = scene.robot.joint_names, contact_names(scene)
     sizes = {
@@ -226,22 +226,21 @@ def _map(
     return TorqueMap(
         stroke=axes[0], cycle_time=axes[1], joint_names=joints, foot_names=feet,
         kinds=joint_kinds(joints, len(scene.robot.feet), told_kinds(scene.robot)),
-        check=check, meta=meta, **filled,
+        check=check, run=record, **filled,
     )  # fmt: skip
 
 
-def _meta(
-    scene: Scene, walk: Any, gait: Gait | None, controllers: Any, accuracy: float, cycles: int
-) -> dict[str, Any]:
+def _record(scene: Scene, walk: Any, controllers: Any, accuracy: float, cycles: int) -> GridRecord:
     """Return how a map came about."""
     first = next((c for c in controllers.values() if hasattr(c, "to_dict")), None)
-    return {
-        "robot_name": scene.robot.name,
-        "scene": scene.to_toml(),
-        "walk": walk if isinstance(walk, str) else getattr(walk, "__name__", type(walk).__name__),
-        "controller": "" if first is None else tomli_w.dumps(first.to_dict()),
-        "accuracy": accuracy,
-        "cycles": cycles,
-        "assumed": list(scene.assumed),
-        "versions": package_versions(),
-    }
+    named = walk if isinstance(walk, str) else getattr(walk, "__name__", type(walk).__name__)
+    return GridRecord(
+        robot=scene.robot.name,
+        walk=named,
+        scene=scene.to_toml(),
+        controller="" if first is None else tomli_w.dumps(first.to_dict()),
+        accuracy=accuracy,
+        cycles=cycles,
+        assumed=scene.assumed,
+        versions=package_versions(),
+    )

@@ -257,7 +257,7 @@ def _last_cycle(trace: Trace) -> Cycle:
     """
     window, moments = steady_window(trace), joint_moments(trace)
     if window.cycles is None:
-        raise ParameterError("trace.meta['cycle_time']", None, "of a walk that repeats [s]")
+        raise ParameterError("trace.run.walk.cycle_time", None, "of a walk that repeats [s]")
     length = cycle_of(window)
     since = moments.time - (window.end - length)
     kept = since > 0.0

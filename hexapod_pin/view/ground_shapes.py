@@ -19,10 +19,8 @@ from hexapod_pin.ground.terrain import (
     Plane,
     Polyline,
     ShakingGround,
-    read_terrain,
 )
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.spec import read_toml
 from hexapod_pin.view.meshcat_commands import (
     GROUND_COLOR,
     ROOT,
@@ -118,9 +116,8 @@ def terrain_of(trace: Trace) -> AnyTerrain | None:
     Raises:
         ParameterError: the trace's scene is not readable.
     """
-    text = str(trace.meta.get("scene", ""))
-    data: Any = read_toml(text).get("terrain") if text else None
-    return None if not data else read_terrain(data)
+    scene = trace.run.scene
+    return None if scene is None else scene.terrain
 
 
 def is_level(terrain: AnyTerrain | None) -> bool:
@@ -239,7 +236,7 @@ class Sizes:
     @classmethod
     def of(cls, trace: Trace, force_scale: float | None) -> Sizes:
         """Measure a trace; by default an arrow of the robot's weight is 1.5 reaches long."""
-        radii = np.asarray(trace.meta.get("foot_radius") or np.zeros(len(trace.foot_names)))
+        radii = trace.run.robot.radii(len(trace.foot_names))
         ground, reach = 0.0, 0.3
         if trace.foot_names and "contacts" in trace.recorded:
             away = trace.foot_position[0, :, :2] - middle(trace, np.zeros(1, dtype=np.intp))[0]
@@ -293,8 +290,7 @@ def _yaw(q: Array) -> Array:
 
 def _weight(trace: Trace) -> float:
     """Return the robot's weight, or where it has none the largest foot force, or 1 [N]."""
-    gravity = float(np.linalg.norm(trace.meta.get("gravity", (0.0, 0.0, -9.81))))
-    weight = float(trace.meta.get("total_mass", 0.0)) * gravity
+    weight = (trace.run.robot.total_mass or 0.0) * float(np.linalg.norm(trace.run.gravity))
     if weight or "contacts" not in trace.recorded:
         return weight or 1.0
     return float(np.max(np.linalg.norm(trace.foot_force, axis=-1), initial=0.0)) or 1.0

@@ -78,7 +78,7 @@ def write_html(
     )
     return write_page(
         path,
-        title=f"{trace.meta.get('robot_name', 'robot')} walking",
+        title=f"{trace.run.robot.name} walking",
         caption=_caption(trace, force_scale, rate) + notes,
         animation=animation,
         scene=scene,
@@ -182,9 +182,9 @@ def _caption(trace: Trace, force_scale: float | None, rate: str) -> str:
     """
     scale = Sizes.of(trace, force_scale).force_scale
     span = trace.time[-1] - trace.time[0]
-    first = html.escape(f"{trace.meta.get('robot_name', 'robot')}, {span:.4g} s")
+    first = html.escape(f"{trace.run.robot.name}, {span:.4g} s")
     arrows = f"red: foot forces, 0.1 m is {0.1 / scale:.3g} N"
-    return f"{first}<br>{arrows}{rate}{folded_list('assumed', trace.meta.get('assumed', ()))}"
+    return f"{first}<br>{arrows}{rate}{folded_list('assumed', trace.run.assumed)}"
 
 
 # One offline HTML page that plays commands of meshcat: the viewer, the scene and its motion.

@@ -192,7 +192,7 @@ def _edges(centres: Array) -> Array:
 
 def _title(found: TorqueMap) -> str:
     """Return what was walked."""
-    return f"{found.meta.get('robot_name', 'robot')}, {found.meta.get('walk', 'walk')} walk"
+    return f"{found.run.robot}, {found.run.walk} walk"
 
 
 # The figure of the energy that gaits need: costs against speed, a column for each scene.

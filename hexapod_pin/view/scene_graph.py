@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +16,6 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ViewerError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.reading.resources import ResourceFinder
-from hexapod_pin.spec import read_toml
 from hexapod_pin.view.ground_shapes import (
     Sizes,
     eye_level,
@@ -209,7 +207,7 @@ def _motion(
         motion[f"{root}/ground"] = {"position": lift[:, None] * (0.0, 0.0, 1.0)}
     for body, (position, attitude) in _robot(trace).poses(q, trace.joint_names).items():
         motion[_body_path(root, body)] = {"position": position, "quaternion": attitude}
-    radii = trace.meta.get("foot_radius") or [0.0] * len(trace.foot_names)
+    radii = trace.run.robot.radii(len(trace.foot_names))
     for f, foot in enumerate(trace.foot_names if "contacts" in trace.recorded else ()):
         contact = trace.foot_position[index, f] - radii[f] * trace.foot_normal[index, f]
         pointing = arrow_tracks(trace.foot_force[index, f] * sizes.force_scale)
@@ -247,8 +245,7 @@ def meshed_robot(
     Raises:
         ViewerError: the trace's URDF cannot be drawn.
     """
-    scene = read_toml(str(trace.meta.get("scene", "")))
-    robot: Any = scene.get("robot", {})
+    robot = trace.run.case.robot_file
     source = str(robot.get("source", ""))
     folders = (*package_path, *robot.get("options", {}).get("package_path", ()))
     known = bool(source or folders)
@@ -259,9 +256,9 @@ def _robot(
     trace: Trace, finder: ResourceFinder | None = None, store: MeshStore | None = None
 ) -> RobotShapes:
     """Return the shapes of the trace's robot; without a store, without meshes."""
-    radii = trace.meta.get("foot_radius") or [0.0] * len(trace.foot_names)
+    radii = trace.run.robot.radii(len(trace.foot_names))
     feet = dict(zip(trace.foot_names, (float(radius) for radius in radii), strict=True))
-    return RobotShapes(trace.meta.get("urdf", ""), feet, finder=finder, store=store)
+    return RobotShapes(trace.run.robot.urdf or "", feet, finder=finder, store=store)
 
 
 def _body_path(root: str, body: str) -> str:

@@ -235,9 +235,9 @@ def _caption(lanes: list[_Lane], rate: str) -> str:
         length = _length(lane.trace)
         short = f" (ends at {length:.4g} s)" if length < longest - 1e-9 else ""
         names.append(f"{html.escape(lane.name)}{short}")
-    robots = dict.fromkeys(str(lane.trace.meta.get("robot_name", "robot")) for lane in lanes)
+    robots = dict.fromkeys(lane.trace.run.robot.name for lane in lanes)
     scale = lanes[0].sizes.force_scale
-    assumed = dict.fromkeys(text for lane in lanes for text in lane.trace.meta.get("assumed", ()))
+    assumed = dict.fromkeys(text for lane in lanes for text in lane.trace.run.assumed)
     return (
         f"{html.escape(', '.join(robots))}, {longest:.4g} s<br>"
         f"from left to right: {', '.join(names)}<br>"

@@ -165,7 +165,7 @@ def _stride(trace: Trace, kept: slice, points: float | None) -> int:
 
 def robot_of(trace: Trace) -> str:
     """Return the name of a trace's robot."""
-    return str(trace.meta.get("robot_name", "robot"))
+    return trace.run.robot.name
 
 
 # What figures of legs share: which joints a leg has, panels in a grid, stance.
@@ -210,7 +210,7 @@ def legs_of(trace: Trace, names: Sequence[str] | None = None) -> list[Leg]:
         UnknownNameError: there is no such leg.
     """
     robot = RecordedRobot.of(trace)
-    kinds = joint_kinds(trace.joint_names, len(robot.robot.feet), trace.meta)
+    kinds = joint_kinds(trace.joint_names, len(robot.robot.feet), trace.run.robot.joint_kinds)
     found = {}
     for foot in range(len(robot.robot.feet)):
         joints = {kinds[j]: j for j in robot.joints_above(foot)}

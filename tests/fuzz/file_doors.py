@@ -110,7 +110,8 @@ def forged_trace(rng: random.Random) -> None:
 def _forged(trace: hp.Trace, rng: random.Random) -> hp.Trace:
     """Return a trace with other numbers or texts."""
     if rng.random() < 0.5:
-        return replace(trace, meta=odd_data(dict(trace.meta), rng))
+        run = hp.results.RunRecord.from_dict(odd_data(trace.run.to_dict(), rng))
+        return replace(trace, run=run)
     name = rng.choice(("time", "q", "v", "torque", "foot_force", "foot_gap", "com"))
     array = getattr(trace, name).copy()
     array[rng.randrange(len(array))] = rng.choice((0.0, -1.0, 1e300, 1e10, float("nan")))

@@ -62,7 +62,7 @@ def run_task(
         except SimulationInterrupted:
             raise
         except DivergenceError as error:
-            wall = float(error.trace.meta["wall_time"])
+            wall = error.trace.run.wall_time or 0.0
             return RunOutcome.failed(f"diverged after {error.trace.time[-1]:.3g} s", wall)
         except UserCodeError:  # `progress` gives the run up
             raise
@@ -71,7 +71,7 @@ def run_task(
     counters = trace.counters
     evaluations = counters.get("evaluations_of_all_runs", counters["evaluations"])
     return RunOutcome(
-        places=trace.q[:, :3], q=trace.q, wall=float(trace.meta["wall_time"]),
+        places=trace.q[:, :3], q=trace.q, wall=(trace.run.wall_time or 0.0),
         evaluations=int(evaluations), steps=int(counters["steps"]),
         rejected=int(counters.get("rejected", 0)),
         estimate=trace.error_estimate,

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from hexapod_pin.formulations.rigid.model import (
     with_unit_quaternion,
 )
 from hexapod_pin.formulations.set_points import SetPoints
+from hexapod_pin.results.run_record import Numerics, RobotFacts, RunCase, RunRecord, WalkFacts
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.state import State
 
@@ -101,44 +102,47 @@ class RigidRecorder:
         self, controller: Controller, counters: Mapping[str, int], step: float, sample: float
     ) -> Trace:
         """Return the samples as a trace of a controller's run; step and sample in [s]."""
-        import tomli_w
-
         model = self._stepper.model
-        columns = {
+        columns: dict[str, Any] = {
             name: np.array([row[name] for row in self._rows], dtype=float) for name in self._rows[0]
         }
         none = np.zeros(len(self._rows))
         energies = {name: columns.pop(name) for name in ENERGIES}
-        settings = {"step": step, "sample": sample, "method": METHOD}
         return Trace(
             **columns,
             energy={**energies, "elastic": none, "friction_loss": none},
             counters=dict(counters),
             joint_names=model.robot.joint_names,
             foot_names=model.foot_names,
-            meta={"controller": tomli_w.dumps(controller.to_dict()), **settings, **self._meta()},
+            run=self._record(controller, step, sample),
             foot_normal=model.normal,
             error=None,
         )
 
-    def _meta(self) -> dict[str, object]:
+    def _record(self, controller: Controller, step: float, sample: float) -> RunRecord:
         model, plan, servo = self._stepper.model, self._stepper.set_points.plan, self._stepper.servo
-        robot = model.robot
-        return {
-            "cycle_time": plan.cycle_time, "steady_from": plan.steady_from,
-            "steady_until": plan.steady_until,
-            "travel_direction": [float(x) for x in plan.travel_direction],
-            "nominal_speed": float(plan.speed), "robot_name": robot.name, "urdf": robot.urdf,
-            "foot_radius": [float(foot.radius) for foot in robot.feet],
-            "total_mass": robot.total_mass, "gravity": model.gravity.tolist(),
-            "effort_limit": robot.effort.tolist(), "velocity_limit": robot.velocity.tolist(),
-            "assumed": [
+        robot, settings = model.robot, controller.to_dict()
+        return RunRecord(
+            robot=RobotFacts(
+                name=robot.name,
+                provenance=robot.provenance,
+                digest=robot.digest,
+                urdf=robot.urdf,
+                total_mass=robot.total_mass,
+                effort_limit=tuple(robot.effort.tolist()),
+                velocity_limit=tuple(robot.velocity.tolist()),
+                foot_radius=tuple(float(foot.radius) for foot in robot.feet),
+            ),
+            numerics=Numerics(method=METHOD, step=step, sample=sample),
+            walk=WalkFacts.of(plan, settings),
+            gravity=tuple(model.gravity.tolist()),
+            assumed=(
                 *robot.assumed,
                 f"servo gains: {servo.describe()}",
                 f"rigid ground on which feet stick; checked against mu {model.ground.mu:g}",
-            ],
-            "provenance": robot.provenance, "model_digest": robot.digest,
-        }  # fmt: skip
+            ),
+            case=RunCase(controller_data=settings),
+        )
 
 
 # Motion on rigid ground over time: one contact phase to rounding, or a walk of many.

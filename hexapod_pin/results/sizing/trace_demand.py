@@ -58,7 +58,7 @@ def joint_demand(trace: Trace, *, postures: int = MOST_POSTURES) -> JointDemand:
     makes_way = whole.makes_way and whole.distance is not None
     return JointDemand(
         joint_names=trace.joint_names,
-        kinds=joint_kinds(trace.joint_names, len(trace.foot_names), trace.meta),
+        kinds=joint_kinds(trace.joint_names, len(trace.foot_names), trace.run.robot.joint_kinds),
         time=time, torque=torque, speed=speed,
         acceleration=np.gradient(trace.v[:, 6:], trace.time, axis=0)[inside],
         cycles=window.cycles, peaks=SAMPLES if summary is None else ACCEPTED_STEPS,

@@ -58,9 +58,9 @@ def outcome_of(index: int, case: Case | Exception, result: object) -> Outcome:
     verdict = summary_verdict(result)
     return Outcome(
         index, digest, "", verdict.reason, labels_of(result),
-        json.dumps(list(result.meta.get("assumed", ()))), json.dumps(dict(result.counters)),
+        json.dumps(list(result.run.assumed)), json.dumps(dict(result.counters)),
         case_numbers(result, verdict).astype("<f8").tobytes(),
-        float(result.meta.get("wall_time", 0.0)),
+        result.run.wall_time or 0.0,
     )  # fmt: skip
 
 
@@ -149,8 +149,9 @@ def labels_text(
 def labels_of(summary: Summary) -> str:
     """Return the labels of a summary's axes as JSON text."""
     joints, feet = summary.joint_names, summary.foot_names
-    robot = f"{summary.meta.get('robot_name', 'robot')}: {summary.meta.get('provenance', '')}"
-    return labels_text(joints, joint_kinds(joints, len(feet), summary.meta), feet, robot)
+    robot = summary.run.robot
+    kinds = joint_kinds(joints, len(feet), robot.joint_kinds)
+    return labels_text(joints, kinds, feet, f"{robot.name}: {robot.provenance}")
 
 
 def case_numbers(summary: Summary, verdict: SummaryVerdict) -> Array:
@@ -164,27 +165,29 @@ def case_numbers(summary: Summary, verdict: SummaryVerdict) -> Array:
 
 def _found(summary: Summary) -> dict[str, Any]:
     """Return what is found from a summary, besides the verdict."""
-    meta, distance = summary.meta, summary.distance
-    mass = float(meta.get("total_mass", math.nan))
-    weight = mass * float(np.linalg.norm(meta.get("gravity", (0.0, 0.0, -9.81))))
+    run, distance = summary.run, summary.distance
+    mass, nominal = run.robot.mass, run.walk.nominal_speed
+    weight = mass * float(np.linalg.norm(run.gravity))
     given, taken = float(summary.positive_energy.sum()), float(summary.negative_energy.sum())
-    way = distance if meta.get("nominal_speed") else None  # none of a turn on the spot
+    way = distance if nominal else None  # none of a turn on the spot
     nothing = np.full(len(summary.joint_names), math.nan)
-    drive = meta.get("drive", {})
-    touches = sum(item["kind"] == "trunk-contact" for item in meta.get("events", ()))
+    touches = sum(event.kind == "trunk-contact" for event in run.events)
     return {
         "cycles": _number(summary.cycles),
         "states": summary.states,
         "total_mass": mass,
         "distance": _number(distance),
         "measured_speed": _number(summary.speed),
-        "nominal_speed": _number(meta.get("nominal_speed") if summary.cycles else None),
+        "nominal_speed": _number(nominal if summary.cycles else None),
         "measured_turn_rate": _number(summary.turn_rate),
         "cost_of_transport": _number(energy_per_way(given - taken, weight, way)),
         "cost_of_transport_positive": _number(energy_per_way(given, weight, way)),
         "trunk_contacts": touches,
-        "effort_limit": meta.get("effort_limit", nothing),
-        **{name: drive.get(name, nothing) for name in ("limit_count", "limit_time", "stop_count")},
+        "effort_limit": nothing if run.robot.effort_limit is None else run.robot.effort_limit,
+        **{
+            name: nothing if run.limits is None else [getattr(row, name) for row in run.limits]
+            for name in ("limit_count", "limit_time", "stop_count")
+        },
     }
 
 

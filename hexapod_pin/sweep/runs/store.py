@@ -16,7 +16,7 @@ from hexapod_pin.errors import (
     SimulationInterrupted,
     StoreExistsError,
 )
-from hexapod_pin.simulation.run_meta import package_versions
+from hexapod_pin.simulation.run_outcome import package_versions
 from hexapod_pin.stop_signals import unbroken
 from hexapod_pin.sweep.runs.outcome import Outcome, quantities
 from hexapod_pin.sweep.runs.store_file import (

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hexapod_pin.simulation.batch import BatchRuns
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.run_meta import package_versions
+from hexapod_pin.simulation.run_outcome import package_versions
 from hexapod_pin.sweep.runs.outcome import Outcome, failure, outcome_of, to_bytes
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def case_outcomes(
             under_way[place] = (index, case)
             yield case
 
-    runs = BatchRuns(cases(), threads, record=False, texts=False)
+    runs = BatchRuns(cases(), threads, record=False)
     for place, result in runs.results():
         index, case = under_way.pop(place)
         yield outcome_of(index, case, result)

@@ -270,7 +270,7 @@ def _use(summary: Summary, motors: Motors, derating: Derating) -> float:
     """Return the largest use of any motor; NaN of a robot that does not walk."""
     if not summary_verdict(summary).walks:
         return math.nan
-    kinds = joint_kinds(summary.joint_names, len(summary.foot_names), summary.meta)
+    kinds = joint_kinds(summary.joint_names, len(summary.foot_names), summary.run.robot.joint_kinds)
     peak = np.asarray(summary.limit_use) / derating.peak
     found = []
     for j, kind in enumerate(kinds):

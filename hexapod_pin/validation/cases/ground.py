@@ -47,7 +47,7 @@ def flight_samples(trace: Trace) -> tuple[int, int]:
     near = inside | np.concatenate([inside[:1], inside[:-1]])  # at either end of the interval
     force = trace.mean_foot_force[:, 0, 2]
     # in the air at both ends it may have been pushed in between; less than this is left by a method
-    pressed = (force > 0.0) & (near | (force > 1e-3 * G * trace.meta["total_mass"]))
+    pressed = (force > 0.0) & (near | (force > 1e-3 * G * trace.run.robot.mass))
     off = int(np.argmax(~pressed))
     return off, off + int(np.argmax(pressed[off:]))
 

@@ -171,11 +171,11 @@ def _rigid(control: Controller, duration: float, step: float) -> Trace:
 
 
 def _apart(trace: Trace, rigid: Trace, samples: NDArray[np.intp]) -> RigidLimit:
-    weight = float(trace.meta["total_mass"]) * 9.81
+    weight = trace.run.robot.mass * 9.81
     force = np.abs(trace.foot_force[samples] - rigid.foot_force[samples]).max() / weight
     torque = np.abs(trace.torque[samples] - rigid.torque[samples]).max()
     count = int(trace.counters["evaluations"])
-    return RigidLimit(float(force), float(torque), count, float(trace.meta["wall_time"]))
+    return RigidLimit(float(force), float(torque), count, (trace.run.wall_time or 0.0))
 
 
 # Compliant contact of the core against rigid contact as it stiffens.

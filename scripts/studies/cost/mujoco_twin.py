@@ -18,9 +18,8 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Flat
 
 if TYPE_CHECKING:
-    from hexapod_pin.scene.scene import Scene
-
     from hexapod_pin.robot.state import State
+    from hexapod_pin.scene.scene import Scene
 
 SetPoints = Callable[[Array], tuple[Array, Array]]
 """Times (n,) [s] -> joint angles (n, joints) [rad] and rates [rad/s], `joint_names` order."""

@@ -170,7 +170,7 @@ def _long_runs(sizes: RunSizes) -> dict[str, Callable[[], float]]:
 
     def rollout() -> float:
         trace = hp.simulate(scene, controller, duration=sizes.walk, step=STEP)
-        return float(trace.meta["wall_time"])
+        return trace.run.wall_time or 0.0
 
     return {
         "walk/call": call, "walk/rollout": rollout,

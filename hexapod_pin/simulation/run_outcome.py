@@ -1,4 +1,4 @@
-"""A trace stores facts of its run, and a run that fails is explained."""
+"""What a run leaves is put together: its record and summary; a run that fails is explained."""
 
 from __future__ import annotations
 
@@ -13,11 +13,20 @@ from hexapod_pin.drive.servo import joint_kinds
 from hexapod_pin.errors import DivergenceError, WorkLimitError
 from hexapod_pin.ground.terrain import Flat
 from hexapod_pin.results.joint_budget import joint_kinds as kinds_by_name
-from hexapod_pin.results.run_facts import Event
+from hexapod_pin.results.run_record import (
+    Event,
+    JointLimits,
+    LevelStart,
+    Numerics,
+    RobotFacts,
+    RunCase,
+    RunRecord,
+    WalkFacts,
+)
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.summary_layout import from_native
 from hexapod_pin.scene.loaded_model import native_loads
-from hexapod_pin.simulation.case_data import run_to_toml
+from hexapod_pin.scene.robot_file import robot_to_dict
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
@@ -28,14 +37,27 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.native_run import NativeRun
 
 
-def run_summary(run: NativeRun, meta: Mapping[str, Any]) -> Summary:
-    """Return what a run has come to so far; `meta` is its `SUMMARY_META`."""
+def run_summary(
+    run: NativeRun,
+    record: RunRecord,
+    counters: Mapping[str, int | float],
+    errors: Mapping[str, Any],
+) -> Summary:
+    """Return what a run has come to so far.
+
+    Args:
+        run: the run.
+        record: its `run_record`.
+        counters: steps, evaluations, ...
+        errors: of the numbers, as of `number_errors`.
+    """
     return Summary.from_data(
         run_numbers(run),
         run.scene.robot.joint_names,
         contact_names(run.scene),
-        plain_counters(run),
-        meta,
+        counters,
+        record,
+        errors,
     )
 
 
@@ -52,18 +74,49 @@ def plain_counters(run: NativeRun) -> dict[str, int | float]:
     }
 
 
-def run_meta(run: NativeRun) -> dict[str, Any]:
-    """Return the `Trace.meta` of a run where it stands."""
-    robot, common = run.scene.robot, common_meta(run)
-    return {
-        **common,
-        "checkpoint": run.checkpoint().to_dict(),
-        "summary": run_summary(run, common).data,
-        "urdf": robot.urdf,
-        "foot_radius": contact_radii(run.scene),
-        "velocity_limit": robot.velocity.tolist(),
-        "versions": package_versions(),
-    }
+def run_record(run: NativeRun) -> RunRecord:
+    """Return what is known of a run where it stands, but for the URDF and the checkpoint."""
+    scene = run.scene
+    return RunRecord(
+        robot=robot_facts(scene),
+        numerics=Numerics(
+            method=run.how.choice.method.name,
+            accuracy=run.how.choice.accuracy,
+            step=run.how.grid.step,
+            sample=run.how.grid.sample,
+            duration=run.how.duration,
+        ),
+        walk=WalkFacts.of(run.set_points, run.controller),
+        gravity=scene.gravity,
+        assumed=scene.assumed,
+        events=trunk_events(run),
+        limits=joint_limits(run),
+        level_start=level_start(run),
+        wall_time=run.wall_time,
+        case=RunCase(scene.settings, robot_to_dict(scene.robot), run.controller, run.settings),
+    )
+
+
+def with_urdf(record: RunRecord, run: NativeRun) -> RunRecord:
+    """Return a record with what a trace needs besides: URDF, checkpoint, versions."""
+    robot = record.robot.model_copy(update={"urdf": run.scene.robot.urdf})
+    more = {"robot": robot, "checkpoint": run.checkpoint(), "versions": package_versions()}
+    return record.model_copy(update=more)
+
+
+def robot_facts(scene: Scene) -> RobotFacts:
+    """Return what a record keeps of a scene's robot."""
+    robot = scene.robot
+    return RobotFacts(
+        name=robot.name,
+        provenance=robot.provenance,
+        digest=robot.digest,
+        total_mass=scene.total_mass,
+        joint_kinds=told_kinds(robot),
+        effort_limit=tuple(torque_limit(robot, scene.servos).tolist()),
+        velocity_limit=tuple(robot.velocity.tolist()),
+        foot_radius=tuple(contact_radii(scene)),
+    )
 
 
 def contact_radii(scene: Scene) -> list[float]:
@@ -73,84 +126,41 @@ def contact_radii(scene: Scene) -> list[float]:
     return [float(radius) for radius in radii]
 
 
-def common_meta(run: NativeRun, *, texts: bool = True) -> dict[str, Any]:
-    """Return what trace and summary tell: `SUMMARY_META`; with what was run as text, or without."""
-    scene, robot, points = run.scene, run.scene.robot, run.set_points
-    return {
-        **(case_texts(run) if texts else {}),
-        "method": run.how.choice.method.name,
-        "accuracy": run.how.choice.accuracy,
-        "step": run.how.grid.step,
-        "sample": run.how.grid.sample,
-        "events": [event.to_dict() for event in trunk_events(run)],
-        "drive": drive_limits(run),
-        "cycle_time": points.cycle_time,
-        "steady_from": points.steady_from,
-        "steady_until": points.steady_until,
-        "travel_direction": [float(x) for x in points.travel_direction],
-        "nominal_speed": float(points.speed),
-        "robot_name": robot.name,
-        "total_mass": scene.total_mass,
-        "gravity": list(scene.gravity),
-        "effort_limit": torque_limit(robot, scene.servos).tolist(),
-        **told_kinds(robot),
-        "assumed": list(scene.assumed),
-        "provenance": robot.provenance,
-        "model_digest": robot.digest,
-        "wall_time": run.wall_time,
-        **level_start(run),
-        **gait_turn(run),
-    }
-
-
-def case_texts(run: NativeRun) -> dict[str, str]:
-    """Return what was run, as TOML text."""
-    import tomli_w
-
-    case = {} if run.case is None else {"run": run_to_toml(run.case)}
-    return {**case, "scene": run.scene.to_toml(), "controller": tomli_w.dumps(run.controller)}
-
-
-def gait_turn(run: NativeRun) -> dict[str, float]:
-    """Return the yaw rate that the controller's gait plans [rad/s], where it has one."""
-    gait = run.controller.get("gait")
-    rate = gait.get("turn_rate") if isinstance(gait, Mapping) else None
-    if isinstance(rate, bool) or not isinstance(rate, int | float):
-        return {}
-    return {"gait_turn_rate": float(rate)}
-
-
-def level_start(run: NativeRun) -> dict[str, dict[str, float]]:
+def level_start(run: NativeRun) -> LevelStart | None:
     """Return z of level ground and of the trunk's origin at the start of a run from rest [m]."""
     ground = run.scene.terrain
     if not isinstance(ground, Flat) or run.start.time > 0.0:
-        return {}
-    return {"level_start": {"ground": ground.height, "trunk": float(run.start.q[2])}}
+        return None
+    return LevelStart(ground=ground.height, trunk=float(run.start.q[2]))
 
 
-def told_kinds(robot: Robot) -> dict[str, list[str]]:
+def told_kinds(robot: Robot) -> tuple[str, ...] | None:
     """Return `joint_kinds` of a robot with legs where names and places do not tell them."""
     if not robot.legs:
-        return {}
+        return None
     kinds = joint_kinds(robot)
-    told = [kinds[name] for name in robot.joint_names]
-    plain = list(kinds_by_name(robot.joint_names, len(robot.feet)))
-    return {} if told == plain else {"joint_kinds": told}
+    told = tuple(kinds[name] for name in robot.joint_names)
+    return None if told == kinds_by_name(robot.joint_names, len(robot.feet)) else told
 
 
-def drive_limits(run: NativeRun) -> dict[str, list[float]]:
-    """Return how often and how long each joint was at its limits so far; see `JointLimits`."""
-    names = ("limit_count", "limit_time", "stop_count")
+def joint_limits(run: NativeRun) -> tuple[JointLimits, ...]:
+    """Return how often and how long each joint was at its limits so far."""
     columns = run.rollout.drive_counters()
-    return {name: list(column) for name, column in zip(names, columns, strict=True)}
+    return tuple(
+        JointLimits(joint=name, limit_count=int(n), limit_time=float(t), stop_count=int(stops))
+        for name, n, t, stops in zip(run.scene.robot.joint_names, *columns, strict=True)
+    )
 
 
-def trunk_events(run: NativeRun) -> list[Event]:
+def trunk_events(run: NativeRun) -> tuple[Event, ...]:
     """Return where the trunk has touched the ground so far."""
-    return [
-        Event(time, "trunk-contact", run.trunk_points[point][3], tuple(place.tolist()))
+    return tuple(
+        Event(
+            time=time, kind="trunk-contact", what=run.trunk_points[point][3],
+            place=tuple(place.tolist()),
+        )
         for time, point, place in run.rollout.trunk_touches()
-    ]
+    )  # fmt: skip
 
 
 @cache
