@@ -14,11 +14,11 @@ import numpy as np
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import digest
 from hexapod_pin.control.feedback import Command, Measurement
+from hexapod_pin.control.foot_control.law import law_settings, native_law
 from hexapod_pin.control.foot_control.leg_model import (
     PlannedWalk,
     first_posture,
     leg_chains,
-    standing_centre,
 )
 from hexapod_pin.control.foot_control.parameters import (
     FootForceSensing,
@@ -27,12 +27,7 @@ from hexapod_pin.control.foot_control.parameters import (
     TouchDown,
     VirtualSuspension,
 )
-from hexapod_pin.control.foot_control.stability import (
-    effective_delay,
-    refuse_unstable,
-    slip_gains,
-    weight_of,
-)
+from hexapod_pin.control.foot_control.stability import refuse_unstable
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.sensors import Sensors
@@ -42,14 +37,10 @@ from hexapod_pin.immutable import Immutable
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
-    from hexapod_pin.native import FootControlLaw, FootControlSettings, LegChain
+    from hexapod_pin.native import FootControlLaw
 
 
 # Foot control made ready for one robot and scene: numbers for the native core.
-
-TOUCH_SHARE = {"foot": 0.04, "torque": 0.12, "current": 0.2}
-"""Force of a foot that touches, over the robot's weight, by its source (*assumed*): what swinging
-legs and their drives leave in an estimate must not pass for ground."""
 
 FIELDS = ("q", "v", "torque", "rotation", "angular_velocity", "acceleration", "foot_force")
 """Readings in the order in which the core checks them."""
@@ -167,82 +158,6 @@ def ready_law(control: FootControl, scene: Any, *, refuse: bool = True) -> Ready
         joint_names=tuple(robot.joint_names),
         foot_names=tuple(foot.name for foot in robot.feet),
     )
-
-
-def native_law(scene: Any, settings: FootControlSettings, chains: list[LegChain]) -> FootControlLaw:
-    """Return the law of the core for the robot of a scene."""
-    from hexapod_pin.native import FootControlLaw
-
-    robot, six = scene.robot, six_legs(scene.robot)
-    feet = [[foot.name for foot in robot.feet].index(robot.leg(leg.name).foot) for leg in six.legs]
-    return FootControlLaw(settings, chains, six.joint_index.tolist(), feet)
-
-
-def law_settings(control: FootControl, scene: Any) -> FootControlSettings:
-    """Return the numbers of a controller for a scene."""
-    from hexapod_pin import native
-
-    robot, force = scene.robot, control.force
-    weight = weight_of(scene)
-    out = native.FootControlSettings()
-    out.period, out.lead = control.period, control.period + control.delay
-    out.source = getattr(native.ForceSource, force.source)
-    out.filter_time = force.filter_time
-    out.radius = six_legs(robot).radius.tolist()
-    out.threshold = (
-        TOUCH_SHARE[force.source] * weight if force.threshold is None else force.threshold
-    )
-    if control.slip is not None:
-        out.signal = getattr(native.SlipSignal, control.slip.signal)
-        kp, ki, kd = slip_gains(control, scene)
-        gains = native.SlipGains()
-        gains.kp, gains.ki, gains.kd = kp, ki, kd
-        gains.derivative_time, gains.limit = control.slip.derivative_time, control.slip.limit
-        out.slip = gains
-    out.weight, out.centre = weight, standing_centre(robot)
-    out.load_time = control.load_time
-    kp = scene.servos.gains(robot)[0]
-    out.give = list(1.0 / kp[six_legs(robot).joint_index])
-    out.anticipates = control.slip is not None and control.slip.anticipates
-    if control.suspension is not None:
-        _suspend(out, control)
-    if control.touch_down is not None:
-        _react(out, control)
-    if control.levelling is not None:
-        out.level_rate, out.level_limit = control.levelling.rate, control.levelling.limit
-    return out
-
-
-def _suspend(out: Any, control: FootControl) -> None:
-    """Fill in the virtual suspension."""
-    from hexapod_pin import native
-
-    suspension = control.suspension
-    assert suspension is not None
-    gains = native.SuspensionGains()
-    gains.mass, gains.damping, gains.stiffness = suspension.gains(
-        out.weight, effective_delay(control)
-    )
-    gains.limit = suspension.limit
-    out.suspended, out.suspension = True, gains
-    out.nominal_load = 0.0 if suspension.load == "split" else float(suspension.load)
-
-
-def _react(out: Any, control: FootControl) -> None:
-    """Fill in what legs do at touch-down."""
-    from hexapod_pin import native
-
-    given = control.touch_down
-    assert given is not None
-    settings = native.TouchDownSettings()
-    settings.reacts = True
-    settings.earliest = given.earliest
-    settings.search_speed, settings.search_depth = given.search_speed, given.search_depth
-    settings.rise_speed, settings.rise_limit = given.rise_speed, given.rise_limit
-    settings.patience = given.patience
-    settings.retreat, settings.lost_after = given.retreat_speed, given.lost_after
-    out.touch_down = settings
-    out.follow_height, out.follow_tilt = 1.0 / given.height_time, 1.0 / given.tilt_time
 
 
 # S1's foot control as a controller that takes part in a run.

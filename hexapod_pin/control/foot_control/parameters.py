@@ -6,7 +6,7 @@ They cover slip correction, virtual suspension, levelling, touch-down and force 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, field_validator, model_serializer
 
@@ -15,6 +15,8 @@ from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
     from pydantic import SerializerFunctionWrapHandler
+
+    from hexapod_pin.control.gait import Gait
 
 
 class SlipPid(Spec):
@@ -212,3 +214,54 @@ class FootForceSensing(Spec):
     @model_serializer(mode="wrap")
     def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
         return {name: value for name, value in dump(self).items() if value is not None}
+
+
+class ControlParts(Protocol):
+    """What the law of a foot controller, and the stability of its loop, follow from."""
+
+    @property
+    def walk(self) -> Any:
+        """The open-loop walk whose feet are moved."""
+
+    @property
+    def gait(self) -> Gait:
+        """The gait that is walked."""
+
+    @property
+    def slip(self) -> SlipPid | None:
+        """Correction of the feet along the ground."""
+
+    @property
+    def suspension(self) -> VirtualSuspension | None:
+        """Legs yield to their loads."""
+
+    @property
+    def touch_down(self) -> TouchDown | None:
+        """Feet stop at the ground."""
+
+    @property
+    def levelling(self) -> Levelling | None:
+        """Keeps the trunk level."""
+
+    @property
+    def force(self) -> FootForceSensing:
+        """What the robot takes for the forces on its feet."""
+
+    @property
+    def load_time(self) -> float:
+        """In which a foot takes up its share of the weight [s]."""
+
+    @property
+    def period(self) -> float:
+        """Time between ticks [s]."""
+
+    @property
+    def delay(self) -> float:
+        """Time from a tick until its command acts [s]."""
+
+    @property
+    def loop_delay(self) -> float:
+        """Time from a measurement until its command acts [s]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the settings as plain data."""

@@ -10,11 +10,16 @@ import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-import numpy as np
-
-from hexapod_pin.control.foot_control.leg_model import foot_stiffness, leg_chains
+from hexapod_pin.control.foot_control.law import (
+    effective_delay,
+    law_settings,
+    native_law,
+    slip_gains,
+    weight_of,
+)
+from hexapod_pin.control.foot_control.leg_model import leg_chains
 from hexapod_pin.control.foot_control.linear_law import LinearLaw, LinearLoop
 from hexapod_pin.control.foot_control.stance_model import StanceModel
 from hexapod_pin.errors import ParameterError, UnknownNameError
@@ -22,12 +27,13 @@ from hexapod_pin.ground.contact import Restitution
 from hexapod_pin.robot.robot import once_per_robot
 
 if TYPE_CHECKING:
-    from hexapod_pin.control.foot_control.controller import FootControl
+    from hexapod_pin.control.foot_control.parameters import ControlParts
     from hexapod_pin.native import LegChain
     from hexapod_pin.robot.robot import Robot
 
 
 Kept = TypeVar("Kept")
+Control = TypeVar("Control", bound="ControlParts")
 
 TOUCH_SPEEDS = (0.0, 0.1)
 """Of feet put down gently and in a walk [m/s] (*assumed*): contacts with a coefficient of
@@ -70,14 +76,17 @@ def once(kept: OrderedDict[str, Kept], key: str, make: Callable[[], Kept]) -> Ke
     return kept[key]
 
 
-def plant_key(control: FootControl, scene: Any) -> str:
+def plant_key(control: ControlParts, scene: Any) -> str:
     """Return a text that differs where the loop of a robot differs, its controller's law aside."""
     times = f"{control.period!r} {control.loop_delay!r} {scene.gravity}"
     return f"{times} {scene.servos.model_dump_json()} {scene.contact.model_dump_json()}"
 
 
 def stance_loop(
-    control: FootControl, scene: Any, feet: Sequence[str] | None = None, touch_speed: float = 0.0
+    control: ControlParts,
+    scene: Any,
+    feet: Sequence[str] | None = None,
+    touch_speed: float = 0.0,
 ) -> LinearLoop:
     """Return the standing robot of a scene between the ticks of a controller.
 
@@ -96,10 +105,8 @@ def stance_loop(
     return once(kept_loops(scene.robot).loops, key, make)
 
 
-def linear_law(control: FootControl, scene: Any, stance: StanceModel) -> LinearLaw:
+def linear_law(control: ControlParts, scene: Any, stance: StanceModel) -> LinearLaw:
     """Return a controller's law about a stance, limits and dry friction aside."""
-    from hexapod_pin.control.foot_control.controller import law_settings, native_law
-
     settings = law_settings(control, scene)
     slip, suspension = settings.slip, settings.suspension
     slip.limit = suspension.limit = FAR
@@ -113,7 +120,7 @@ def linear_law(control: FootControl, scene: Any, stance: StanceModel) -> LinearL
 
 
 def spectral_radius(
-    control: FootControl,
+    control: ControlParts,
     scene: Any,
     feet: Sequence[str] | None = None,
     touch_speed: float | None = None,
@@ -135,7 +142,7 @@ def spectral_radius(
 
 
 def spectral_radii(
-    control: FootControl,
+    control: ControlParts,
     scene: Any,
     feet: Sequence[str] | None,
     touch_speed: float | None,
@@ -171,7 +178,7 @@ PARAMETERS = {
 """Parameters whose stable range can be asked for, and their units."""
 
 
-def parameter_value(control: FootControl, scene: Any, parameter: str) -> float:
+def parameter_value(control: ControlParts, scene: Any, parameter: str) -> float:
     """Return what a parameter such as "slip.ki" is, given or derived.
 
     Raises:
@@ -193,15 +200,22 @@ def parameter_value(control: FootControl, scene: Any, parameter: str) -> float:
     return float(value)
 
 
-def with_parameter(control: FootControl, parameter: str, value: float) -> FootControl:
+def _replaced(control: Control, **changes: Any) -> Control:
+    """Return a controller, which is a frozen dataclass, with other parts."""
+    changed: Control = replace(cast("Any", control), **changes)
+    return changed
+
+
+def with_parameter(control: Control, parameter: str, value: float) -> Control:
     """Return a controller with another value of a parameter such as "slip.ki"."""
     name, _, field_name = parameter.partition(".")
     part = getattr(control, name)
-    return replace(control, **{name: type(part)(**{**part.model_dump(), field_name: value})})
+    changed: Any = type(part)(**{**part.model_dump(), field_name: value})
+    return _replaced(control, **{name: changed})
 
 
 def stable_range(
-    control: FootControl,
+    control: ControlParts,
     scene: Any,
     parameter: str,
     feet: Sequence[str] | None = None,
@@ -261,10 +275,10 @@ def _border(stable: Callable[[float], bool], values: Sequence[float]) -> float |
     return inside
 
 
-def _unit(control: FootControl, scene: Any, parameter: str) -> float:
+def _unit(control: ControlParts, scene: Any, parameter: str) -> float:
     """Return a scale of a gain that is 0: with it the PID's parts are alike at the bandwidth."""
     assert control.slip is not None
-    derived = replace(control, slip=control.slip.model_copy(update={"ki": None}))
+    derived = _replaced(control, slip=control.slip.model_copy(update={"ki": None}))
     rate = 2.0 * math.pi * control.slip.bandwidth
     integral = slip_gains(derived, scene)[1]
     return integral / rate if parameter == "slip.kp" else integral / rate**2
@@ -276,7 +290,7 @@ REFUSAL_SPAN = 100.0
 """Factor around a value in which a refusal looks for stable ones."""
 
 
-def refuse_unstable(control: FootControl, scene: Any) -> None:
+def refuse_unstable(control: ControlParts, scene: Any) -> None:
     """Refuse a controller with which a standing robot would shake; a verdict is kept.
 
     What drifts without swinging, slower than by e in a stance, is let pass: corrections are taken
@@ -302,7 +316,7 @@ def refuse_unstable(control: FootControl, scene: Any) -> None:
         raise error.with_traceback(None)
 
 
-def _refusal(control: FootControl, scene: Any, radius: float, drift_time: float) -> ParameterError:
+def _refusal(control: ControlParts, scene: Any, radius: float, drift_time: float) -> ParameterError:
     """Return the error that names what is nearest to a stable value."""
     ranges: dict[str, tuple[float, float]] = {}
     for name in _suspects(control, scene, drift_time):
@@ -335,10 +349,10 @@ def _refusal(control: FootControl, scene: Any, radius: float, drift_time: float)
     return ParameterError(best, values[best], _text(*ranges[best], PARAMETERS[best]), hint)
 
 
-def _suspects(control: FootControl, scene: Any, drift_time: float) -> list[str]:
+def _suspects(control: ControlParts, scene: Any, drift_time: float) -> list[str]:
     """Return the parameters of the parts without which the loop is stable; else all."""
     parts = [name for name in ("slip", "suspension") if getattr(control, name) is not None]
-    without = {"slip": replace(control, slip=None), "suspension": replace(control, suspension=None)}
+    without = {"slip": _replaced(control, slip=None), "suspension": _replaced(control, suspension=None)}
     guilty = [
         name for name in parts if spectral_radius(without[name], scene, drift_time=drift_time) < 1.0
     ]
@@ -350,7 +364,7 @@ def _suspects(control: FootControl, scene: Any, drift_time: float) -> list[str]:
     ]
 
 
-def _is_given(control: FootControl, own: str) -> bool:
+def _is_given(control: ControlParts, own: str) -> bool:
     """Whether a gain of the slip correction was given, or the bandwidth that it follows from."""
     slip = control.slip
     assert slip is not None
@@ -369,36 +383,3 @@ def _text(low: float, high: float, unit: str) -> str:
     if math.isinf(high):
         return f"above {low:.3g} {unit}"
     return f"below {high:.3g} {unit}" if low == 0.0 else f"from {low:.3g} to {high:.3g} {unit}"
-
-
-# Gains of the slip correction that follow from a bandwidth (*assumed* where none are given).
-
-
-def effective_delay(control: FootControl) -> float:
-    """Return the delay of a loop, sampling, ramps to the next tick and force filter in it [s]."""
-    return 1.5 * control.period + control.loop_delay + control.force.filter_time
-
-
-def weight_of(scene: Any) -> float:
-    """Return what a robot knows as its weight, payloads aside [N]."""
-    return float(scene.robot.total_mass * np.linalg.norm(scene.gravity))
-
-
-def slip_gains(control: FootControl, scene: Any) -> tuple[float, float, float]:
-    """Return kp, ki and kd of a controller's slip correction; units as of `SlipPid`.
-
-    Seen by the controller a standing foot is a gain s, a delay d and no lag of its own: the rule
-    of internal model control then is ki = 1 / (s (1 / w + d)), kp = kd = 0 [Skogestad2003].
-    """
-    slip = control.slip
-    assert slip is not None
-    gain = 1.0
-    if slip.signal == "force":
-        gain = float(np.linalg.eigvalsh(foot_stiffness(scene)[:, :2, :2]).max())
-    lag = 1.0 / (2.0 * math.pi * slip.bandwidth)
-    integral = 1.0 / (gain * (lag + effective_delay(control)))
-    return (
-        0.0 if slip.kp is None else slip.kp,
-        integral if slip.ki is None else slip.ki,
-        0.0 if slip.kd is None else slip.kd,
-    )
