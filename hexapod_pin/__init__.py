@@ -129,8 +129,8 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.case import Case as Case
     from hexapod_pin.simulation.case import load_case as load_case
     from hexapod_pin.simulation.case import simulate as simulate
+    from hexapod_pin.simulation.run_settings import WorkLimits as WorkLimits
     from hexapod_pin.simulation.session import Session as Session
-    from hexapod_pin.simulation.work_limits import WorkLimits as WorkLimits
     from hexapod_pin.sweep.assumed_inputs import assumed_inputs as assumed_inputs
     from hexapod_pin.sweep.compare import compare as compare
     from hexapod_pin.sweep.gait_energy import gait_energy as gait_energy
@@ -248,7 +248,7 @@ _MODULES = {
     "assumed_inputs": "sweep.assumed_inputs",
     "compare": "sweep.compare",
     "gait_energy": "sweep.gait_energy",
-    "WorkLimits": "simulation.work_limits",
+    "WorkLimits": "simulation.run_settings",
     "amplification": "simulation.amplification",
     "iterate_batch": "simulation.batch",
     "joint_demand": "results.sizing",

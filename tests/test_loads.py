@@ -15,7 +15,8 @@ import hexapod_pin as hp
 from hexapod_pin import native
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.robot.link_shapes import trunk_points
-from hexapod_pin.scene.loaded_model import loaded_model, native_loads
+from hexapod_pin.scene.loaded_model import native_loads
+from hexapod_pin.scene.scene import loaded_model
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.validation.checks.maximal_checks import maximal_twin
 
@@ -135,7 +136,7 @@ def test_loads_in_the_cores_terms(robot: hp.Robot) -> None:
     push = hp.Push("rr_foot", (0.0, 0.01, 0.0), force=(1.0, 2.0, 3.0), start=0.1, duration=0.25)
     twist = hp.Push("base_link", torque=(0.0, 0.0, 0.5), start=0.0, duration=1.0)
     scene = hp.Scene(robot, loads=[push, BOX, twist, hp.LostLeg("rm", 2.0)])
-    found = native_loads(scene)
+    found = native_loads(scene.robot, scene.settings)
     joint, point, force, torque, start, end = found.pushes[0]
     assert joint == robot.model.getJointId("rr_tibia_joint")
     np.testing.assert_allclose(point, [0.09879, 0.01, 0.0], atol=1e-15)
@@ -149,7 +150,7 @@ def test_loads_in_the_cores_terms(robot: hp.Robot) -> None:
     trunk = trunk_points(robot)
     assert [name for *_, name in found.trunk_points] == list(trunk.names)
     np.testing.assert_array_equal([place for _, place, _, _ in found.trunk_points], trunk.points)
-    touching = native_loads(hp.Scene(robot, body_contact=True))
+    touching = native_loads(robot, hp.Scene(robot, body_contact=True).settings)
     assert [name for *_, name in touching.body_points] == list(trunk.names)
 
 

@@ -6,7 +6,7 @@ import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.scene.loaded_model import loaded_model
+from hexapod_pin.scene.scene import loaded_model
 
 LINK = "lf_tibia"
 

@@ -13,7 +13,7 @@ import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.commands.app import main
 from hexapod_pin.robot import trunk_points
-from hexapod_pin.scene.loaded_model import loaded_model
+from hexapod_pin.scene.scene import loaded_model
 from hexapod_pin.simulation.plant import motion_at
 
 EXACT = {"method": "dop853", "accuracy": 1e-12}

@@ -14,7 +14,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, SimulationInterrupted, WorkLimitError
-from hexapod_pin.simulation.work_limits import WorkForecast, chosen_limits
+from hexapod_pin.simulation.run_settings import WorkForecast, chosen_limits
 
 ROBOT = hp.load_robot("kharagpur")
 SCENE = hp.Scene(ROBOT)

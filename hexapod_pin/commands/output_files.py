@@ -112,7 +112,7 @@ def require_room(least: Mapping[Path, float]) -> None:
 
 def least_sizes(case: Case, trace: Path, page: Path | None) -> dict[Path, float]:
     """Return how large the files of a run become at least [bytes]."""
-    from hexapod_pin.simulation.work_limits import sample_bytes
+    from hexapod_pin.simulation.run_settings import sample_bytes
 
     found = {trace: LEAST_SHARE * sample_bytes(case.settings, case.scene, case.record)}
     return found if page is None else {**found, page: PAGE_BYTES}

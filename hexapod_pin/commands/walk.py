@@ -179,7 +179,7 @@ def walk(
     from hexapod_pin.robot.robot import load_robot
     from hexapod_pin.scene.scene import Scene
     from hexapod_pin.simulation.case import Case
-    from hexapod_pin.simulation.work_limits import chosen_limits
+    from hexapod_pin.simulation.run_settings import chosen_limits
 
     trace_path = writable_trace("--out", out)
     html_path = None if no_html else writable("--html", html, PAGES)
@@ -277,7 +277,7 @@ def run(
     from hexapod_pin.commands.import_file import import_file
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.simulation.case import load_case
-    from hexapod_pin.simulation.work_limits import chosen_limits
+    from hexapod_pin.simulation.run_settings import chosen_limits
 
     trace_path = writable_trace("--out", out)
     html_path = None if no_html else writable("--html", html, PAGES)

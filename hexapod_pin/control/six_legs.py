@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,8 +23,14 @@ from hexapod_pin.robot.robot import once_per_robot
 
 if TYPE_CHECKING:
     from hexapod_pin.control.commanded_body import VelocityCommand
-    from hexapod_pin.control.foot_path import FootPath
     from hexapod_pin.robot.robot import Robot
+
+
+class FootMotion(Protocol):
+    """What moves the feet: `FootPath` or `ArcPath`."""
+
+    def positions_and_velocities(self, time: Array) -> tuple[Array, Array]:
+        """Return places [m] and velocities [m/s] of the feet, base frame. Shape (K, L, 3) each."""
 
 
 STRAIGHT_AHEAD = 1e-6
@@ -108,7 +114,7 @@ class SixLegs(Immutable):
         directions = _directions(self, twists if len(twists) else np.zeros((1, 3)))
         return _along(self, tuple(map(tuple, np.round(directions, 12).tolist())))
 
-    def foot_motion(self, path: FootPath, time: Array) -> tuple[Array, Array]:
+    def foot_motion(self, path: FootMotion, time: Array) -> tuple[Array, Array]:
         """Return foot positions [m] and velocities [m/s] leg by leg, base frame. (L, K, 3) each."""
         p_BF, v_BF = path.positions_and_velocities(time)
         first, second = (np.ascontiguousarray(np.swapaxes(x, 0, 1)) for x in (p_BF, v_BF))

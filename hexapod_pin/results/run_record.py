@@ -20,7 +20,7 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.file_schema import Bound, FileData, Name, NotNegative, Number, check_data, per
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.checkpoint import Checkpoint
-from hexapod_pin.scene.scene import SceneSettings
+from hexapod_pin.scene.settings import SceneSettings
 from hexapod_pin.spec import parsed_toml
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.holding_torque import STANDARD_GRAVITY, standing_torque
-from hexapod_pin.scene.scene import SceneSettings
+from hexapod_pin.scene.settings import SceneSettings
 
 LEAST_TRAVEL = 0.05
 """Way over planned way below which slip per metre says nothing."""

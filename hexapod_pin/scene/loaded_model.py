@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from hexapod_pin.robot.robot import Robot
-    from hexapod_pin.scene.scene import Scene
+    from hexapod_pin.scene.settings import SceneSettings
 
 KEPT_MODELS = 32
 """How many sets of changed masses are remembered of a robot."""
@@ -49,14 +49,6 @@ class NativeLoads(NamedTuple):
     trunk_points: list[NativePoint]
 
 
-def loaded_model(scene: Scene) -> pin.Model:
-    """Return the robot's model with the masses of the scene: payloads on, factors, masses removed.
-
-    The robot's own model where the scene changes no mass. Must not be changed.
-    """
-    return models_by_mass(scene.robot)(scene.mass_loads)
-
-
 @once_per_robot
 def models_by_mass(robot: Robot) -> Callable[[MassLoads], pin.Model]:
     """Return the function that gives a robot's model for loads of mass, each built once."""
@@ -70,12 +62,11 @@ def models_by_mass(robot: Robot) -> Callable[[MassLoads], pin.Model]:
     return model_with
 
 
-def native_loads(scene: Scene) -> NativeLoads:
+def native_loads(robot: Robot, scene: SceneSettings) -> NativeLoads:
     """Return what acts on the robot of a scene besides servos, gravity and its feet's contacts.
 
     Loads of mass are not among them: they are part of `loaded_model`.
     """
-    robot = scene.robot
     trunk = trunk_points(robot)
     points: list[NativePoint] = [
         (TRUNK_JOINT, np.array(place), float(radius), name)

@@ -4,8 +4,8 @@ from hexapod_pin.simulation.amplification import Amplification, amplification
 from hexapod_pin.simulation.batch import iterate_batch, simulate_batch
 from hexapod_pin.simulation.case import Case, load_case, simulate
 from hexapod_pin.simulation.methods import METHODS, Method
+from hexapod_pin.simulation.run_settings import WorkLimits
 from hexapod_pin.simulation.session import Session
-from hexapod_pin.simulation.work_limits import WorkLimits
 
 __all__ = [
     "Amplification",

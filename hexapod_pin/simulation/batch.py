@@ -18,9 +18,8 @@ from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.native_run import PROGRESS_INTERVAL, NativeRun, open_loop_run
-from hexapod_pin.simulation.run_settings import RunSettings
+from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits, chosen_limits
 from hexapod_pin.simulation.session import controlled_loop, lock_step_runs
-from hexapod_pin.simulation.work_limits import WorkLimits, chosen_limits
 from hexapod_pin.user_code import UserCode, user_callback
 
 MOST_THREADS = 1024

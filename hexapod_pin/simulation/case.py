@@ -23,9 +23,8 @@ from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.accuracy_control import ControlledRun
 from hexapod_pin.simulation.case_data import case_digest, case_from_dict, case_to_dict, read_case
 from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
-from hexapod_pin.simulation.run_settings import RunSettings
+from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits, chosen_limits
 from hexapod_pin.simulation.session import closed_loop_run, controlled_loop
-from hexapod_pin.simulation.work_limits import WorkLimits, chosen_limits
 from hexapod_pin.user_code import user_callback
 from hexapod_pin.user_file import read_text, user_path
 

@@ -47,7 +47,7 @@ from hexapod_pin.simulation.run_outcome import (
     run_summary,
     with_urdf,
 )
-from hexapod_pin.simulation.work_limits import check_work
+from hexapod_pin.simulation.run_settings import check_work
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -106,7 +106,7 @@ class NativeRun:
         check_supported(how.choice, scene)
         self.scene, self.how, self.set_points, self.start = scene, how, set_points, start
         self.controller = deepcopy(dict(controller or {"kind": "commands"}))
-        self.trunk_points = native_loads(scene).trunk_points
+        self.trunk_points = native_loads(scene.robot, scene.settings).trunk_points
         self.recorded = record
         self.omitted = left_out(groups)
         self.parts = parts

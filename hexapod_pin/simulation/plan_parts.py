@@ -10,7 +10,7 @@ from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.knot_table import MAX_KNOT_SPACING
 from hexapod_pin.control.sampled_trajectory import HoldPosture, SampledTrajectory
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.simulation.work_limits import LIFT
+from hexapod_pin.simulation.run_settings import LIFT
 from hexapod_pin.user_code import UserCode
 
 if TYPE_CHECKING:

@@ -18,10 +18,10 @@ from hexapod_pin.robot.robot import once_per_robot, scratch_data
 from hexapod_pin.scene.loaded_model import (
     KEPT_MODELS,
     MassLoads,
-    loaded_model,
     models_by_mass,
     native_loads,
 )
+from hexapod_pin.scene.scene import loaded_model
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -128,7 +128,7 @@ def native_plant(scene: Scene, *, dense: bool = False) -> Any:
         (_native_joint(robot, foot.joint), np.asarray(foot.offset, dtype=float), float(foot.radius))
         for foot in robot.feet
     ]
-    loads = native_loads(scene)
+    loads = native_loads(scene.robot, scene.settings)
     feet += [point[:3] for point in loads.body_points]
     return _native.plant_settings(
         model=_driven_model(scene),

@@ -121,7 +121,7 @@ def robot_facts(scene: Scene) -> RobotFacts:
 
 def contact_radii(scene: Scene) -> list[float]:
     """Return the radii of all contact points, feet first [m]."""
-    body = native_loads(scene).body_points
+    body = native_loads(scene.robot, scene.settings).body_points
     radii = [foot.radius for foot in scene.robot.feet] + [radius for _, _, radius, _ in body]
     return [float(radius) for radius in radii]
 
@@ -179,7 +179,7 @@ TRUNK = ("the trunk's place", "the trunk's attitude")
 
 def contact_names(scene: Scene) -> tuple[str, ...]:
     """Return the names of all contact points: the feet, then those of the trunk, if it has any."""
-    body = native_loads(scene).body_points
+    body = native_loads(scene.robot, scene.settings).body_points
     return (*(foot.name for foot in scene.robot.feet), *(name for _, _, _, name in body))
 
 

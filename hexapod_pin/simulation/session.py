@@ -41,8 +41,7 @@ from hexapod_pin.simulation.control_loop import (
 )
 from hexapod_pin.simulation.native_run import NativeRun, begin_of, starting_point
 from hexapod_pin.simulation.plant import refuse_commands
-from hexapod_pin.simulation.run_settings import RunSettings
-from hexapod_pin.simulation.work_limits import WorkLimits, check_work, chosen_limits
+from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits, check_work, chosen_limits
 from hexapod_pin.user_code import UserCode
 
 if TYPE_CHECKING:

@@ -352,7 +352,10 @@ def _refusal(control: ControlParts, scene: Any, radius: float, drift_time: float
 def _suspects(control: ControlParts, scene: Any, drift_time: float) -> list[str]:
     """Return the parameters of the parts without which the loop is stable; else all."""
     parts = [name for name in ("slip", "suspension") if getattr(control, name) is not None]
-    without = {"slip": _replaced(control, slip=None), "suspension": _replaced(control, suspension=None)}
+    without = {
+        "slip": _replaced(control, slip=None),
+        "suspension": _replaced(control, suspension=None),
+    }
     guilty = [
         name for name in parts if spectral_radius(without[name], scene, drift_time=drift_time) < 1.0
     ]

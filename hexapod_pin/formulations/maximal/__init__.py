@@ -14,7 +14,7 @@ from hexapod_pin.formulations.maximal.derivative import (
     joint_reactions,
 )
 from hexapod_pin.formulations.maximal.ground_contact import GroundContact
-from hexapod_pin.formulations.maximal.model import MaximalModel, MaximalState, initial_state
+from hexapod_pin.formulations.maximal.model import MaximalModel, initial_state
 from hexapod_pin.formulations.maximal.model_parts import Baumgarte, JointActuators, RootConstraint
 from hexapod_pin.formulations.maximal.run import (
     MaximalRun,
@@ -22,6 +22,7 @@ from hexapod_pin.formulations.maximal.run import (
     project,
     reduced_acceleration,
 )
+from hexapod_pin.formulations.maximal.state import MaximalState
 
 __all__ = [
     "Baumgarte",

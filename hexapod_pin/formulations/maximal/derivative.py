@@ -17,9 +17,9 @@ import numpy as np
 
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.formulations.conserved import ConservedQuantities
-from hexapod_pin.formulations.maximal.ground_contact import ContactEvaluation, RunMemory
 from hexapod_pin.formulations.maximal.model import world_inertia
 from hexapod_pin.formulations.maximal.rotation import AXIS, cross, rotations
+from hexapod_pin.formulations.maximal.state import ContactEvaluation, RunMemory
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.formulations.maximal.rotation import cross
+from hexapod_pin.formulations.maximal.state import (
+    NO_CONTACT_GAP_M,
+    ContactEvaluation,
+    MaximalState,
+    RunMemory,
+)
 from hexapod_pin.ground.contact import (
     AdamsCoulomb,
     AdamsImpact,
@@ -27,7 +33,6 @@ if TYPE_CHECKING:
 
     from hexapod_pin.arrays import Array
     from hexapod_pin.formulations.maximal.bodies import Bodies
-    from hexapod_pin.formulations.maximal.model import MaximalState
     from hexapod_pin.ground.contact import Contact, FrictionLaw, NormalLaw
     from hexapod_pin.ground.terrain import Ground
 
@@ -248,89 +253,7 @@ def quintic_step(x: Array) -> Array:
     return np.asarray(y**3 * (10.0 - y * (15.0 - 6.0 * y)))
 
 
-# Contacts at one state, and what a run remembers of them between accepted states.
-#
-# The contact laws themselves are pure: what a law wants to know of the past is kept here.
-
-
-@dataclass(frozen=True, eq=False)
-class ContactEvaluation:
-    """All C contacts at one state, those of each foot after another; world axes.
-
-    Attributes:
-        gap: [m], negative inside the ground. Shape (C,).
-        approach: -n . u [m/s]. Shape (C,).
-        force: on the feet [N]. Shape (C, 3).
-        bristle_rate: of the stretch [m/s]; zeros for laws without bristles. Shape (C, 3).
-        on_cone: whether a bristle is at its friction limit. Shape (C,).
-    """
-
-    gap: Array
-    approach: Array
-    force: Array
-    bristle_rate: Array
-    on_cone: Flags
-
-    def released(self, bristles: Array) -> Array:
-        """Return the stretches (C, 3) [m] with those of open contacts reset."""
-        return np.asarray(np.where((self.gap < 0.0)[:, None], bristles, 0.0))
-
-
-@dataclass(frozen=True, eq=False)
-class RunMemory:
-    """Memory of nj joints and C contacts at the last accepted state.
-
-    Attributes:
-        angles: joint angles, turns counted [rad]. Shape (nj,).
-        touching: whether the contact was closed. Shape (C,).
-        touch_speed: approach speed before first touch [m/s]. Shape (C,).
-        sliding: whether a bristle was on its cone. Shape (C,).
-    """
-
-    angles: Array
-    touching: Flags
-    touch_speed: Array
-    sliding: Flags
-
-    @classmethod
-    def fresh(cls, angles: Array, contacts: int) -> RunMemory:
-        """Return the memory of contacts that were never closed."""
-        none = np.zeros(contacts, dtype=bool)
-        return cls(angles, none, np.zeros(contacts), none)
-
-    def unwrapped(self, angles: Array) -> Array:
-        """Return angles known to a turn (nj,) as those nearest to the remembered ones."""
-        turns = np.round((self.angles - angles) / (2.0 * np.pi))
-        return np.asarray(angles + 2.0 * np.pi * turns)
-
-    @property
-    def unseen(self) -> Flags:
-        """Contacts (C,) of which no open state is known: their touch speed is that of now."""
-        return np.asarray(~self.touching & (self.touch_speed <= 0.0))
-
-    def impact_speed(self, approach: Array) -> Array:
-        """Return the approach speeds (C,) [m/s] at first touch."""
-        return np.where(self.unseen, np.maximum(approach, 0.0), self.touch_speed)
-
-    def after_step(self, now: ContactEvaluation) -> RunMemory:
-        """Return the memory after an accepted state: contacts that began or ended change it."""
-        closed = now.gap < 0.0
-        open_above_ground = ~closed & (now.gap < NO_CONTACT_GAP_M)
-        renew = open_above_ground | (closed & self.unseen)
-        speed = np.where(renew, np.maximum(now.approach, 0.0), self.touch_speed)
-        return replace(self, touching=closed, touch_speed=speed, sliding=now.on_cone & closed)
-
-    def after_touch_down(self, which: int, now: ContactEvaluation) -> RunMemory:
-        """Return the memory at the moment when one contact closes."""
-        touching, speed = self.touching.copy(), self.touch_speed.copy()
-        touching[which], speed[which] = True, max(0.0, float(now.approach[which]))
-        return replace(self, touching=touching, touch_speed=speed)
-
-
 # Gaps and normals between spheres and the ground.
-
-NO_CONTACT_GAP_M = 1e9
-"""Gap of a contact that is nowhere near the ground [m]."""
 
 
 class GroundQuery:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.formulations.maximal.ground_contact import RunMemory
 from hexapod_pin.formulations.maximal.model_parts import Baumgarte, JointActuators, RootConstraint
 from hexapod_pin.formulations.maximal.rotation import (
     AXIS,
@@ -22,6 +21,7 @@ from hexapod_pin.formulations.maximal.rotation import (
     rotations,
     skew,
 )
+from hexapod_pin.formulations.maximal.state import MaximalState, RunMemory
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -95,50 +95,6 @@ class MaximalModel:
         if self.contact is None:
             return np.empty(0)
         return self.contact.gaps(time, state.position, rotations(state.quaternion))
-
-
-# State of the maximal formulation (S1): position, quaternion and velocity of every body.
-
-
-@dataclass(frozen=True, eq=False)
-class MaximalState:
-    """State of nb bodies and their C contacts.
-
-    Attributes:
-        position: centres of mass, world [m]. Shape (nb, 3).
-        quaternion: x, y, z, w, body to world. Shape (nb, 4).
-        velocity: of the centre of mass [m/s], then angular [rad/s], world axes. Shape (nb, 6).
-        bristles: stretch of the stick-slip bristles [m], world axes; None without. Shape (C, 3).
-        memory: updated at accepted states only; None: contacts that were never closed.
-    """
-
-    position: Array
-    quaternion: Array
-    velocity: Array
-    bristles: Array | None = None
-    memory: RunMemory | None = None
-
-    def flat(self) -> Array:
-        """Return the integrated numbers in one vector, 13 nb + 3 C with bristles."""
-        parts = [self.position, self.quaternion, self.velocity]
-        if self.bristles is not None:
-            parts.append(self.bristles)
-        return np.concatenate([part.ravel() for part in parts])
-
-    def with_flat(self, y: Array) -> MaximalState:
-        """Return the state with the numbers of a flat vector, as views of it, and this memory."""
-        n = len(self.position)
-        return MaximalState(
-            y[: 3 * n].reshape(n, 3),
-            y[3 * n : 7 * n].reshape(n, 4),
-            y[7 * n : 13 * n].reshape(n, 6),
-            None if self.bristles is None else y[13 * n :].reshape(-1, 3),
-            self.memory,
-        )
-
-    def with_unit_quaternions(self) -> MaximalState:
-        """Return the state with quaternions of unit length."""
-        return replace(self, quaternion=normalised(self.quaternion))
 
 
 def initial_state(model: MaximalModel, q: ArrayLike, v: ArrayLike) -> MaximalState:

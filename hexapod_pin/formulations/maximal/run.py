@@ -11,8 +11,8 @@ import numpy as np
 
 from hexapod_pin.errors import DivergenceError, ParameterError, UserCodeError
 from hexapod_pin.formulations.maximal.derivative import derivative
-from hexapod_pin.formulations.maximal.ground_contact import RunMemory
 from hexapod_pin.formulations.maximal.rotation import quaternion_rate, rotations, turned
+from hexapod_pin.formulations.maximal.state import RunMemory
 from hexapod_pin.user_code import UserCode
 
 if TYPE_CHECKING:
