@@ -6,22 +6,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.control.kinematic import planning_told_to
-from hexapod_pin.errors import ParameterError, SimulationInterrupted
-from hexapod_pin.immutable import Immutable
-from hexapod_pin.results.run_facts import recorded_groups
+from hexapod_pin.errors import SimulationInterrupted
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.accuracy_control import ControlledRun
-from hexapod_pin.simulation.case_data import case_digest, case_from_dict, case_to_dict, read_case
+from hexapod_pin.simulation.case_data import CaseData, case_from_dict, case_to_dict, read_case
 from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits, chosen_limits
 from hexapod_pin.simulation.session import closed_loop_run, controlled_loop
@@ -37,7 +34,7 @@ if TYPE_CHECKING:
 
 @checked(but="record")
 @dataclass(frozen=True, eq=False)
-class Case(Immutable):
+class Case(CaseData):
     """One run as data. Two cases are equal when they mean the same run.
 
     Attributes:
@@ -63,130 +60,6 @@ class Case(Immutable):
         >>> load_case("case.toml") == case
         True
     """
-
-    scene: Scene
-    controller: Controller | FeedbackController
-    initial: State | Checkpoint | None = None
-    duration: float | None = field(default=None, kw_only=True)
-    accuracy: float | None = field(default=None, kw_only=True)
-    torque_accuracy: float | str | None = field(default=None, kw_only=True)
-    estimate: bool | None = field(default=None, kw_only=True)
-    method: str | None = field(default=None, kw_only=True)
-    step: float | None = field(default=None, kw_only=True)
-    sample: float | None = field(default=None, kw_only=True)
-    record: Sequence[str] | None = field(default=None, kw_only=True)
-    limits: WorkLimits | None = field(default=None, kw_only=True)
-
-    def __post_init__(self) -> None:
-        """Check the settings against each other."""
-        for name in ("duration", "accuracy", "step", "sample"):
-            value = getattr(self, name)
-            if value is not None and (
-                isinstance(value, bool) or not isinstance(value, int | float)
-            ):
-                raise ParameterError(f"Case.{name}", value, "a number")
-        if self.method is not None and not isinstance(self.method, str):
-            raise ParameterError("Case.method", self.method, "a name")
-        if self.estimate is not None and not isinstance(self.estimate, bool):
-            raise ParameterError("Case.estimate", self.estimate, "true or false")
-        object.__setattr__(self, "record", recorded_groups(self.record))
-        self._settings(0.0 if self.duration is None else self.duration)
-
-    def _settings(self, duration: float) -> RunSettings:
-        return RunSettings.of(
-            duration, self.method, self.accuracy, self.step, self.sample, self.torque_accuracy,
-            self._estimated, self.limits,
-        )  # fmt: skip
-
-    @property
-    def _estimated(self) -> bool:
-        """Whether the error of the whole run is estimated."""
-        if self.estimate is None:
-            return not isinstance(self.controller, FeedbackController)
-        return self.estimate
-
-    @property
-    def settings_key(self) -> tuple[Any, ...]:
-        """What says how it is integrated."""
-        return (self.method, self.accuracy, self.torque_accuracy, self.estimate, self.step)
-
-    @property
-    def settings(self) -> RunSettings:
-        """How it is run: the method with its number, and the times of its samples.
-
-        Raises:
-            ParameterError: the case has no duration.
-        """
-        if self.duration is None:
-            raise ParameterError("Case.duration", None, "given [s]")
-        how = self._settings(self.duration)
-        return replace(how, choice=replace(how.choice, sensitive=self.scene.sensitive))
-
-    def with_defaults(
-        self,
-        *,
-        duration: float | None = None,
-        accuracy: float | None = None,
-        estimate: bool | None = None,
-        method: str | None = None,
-        step: float | None = None,
-        sample: float | None = None,
-        limits: WorkLimits | None = None,
-    ) -> Case:
-        """Return the case with settings for those that it leaves open.
-
-        Method, accuracy and step belong together: a case that gives one of them keeps its own.
-
-        Raises:
-            ParameterError: they do not fit together.
-        """
-        given: dict[str, Any] = {}
-        if self.duration is None:
-            given["duration"] = duration
-        if self.sample is None:
-            given["sample"] = sample
-        if self.limits is None:
-            given["limits"] = limits
-        if estimate is not None:
-            given["estimate"] = estimate
-        own = (self.method, self.accuracy, self.torque_accuracy, self.step)
-        if all(value is None for value in own):
-            given |= {"accuracy": accuracy, "method": method, "step": step}
-        if all(value is None for value in given.values()):
-            return self
-        return replace(self, **given)
-
-    @property
-    def digest(self) -> str:
-        """SHA-256 over what the case means, whatever its spelling.
-
-        The robot counts with its file's content, not with its place; defaults count as what they
-        stand for.
-
-        Raises:
-            ParameterError: the controller cannot be written.
-        """
-        return self._digest
-
-    @cached_property
-    def _digest(self) -> str:
-        return case_digest(self)
-
-    def __eq__(self, other: object) -> bool:
-        """Tell whether both mean the same run."""
-        return isinstance(other, Case) and self._key() == other._key()
-
-    def __hash__(self) -> int:
-        """Return a hash of what the case means."""
-        return hash(self._key())
-
-    def _key(self) -> object:
-        """Return the digest; of a case that cannot be written, what it is made of."""
-        try:
-            return self._digest
-        except ParameterError:
-            rest = (self.duration, self.settings_key, self.sample, self.record)
-            return (id(self.scene), id(self.controller), id(self.initial), *rest)
 
     def run(self, progress: Callable[[float], None] | None = None) -> Trace:
         """Run the case; returns and raises as `simulate`."""

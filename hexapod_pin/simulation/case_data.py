@@ -1,31 +1,39 @@
-"""A case is written as plain data, and its digest identifies it."""
+"""What a case holds: one run as data, its TOML form, and the digest that identifies it."""
 
 from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import fields
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from hexapod_pin.arrays import read_only
 from hexapod_pin.control.arc_walk import ArcWalk
+from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.registry import controller_to_dict, read_controller, table
 from hexapod_pin.errors import HexapodError, ParameterError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.results.run_facts import recorded_groups
 from hexapod_pin.robot.robot import PACKAGED
 from hexapod_pin.robot.state import State
 from hexapod_pin.scene.canonical_text import TEXTS, canonical_text, joined
 from hexapod_pin.scene.scene import Scene, scene_parts, scene_text
+from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits
 from hexapod_pin.spec import read_toml
 
 if TYPE_CHECKING:
-    from hexapod_pin.simulation.case import Case
+    from hexapod_pin.control.joint_trajectory import Controller
+
+Kind = TypeVar("Kind", bound="CaseData")
+"""A kind of case."""
 
 
 SCHEMA = 1
@@ -35,7 +43,139 @@ SETTINGS = (
 ROBOT = ("source", "feet", "foot_radius", "posture", "digest", "options")
 
 
-def case_to_dict(case: Case, folder: Path | None = None) -> dict[str, Any]:
+@dataclass(frozen=True, eq=False)
+class CaseData(Immutable):
+    """What a `Case` holds, and what it means; the fields are described there."""
+
+    scene: Scene
+    controller: Controller | FeedbackController
+    initial: State | Checkpoint | None = None
+    duration: float | None = field(default=None, kw_only=True)
+    accuracy: float | None = field(default=None, kw_only=True)
+    torque_accuracy: float | str | None = field(default=None, kw_only=True)
+    estimate: bool | None = field(default=None, kw_only=True)
+    method: str | None = field(default=None, kw_only=True)
+    step: float | None = field(default=None, kw_only=True)
+    sample: float | None = field(default=None, kw_only=True)
+    record: Sequence[str] | None = field(default=None, kw_only=True)
+    limits: WorkLimits | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        """Check the settings against each other."""
+        for name in ("duration", "accuracy", "step", "sample"):
+            value = getattr(self, name)
+            if value is not None and (
+                isinstance(value, bool) or not isinstance(value, int | float)
+            ):
+                raise ParameterError(f"Case.{name}", value, "a number")
+        if self.method is not None and not isinstance(self.method, str):
+            raise ParameterError("Case.method", self.method, "a name")
+        if self.estimate is not None and not isinstance(self.estimate, bool):
+            raise ParameterError("Case.estimate", self.estimate, "true or false")
+        object.__setattr__(self, "record", recorded_groups(self.record))
+        self._settings(0.0 if self.duration is None else self.duration)
+
+    def _settings(self, duration: float) -> RunSettings:
+        return RunSettings.of(
+            duration, self.method, self.accuracy, self.step, self.sample, self.torque_accuracy,
+            self._estimated, self.limits,
+        )  # fmt: skip
+
+    @property
+    def _estimated(self) -> bool:
+        """Whether the error of the whole run is estimated."""
+        if self.estimate is None:
+            return not isinstance(self.controller, FeedbackController)
+        return self.estimate
+
+    @property
+    def settings_key(self) -> tuple[Any, ...]:
+        """What says how it is integrated."""
+        return (self.method, self.accuracy, self.torque_accuracy, self.estimate, self.step)
+
+    @property
+    def settings(self) -> RunSettings:
+        """How it is run: the method with its number, and the times of its samples.
+
+        Raises:
+            ParameterError: the case has no duration.
+        """
+        if self.duration is None:
+            raise ParameterError("Case.duration", None, "given [s]")
+        how = self._settings(self.duration)
+        return replace(how, choice=replace(how.choice, sensitive=self.scene.sensitive))
+
+    def with_defaults(
+        self: Kind,
+        *,
+        duration: float | None = None,
+        accuracy: float | None = None,
+        estimate: bool | None = None,
+        method: str | None = None,
+        step: float | None = None,
+        sample: float | None = None,
+        limits: WorkLimits | None = None,
+    ) -> Kind:
+        """Return the case with settings for those that it leaves open.
+
+        Method, accuracy and step belong together: a case that gives one of them keeps its own.
+
+        Raises:
+            ParameterError: they do not fit together.
+        """
+        given: dict[str, Any] = {}
+        if self.duration is None:
+            given["duration"] = duration
+        if self.sample is None:
+            given["sample"] = sample
+        if self.limits is None:
+            given["limits"] = limits
+        if estimate is not None:
+            given["estimate"] = estimate
+        own = (self.method, self.accuracy, self.torque_accuracy, self.step)
+        if all(value is None for value in own):
+            given |= {"accuracy": accuracy, "method": method, "step": step}
+        if all(value is None for value in given.values()):
+            return self
+        return replace(self, **given)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over what the case means, whatever its spelling.
+
+        The robot counts with its file's content, not with its place; defaults count as what they
+        stand for.
+
+        Raises:
+            ParameterError: the controller cannot be written.
+        """
+        return self._digest
+
+    @cached_property
+    def _digest(self) -> str:
+        return case_digest(self)
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether both mean the same run."""
+        return isinstance(other, CaseData) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        """Return a hash of what the case means."""
+        return hash(self._key())
+
+    def _key(self) -> object:
+        """Return the digest; of a case that cannot be written, what it is made of."""
+        try:
+            return self._digest
+        except ParameterError:
+            rest = (self.duration, self.settings_key, self.sample, self.record)
+            return (id(self.scene), id(self.controller), id(self.initial), *rest)
+
+
+# A case as plain data, and as TOML text.
+
+
+def case_to_dict(case: CaseData, folder: Path | None = None) -> dict[str, Any]:
     """Return the TOML-able form; paths below `folder` are relative to it.
 
     Raises:
@@ -54,14 +194,14 @@ def case_to_dict(case: Case, folder: Path | None = None) -> dict[str, Any]:
     return data | ({"initial": run["initial"]} if "initial" in run else {})
 
 
-def run_to_toml(case: Case) -> str:
+def run_to_toml(case: CaseData) -> str:
     """Return what a trace keeps besides scene and controller, as TOML text."""
     import tomli_w
 
     return tomli_w.dumps(run_to_dict(case))
 
 
-def run_to_dict(case: Case) -> dict[str, Any]:
+def run_to_dict(case: CaseData) -> dict[str, Any]:
     """Return all but scene and controller."""
     given = {name: getattr(case, name) for name in SETTINGS if getattr(case, name) is not None}
     if "record" in given:
@@ -96,14 +236,14 @@ def _with_none(value: Any) -> Any:
     return [_with_none(item) for item in value] if isinstance(value, list) else value
 
 
-def read_case(case: type[Case], text: str, folder: str | Path | None = None) -> Case:
+def read_case(case: type[Kind], text: str, folder: str | Path | None = None) -> Kind:
     """Build a case from its TOML text; see `Case.from_toml`."""
     return case_from_dict(case, read_toml(text), folder)
 
 
 def case_from_dict(
-    case: type[Case], data: Mapping[str, Any], folder: str | Path | None = None
-) -> Case:
+    case: type[Kind], data: Mapping[str, Any], folder: str | Path | None = None
+) -> Kind:
     """Build a case from the data of its TOML text."""
     given = table(
         data, "case", required=("schema", "run", "controller", "scene"), optional=("initial",)
@@ -167,7 +307,7 @@ FIXED = (KinematicControl, ArcWalk)
 """Controllers that never change: their text may be kept."""
 
 
-def case_digest(case: Case) -> str:
+def case_digest(case: CaseData) -> str:
     """Return the SHA-256 over what a case means.
 
     Raises:

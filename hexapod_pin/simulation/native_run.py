@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from hexapod_pin.results.summary import Summary
     from hexapod_pin.robot.state import State
     from hexapod_pin.scene.scene import Scene
-    from hexapod_pin.simulation.case import Case
+    from hexapod_pin.simulation.case_data import CaseData
     from hexapod_pin.simulation.run_settings import RunSettings
 
 PROGRESS_INTERVAL = 0.2
@@ -311,7 +311,7 @@ class NativeRun:
 
 
 def open_loop_run(
-    case: Case, how: RunSettings, *, record: bool = True, in_parts: bool = False
+    case: CaseData, how: RunSettings, *, record: bool = True, in_parts: bool = False
 ) -> NativeRun:
     """Plan a case whose controller knows its whole trajectory, and set its run up.
 

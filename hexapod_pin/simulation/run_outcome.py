@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -30,15 +30,39 @@ from hexapod_pin.scene.robot_file import robot_to_dict
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
+    from hexapod_pin.control.joint_trajectory import JointTrajectory
+    from hexapod_pin.results.checkpoint import Checkpoint
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.robot import Robot
+    from hexapod_pin.scene.loaded_model import NativePoint
     from hexapod_pin.scene.scene import Scene
     from hexapod_pin.simulation.methods import MethodSettings
-    from hexapod_pin.simulation.native_run import NativeRun
+    from hexapod_pin.simulation.run_settings import RunSettings
+
+
+class RunState(Protocol):
+    """What is read of a run under way; see `NativeRun`."""
+
+    scene: Scene
+    how: RunSettings
+    set_points: JointTrajectory
+    start: Checkpoint
+    controller: dict[str, Any]
+    settings: dict[str, Any] | None
+    trunk_points: list[NativePoint]
+    rollout: Any
+    wall_time: float
+
+    @property
+    def time(self) -> float:
+        """Simulated time reached [s]."""
+
+    def checkpoint(self) -> Checkpoint:
+        """Return where the run stands."""
 
 
 def run_summary(
-    run: NativeRun,
+    run: RunState,
     record: RunRecord,
     counters: Mapping[str, int | float],
     errors: Mapping[str, Any],
@@ -61,12 +85,12 @@ def run_summary(
     )
 
 
-def run_numbers(run: NativeRun) -> dict[str, Any]:
+def run_numbers(run: RunState) -> dict[str, Any]:
     """Return the numbers of a run's summary so far."""
     return from_native(run.rollout.summary())
 
 
-def plain_counters(run: NativeRun) -> dict[str, int | float]:
+def plain_counters(run: RunState) -> dict[str, int | float]:
     """Return the counters of a run; whole numbers as such."""
     return {
         name: int(count) if float(count).is_integer() else float(count)
@@ -74,7 +98,7 @@ def plain_counters(run: NativeRun) -> dict[str, int | float]:
     }
 
 
-def run_record(run: NativeRun) -> RunRecord:
+def run_record(run: RunState) -> RunRecord:
     """Return what is known of a run where it stands, but for the URDF and the checkpoint."""
     scene = run.scene
     return RunRecord(
@@ -97,7 +121,7 @@ def run_record(run: NativeRun) -> RunRecord:
     )
 
 
-def with_urdf(record: RunRecord, run: NativeRun) -> RunRecord:
+def with_urdf(record: RunRecord, run: RunState) -> RunRecord:
     """Return a record with what a trace needs besides: URDF, checkpoint, versions."""
     robot = record.robot.model_copy(update={"urdf": run.scene.robot.urdf})
     more = {"robot": robot, "checkpoint": run.checkpoint(), "versions": package_versions()}
@@ -126,7 +150,7 @@ def contact_radii(scene: Scene) -> list[float]:
     return [float(radius) for radius in radii]
 
 
-def level_start(run: NativeRun) -> LevelStart | None:
+def level_start(run: RunState) -> LevelStart | None:
     """Return z of level ground and of the trunk's origin at the start of a run from rest [m]."""
     ground = run.scene.terrain
     if not isinstance(ground, Flat) or run.start.time > 0.0:
@@ -143,7 +167,7 @@ def told_kinds(robot: Robot) -> tuple[str, ...] | None:
     return None if told == kinds_by_name(robot.joint_names, len(robot.feet)) else told
 
 
-def joint_limits(run: NativeRun) -> tuple[JointLimits, ...]:
+def joint_limits(run: RunState) -> tuple[JointLimits, ...]:
     """Return how often and how long each joint was at its limits so far."""
     columns = run.rollout.drive_counters()
     return tuple(
@@ -152,7 +176,7 @@ def joint_limits(run: NativeRun) -> tuple[JointLimits, ...]:
     )
 
 
-def trunk_events(run: NativeRun) -> tuple[Event, ...]:
+def trunk_events(run: RunState) -> tuple[Event, ...]:
     """Return where the trunk has touched the ground so far."""
     return tuple(
         Event(
@@ -183,7 +207,7 @@ def contact_names(scene: Scene) -> tuple[str, ...]:
     return (*(foot.name for foot in scene.robot.feet), *(name for _, _, _, name in body))
 
 
-def failure(run: NativeRun, trace: Trace | None) -> DivergenceError:
+def failure(run: RunState, trace: Trace | None) -> DivergenceError:
     """Return the error of a run that left the finite world or was ended by its limits.
 
     Args:
@@ -201,7 +225,7 @@ def failure(run: NativeRun, trace: Trace | None) -> DivergenceError:
     return DivergenceError(told + _advice(run.how.choice), trace)
 
 
-def _ended(run: NativeRun, limit: str) -> str:
+def _ended(run: RunState, limit: str) -> str:
     """Return what a run that its limits have ended was stuck at."""
     how, scene = run.how, run.scene
     reached = {

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.state import State
     from hexapod_pin.scene.scene import Scene
-    from hexapod_pin.simulation.case import Case
+    from hexapod_pin.simulation.case_data import CaseData
 
 
 @checked(but="record")
@@ -253,14 +253,14 @@ def live_run(
 
 
 def closed_loop_run(
-    case: Case, how: RunSettings, progress: Callable[[float], None] | None = None
+    case: CaseData, how: RunSettings, progress: Callable[[float], None] | None = None
 ) -> NativeRun:
     """Run a case under its feedback controller; raises as `lock_step_runs`."""
     return lock_step_runs([case], how, progress=progress)[0]
 
 
 def controlled_loop(
-    case: Case, progress: Callable[[float], None] | None = None, *, record: bool = True
+    case: CaseData, progress: Callable[[float], None] | None = None, *, record: bool = True
 ) -> AccuracyControl:
     """Run a case under its feedback controller again, finer, until its error is kept.
 
@@ -278,7 +278,7 @@ def controlled_loop(
 
 
 def lock_step_runs(
-    cases: Sequence[Case],
+    cases: Sequence[CaseData],
     how: RunSettings,
     *,
     record: bool = True,
@@ -307,7 +307,7 @@ def lock_step_runs(
     return runs
 
 
-def set_up(case: Case, how: RunSettings, *, record: bool = True) -> NativeRun:
+def set_up(case: CaseData, how: RunSettings, *, record: bool = True) -> NativeRun:
     """Return the run of a case with a feedback controller, where it starts."""
     check_controller(case.controller)
     scene, controller, initial = (
