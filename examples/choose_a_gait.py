@@ -34,8 +34,8 @@ def main() -> dict[str, hp.TorqueBudget]:
         budget = budgets[name] = hp.torque_budget(trace)
         femur = budget.kind("femur")
         print(
-            f"{name:10} {gait.minimum_feet_down:9} {femur.rms.rms_torque:11.3f}"
-            f" {femur.peak.peak_torque:12.3f} {budget.cost_of_transport:19.3f}"
+            f"{name:10} {gait.minimum_feet_down:9} {femur.rms.torque_rms:11.3f}"
+            f" {femur.peak.torque_peak:12.3f} {budget.cost_of_transport:19.3f}"
         )
     return budgets
 

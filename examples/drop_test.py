@@ -30,8 +30,8 @@ def main() -> hp.Trace:
     print(f"touch-down at {touch:.3f} s (free fall: {np.sqrt(2 * HEIGHT / 9.81):.4f} s)")
     print(f"peak force {force.max():.1f} N, {force.max() / weight:.1f} times the weight")
     print(
-        f"peak torque {abs(trace.torque[sample, joint]):.2f} N m of {robot.effort[joint]:g} N m"
-        f" in {trace.joint_names[joint]} at {trace.time[sample]:.3f} s"
+        f"peak torque {abs(trace.torque[sample, joint]):.2f} N m of {robot.effort_limit[joint]:g}"
+        f" N m in {trace.joint_names[joint]} at {trace.time[sample]:.3f} s"
     )
     for name in ("servo_work", "joint_damping_loss", "normal_loss", "friction_loss"):
         print(f"{name:20} {trace.energy[name][-1]:9.4f} J")

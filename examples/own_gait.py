@@ -28,7 +28,7 @@ def main() -> hp.TorqueBudget:
     scene = hp.Scene(hp.load_robot("kharagpur"))
     trace = hp.simulate(scene, hp.KinematicControl(gait), duration=DURATION)
     budget = hp.torque_budget(trace)
-    print(f"walked at {budget.speed:.4f} m/s")
+    print(f"walked at {budget.measured_speed:.4f} m/s")
     return budget
 
 

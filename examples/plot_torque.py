@@ -34,7 +34,7 @@ def main(folder: Path = Path()) -> Path:
         axes.plot(time, trace.torque[last, trace.joint(joint)], label=joint)
     low, high = axes.get_ylim()
     axes.fill_between(time, low, high, where=down, alpha=0.1, label="foot on the ground")
-    limit = float(np.max(robot.effort))
+    limit = float(np.max(robot.effort_limit))
     axes.set(xlabel="time [s]", ylabel=f"torque [N m] (limit {limit:g})", ylim=(low, high))
     axes.legend(fontsize="small")
     figure.tight_layout()

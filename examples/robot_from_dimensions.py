@@ -39,7 +39,7 @@ def main(folder: Path = Path()) -> tuple[hp.Robot, hp.TorqueBudget]:
     trace = hp.simulate(hp.Scene(robot), hp.KinematicControl(gait), duration=5.0)
     budget = hp.torque_budget(trace)
     for kind in budget.kinds:
-        print(f"{kind.kind}: peak {kind.peak.peak_torque:.3f} N m ({kind.peak.joint})")
+        print(f"{kind.kind}: peak {kind.peak.torque_peak:.3f} N m ({kind.peak.joint})")
     return robot, budget
 
 

@@ -37,8 +37,8 @@ def main(folder: Path = Path()) -> list[tuple[float, float, float, float]]:
             print(f"kp {kp:g} N m/rad, mu {mu:g}: {result}")
             continue
         budget = hp.torque_budget(result)
-        peak = max(joint.peak_torque for joint in budget.joints)
-        rows.append((kp, mu, float(budget.speed or 0.0), peak))
+        peak = max(joint.torque_peak for joint in budget.joints)
+        rows.append((kp, mu, float(budget.measured_speed or 0.0), peak))
     head = ("kp [N m/rad]", "mu [-]", "speed [m/s]", "peak torque [N m]")
     with open(folder / "sweep.csv", "w", newline="") as file:
         csv.writer(file).writerows([head, *rows])

@@ -31,7 +31,7 @@ def main() -> dict[str, hp.Trace]:
         trace = hp.simulate(hp.Scene(robot, terrain=ground), control, duration=DURATION)
         forward, _, up = trace.com[-1] - trace.com[0]
         peak = hp.torque_budget(trace).kind("femur").peak
-        print(f"{name:8} {forward:12.3f} {up:12.3f} {peak.peak_torque:12.2f} ({peak.joint})")
+        print(f"{name:8} {forward:12.3f} {up:12.3f} {peak.torque_peak:12.2f} ({peak.joint})")
         traces[name] = trace
     return traces
 

@@ -55,7 +55,7 @@ SWEEP = """
 input = "payload"
 values = [0.0, 0.5]
 [[vary]]
-input = "friction"
+input = "mu"
 distribution = "uniform"
 low = 0.4
 high = 0.8
@@ -154,7 +154,7 @@ def walks() -> Iterator[tuple[str, Callable[[], hp.Case]]]:
     yield (
         "turning, a leg lost",
         lambda: hp.Case(
-            hp.Scene(athena, loads=[hp.LostLeg(athena.legs[0].name, time=4.0)]),
+            hp.Scene(athena, loads=[hp.LostLeg(athena.legs[0].name, start=4.0)]),
             hp.KinematicControl(hp.Gait.wave(stroke=0.04, cycle_time=1.7, turn_rate=0.1)),
             duration=5.1, method="robust", step=1e-3,
         ),
@@ -224,8 +224,8 @@ def of_summary(summary: hp.Summary) -> Lines:
         if one.name not in ("meta", "counters"):
             yield f"summary {one.name}", getattr(summary, one.name)
             yield f"error of {one.name}", _error(summary, one.name)
-    yield "summary distance", [summary.distance, summary.speed, summary.turn_rate]
-    yield "summary window", [summary.begin, summary.end, summary.torque_margin]
+    yield "summary distance", [summary.distance, summary.measured_speed, summary.measured_turn_rate]
+    yield "summary window", [summary.start, summary.end, summary.torque_margin]
 
 
 def _error(summary: hp.Summary, name: str) -> Any:
@@ -321,7 +321,7 @@ def of_robot(robot: hp.Robot) -> Lines:
     yield "legs", [[leg.name, *map(str, leg.joints)] for leg in robot.legs]
     yield "feet", [[foot.name, plain(foot.radius)] for foot in robot.feet]
     yield "joints", [robot.joint_names, robot.held, robot.turning]
-    yield "limits", [robot.lower, robot.upper, robot.effort, robot.velocity]
+    yield "limits", [robot.lower, robot.upper, robot.effort_limit, robot.velocity_limit]
     yield "said", [robot.total_mass, robot.provenance, robot.assumed, robot.inferred, robot.notes]
     yield "stand", robot.stand().q
 

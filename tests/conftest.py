@@ -83,7 +83,7 @@ def _single_runs() -> Iterator[None]:
     asked = RunSettings.of
 
     def once(*arguments: Any, **named: Any) -> RunSettings:
-        return replace(asked(*arguments, **named), controlled=False)
+        return replace(asked(*arguments, **named), estimate=False)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(RunSettings, "of", staticmethod(once))

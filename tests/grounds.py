@@ -54,9 +54,9 @@ def dense(line: Polyline, spacing: float) -> np.ndarray:
     return np.concatenate(pieces)
 
 
-def unit(dice: np.random.Generator) -> np.ndarray:
+def unit(rng: np.random.Generator) -> np.ndarray:
     """Return a random direction, rather level."""
-    vector = dice.normal(size=3) * (1.0, 1.0, 0.1)
+    vector = rng.normal(size=3) * (1.0, 1.0, 0.1)
     return vector / np.linalg.norm(vector)
 
 

@@ -90,7 +90,7 @@ def trace() -> hp.Trace:
 @cache
 def specs() -> tuple[Any, ...]:
     """Parameter sets."""
-    step = hp.Step(begin=0.1, end=0.2, initial=0.0, final=0.1)
+    step = hp.Step(start=0.1, end=0.2, initial=0.0, final=0.1)
     sine = hp.Sine(amplitude=0.1, period=0.5)
     rates = {"mu_static": 0.7, "mu_dynamic": 0.5}
     sensors = hp.Sensors(q=hp.Sensor(noise=1e-3))
@@ -121,7 +121,7 @@ def specs() -> tuple[Any, ...]:
         hp.Motor(stall_torque=8.0, no_load_speed=10.0),
         hp.Derating(),
         hp.load_catalog().records[0],
-        hp.LostLeg(leg="lf", time=0.1),
+        hp.LostLeg(leg="lf", start=0.1),
         hp.Push(link="base_link", start=0.1, duration=0.1, force=(1.0, 0.0, 0.0)),
         hp.MassFactor(factor=1.1),
         hp.RemovedMass(link="base_link", mass=0.1),
@@ -138,8 +138,8 @@ def specs() -> tuple[Any, ...]:
         hp.VelocityCommand(time=(0.0, 1.0)),
         step,
         sine,
-        hp.Step5(begin=0.1, end=0.2, initial=0.0, final=0.1),
-        hp.Havsin(begin=0.1, end=0.2, initial=0.0, final=0.1),
+        hp.Step5(start=0.1, end=0.2, initial=0.0, final=0.1),
+        hp.Havsin(start=0.1, end=0.2, initial=0.0, final=0.1),
         hp.Waypoints(time=(0.0, 1.0), value=(0.0, 0.1)),
         hp.Hermite(time=(0.0, 1.0), value=(0.0, 0.1), rate=(0.0, 0.0)),
         hp.Sum(terms=(step, sine)),
@@ -155,7 +155,7 @@ def controllers() -> tuple[Any, ...]:
     """Controllers; that with feedback has run, so that it holds what it made ready."""
     foot = hp.FootControl(walk().gait, slip=hp.SlipPid(), levelling=hp.Levelling())
     hp.simulate(hp.Scene(robot()), foot, duration=0.05, accuracy=1e-2)
-    motion = hp.JointMotion({"lf_coxa_joint": hp.Step(begin=0.1, end=0.2, initial=0.0, final=0.1)})
+    motion = hp.JointMotion({"lf_coxa_joint": hp.Step(start=0.1, end=0.2, initial=0.0, final=0.1)})
     sent = hp.SampledTrajectory([0.0, 0.1], np.stack([robot().posture] * 2))
     return walk(), foot, hp.HoldPosture(), hp.ArcWalk(), motion, sent
 

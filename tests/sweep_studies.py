@@ -28,7 +28,7 @@ values = [0.0, 0.5, 1.0]
 
 FRICTIONS = """
 [[vary]]
-input = "friction"
+input = "mu"
 distribution = "uniform"
 low = 0.5
 high = 0.9

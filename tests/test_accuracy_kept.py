@@ -47,7 +47,7 @@ def test_a_coarser_run_will_do_where_its_bound_is_within():
     """Of two runs the coarser is taken first; else the finer; else a finer one follows."""
     good, half, bad = (Comparison(0, 4, x) for x in (0.9 / COARSER_SHARE, 1.0, 5.0))
     assert good.takes_coarser and good.kept and next_level([good]) is None
-    assert not half.takes_coarser and half.kept and half.finer_excess == FINER_SHARE[4]
+    assert not half.takes_coarser and half.kept and half.finer_error_ratio == FINER_SHARE[4]
     assert not bad.kept and next_level([bad]) == 10
     assert next_level([Comparison(0, 4, 1e4)]) == 16  # the largest jump there is
     assert next_level([bad], finest=6) is None
@@ -63,18 +63,21 @@ def test_bounds_are_wider_where_errors_fall_more_slowly_than_tolerances(decay: f
     last = Comparison(4, 4 + levels, errors[1] - errors[2]).after(first)
     if levels == 4:
         assert last.decay == pytest.approx(decay, rel=1e-12)
-    assert last.coarser_excess >= errors[1] and last.finer_excess >= errors[2]
+    assert last.coarser_error_ratio >= errors[1] and last.finer_error_ratio >= errors[2]
     usual = Comparison(4, 4 + levels, last.difference)
-    assert last.finer_excess >= usual.finer_excess and last.coarser_excess >= usual.coarser_excess
-    assert last.share * last.difference == (
-        last.coarser_excess if last.takes_coarser else last.finer_excess
+    assert (
+        last.finer_error_ratio >= usual.finer_error_ratio
+        and last.coarser_error_ratio >= usual.coarser_error_ratio
+    )
+    assert last.error_fraction * last.difference == (
+        last.coarser_error_ratio if last.takes_coarser else last.finer_error_ratio
     )
 
 
 def test_a_difference_that_grows_widens_the_bounds_by_a_finite_factor():
     """And one without an earlier one beside it, or with none at all, is as usual."""
     grown = Comparison(4, 8, 2.0).after(Comparison(0, 4, 1.0))
-    assert 10.0 < grown.finer_excess / Comparison(4, 8, 2.0).finer_excess < 100.0
+    assert 10.0 < grown.finer_error_ratio / Comparison(4, 8, 2.0).finer_error_ratio < 100.0
     assert Comparison(4, 8, 2.0).after(Comparison(0, 4, 0.0)) == Comparison(4, 8, 2.0)
     assert Comparison(0, 4, 0.0).after(None).kept
 
@@ -146,7 +149,7 @@ def test_runs_follow_until_the_bound_is_within():
     assert last.finer - last.coarser in FINER_SHARE and last.kept and last.takes_coarser
     after = {8: 1e-6}.get(last.finer, 0.0)  # the error that the stub has at that level
     expected = COARSER_SHARE * (1e-5 - after) / 1e-4
-    assert last.coarser_excess == pytest.approx(expected, rel=1e-12)
+    assert last.coarser_error_ratio == pytest.approx(expected, rel=1e-12)
 
 
 def test_runs_that_diverge_twice_are_an_error():
@@ -365,7 +368,7 @@ def test_friction_that_drops_where_a_foot_breaks_away_asks_for_a_finer_second_ru
     contact = hp.Contact(normal=hp.Contact.accurate().normal, friction=friction)
     scene = hp.Scene(hp.load_robot("athena"), contact=contact)
     assert scene.sensitive == (second == 8)
-    choice = hp.Case(scene, hp.HoldPosture(), duration=0.1).settings.choice
+    choice = hp.Case(scene, hp.HoldPosture(), duration=0.1).settings.method_settings
     assert choice.first_levels == (0, second)
-    coarse, fine = (replace(choice, level=level).tolerance for level in choice.first_levels)
+    coarse, fine = (replace(choice, refinement=level).tolerance for level in choice.first_levels)
     assert fine == pytest.approx(coarse * 10.0 ** (-second / 4), rel=1e-12)

@@ -125,8 +125,8 @@ def test_a_run_goes_ahead_at_its_speed_and_scrubs() -> None:
     travelled = arcs.q[-1, :2] - arcs.q[np.searchsorted(arcs.time, 4.8 - 1e-9), :2]
     assert travelled[0] / 2.4 == pytest.approx(walk.path(ROBOT).speed, rel=0.01)
     assert abs(travelled[1]) < 0.05 * travelled[0]
-    assert (arcs.summary.slip_path > 2.0 * walk.path(ROBOT).scrub).all()
-    assert straight.summary.slip_path.sum() < 0.05 * arcs.summary.slip_path.sum()
+    assert (arcs.summary.slip_distance > 2.0 * walk.path(ROBOT).scrub).all()
+    assert straight.summary.slip_distance.sum() < 0.05 * arcs.summary.slip_distance.sum()
 
 
 def test_case_round_trips(tmp_path: Path) -> None:

@@ -49,7 +49,7 @@ def with_springs() -> hp.Robot:
 
     return replace(
         robot, model=model, joint_names=names, feet=tuple(feet),
-        effort=wider(robot.effort, 50.0), posture=wider(robot.posture, 0.0),
+        effort_limit=wider(robot.effort_limit, 50.0), posture=wider(robot.posture, 0.0),
     )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from hexapod_pin.benchmark.work_precision.scenes import (
     find_task,
     tripod_setpoints,
 )
-from hexapod_pin.benchmark.work_precision.task import held_task, setpoints
+from hexapod_pin.benchmark.work_precision.task import held_task, set_points
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 from hexapod_pin.validation.cases.robots import BENCH19, robot_file
 
@@ -60,7 +60,7 @@ def test_walk_starts_10_mm_above_the_ground_with_100_held_set_points():
     assert task.initial.q[2] - robot.stand().q[2] == pytest.approx(0.010, abs=1e-15)
     assert (task.samples, task.sample, len(task.controller.time)) == (100, 0.01, 100)
     assert task.scene.servos.limited is False
-    assert setpoints(task) == pytest.approx(np.array(task.controller.q), abs=0.0)
+    assert set_points(task) == pytest.approx(np.array(task.controller.q), abs=0.0)
 
 
 def test_tripod_swings_and_lifts_the_right_legs_the_right_way():
@@ -81,13 +81,15 @@ def test_tripod_swings_and_lifts_the_right_legs_the_right_way():
 
 
 def test_a_gait_is_held_from_sample_to_sample_for_all_engines():
-    task = find_task("kharagpur", SceneOptions(gait="tripod", cycle=0.8, stroke=0.05, duration=0.3))
+    task = find_task(
+        "kharagpur", SceneOptions(gait="tripod", cycle_time=0.8, stroke=0.05, duration=0.3)
+    )
     held = held_task(task)
     plan = task.controller.plan(task.scene.robot, 0.3)
     knots = np.isclose(plan.time % 0.01, 0.0) | np.isclose(plan.time % 0.01, 0.01)
     rows = np.round(plan.time[knots] / 0.01).astype(int)
     inside = rows < 30
-    found = setpoints(held)
+    found = set_points(held)
     assert inside.sum() > 10
     assert found[rows[inside]] == pytest.approx(plan.q[knots][inside], abs=1e-9)
     assert held.controller.plan(task.scene.robot, 0.3).held
@@ -97,7 +99,7 @@ def test_a_gait_is_held_from_sample_to_sample_for_all_engines():
 def test_set_points_that_begin_between_samples_are_refused():
     task = replace(built_in("walk"), sample=0.02, duration=0.1)
     with refused(ParameterError, "sample", 0.02):
-        setpoints(task)
+        set_points(task)
 
 
 def test_a_scene_file_and_a_gait_name_a_task(tmp_path: Path):
@@ -105,7 +107,7 @@ def test_a_scene_file_and_a_gait_name_a_task(tmp_path: Path):
     (tmp_path / "mine.toml").write_text(scene.to_toml())
     task = find_task(str(tmp_path / "mine.toml"), SceneOptions(gait="hold"))
     assert (task.name, task.scene.contact, task.duration) == ("mine", scene.contact, 1.0)
-    walk = find_task("athena", SceneOptions(gait="tripod", cycle=1.6, contact="s2", mu=0.5))
+    walk = find_task("athena", SceneOptions(gait="tripod", cycle_time=1.6, contact="s2", mu=0.5))
     assert walk.scene.contact.friction.mu_static == 0.5
     assert (walk.duration, walk.controller.gait.name) == (1.6, "tripod")
 

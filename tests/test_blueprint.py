@@ -70,7 +70,7 @@ def test_kharagpur_geometry() -> None:
     robot = load_robot("kharagpur")
     assert robot.stand().q[2] == pytest.approx(0.09879 + 0.010, abs=1e-12)
     assert KHARAGPUR.coxa.length + KHARAGPUR.femur.length == pytest.approx(0.20284, abs=1e-15)
-    assert robot.effort.tolist() == [6.0] * 18
+    assert robot.effort_limit.tolist() == [6.0] * 18
 
 
 def test_athena_is_the_assumed_set() -> None:

@@ -45,13 +45,13 @@ def swinging(lag: float = 0.0, duration: float = 4.0, **meta: object) -> Trace:
 def test_peak_rms_and_percentile_of_a_sine() -> None:
     """Peak A, RMS A / sqrt 2, 99th percentile A sin(0.99 pi / 2); the start-up does not count."""
     row = torque_budget(swinging()).joint(JOINTS[17])
-    assert row.peak_torque == pytest.approx(TORQUE, rel=1e-12)
-    assert row.peak_time % 0.5 == pytest.approx(0.25, abs=1e-9)
-    assert row.rms_torque == pytest.approx(TORQUE / math.sqrt(2), rel=1e-12)
+    assert row.torque_peak == pytest.approx(TORQUE, rel=1e-12)
+    assert row.torque_peak_time % 0.5 == pytest.approx(0.25, abs=1e-9)
+    assert row.torque_rms == pytest.approx(TORQUE / math.sqrt(2), rel=1e-12)
     # a percentile of samples is good to one spacing: 2 pi h A cos(0.99 pi / 2)
-    assert row.p99_torque == pytest.approx(TORQUE * math.sin(0.99 * math.pi / 2), abs=2e-4)
-    assert row.peak_speed == pytest.approx(RATE, rel=1e-12)
-    assert row.rms_speed == pytest.approx(RATE / math.sqrt(2), rel=1e-12)
+    assert row.torque_p99 == pytest.approx(TORQUE * math.sin(0.99 * math.pi / 2), abs=2e-4)
+    assert row.speed_peak == pytest.approx(RATE, rel=1e-12)
+    assert row.speed_rms == pytest.approx(RATE / math.sqrt(2), rel=1e-12)
     assert row.at_limit == 0.0
 
 
@@ -69,7 +69,7 @@ def test_energies_of_a_sine(lag: float) -> None:
     assert row.absolute_energy == pytest.approx(absolute, abs=CORNER * size)
     assert row.positive_energy >= 0.0 >= row.negative_energy
     power = 0.5 * TORQUE * RATE * (1.0 + abs(math.cos(lag)))
-    assert row.peak_power == pytest.approx(power, rel=1e-5)  # the peak lies between two samples
+    assert row.power_peak == pytest.approx(power, rel=1e-5)  # the peak lies between two samples
 
 
 def test_energies_of_the_robot_are_those_of_its_joints_per_cycle() -> None:
@@ -87,7 +87,7 @@ def test_cost_of_transport_of_a_known_walk() -> None:
     """0.1 m/s over cycles of 1 s: energy / (weight x 0.1 m), both conventions."""
     budget = torque_budget(swinging(0.4))
     assert budget.distance == pytest.approx(0.1, rel=1e-9)
-    assert budget.speed == pytest.approx(0.1, rel=1e-9)
+    assert budget.measured_speed == pytest.approx(0.1, rel=1e-9)
     assert budget.weight == pytest.approx(WEIGHT)
     expected = budget.absolute_energy / (WEIGHT * 0.1)
     assert budget.cost_of_transport == pytest.approx(expected)
@@ -153,7 +153,7 @@ def test_the_worst_joint_of_each_kind_is_named() -> None:
     assert [row.kind for row in budget.kinds] == ["coxa", "femur", "tibia"]
     femur = budget.kind("femur")
     assert femur.peak.joint == femur.rms.joint == femur.power.joint == "rr_femur_joint"
-    assert femur.rms.rms_torque == pytest.approx(17 / 18 * TORQUE / math.sqrt(2))
+    assert femur.rms.torque_rms == pytest.approx(17 / 18 * TORQUE / math.sqrt(2))
     known = ["coxa", "femur", "tibia"]
     with refused(UnknownNameError, kind="kind of joint", name="knee", known=known):
         budget.kind("knee")
@@ -188,7 +188,7 @@ def test_the_table_says_what_was_simulated_and_what_is_assumed() -> None:
 def test_json_holds_every_number_and_no_infinity() -> None:
     plain = json.loads(torque_budget(swinging(effort_limit=[math.inf] * 18)).to_json())
     assert plain["joints"][17]["effort_limit"] is None
-    assert plain["joints"][17]["rms_torque"] == pytest.approx(TORQUE / math.sqrt(2))
+    assert plain["joints"][17]["torque_rms"] == pytest.approx(TORQUE / math.sqrt(2))
     assert plain["cost_of_transport"] > 0.0
     assert plain["window"]["cycles"] == 3
 

@@ -24,7 +24,7 @@ from hexapod_pin.simulation.methods import METHODS
 
 Run = Callable[..., SimpleNamespace]
 
-WALK = ("walk", "kharagpur", "--gait", "tripod", "--cycle", "0.8", "--stroke", "0.05")
+WALK = ("walk", "kharagpur", "--gait", "tripod", "--cycle-time", "0.8", "--stroke", "0.05")
 SHORT = ("--duration", "3.2")  # two cycles to start, two steady ones
 
 
@@ -131,9 +131,19 @@ def test_a_saved_case_repeats_the_walk_to_the_bit(run: Run):
 
 
 def test_degrees_on_the_command_line_are_radians_inside(run: Run):
-    """--heading 90 walks to the left, --turn 5 is 5 degrees per second."""
-    words = ("--duration", "1", "--heading", "90", "--turn", "5", "--stroke", "0.02", "--no-html")
-    done = run("walk", "kharagpur", "--gait", "tripod", "--cycle", "0.8", *words)
+    """--heading 90 walks to the left, --turn-rate 5 is 5 degrees per second."""
+    words = (
+        "--duration",
+        "1",
+        "--heading",
+        "90",
+        "--turn-rate",
+        "5",
+        "--stroke",
+        "0.02",
+        "--no-html",
+    )
+    done = run("walk", "kharagpur", "--gait", "tripod", "--cycle-time", "0.8", *words)
     assert (done.status, done.left) == (0, ["walk.nc"])
     walk = hp.load_trace("walk.nc").run.walk
     assert walk.travel_direction == pytest.approx((0.0, 1.0), abs=1e-12)
@@ -148,7 +158,7 @@ def test_walk_too_short_for_a_table_says_so_and_keeps_the_trace(run: Run):
 
 def test_stroke_that_does_not_fit_is_replaced_in_the_open(run: Run):
     """Without --stroke, a gait that cannot do 0.14 m takes 80 % of its largest, and says so."""
-    words = ("--gait", "tripod", "--cycle", "0.8", "--duration", "0.2", "--no-html")
+    words = ("--gait", "tripod", "--cycle-time", "0.8", "--duration", "0.2", "--no-html")
     done = run("walk", "kharagpur", *words, "--heading", "90", "--foot-radius", "0")
     assert done.status == 0, done.err
     assert "chosen: 80% of the largest that fits" in done.out
@@ -210,7 +220,7 @@ REFUSALS = {
     "stroke beyond reach": (("walk", "kharagpur", "--stroke", "0.9"), "stroke can be at most"),
     "negative stroke": (("walk", "kharagpur", "--stroke", "-0.1"), "stroke"),
     "duty too small": (("walk", "kharagpur", "--duty", "0.3"), "duty"),
-    "no cycle time": (("walk", "kharagpur", "--cycle", "0"), "--cycle"),
+    "no cycle time": (("walk", "kharagpur", "--cycle-time", "0"), "--cycle-time"),
     "negative friction": (("walk", "kharagpur", "--mu", "-1"), "mu"),
     "negative stiffness": (("walk", "kharagpur", "--kp", "-1"), "kp"),
     "step of zero": ((*WALK, "--step", "0"), "step"),

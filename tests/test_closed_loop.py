@@ -124,7 +124,7 @@ def test_delays_of_sensors_and_of_commands(method):
     assert [time for _, time, _ in spy.told] == pytest.approx(list(expected), abs=1e-12)
     # set-points: none before 7 ms, the k-th acts from 5 k + 7 ms, within 0.01 rad / velocity limit
     reference = trace.q_ref[:, 1] - robot().posture[1]
-    moving = 0.01 / robot().velocity[1]
+    moving = 0.01 / robot().velocity_limit[1]
     for time, value in zip(trace.time, reference, strict=True):
         last = int(np.floor((time - 0.007) / 0.005 + 1e-9)) + 1
         since = time - 0.007 - 0.005 * (last - 1)

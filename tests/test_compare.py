@@ -106,18 +106,20 @@ def test_numbers_are_those_of_single_runs(found: hp.Comparison) -> None:
         alone = hp.simulate(scene, FAST, duration=DURATION).summary
         run = found.of("bumps", "fast")[number]
         assert run.metrics == hp.WalkMetrics.of(alone) and run.summary.data == alone.data
-    speeds = [run.metrics.speed for run in found.of("bumps", "fast")]
-    assert found.mean("bumps", "fast", "speed").value == pytest.approx(np.mean(speeds), rel=1e-12)
-    change = found.change("flat", "fast", "speed")
+    speeds = [run.metrics.measured_speed for run in found.of("bumps", "fast")]
+    assert found.mean("bumps", "fast", "measured_speed").value == pytest.approx(
+        np.mean(speeds), rel=1e-12
+    )
+    change = found.change("flat", "fast", "measured_speed")
     assert change.value == pytest.approx(0.2, abs=0.01)  # stroke 0.06 against 0.05 m
     assert change.half_width is None and change.count == 1
-    assert found.change("bumps", "fast", "speed").differs_from(0.0)
+    assert found.change("bumps", "fast", "measured_speed").differs_from(0.0)
 
 
 def test_a_run_that_is_refused_is_a_row_that_says_so(found: hp.Comparison) -> None:
     runs = found.of("bumps", "far")
     assert [run.outcome for run in runs] == [Outcome.REFUSED] * 3
-    assert found.mean("bumps", "far", "speed") is None
+    assert found.mean("bumps", "far", "measured_speed") is None
     text = found.table()
     assert "0 of 3: refused" in text and "far on bumps #2: refused (" in text
     assert "nan" not in text.lower() and "kharagpur, 2.5 s, extrapolated-euler" in text
@@ -134,7 +136,7 @@ def test_feedback_controllers_go_in_lock_step_and_may_fall() -> None:
         {"bumps": BUMPS}, {"plain": PLAIN, "steps": steps, "crouch": Crouch()}, duration=DURATION
     )
     assert steps.batches == [3]
-    change = found.change("bumps", "steps", "speed")
+    change = found.change("bumps", "steps", "measured_speed")
     assert change.value == pytest.approx(0.0, abs=0.02)  # the same plan, cut into ticks
     assert [run.outcome for run in found.of("bumps", "crouch")] == [Outcome.FELL] * 3
     assert "the trunk touched the ground" in found.of("bumps", "crouch")[0].reason
@@ -183,7 +185,7 @@ def test_ctrl_c_keeps_what_was_done() -> None:
 
 
 def test_bars_are_changes_with_their_intervals(found: hp.Comparison) -> None:
-    shown = ["speed", "torque_peak"]
+    shown = ["measured_speed", "torque_peak"]
     figure = draw_comparison(found, metrics=shown)
     panels = figure.axes
     assert [axes.get_title().split(" (")[0] for axes in panels] == ["flat", "bumps"]
@@ -202,8 +204,8 @@ def test_a_bar_beyond_the_axis_says_how_long_it_is() -> None:
     numbers = dict.fromkeys(METRICS)
     runs = [
         ComparedRun("flat", 0, name, Outcome.WALKED, metrics=hp.WalkMetrics(**numbers | values))
-        for name, values in (("a", {"speed": 1.0, "roll_rms": 1.0}),
-                             ("b", {"speed": 5.0, "roll_rms": 1.5}))
+        for name, values in (("a", {"measured_speed": 1.0, "roll_rms": 1.0}),
+                             ("b", {"measured_speed": 5.0, "roll_rms": 1.5}))
     ]  # fmt: skip
     [axes] = draw_comparison(hp.Comparison(tuple(runs))).axes
     assert axes.get_xlim()[1] == pytest.approx(150.0)
@@ -277,8 +279,8 @@ def test_own_scenes_and_bumps(run: Run) -> None:
         (("plain.toml", "--seeds", "3"), "--seeds"),
         (("plain.toml", "--bumps", "0.01", "--seeds", "0"), "--seeds"),
         (("plain.toml", "--bumps", "0.01", "--seeds", str(2**70)), "from 1 to 1000"),
-        (("plain.toml", "--level", "0.1"), "--level"),
-        (("plain.toml", "--bumps", "0.01", "--level", "-1"), "flat_radius"),
+        (("plain.toml", "--flat-radius", "0.1"), "--flat-radius"),
+        (("plain.toml", "--bumps", "0.01", "--flat-radius", "-1"), "--flat-radius"),
         (("plain.toml", "--bumps", "0.01", "--length", "-1"), "--length"),
         (("plain.toml", "--bumps", "0.01", "--length", "1e308"), "--length = 1e+308"),
         (("plain.toml", "--bumps", "0.01", "--own-scenes"), "--bumps"),

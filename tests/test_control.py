@@ -84,7 +84,7 @@ def test_cubic_between_knots_is_within_a_microradian(robot: Robot, make: MakeGai
 
 def test_knots_are_closer_for_a_fast_gait(robot: Robot) -> None:
     """Ten times faster needs shorter spans to keep the same error."""
-    quick = dataclasses.replace(robot, velocity=np.full(len(robot.joint_names), 1e3))
+    quick = dataclasses.replace(robot, velocity_limit=np.full(len(robot.joint_names), 1e3))
     gait = Gait.tripod(cycle_time=0.24)
     plan = KinematicControl(gait).plan(quick, 1.0)
     assert np.diff(plan.time).max() < 0.005
@@ -186,13 +186,13 @@ def test_lift_too_high_names_the_leg_and_the_largest(robot: Robot) -> None:
 
 def test_joint_too_fast_names_it_and_the_shortest_cycle(robot: Robot) -> None:
     joint = "lf_coxa_joint"
-    fastest = f"{robot.velocity[robot.joint_index(joint)]:g}"
+    fastest = f"{robot.velocity_limit[robot.joint_index(joint)]:g}"
     with refused(GaitError, quantity="cycle_time", about=("leg lf", joint, fastest)) as caught:
         KinematicControl(Gait.tetrapod(cycle_time=0.3)).plan(robot, 3.0)
     limit = caught.value.limit
     assert limit is not None and 0.3 < limit < 2.4
     plan = KinematicControl(Gait.tetrapod(cycle_time=1.0001 * limit)).plan(robot, 4 * limit)
-    share = np.abs(plan.v / robot.velocity).max()
+    share = np.abs(plan.v / robot.velocity_limit).max()
     assert 0.995 < share < 1.002  # at the limit; the start of a cycle is sampled elsewhere
     with pytest.raises(GaitError):
         KinematicControl(Gait.tetrapod(cycle_time=0.998 * limit)).plan(robot, 3.0)
@@ -243,7 +243,9 @@ def test_almost_straight_knee_is_refused_even_without_joint_limits(kharagpur: Ro
     posture[[kharagpur.joint_index(f"{leg}_tibia_joint") for leg in LEG_ORDER]] = 0.02
     n = len(kharagpur.joint_names)
     inf = np.full(n, np.inf)
-    free = dataclasses.replace(kharagpur, lower=-inf, upper=inf, velocity=inf, posture=posture)
+    free = dataclasses.replace(
+        kharagpur, lower=-inf, upper=inf, velocity_limit=inf, posture=posture
+    )
     about = ("leg lf", "singular", "lf_coxa_joint", "lf_femur_joint", "lf_tibia_joint")
     with refused(GaitError, quantity="posture", limit=None, about=about):
         KinematicControl(Gait.tripod(stroke=0.0)).plan(free, 10.0)

@@ -101,7 +101,7 @@ def test_notes_of_the_viewer_are_visible(
     """The names of meshes that are not drawn stand in them."""
     found = SimpleNamespace(notes=["\x1b[31m\u202e.stl"], url="http://127.0.0.1:1/")
     monkeypatch.setattr(html, "live_viewer", lambda *_, **__: nullcontext(found))
-    html.view(synthetic_trace(duration=0.1), seconds=0.0, open_browser=False)
+    html.view(synthetic_trace(duration=0.1), duration=0.0, open_browser=False)
     assert r"\x1b[31m\u202e.stl" in capsys.readouterr().out
 
 
@@ -238,7 +238,8 @@ def chosen(text: str) -> MotorSelection:
     use = KindUse(text, 0.3, 0.4, 0.3, 0.0, 0.2, 0.0, 0.0, {}, (text,))
     candidate = MotorCandidate({text: motor}, 3.2, 0.96, (use,), ())
     return MotorSelection(
-        robot=text, mass=3.0, contained=0.06, walks=(text,), candidates=(candidate,), unusable=(),
+        robot_name=text, total_mass=3.0, contained=0.06, walks=(text,), candidates=(candidate,),
+        unusable=(),
         choice=candidate, iterations=(), confidence=None, derating=Derating(), catalog=text,
         assumed=(), notes=(), demands={},
     )  # fmt: skip

@@ -63,7 +63,7 @@ def test_load_a_robot(run) -> None:
 
 def test_walk(run) -> None:
     trace = run("walk", ("walk.nc", "walk.html"))
-    assert hp.torque_budget(trace).speed == pytest.approx(0.0875, rel=0.02)  # S2's gait
+    assert hp.torque_budget(trace).measured_speed == pytest.approx(0.0875, rel=0.02)  # S2's gait
     steady = hp.torque_budget(trace).window.samples
     carried = trace.mean_foot_force[steady][:, :, 2].sum(axis=1).mean()
     assert carried == pytest.approx(3.08746 * 9.81, rel=1e-3)
@@ -91,8 +91,8 @@ def test_walk_on_terrain(run) -> None:
 def test_choose_a_gait(run) -> None:
     budgets = run("choose_a_gait")
     for budget in budgets.values():
-        assert budget.speed == pytest.approx(0.06, rel=0.03)
-    rms = {name: budget.kind("femur").rms.rms_torque for name, budget in budgets.items()}
+        assert budget.measured_speed == pytest.approx(0.06, rel=0.03)
+    rms = {name: budget.kind("femur").rms.torque_rms for name, budget in budgets.items()}
     assert rms["tripod"] > rms["tetrapod"] > rms["wave"]  # more feet, less torque
 
 
@@ -168,14 +168,14 @@ def test_own_controller(run) -> None:
 
 def test_own_gait(run, capsys: pytest.CaptureFixture[str]) -> None:
     budget = run("own_gait")
-    assert budget.speed == pytest.approx(0.05, rel=0.02)
+    assert budget.measured_speed == pytest.approx(0.05, rel=0.02)
     assert "fewest feet down: 5" in capsys.readouterr().out
 
 
 def test_robot_from_dimensions(run) -> None:
     robot, budget = run("robot_from_dimensions", ("my_hexapod.urdf",))
     assert robot.total_mass == pytest.approx(1.2 + 6 * (0.08 + 0.10 + 0.06))
-    assert budget.speed == pytest.approx(0.12, rel=0.05)
+    assert budget.measured_speed == pytest.approx(0.12, rel=0.05)
 
 
 def test_the_first_code_block_of_the_readme_runs(

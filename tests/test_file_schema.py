@@ -131,7 +131,10 @@ def test_a_trace_need_not_have_a_summary_or_checkpoint(trace: hp.Trace, tmp_path
         with refused(hp.errors.ParameterError, "Trace"):
             getattr(again, name)
     from_samples = hp.walk_verdict(again)
-    assert (from_samples.robot, from_samples.holds) == ("kharagpur", hp.walk_verdict(trace).holds)
+    assert (from_samples.robot_name, from_samples.holds) == (
+        "kharagpur",
+        hp.walk_verdict(trace).holds,
+    )
 
 
 def test_a_value_that_breaks_no_rule_is_damage_all_the_same(

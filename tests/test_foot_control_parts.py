@@ -140,8 +140,8 @@ def internal(name: str, tangential: np.ndarray, load: np.ndarray, rotation: Any 
 @every_robot
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.2, -0.1, 1.0)])
 def test_internal_forces_have_no_resultant_and_no_moment(name, turn):
-    dice = np.random.default_rng(5)
-    tangential, load = dice.normal(size=(6, 2)), dice.uniform(3.0, 9.0, 6)
+    rng = np.random.default_rng(5)
+    tangential, load = rng.normal(size=(6, 2)), rng.uniform(3.0, 9.0, 6)
     error = internal(name, tangential, load, Rotation.from_rotvec(turn).as_matrix())
     feet = six_legs(robot(name)).neutral_feet
     assert np.abs(error).max() > 0.3

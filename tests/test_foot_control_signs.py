@@ -46,7 +46,7 @@ def test_slip_correction_shortens_the_slip_path(name, contact, walk, slip, most)
     scene, paths = hp.Scene(robot(name), contact=contact), []
     for part in (None, slip):
         trace = hp.simulate(scene, hp.FootControl(walk, slip=part), duration=8.0, sample=0.02)
-        paths.append(np.sum(trace.summary.slip_path))
+        paths.append(np.sum(trace.summary.slip_distance))
     assert 0.0 < paths[1] < most * paths[0]
 
 

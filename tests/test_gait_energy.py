@@ -45,7 +45,7 @@ def test_costs_are_those_of_each_walk(found: hp.GaitEnergy) -> None:
         assert (
             found.of("cost_of_transport_positive", scene)[0, 1] == budget.cost_of_transport_positive
         )
-        assert found.of("measured_speed", scene)[0, 1] == budget.speed
+        assert found.of("measured_speed", scene)[0, 1] == budget.measured_speed
         steady = trace.time >= 2.0 * gait.cycle_time - 1e-9
         time, torque, rate = trace.time[steady], trace.torque[steady], trace.v[steady, 6:]
         square = np.trapezoid(torque**2, time, axis=0)

@@ -63,7 +63,7 @@ def texts() -> dict[str, dict[str, Any]]:
     study = {
         "schema": 1, "name": "a", "base": {
             "robot": "kharagpur", "gait": {"name": "tripod", "stroke": 0.04, "cycle_time": 0.3},
-            "duration": 0.9, "accuracy": 1e-2, "contact": "accurate", "friction": 0.7, "kp": 20.0,
+            "duration": 0.9, "accuracy": 1e-2, "contact": "accurate", "mu": 0.7, "kp": 20.0,
             "kd": 0.5, "options": {"mend": False},
         },
         "vary": [

@@ -161,7 +161,7 @@ def test_payload_and_push_are_known() -> None:
 def test_trunk_on_the_ground() -> None:
     """Points of the trunk stand behind the feet in a trace; their forces act on the trunk."""
     robot = hp.load_robot("kharagpur")
-    loads = [hp.LostLeg(leg, time=0.1) for leg in LEGS]
+    loads = [hp.LostLeg(leg, start=0.1) for leg in LEGS]
     scene = hp.Scene(robot, loads=loads, body_contact=True)
     trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, accuracy=1e-6)
     assert trace.contact[-1, 6:].any()

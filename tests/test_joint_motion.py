@@ -26,15 +26,15 @@ def robot() -> hp.Robot:
 
 LIFT = hp.Sum(
     terms=(
-        hp.Step(begin=0.13, end=0.77, initial=0.02, final=0.1),
-        hp.Step5(begin=0.6, end=1.9, initial=0.0, final=-0.07),
+        hp.Step(start=0.13, end=0.77, initial=0.02, final=0.1),
+        hp.Step5(start=0.6, end=1.9, initial=0.0, final=-0.07),
     )
 )
 MOTION: dict[str, Any] = {
     "lf_coxa_joint": hp.Sine(amplitude=0.3, period=2.4, phase=0.4),
     "lf_femur_joint": LIFT,
     "rm_coxa_joint": hp.Waypoints(time=(0.31, 1.0, 1.43), value=(0.0, 0.1, 0.05)),
-    "rm_femur_joint": hp.Havsin(begin=0.4, end=1.7, initial=0.0, final=0.1),
+    "rm_femur_joint": hp.Havsin(start=0.4, end=1.7, initial=0.0, final=0.1),
     "rr_coxa_joint": hp.Periodic(
         function=hp.Hermite(time=(0.0, 0.5, 0.9), value=(0.2, -0.2, 0.2), rate=(-0.8, -0.8, -0.8)),
         period=0.9,
@@ -112,7 +112,7 @@ def test_joints_not_named_stand(robot: hp.Robot) -> None:
 
 def test_accelerations_are_one_sided(robot: hp.Robot) -> None:
     """STEP's acceleration jumps from 0 to 6 (x1 - x0) / (t1 - t0)^2 and ends at minus that."""
-    step = hp.Step(begin=0.25, end=0.75, initial=0.0, final=0.1)
+    step = hp.Step(start=0.25, end=0.75, initial=0.0, final=0.1)
     plan = hp.JointMotion({"lf_coxa_joint": step}).plan(robot, 0.9)
     assert plan.acceleration is not None
     np.testing.assert_array_equal(plan.time, [0.0, 0.25, 0.75, 1.0])
@@ -143,12 +143,12 @@ def test_a_shorter_plan_begins_a_longer_one(robot: hp.Robot) -> None:
 def test_kinks_that_differ_by_rounding_are_one_knot(robot: hp.Robot) -> None:
     third = 2.4 / 3.0
     steps = {
-        "lf_coxa_joint": hp.Step(begin=0.1, end=3 * third, initial=0.0, final=0.1),
-        "lm_coxa_joint": hp.Step(begin=0.1, end=np.nextafter(2.4, 3.0), initial=0.0, final=0.1),
+        "lf_coxa_joint": hp.Step(start=0.1, end=3 * third, initial=0.0, final=0.1),
+        "lm_coxa_joint": hp.Step(start=0.1, end=np.nextafter(2.4, 3.0), initial=0.0, final=0.1),
     }
     plan = hp.JointMotion(steps).plan(robot, 2.9)
     np.testing.assert_allclose(plan.time, [0.0, 0.1, 1.0, 2.0, 2.4, 3.0], atol=1e-12)
-    early = hp.Step(begin=0.1, end=1.0 - 1e-13, initial=0.0, final=0.1)
+    early = hp.Step(start=0.1, end=1.0 - 1e-13, initial=0.0, final=0.1)
     for end, last in ((1.0 - 1e-12, 2.0), (0.9, 1.0)):
         plan = hp.JointMotion({"lf_coxa_joint": early}).plan(robot, end)
         np.testing.assert_array_equal(plan.time, [0.0, 0.1, 1.0, 2.0][: 3 + (last > 1.0)])
@@ -162,7 +162,7 @@ def test_kinks_that_differ_by_rounding_are_one_knot(robot: hp.Robot) -> None:
             "JointMotion: angle of lf_coxa_joint at t = 0 s", 3.0, (-1.0472, 1.0472),
         ),
         (
-            {"lf_coxa_joint": hp.Step(begin=0, end=0.01, initial=0, final=0.3)},
+            {"lf_coxa_joint": hp.Step(start=0, end=0.01, initial=0, final=0.3)},
             "JointMotion: rate of lf_coxa_joint at t = 0.005 s", pytest.approx(45.0), (-6, 6),
         ),
         (  # the largest angle, 1.0507 rad, lies between knots
@@ -190,7 +190,7 @@ def test_refusals_name_joint_time_value_and_range(
 
 def test_a_motion_just_inside_its_limits_is_planned(robot: hp.Robot) -> None:
     """STEP's largest rate is 1.5 of its mean rate: 6 rad/s here, the limit."""
-    step = hp.Step(begin=0.0, end=0.15, initial=-0.3, final=0.3)
+    step = hp.Step(start=0.0, end=0.15, initial=-0.3, final=0.3)
     hp.JointMotion({"lf_coxa_joint": step}).plan(robot, 1.0)
     faster = step.model_copy(update={"end": 0.149})
     name, rate = "JointMotion: rate of lf_coxa_joint at t = 0.0745 s", 1.5 * 0.6 / 0.149
@@ -248,7 +248,7 @@ def fields(plan: JointTrajectory, **changes: Any) -> dict[str, Any]:
 def test_malformed_accelerations_are_refused(
     robot: hp.Robot, changes: dict[str, Any], name: str, value: Any, about: str
 ) -> None:
-    step = hp.Step(begin=0.25, end=0.75, initial=0.0, final=0.1)
+    step = hp.Step(start=0.25, end=0.75, initial=0.0, final=0.1)
     plan = hp.JointMotion({"lf_coxa_joint": step}).plan(robot, 0.9)
     with refused(ParameterError, f"JointTrajectory.{name}", value, about=(about,)):
         JointTrajectory(**fields(plan, **changes))
@@ -263,7 +263,7 @@ def test_a_cubic_may_know_its_accelerations_and_does_not_follow_them(robot: hp.R
 def test_extremes_are_those_of_a_dense_search(robot: hp.Robot) -> None:
     """Random splines, scaled so that their largest rate is just below, then above, the limit."""
     random, joint = np.random.default_rng(8), "lf_coxa_joint"
-    limit = robot.velocity[robot.joint_index(joint)]
+    limit = robot.velocity_limit[robot.joint_index(joint)]
     for _ in range(10):
         time = np.cumsum(random.uniform(0.02, 0.1, 6))
         value = random.uniform(-0.1, 0.1, 6)

@@ -63,7 +63,9 @@ def test_every_verdict_is_that_of_peaks_computed_independently(name: str, gait: 
     for k, row in enumerate(found.joints):
         values = [each[k] for each in (run, finer, harder, tighter)]
         assert list(row.computed.values()) == pytest.approx(values, rel=1e-9)
-        assert (row.torque.low, row.torque.high) == pytest.approx((min(values), max(values)))
+        assert (row.torque_peak.low, row.torque_peak.high) == pytest.approx(
+            (min(values), max(values))
+        )
         size = max(finer[k], floor)
         shares = {
             "accuracy": abs(finer[k] - run[k]) / max(run[k], 0.01 * run.max()),
@@ -73,7 +75,7 @@ def test_every_verdict_is_that_of_peaks_computed_independently(name: str, gait: 
         moved = {key for key, share in shares.items() if share > 0.05}
         assert set(row.moved_by) == moved
         assert row.verdict == ("range" if moved else "peak")
-        assert row.torque.value == pytest.approx(finer[k], rel=1e-9)
+        assert row.torque_peak.value == pytest.approx(finer[k], rel=1e-9)
     assert len(found.kinds) == 3 and len(found.feet) == 6
     for row in found.kinds:  # the largest peak, and that of the joint which sets it
         of = np.array([row.name in joint for joint in robot(name).joint_names])
@@ -90,7 +92,7 @@ def test_every_verdict_is_that_of_peaks_computed_independently(name: str, gait: 
         }
         assert set(row.moved_by) == moved
         assert row.verdict == ("range" if moved else "peak")
-        assert row.torque.value == pytest.approx(finer[of].max(), rel=1e-9)
+        assert row.torque_peak.value == pytest.approx(finer[of].max(), rel=1e-9)
 
 
 def soft_feet(factor: float = 1.0) -> hp.Contact:
@@ -202,7 +204,7 @@ def test_a_torque_limit_is_no_peak() -> None:
     servo = hp.Servo(kp=240.0, kd=4.8, motor={"femur": motor})
     found = hp.judge_peaks(walk(hp.Scene(robot(), servo=servo)))
     row = found.kind("femur")
-    assert (row.verdict, row.torque.high) == ("at the limit", pytest.approx(0.7, rel=1e-6))
+    assert (row.verdict, row.torque_peak.high) == ("at the limit", pytest.approx(0.7, rel=1e-6))
     assert row.at_limit > 0.0
     assert found.kind("coxa").verdict != "at the limit"
 

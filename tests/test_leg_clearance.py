@@ -173,7 +173,7 @@ def test_a_small_clearance_is_told(tmp_path: Path) -> None:
     assert "overlap by 0.015 m" in leg_clearance(robot, tripod(0.085)).notes[0]
     done = CliRunner().invoke(
         app,
-        ["walk", robot.source, "--gait", "tripod", "--stroke", "0.069", "--cycle", "2",
+        ["walk", robot.source, "--gait", "tripod", "--stroke", "0.069", "--cycle-time", "2",
          "--duration", "0.1", "--no-html", "--out", str(tmp_path / "walk.nc")],
     )  # fmt: skip
     assert done.exit_code == 0, done.output

@@ -22,12 +22,12 @@ WORN = hp.Motor(stall_torque=20.0, no_load_speed=30.0, viscous_friction=0.05, dr
 
 def random_states(name: str, count: int = 20):
     """Yield q, v, a of the whole tree: free base, trunk without angular acceleration."""
-    dice = np.random.default_rng(7)
+    rng = np.random.default_rng(7)
     model = robot(name).model
     for _ in range(count):
-        q = np.concatenate([dice.normal(size=7), robot(name).posture + dice.normal(size=18)])
+        q = np.concatenate([rng.normal(size=7), robot(name).posture + rng.normal(size=18)])
         q[3:7] /= np.linalg.norm(q[3:7])
-        v, a = 2.0 * dice.normal(size=model.nv), 10.0 * dice.normal(size=model.nv)
+        v, a = 2.0 * rng.normal(size=model.nv), 10.0 * rng.normal(size=model.nv)
         a[3:6] = 0.0
         yield q, v, a
 

@@ -51,7 +51,7 @@ def test_a_bad_hints_file_is_named(tmp_path: Path, text: str, name: str, value: 
 
 def test_the_command_line_speaks_degrees() -> None:
     options = load_options(
-        feet="a, b", legs="lf=a,b;rf=c", posture="a=90,b=-45", hold="head=30",
+        feet="a, b", legs="lf=a,b;rf=c", posture="a=90,b=-45", held="head=30",
         package_path=[Path("/x")], xacro_arg=["n=1=2"], forward="y", mend=True, mass=2.0,
     )  # fmt: skip
     assert options.feet == ("a", "b") and options.legs == {"lf": ("a", "b"), "rf": ("c",)}
@@ -63,7 +63,7 @@ def test_the_command_line_speaks_degrees() -> None:
 @pytest.mark.parametrize(
     ("given", "name", "value"),
     [({"posture": "a"}, "--posture", "a"), ({"posture": "a=x"}, "--posture", "a=x"),
-     ({"hold": "=3"}, "--hold", "=3"), ({"legs": "lf"}, "--legs", "lf"),
+     ({"held": "=3"}, "--held", "=3"), ({"legs": "lf"}, "--legs", "lf"),
      ({"xacro_arg": ["n"]}, "--xacro-arg", "n"), ({"mass": 3.0}, "--mass", 3.0)],
 )  # fmt: skip
 def test_a_text_of_another_form_names_its_option(given: dict, name: str, value: object) -> None:

@@ -195,7 +195,7 @@ def test_bad_toml_is_refused_by_name(robot: hp.Robot, text: str, name: str) -> N
         (lambda: hp.Push("a", start=0.0, duration=1.0), "Push.force"),
         (lambda: hp.Push("a", force=(0, 0, 1), start=0.0, duration=0.0), "Push.duration"),
         (lambda: hp.Push("a", force=(0, 0, 1), start=-1.0, duration=1.0), "Push.start"),
-        (lambda: hp.LostLeg("lf", -0.1), "LostLeg.time"),
+        (lambda: hp.LostLeg("lf", -0.1), "LostLeg.start"),
     ],
 )
 def test_impossible_numbers_are_refused_by_name(build: Callable[[], object], name: str) -> None:

@@ -111,7 +111,7 @@ def test_a_payload_weighs_on_the_feet(robot):
 
 def test_a_lost_leg_gives_no_torque(robot):
     lost = [robot.joint_index(joint) for joint in robot.leg("lm").joints]
-    scene = hp.Scene(robot, loads=[hp.LostLeg("lm", time=0.4)])
+    scene = hp.Scene(robot, loads=[hp.LostLeg("lm", start=0.4)])
     ends = {}
     for method, how in METHODS.items():
         if method in ("rk4", "dop853"):

@@ -75,8 +75,8 @@ def test_limits_of_a_mended_file(run: Run, tmp_path: Path) -> None:
     motor = ("--effort", "AX-12A", "--velocity", "mx-64 at 12 V")
     assert run("mend", "bad.urdf", "-o", "good.urdf", *motor).status == 0
     robot = hp.load_robot(tmp_path / "good.urdf")
-    assert robot.effort == pytest.approx(1.5, rel=1e-12)
-    assert robot.velocity == pytest.approx(6.5973, rel=1e-12)
+    assert robot.effort_limit == pytest.approx(1.5, rel=1e-12)
+    assert robot.velocity_limit == pytest.approx(6.5973, rel=1e-12)
     walked = run("walk", "bad.urdf", "--duration", "0.1", "--no-html", "--mend", *motor)
     assert "effort" in walked.out
 

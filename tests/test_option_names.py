@@ -13,7 +13,8 @@ from hexapod_pin.commands.options import in_options
 from hexapod_pin.errors import GaitError, HexapodError, ParameterError, UrdfError
 
 WALK = {name: f"--{name.replace('_', '-')}" for name in (
-    "feet", "foot_radius", "stroke", "cycle", "turn", "heading", "kp", "method", "step", "sample",
+    "feet", "foot_radius", "stroke", "cycle_time", "turn_rate", "heading",
+    "kp", "method", "step", "sample",
     "record", "duration",
 )}  # fmt: skip
 
@@ -22,7 +23,7 @@ WALK = {name: f"--{name.replace('_', '-')}" for name in (
     ("error", "said"),
     [
         (ParameterError("foot_radius", -1.0, "at least 0 m"), "--foot-radius = -1.0: must be"),
-        (ParameterError("Gait.cycle_time", 0.0, "above 0"), "--cycle = 0.0: must be above 0."),
+        (ParameterError("Gait.cycle_time", 0.0, "above 0"), "--cycle-time = 0.0: must be above 0."),
         (ParameterError("Servo.kp.constrained-float", -1.0, "at least 0"), "--kp = -1.0:"),
         (ParameterError("sample/step", 0.3, "a whole number"), "--sample/--step = 0.3:"),
         (ParameterError("Payload.mass", -1.0, "at least 0"), "Payload.mass = -1.0:"),
@@ -32,7 +33,7 @@ WALK = {name: f"--{name.replace('_', '-')}" for name in (
         (GaitError("stroke can be at most 0.1 m.", "stroke", 0.1), "--stroke can be at most 0.1 m"),
         (
             GaitError("at 2 rad/s. turn_rate can be at most 0.1 rad/s.", "turn_rate", 0.1),
-            "at 2 rad/s. --turn can be at most 5.73 degrees/s.",
+            "at 2 rad/s. --turn-rate can be at most 5.73 degrees/s.",
         ),
     ],
 )

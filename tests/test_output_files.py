@@ -20,7 +20,7 @@ from hexapod_pin.errors import MissingPackageError, TraceFileError
 
 Run = Callable[..., SimpleNamespace]
 
-WALK = ("--duration", "0.02", "--quick", "--once")
+WALK = ("--duration", "0.02", "--quick", "--no-estimate")
 
 STUDY = """schema = 1
 name = "two walks"
@@ -29,7 +29,7 @@ robot = "kharagpur"
 duration = 10.0
 accuracy = 1e-3
 [[vary]]
-input = "friction"
+input = "mu"
 values = [0.5, 0.6]
 """
 

@@ -51,7 +51,7 @@ def planted(*peaks: float, joint: int = 1, rest: float = 1.0, **others: object) 
 def test_a_peak_that_stays_is_a_peak_at_the_finer_value() -> None:
     row = planted(2.0, 2.09, 2.0, 2.19).joint("lf_femur_joint")
     assert (row.verdict, row.holds, row.moved_by) == ("peak", True, ())
-    assert (row.torque.value, row.torque.low, row.torque.high) == (2.09, 2.0, 2.19)
+    assert (row.torque_peak.value, row.torque_peak.low, row.torque_peak.high) == (2.09, 2.0, 2.19)
     assert row.text == "peak 2.09 N m"
     # each change against the run without it: accuracy from the run, stiffness from the finer run
     assert row.changes == pytest.approx(
@@ -86,7 +86,7 @@ def test_the_verdict_of_a_kind_is_that_of_its_largest_peak() -> None:
     assert not small.hold
     large = planted(2.0, 2.0, 2.0, 3.0)
     assert large.kind("femur").moved_by == ("servo stiffness",)
-    assert large.kind("femur").torque.high == 3.0
+    assert large.kind("femur").torque_peak.high == 3.0
     assert large.kind("coxa").verdict == "peak"
 
 
@@ -99,7 +99,7 @@ def test_a_kind_whose_largest_peak_changes_legs_holds_by_luck_only() -> None:
     row = judge_summaries(summaries, CHANGES).kind("femur")
     assert row.computed["contact stiffness"] == row.computed["accuracy"] == 2.0
     assert (row.verdict, row.moved_by) == ("range", ("contact stiffness",))
-    assert (row.torque.low, row.torque.value, row.torque.high) == (1.0, 2.0, 2.0)
+    assert (row.torque_peak.low, row.torque_peak.value, row.torque_peak.high) == (1.0, 2.0, 2.0)
     assert row.changes["contact stiffness"] == -0.5
 
 
@@ -136,7 +136,7 @@ def test_a_failed_computation_is_never_a_pass() -> None:
         assert (row.verdict, row.holds) == ("range unknown", False)
     text = found.joint("lf_femur_joint").text
     assert "another contact stiffness diverged; another servo stiffness diverged" in text
-    assert found.joint("lf_femur_joint").p99.value > 0.0
+    assert found.joint("lf_femur_joint").torque_p99.value > 0.0
     assert "another servo stiffness: so and so; diverged" in found.table()
 
 
@@ -180,8 +180,8 @@ def test_spreads_hold_all_computations_and_every_foot() -> None:
     found = judge_summaries(summaries, CHANGES)
     assert [row.foot for row in found.feet] == list(base.foot_names)
     pairs = [(found.feet[k].impulse, base.normal_impulse[k]) for k in range(6)]
-    pairs += [(found.joints[k].p99, base.torque_p99[k]) for k in range(18)]
-    pairs += [(found.joints[k].rms, base.torque_rms[k]) for k in range(18)]
+    pairs += [(found.joints[k].torque_p99, base.torque_p99[k]) for k in range(18)]
+    pairs += [(found.joints[k].torque_rms, base.torque_rms[k]) for k in range(18)]
     for spread, number in pairs:
         expected = (1.01 * number, 0.9 * number, 1.2 * number)
         assert (spread.value, spread.low, spread.high) == pytest.approx(expected)
@@ -195,6 +195,6 @@ def test_as_json_it_holds_what_the_objects_hold() -> None:
     row = {each["name"]: each for each in data["joints"]}["lf_femur_joint"]
     assert row["verdict"] == "range" and row["moved_by"] == ["contact stiffness"]
     assert row["changes"]["contact stiffness"] == pytest.approx(0.25)
-    assert row["torque"]["high"] == 2.5 and len(data["feet"]) == 6
+    assert row["torque_peak"]["high"] == 2.5 and len(data["feet"]) == 6
     with refused(UnknownNameError, kind="joint", name="elbow"):
         found.joint("elbow")

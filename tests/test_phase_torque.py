@@ -32,18 +32,18 @@ def test_known_signals() -> None:
     found = hp.phase_torques(alternating())
     for phase, size, share in ((RETRACTION, 2.0, 0.6), (PROTRACTION, 1.0, 0.4)):
         row = found.row("lm_femur_joint", phase)
-        assert (row.peak_torque, row.p99_torque, row.rms_torque) == pytest.approx((size,) * 3)
+        assert (row.torque_peak, row.torque_p99, row.torque_rms) == pytest.approx((size,) * 3)
         assert row.share == pytest.approx(share, abs=1e-9)
         assert (row.foot, row.kind) == ("lm_foot", "femur")
     row = found.row("rr_tibia_joint", RETRACTION)
-    assert (row.peak_torque, row.share) == pytest.approx((17.0, 1.0))
+    assert (row.torque_peak, row.share) == pytest.approx((17.0, 1.0))
 
 
 def test_a_phase_that_does_not_occur_has_no_numbers() -> None:
     found = hp.phase_torques(alternating())
     row = found.row("lf_coxa_joint", PROTRACTION)
     assert row.share == 0.0
-    assert row.peak_torque is None and row.rms_moment is None
+    assert row.torque_peak is None and row.moment_rms is None
     assert " - " in next(
         x for x in found.table().splitlines() if x.startswith("lf_coxa_joint   protraction")
     )
@@ -72,16 +72,16 @@ def test_walk(name: str) -> None:
     for leg in ("lf", "lm", "lr", "rf", "rm", "rr"):
         stance = found.row(f"{leg}_femur_joint", RETRACTION)
         swing = found.row(f"{leg}_femur_joint", PROTRACTION)
-        assert stance.rms_torque > 1.5 * swing.rms_torque
+        assert stance.torque_rms > 1.5 * swing.torque_rms
         assert stance.share + swing.share == pytest.approx(1.0)
         # the planned lift is slow at first: feet leave the ground a little later than planned
         assert stance.share == pytest.approx(gait.duty, abs=0.06)
-        assert stance.peak_moment >= stance.peak_torque * 0.95
-        mean_square = sum(row.share * row.rms_torque**2 for row in (stance, swing))
-        whole = budget.joint(f"{leg}_femur_joint").rms_torque
+        assert stance.moment_peak >= stance.torque_peak * 0.95
+        mean_square = sum(row.share * row.torque_rms**2 for row in (stance, swing))
+        whole = budget.joint(f"{leg}_femur_joint").torque_rms
         assert np.sqrt(mean_square) == pytest.approx(whole, rel=0.01)  # gathered at steps
         j = moments.joint(f"{leg}_femur_joint")
-        peak = max(stance.peak_moment, swing.peak_moment)
+        peak = max(stance.moment_peak, swing.moment_peak)
         assert peak == moments.moment[:, j].max()
 
 

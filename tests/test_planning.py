@@ -201,7 +201,7 @@ def test_narrower_limits_are_another_robot() -> None:
     """What was found for a robot does not serve one with other joint limits."""
     robot, gait = load_robot("kharagpur"), Gait.tetrapod()
     KinematicControl(gait).plan(robot, 1.0)
-    slow = dataclasses.replace(robot, velocity=np.full(len(robot.joint_names), 0.1))
+    slow = dataclasses.replace(robot, velocity_limit=np.full(len(robot.joint_names), 0.1))
     with refused(GaitError, quantity="cycle_time"):
         KinematicControl(gait).plan(slow, 1.0)
 

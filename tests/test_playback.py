@@ -317,7 +317,7 @@ def test_a_taken_port_is_a_viewer_error(trace: Trace) -> None:
 
 
 def test_view_says_where_and_ends(trace: Trace, capsys: pytest.CaptureFixture[str]) -> None:
-    view(trace, seconds=0.05, open_browser=False)
+    view(trace, duration=0.05, open_browser=False)
     assert re.search(r"Playing at http://127\.0\.0\.1:\d+/static/", capsys.readouterr().out)
 
 

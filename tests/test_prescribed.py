@@ -27,14 +27,14 @@ METHODS = {  # with the error that its setting leaves after 0.4 s [m and rad]
 
 def moving_legs() -> hp.JointMotion:
     """A foot lifted and set down again, another one swept, a third in oscillation."""
-    lift = hp.Step(begin=0.05, end=0.15, initial=0.0, final=-0.15)
-    down = hp.Step(begin=0.2, end=0.3, initial=0.0, final=0.15)
+    lift = hp.Step(start=0.05, end=0.15, initial=0.0, final=-0.15)
+    down = hp.Step(start=0.2, end=0.3, initial=0.0, final=0.15)
     return hp.JointMotion(
         {
             "lf_femur_joint": hp.Sum(terms=(lift, down)),
-            "rm_coxa_joint": hp.Step5(begin=0.1, end=0.35, initial=0.0, final=0.2),
+            "rm_coxa_joint": hp.Step5(start=0.1, end=0.35, initial=0.0, final=0.2),
             "lr_femur_joint": hp.Sine(amplitude=0.02, period=0.3),
-            "rf_tibia_joint": hp.Havsin(begin=0.0, end=0.4, initial=np.pi / 2, final=1.6),
+            "rf_tibia_joint": hp.Havsin(start=0.0, end=0.4, initial=np.pi / 2, final=1.6),
         }
     )
 

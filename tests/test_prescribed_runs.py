@@ -51,7 +51,7 @@ def test_servos_that_stiffen_come_to_it(robot: hp.Robot) -> None:
     def rms(**settings: Any) -> Array:
         scene = hp.Scene(robot, contact=contact, **settings)
         trace = hp.simulate(scene, paper, duration=3.6, accuracy=1e-4)
-        return np.array([kind.rms.rms_torque for kind in hp.torque_budget(trace).kinds])
+        return np.array([kind.rms.torque_rms for kind in hp.torque_budget(trace).kinds])
 
     def servo(factor: float) -> hp.Servo:
         return hp.Servo(kp=factor * kp, kd=0.02 * factor * kp, limited=False)
@@ -119,7 +119,7 @@ def test_what_cannot_be_prescribed_is_refused(robot: hp.Robot) -> None:
     with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("commanded",)):
         hp.simulate(scene, hp.FootControl(hp.Gait.tetrapod()), duration=0.2)
     with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("LostLeg",)):
-        hp.Scene(robot, prescribed=True, loads=[hp.LostLeg(leg="lf", time=1.0)])
+        hp.Scene(robot, prescribed=True, loads=[hp.LostLeg(leg="lf", start=1.0)])
     with refused(hp.errors.ParameterError, "Scene.prescribed", 1):
         hp.Scene(robot, prescribed=1)  # type: ignore[arg-type]
     beside = robot.stand()

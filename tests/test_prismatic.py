@@ -137,7 +137,7 @@ def test_a_pushed_flight_is_that_of_pinocchios_aba(robot: hp.Robot) -> None:
     number, data = model.getJointId("lf_spring_joint"), model.createData()
 
     def rate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        effort = np.clip(kp * (goal - q[7:]) - kd * v[6:], -robot.effort, robot.effort)
+        effort = np.clip(kp * (goal - q[7:]) - kd * v[6:], -robot.effort_limit, robot.effort_limit)
         pin.computeJointJacobians(model, data, q)
         jacobian = pin.getJointJacobian(model, data, number, pin.LOCAL_WORLD_ALIGNED)
         arm = data.oMi[number].rotation @ place

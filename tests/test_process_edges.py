@@ -214,7 +214,7 @@ def test_a_run_without_a_second_thread_is_the_same(monkeypatch: pytest.MonkeyPat
 def test_the_viewer_needs_a_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(threading.Thread, "start", _refuse)
     with refused(ViewerError, about=("thread",)):
-        view(synthetic_trace(duration=0.1), seconds=0.0, open_browser=False)
+        view(synthetic_trace(duration=0.1), duration=0.0, open_browser=False)
 
 
 def test_a_process_without_threads_says_one_line(tmp_path: Path) -> None:
@@ -243,7 +243,7 @@ robot = "kharagpur"
 gait = "tripod"
 duration = 0.1
 [[vary]]
-input = "friction"
+input = "mu"
 values = [0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
 """
 

@@ -61,8 +61,8 @@ def test_limits_agree_with_pinocchio(kharagpur: Robot) -> None:
     model = kharagpur.model
     np.testing.assert_array_equal(kharagpur.lower, model.lowerPositionLimit[7:])
     np.testing.assert_array_equal(kharagpur.upper, model.upperPositionLimit[7:])
-    np.testing.assert_array_equal(kharagpur.velocity, model.upperVelocityLimit[6:])
-    np.testing.assert_array_equal(kharagpur.effort, model.upperEffortLimit[6:])
+    np.testing.assert_array_equal(kharagpur.velocity_limit, model.upperVelocityLimit[6:])
+    np.testing.assert_array_equal(kharagpur.effort_limit, model.upperEffortLimit[6:])
     np.testing.assert_array_equal(kharagpur.damping, np.zeros(18))
 
 

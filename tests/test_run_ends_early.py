@@ -188,7 +188,8 @@ def test_the_trace_is_that_of_the_run_that_ended() -> None:
     how = case.settings
     good = hp.Case(SCENE, Sway(), duration=DURATION, estimate=True)
     wholes = [
-        lock_step_runs([good], how.at_level(level))[0].trace() for level in how.choice.first_levels
+        lock_step_runs([good], how.at_level(level))[0].trace()
+        for level in how.method_settings.first_levels
     ]
     done = caught.value.trace
     same = [one for one in wholes if np.array_equal(one.q[: len(done.q)], done.q)]

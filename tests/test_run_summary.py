@@ -117,7 +117,7 @@ def test_integrals_follow_closed_forms(gathered: Any) -> None:
     """Steps of 1.2 ms: the trapezoidal rule on a period is exact but for the uneven steps, 1e-5."""
     motion, data, _ = gathered
     amplitude, mean = np.array([0.3, -4.0, 20.0]), np.array([0.1, 1.0, -6.0])
-    assert data["time"] == pytest.approx(3 * CYCLE, rel=1e-12)
+    assert data["window_time"] == pytest.approx(3 * CYCLE, rel=1e-12)
     assert data["torque_rms"] == pytest.approx(np.sqrt(amplitude**2 / 2 + mean**2), rel=1e-4)
     assert data["speed_rms"] == pytest.approx(np.array([1.0, 2.0, 0.5]) / np.sqrt(2), rel=1e-4)
     work = -3 * CYCLE * amplitude * np.array([1.0, 2.0, 0.5]) * np.sin(0.4) / 2
@@ -127,7 +127,7 @@ def test_integrals_follow_closed_forms(gathered: Any) -> None:
     assert data["normal_impulse"] == pytest.approx(np.full(2, impulse), rel=1e-4)
     assert data["impulse"][:, 2] == pytest.approx(np.full(2, impulse), rel=1e-4)
     assert data["impulse"][:, 0] == pytest.approx(np.full(2, -0.5 * impulse), rel=1e-4)
-    assert data["slip_path"] == pytest.approx(np.full(2, 3 * CYCLE * 0.01 / 4), rel=1e-3)
+    assert data["slip_distance"] == pytest.approx(np.full(2, 3 * CYCLE * 0.01 / 4), rel=1e-3)
     work = 3 * 0.5 * 30.0 * 0.01 * CYCLE * 2 / (3 * np.pi)  # mean of sin^3 over half a wave
     assert data["friction_work"] == pytest.approx(np.full(2, work), rel=1e-3)
     assert data["loaded_time"] == pytest.approx(np.full(2, 1.5 * CYCLE), rel=2e-3)
@@ -151,10 +151,10 @@ def test_the_trunk(gathered: Any) -> None:
     assert data["heave_rms"] == pytest.approx(0.01 * np.sqrt(0.5 * (1.0 - share)), rel=1e-4)
     assert data["roll_rate_rms"] == pytest.approx(0.3 / np.sqrt(2), rel=1e-4)
     assert data["pitch_rate_rms"] == pytest.approx(0.5 / np.sqrt(2), rel=1e-4)
-    assert data["way"][:, 0] == pytest.approx(edges, abs=1e-12)
-    assert data["way"][:, 1] == pytest.approx(0.2 * edges, abs=1e-9)
-    assert data["way"][:, 2] == pytest.approx(0.05 * edges**2, abs=1e-6)
-    assert data["way"][:, 3] == pytest.approx(0.3 * edges, abs=1e-6)
+    assert data["path"][:, 0] == pytest.approx(edges, abs=1e-12)
+    assert data["path"][:, 1] == pytest.approx(0.2 * edges, abs=1e-9)
+    assert data["path"][:, 2] == pytest.approx(0.05 * edges**2, abs=1e-6)
+    assert data["path"][:, 3] == pytest.approx(0.3 * edges, abs=1e-6)
 
 
 def test_the_height_of_a_climb_is_told_from_the_heave_on_it() -> None:
@@ -204,7 +204,7 @@ def test_a_cycle_may_end_at_the_last_state_but_for_rounding() -> None:
         summary.set_window(2.4, 7.2, 2.4)
         feed_torques(summary, step * np.arange(count + 1), np.ones(count + 1))
         data = summary.data()
-        assert data["cycles"] == 2 and data["time"] == pytest.approx(4.8, abs=1e-8)
+        assert data["cycles"] == 2 and data["window_time"] == pytest.approx(4.8, abs=1e-8)
 
 
 def test_without_cycles_the_window_is_as_given_and_may_be_asked_at_any_time() -> None:
@@ -213,10 +213,10 @@ def test_without_cycles_the_window_is_as_given_and_may_be_asked_at_any_time() ->
     time = np.linspace(0.0, 3.0, 3001)
     feed_torques(summary, time[:1501], time[:1501])
     half = summary.data()
-    assert half["time"] == pytest.approx(0.5, abs=1e-12) and half["torque_peak"][0] == 1.5
+    assert half["window_time"] == pytest.approx(0.5, abs=1e-12) and half["torque_peak"][0] == 1.5
     feed_torques(summary, time[1501:], time[1501:])
     whole = summary.data()
-    assert whole["time"] == pytest.approx(1.0, abs=1e-12)
+    assert whole["window_time"] == pytest.approx(1.0, abs=1e-12)
     assert whole["torque_peak"][0] == 2.0 and whole["outside_torque"][0] == 3.0
     assert whole["torque_rms"][0] == pytest.approx(np.sqrt((2.0**3 - 1.0) / 3.0), rel=1e-6)
 
@@ -226,7 +226,7 @@ def test_a_run_that_goes_on_begins_with_its_next_whole_cycle() -> None:
     summary.set_window(1.0, 10.0, 1.0)
     feed_torques(summary, np.linspace(2.5, 6.2, 371), np.ones(371))
     data = summary.data()
-    assert data["cycles"] == 3 and data["way"][0, 0] == 3.0 and data["way"][-1, 0] == 6.0
+    assert data["cycles"] == 3 and data["path"][0, 0] == 3.0 and data["path"][-1, 0] == 6.0
 
 
 def test_a_run_without_a_whole_cycle_has_no_peaks_to_tell() -> None:
@@ -234,5 +234,5 @@ def test_a_run_without_a_whole_cycle_has_no_peaks_to_tell() -> None:
     summary.set_window(1.0, 10.0, 1.0)
     feed_torques(summary, np.linspace(0.0, 1.5, 151), -np.ones(151))
     data = summary.data()
-    assert data["cycles"] == 0 and "torque_peak" not in data and len(data["way"]) == 0
+    assert data["cycles"] == 0 and "torque_peak" not in data and len(data["path"]) == 0
     assert data["outside_torque"][0] == -1.0

@@ -57,10 +57,10 @@ def test_no_joint_is_ever_faster_than_its_limit(robot: hp.Robot) -> None:
     time = np.cumsum(random.uniform(0.01, 0.2, 60))
     time -= time[0]
     q = robot.posture + random.uniform(-0.2, 0.2, (60, len(robot.posture)))
-    at, angles = coordinated_moves(time, q, robot.velocity)
+    at, angles = coordinated_moves(time, q, robot.velocity_limit)
     rate = np.abs(np.diff(angles, axis=0)) / np.diff(at)[:, None]
-    assert (rate / robot.velocity).max() == pytest.approx(1.0, abs=1e-9)
-    fastest = (rate / robot.velocity).max(axis=1)
+    assert (rate / robot.velocity_limit).max() == pytest.approx(1.0, abs=1e-9)
+    fastest = (rate / robot.velocity_limit).max(axis=1)
     np.testing.assert_allclose(fastest[fastest > 1e-9], 1.0, atol=1e-9)  # all moves, no dawdling
     begins = np.isclose(at[:, None], time).any(axis=0)
     assert begins.all()
@@ -69,13 +69,13 @@ def test_no_joint_is_ever_faster_than_its_limit(robot: hp.Robot) -> None:
 
 def test_infinite_limits_jump_and_zero_limits_refuse_to_move(robot: hp.Robot) -> None:
     q = stepped(robot, {"lf_coxa_joint": 0.3})
-    fast = dataclasses.replace(robot, velocity=np.full(18, np.inf))
+    fast = dataclasses.replace(robot, velocity_limit=np.full(18, np.inf))
     plan = hp.SampledTrajectory([0.0, 1.0], q).plan(fast, 2.0)
     assert plan.held
     np.testing.assert_array_equal(plan.q, q)
-    velocity = robot.velocity.copy()
+    velocity = robot.velocity_limit.copy()
     velocity[robot.joint_index("lf_coxa_joint")] = 0.0
-    stuck = dataclasses.replace(robot, velocity=velocity)
+    stuck = dataclasses.replace(robot, velocity_limit=velocity)
     name = "SampledTrajectory.q of lf_coxa_joint at t = 1 s"
     with refused(ParameterError, name, 0.3, allowed=(0.0,), about=("0 rad/s",)):
         hp.SampledTrajectory([0.0, 1.0], q).plan(stuck, 2.0)

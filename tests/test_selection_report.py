@@ -50,11 +50,13 @@ def candidate(motor: MotorRecord, peak: float, holding: float = 0.3) -> MotorCan
     reasons = ("femur torque is too large (tripod)",) if peak > 1.0 else ()
     uses = tuple(
         KindUse(kind, value, 0.4, holding, math.nan, 0.2, 0.0, math.nan,
-                {"peak": WALKS[1]}, reasons if kind == "femur" else ())
+                {"peak_use": WALKS[1]}, reasons if kind == "femur" else ())
         for kind, value in (("coxa", 0.3), ("femur", peak))
     )  # fmt: skip
     runs = tuple(WalkRun(walk, True, f"walks {walk}") for walk in WALKS)
-    return MotorCandidate(dict.fromkeys(KINDS, motor), 3.2, 0.96, uses, runs, battery_peak=4.5)
+    return MotorCandidate(
+        dict.fromkeys(KINDS, motor), 3.2, 0.96, uses, runs, battery_current_peak=4.5
+    )
 
 
 def demand(scale: float = 1.0) -> JointDemand:
@@ -63,16 +65,16 @@ def demand(scale: float = 1.0) -> JointDemand:
     phase = 2.0 * np.pi * time[:, None] + np.array([0.0, 1.0])
     return JointDemand.of_samples(
         time, scale * np.sin(phase), 2.0 * np.cos(phase + 0.4),
-        joint_names=("lf_coxa", "lf_femur"), kinds=KINDS, cycles=2,
+        joint_names=("lf_coxa", "lf_femur"), joint_kinds=KINDS, cycles=2,
     )  # fmt: skip
 
 
 CONFIDENCE = Confidence(
     sentence="M1 at 12 V passes with 97 % confidence; friction decides (total index 0.71).",
     walk="tripod", share=0.97, low=0.95, high=0.99, walks=4,
-    indices={"friction": 0.71, "mass": 0.2},
+    indices={"mu": 0.71, "mass": 0.2},
     percentiles={"5 %": 0.5, "50 %": 0.7, "95 %": 0.97, "99 %": 1.02},
-    inputs=("friction: uniform 0.4 to 0.9",), values=(0.5, 0.7, 1.02, math.nan),
+    inputs=("mu: uniform 0.4 to 0.9",), values=(0.5, 0.7, 1.02, math.nan),
 )  # fmt: skip
 
 
@@ -82,8 +84,8 @@ def selection(**changes: object) -> MotorSelection:
         candidate(record(model), peak) for model, peak in (("M1", 0.8), ("M2", 0.6), ("M3", 1.7))
     )
     given = {
-        "robot": "six legs", "mass": 3.0, "contained": 0.06, "walks": WALKS, "candidates": ranked,
-        "unusable": (("M9 at 6 V", "no mass is known"),), "choice": ranked[0],
+        "robot_name": "six legs", "total_mass": 3.0, "contained": 0.06, "walks": WALKS,
+        "candidates": ranked, "unusable": (("M9 at 6 V", "no mass is known"),), "choice": ranked[0],
         "iterations": ranked[:1], "confidence": CONFIDENCE, "derating": Derating(),
         "catalog": "motors.csv", "assumed": ("rubber feet",), "notes": ("read this",),
         "demands": {WALKS[0]: demand(), WALKS[1]: demand(1.5)},
@@ -127,7 +129,7 @@ class Page(HTMLParser):
 def page(tmp_path_factory):
     """A report whose texts are hostile, as written."""
     evil = replace(CONFIDENCE, sentence='<script>alert("1")</script> & $x_2$')
-    s = selection(confidence=evil, robot="<b>robot</b>", notes=("a <i>note</i> of 5 > 3",))
+    s = selection(confidence=evil, robot_name="<b>robot</b>", notes=("a <i>note</i> of 5 > 3",))
     path = tmp_path_factory.mktemp("report") / "motors.html"
     assert write_selection_report(s, path, date="2020-02-02") == path
     return s, path.read_bytes()
@@ -161,7 +163,7 @@ def test_the_same_selection_gives_the_same_bytes(page, tmp_path):
 
 def test_a_pdf_is_repeatable_and_of_a4(tmp_path):
     """Twice the same pages of 210 mm by 297 mm."""
-    s = selection(demands={}, robot="$odd_ <robot>")
+    s = selection(demands={}, robot_name="$odd_ <robot>")
     found = [write_selection_report(s, tmp_path / f"{k}.pdf").read_bytes() for k in (1, 2)]
     assert found[0] == found[1]
     assert found[0].startswith(b"%PDF")
@@ -200,7 +202,7 @@ def test_everything_an_auditor_asks_for_is_there():
     for text in (
         "M3 at 12 V | femur: femur torque is too large (tripod)", "M9 at 6 V: no mass is known",
         "tripod | pass | walks tripod", *Derating().evidence, "rubber feet", "read this",
-        "data sheet 7", "assumed: " + record("M1").assumed[0], "friction: uniform 0.4 to 0.9",
+        "data sheet 7", "assumed: " + record("M1").assumed[0], "mu: uniform 0.4 to 0.9",
         "1 did not walk and count as failing", "3.20 kg (+0.20 kg against its file)",
     ):  # fmt: skip
         assert text in found, text
@@ -249,8 +251,8 @@ def test_current_of_the_figure_has_the_budgets_peak_and_mean():
     need, motor = demand(), record("M1")
     current = battery_current(need, Motors.of(KINDS, motor, Derating()))
     battery = motor_budget(need, motor).battery
-    assert current.max() == pytest.approx(battery.peak_current, rel=1e-12)
-    assert need.weights @ current == pytest.approx(battery.mean_current, rel=1e-12)
+    assert current.max() == pytest.approx(battery.current_peak, rel=1e-12)
+    assert need.weights @ current == pytest.approx(battery.current_mean, rel=1e-12)
     unknown = Motors.of(KINDS, record("M1", stall_current=None), Derating())
     assert np.isnan(battery_current(need, unknown)).all()
 
@@ -294,7 +296,9 @@ def test_errors_are_typed_and_leave_no_file(tmp_path):
 @pytest.mark.parametrize("ending", [".html", ".pdf"])
 def test_an_unpaired_surrogate_is_an_escape(ending: str, tmp_path):
     """As in the name of a file that is no UTF-8: such a text cannot be encoded as it is."""
-    s = selection(robot="six\udc80legs", notes=("a \ud800 note",), unusable=(("M\udc80", "why"),))
+    s = selection(
+        robot_name="six\udc80legs", notes=("a \ud800 note",), unusable=(("M\udc80", "why"),)
+    )
     path = tmp_path / f"motors{ending}"
     write_selection_report(s, path)
     if ending == ".html":

@@ -28,12 +28,14 @@ def test_the_changes_are_those_of_runs_with_other_servos() -> None:
     trace = case.run()
     effect = servo_stiffness(case, trace, threads=2)
     peak = np.abs(trace.summary.torque_peak).max()
-    for found, factor in zip(effect.peak, (0.5, 2.0), strict=True):
+    for found, factor in zip(effect.torque_peak_change, (0.5, 2.0), strict=True):
         other = case_of(servo=case.scene.servos.stiffer(factor)).run().summary
         assert found == pytest.approx(np.abs(other.torque_peak).max() / peak - 1.0, rel=1e-12)
-    assert effect.peak[0] < 0.0 < effect.peak[1]  # stiffer servos: harder touch-downs
+    assert (
+        effect.torque_peak_change[0] < 0.0 < effect.torque_peak_change[1]
+    )  # stiffer servos: harder touch-downs
     assert effect.failures == ("", "")
-    assert effect.line.startswith(f"peak torque changes by {effect.peak[0]:+.0%}/")
+    assert effect.line.startswith(f"peak torque changes by {effect.torque_peak_change[0]:+.0%}/")
     assert effect.line.endswith(LINE)
 
 
@@ -50,7 +52,7 @@ def test_without_servos_there_is_nothing_to_change() -> None:
 def test_walk_tells_it_of_assumed_gains_unless_quick(
     more: tuple[str, ...], told: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["walk", "kharagpur", "--gait", "tripod", "--cycle", "0.8", "--stroke", "0.05"]
+    words = ["walk", "kharagpur", "--gait", "tripod", "--cycle-time", "0.8", "--stroke", "0.05"]
     with pytest.raises(SystemExit) as ended:
         main([*words, "--duration", "2.4", "--no-html", "--out", str(tmp_path / "w.nc"), *more])
     out = capsys.readouterr().out

@@ -99,7 +99,7 @@ def test_a_command_moves_all_joints_together_no_faster_than_they_may(scene):
     session.command(q=target)
     session.advance(0.2)
     trace = session.trace()
-    arrival = 0.2 / robot.velocity[femur]  # the longest way at its limit
+    arrival = 0.2 / robot.velocity_limit[femur]  # the longest way at its limit
     moving = trace.time < arrival
     for joint, way in ((femur, 0.2), (tibia, -0.1)):
         line = robot.posture[joint] + way * np.minimum(trace.time / arrival, 1.0)

@@ -149,8 +149,8 @@ def test_servo_torque_never_passes_the_effort_limit() -> None:
     robot = hp.load_robot("kharagpur")
     scene = hp.Scene(robot, gravity=(0.0, 0.0, -250.0))
     trace = hp.simulate(scene, hp.HoldPosture(), duration=1.0, step=1e-3)
-    assert np.abs(trace.torque).max() <= robot.effort.max()
-    assert np.abs(trace.torque).max() == pytest.approx(robot.effort.max())
+    assert np.abs(trace.torque).max() <= robot.effort_limit.max()
+    assert np.abs(trace.torque).max() == pytest.approx(robot.effort_limit.max())
     assert trace.counters["solved_again"] > 0
 
 
@@ -158,7 +158,7 @@ def test_servo_torque_never_passes_the_effort_limit() -> None:
 def test_any_floating_base_with_named_feet_stands(name: str) -> None:
     """Quadrupeds of example-robot-data drop onto their feet and carry their weight."""
     robot = quadruped(name)
-    effort = float(np.median(robot.effort))
+    effort = float(np.median(robot.effort_limit))
     scene = hp.Scene(robot, servo=hp.Servo(kp=20 * effort, kd=0.4 * effort, limited=False))
     trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, sample=1e-3)
     weight = robot.total_mass * 9.81

@@ -21,17 +21,17 @@ def test_two_joints_in_antiphase_share_the_battery() -> None:
     torque = 1.0 * np.column_stack([np.sin(phase), np.cos(phase)])
     load = loaded(torque, np.zeros_like(torque))
     one = 3.0 * (1.0 / 2.0) ** 2  # A
-    assert load.peak_current == pytest.approx(one, rel=1e-9)
+    assert load.current_peak == pytest.approx(one, rel=1e-9)
     assert load.sum_of_peaks == pytest.approx(2.0 * one, rel=1e-9)
-    assert load.mean_current == pytest.approx(one) and load.rms_current == pytest.approx(one)
-    assert load.mean_power == pytest.approx(12.0 * one) and load.energy == pytest.approx(12.0 * one)
+    assert load.current_mean == pytest.approx(one) and load.current_rms == pytest.approx(one)
+    assert load.power_mean == pytest.approx(12.0 * one) and load.energy == pytest.approx(12.0 * one)
 
 
 def test_one_joint_on_its_line_takes_the_full_voltage() -> None:
     """At half the no-load speed and half the stall torque: 1.5 A at the duty 1."""
     ones = np.ones((2001, 1))
     load = loaded(1.0 * ones, 4.0 * ones)
-    assert load.peak_current == pytest.approx(1.5) and load.mean_power == pytest.approx(18.0)
+    assert load.current_peak == pytest.approx(1.5) and load.power_mean == pytest.approx(18.0)
 
 
 def test_braking_gives_back_or_is_lost() -> None:
@@ -40,9 +40,9 @@ def test_braking_gives_back_or_is_lost() -> None:
     torque, speed = np.where(brakes, -0.5, 0.5), np.full((2001, 1), 4.0)
     load = loaded(torque, speed)
     drives = 12.0 * (0.25 + 0.5) * 0.75
-    assert load.mean_power == pytest.approx(drives / 2.0, rel=2e-3)
-    assert load.mean_power_regeneration == pytest.approx((drives - 2.25) / 2.0, rel=2e-3)
-    assert load.peak_power == pytest.approx(drives)
+    assert load.power_mean == pytest.approx(drives / 2.0, rel=2e-3)
+    assert load.power_mean_regeneration == pytest.approx((drives - 2.25) / 2.0, rel=2e-3)
+    assert load.power_peak == pytest.approx(drives)
     way = loaded(torque, speed, weight=10.0, distance=0.1)
     assert way.cost_of_transport == pytest.approx(load.energy / 1.0)
     assert way.cost_of_transport_regeneration == pytest.approx(load.energy_regeneration / 1.0)
@@ -58,25 +58,27 @@ def test_mechanical_power_and_winding_loss_make_up_the_electrical_power() -> Non
     load = hp.motor_budget(found, motor, full()).battery
     current = 3.0 * torque[:-1, 0] / motor.stall_torque
     power = 4.0 * current**2 + torque[:-1, 0] * speed[:-1, 0]
-    assert load.mean_power_regeneration == pytest.approx(power.mean(), rel=1e-9)
-    assert load.mean_power == pytest.approx(np.maximum(power, 0.0).mean(), rel=1e-3)
+    assert load.power_mean_regeneration == pytest.approx(power.mean(), rel=1e-9)
+    assert load.power_mean == pytest.approx(np.maximum(power, 0.0).mean(), rel=1e-3)
 
 
 def test_standby_currents_and_a_sagging_battery() -> None:
     still = of_motion(np.zeros((2001, 3)), np.zeros((2001, 3)), cycle())
     load = hp.motor_budget(still, record(standby_current=0.05), full(voltage=0.9)).battery
-    assert load.mean_current == pytest.approx(0.15) and load.voltage == pytest.approx(10.8)
-    assert load.mean_power == pytest.approx(10.8 * 0.15)
-    assert load.mean_power_regeneration == pytest.approx(10.8 * 0.15)
+    assert load.current_mean == pytest.approx(0.15) and load.voltage == pytest.approx(10.8)
+    assert load.power_mean == pytest.approx(10.8 * 0.15)
+    assert load.power_mean_regeneration == pytest.approx(10.8 * 0.15)
     assert load.run_time(16.2 * 3600.0) == pytest.approx(36000.0)  # 16.2 Wh at 1.62 W
 
 
 def test_what_is_not_published_is_unknown() -> None:
-    found = of_motion(np.ones((2001, 2)), np.zeros((2001, 2)), cycle(), kinds=["coxa", "femur"])
+    found = of_motion(
+        np.ones((2001, 2)), np.zeros((2001, 2)), cycle(), joint_kinds=["coxa", "femur"]
+    )
     none = hp.motor_budget(found, record(stall_current=None)).battery
-    assert none.peak_current is None and none.run_time(1e5) is None and "M at 12 V" in none.unknown
+    assert none.current_peak is None and none.run_time(1e5) is None and "M at 12 V" in none.unknown
     mixed = hp.motor_budget(found, {"coxa": record(), "femur": record(voltage=7.4)}).battery
-    assert mixed.mean_power is None and "7.4 V and 12 V" in mixed.unknown
+    assert mixed.power_mean is None and "7.4 V and 12 V" in mixed.unknown
 
 
 def test_a_walk_again_from_its_arrays() -> None:
@@ -90,10 +92,10 @@ def test_a_walk_again_from_its_arrays() -> None:
         own = np.clip(voltage * current, 0.0, None)
         total, peaks = total + own, peaks + own.max()
     total += 18 * 0.02 * 10.8
-    assert load.peak_current == pytest.approx(total.max() / 10.8, rel=1e-12)
+    assert load.current_peak == pytest.approx(total.max() / 10.8, rel=1e-12)
     assert load.sum_of_peaks == pytest.approx(peaks / 10.8 + 0.36, rel=1e-12)
     mean = np.trapezoid(total, found.time) / (found.time[-1] - found.time[0])
-    assert load.mean_power == pytest.approx(mean, rel=1e-12)
+    assert load.power_mean == pytest.approx(mean, rel=1e-12)
     assert load.energy == pytest.approx(0.6 * mean, rel=1e-6)  # a cycle of 0.6 s
-    assert load.peak_current < load.sum_of_peaks
+    assert load.current_peak < load.sum_of_peaks
     assert load.cost_of_transport == pytest.approx(load.energy / (found.weight * found.distance))

@@ -20,17 +20,17 @@ def test_a_swinging_inertia_has_its_closed_form() -> None:
     inertia, amplitude = 0.02, 0.5
     found = pure_inertia(inertia, amplitude)
     peak, speed = inertia * amplitude * OMEGA**2, amplitude * OMEGA
-    assert found.peak_torque == pytest.approx([peak], rel=1e-12)
-    assert found.peak_torque_time == pytest.approx([0.25], abs=1e-3)
-    assert found.rms_torque == pytest.approx([peak / ROOT2], rel=1e-9)
-    assert found.peak_speed == pytest.approx([speed], rel=1e-12)
-    assert found.rms_speed == pytest.approx([speed / ROOT2], rel=1e-9)
-    assert found.peak_power == pytest.approx([peak * speed / 2.0], rel=1e-5)
+    assert found.torque_peak == pytest.approx([peak], rel=1e-12)
+    assert found.torque_peak_time == pytest.approx([0.25], abs=1e-3)
+    assert found.torque_rms == pytest.approx([peak / ROOT2], rel=1e-9)
+    assert found.speed_peak == pytest.approx([speed], rel=1e-12)
+    assert found.speed_rms == pytest.approx([speed / ROOT2], rel=1e-9)
+    assert found.power_peak == pytest.approx([peak * speed / 2.0], rel=1e-5)
     energy = 2 * inertia * speed**2 / 2.0  # gained and lost twice a cycle
     assert found.positive_energy == pytest.approx([energy], rel=1e-5)
     assert found.negative_energy == pytest.approx([-energy], rel=1e-5)
     p99 = peak * np.sin(0.99 * np.pi / 2.0)
-    assert found.p99_torque == pytest.approx([p99], rel=1e-4)
+    assert found.torque_p99 == pytest.approx([p99], rel=1e-4)
     assert found.acceleration_rms == pytest.approx([amplitude * OMEGA**2 / ROOT2], rel=1e-5)
     mean = inertia * (amplitude * OMEGA**2) ** 2 / 2.0
     assert found.torque_acceleration == pytest.approx([mean], rel=1e-5)
@@ -57,7 +57,7 @@ def test_moving_rms_of_a_pulse() -> None:
     for constant in (0.05, 0.3, 2.0):
         square = np.expm1(-0.2 / constant) / np.expm1(-1.0 / constant)
         assert found.thermal_rms(constant) == pytest.approx([np.sqrt(square)], rel=3e-4)
-    assert found.thermal_rms(1e6) == pytest.approx(found.rms_torque, rel=1e-6)
+    assert found.thermal_rms(1e6) == pytest.approx(found.torque_rms, rel=1e-6)
     assert found.thermal_rms(1e-5) == pytest.approx([1.0], rel=1e-6)
     with refused(ParameterError, "time_constant", 0.0):
         found.thermal_rms(0.0)
@@ -77,35 +77,35 @@ def test_moving_rms_of_a_sinusoid_with_several_joints() -> None:
 def test_another_rotor_at_the_same_motion() -> None:
     """The torque of an inertia J with a rotor J_m is that of J + J_m; what it has counts."""
     found = pure_inertia(0.02)
-    assert found.rms_with_armature(0.03) == pytest.approx(2.5 * found.rms_torque, rel=1e-4)
+    assert found.torque_rms_with_armature(0.03) == pytest.approx(2.5 * found.torque_rms, rel=1e-4)
     own = pure_inertia(0.02, armature=0.005)  # 0.015 of load, 0.005 of rotor
-    assert own.rms_with_armature(0.005) == pytest.approx(own.rms_torque, rel=1e-12)
-    assert own.rms_with_armature(0.0) == pytest.approx(0.75 * own.rms_torque, rel=1e-4)
+    assert own.torque_rms_with_armature(0.005) == pytest.approx(own.torque_rms, rel=1e-12)
+    assert own.torque_rms_with_armature(0.0) == pytest.approx(0.75 * own.torque_rms, rel=1e-4)
 
 
 def test_a_walk_agrees_with_its_samples() -> None:
     """Peaks of accepted steps are no smaller; means agree to what lies between 2 ms samples."""
     trace, found = walk(), demand()
     summary = trace.summary
-    first, last = (int(round(t / 2e-3)) for t in (summary.begin, summary.end))
+    first, last = (int(round(t / 2e-3)) for t in (summary.start, summary.end))
     tau, w = trace.torque[first : last + 1], trace.v[first : last + 1, 6:]
     time = trace.time[first : last + 1]
     assert found.cycles == summary.cycles == 2
     assert np.array_equal(found.torque, tau) and np.array_equal(found.speed, w)
-    assert (found.peak_torque >= np.abs(tau).max(axis=0)).all()
-    assert found.peak_torque == pytest.approx(np.abs(summary.torque_peak), rel=1e-12)
+    assert (found.torque_peak >= np.abs(tau).max(axis=0)).all()
+    assert found.torque_peak == pytest.approx(np.abs(summary.torque_peak), rel=1e-12)
     length = time[-1] - time[0]
     mean_square = np.trapezoid(tau**2, time, axis=0) / length
-    assert found.rms_torque == pytest.approx(np.sqrt(mean_square), rel=0.02)
-    assert found.rms_speed == pytest.approx(
+    assert found.torque_rms == pytest.approx(np.sqrt(mean_square), rel=0.02)
+    assert found.speed_rms == pytest.approx(
         np.sqrt(np.trapezoid(w**2, time, axis=0) / length), rel=0.02
     )
     net = found.positive_energy + found.negative_energy
     assert net == pytest.approx(np.trapezoid(tau * w, time, axis=0) / 2, rel=0.1, abs=2e-3)
-    row = int(np.argmax(found.peak_torque))
-    at = int(round(found.peak_torque_time[row] / 2e-3))
+    row = int(np.argmax(found.torque_peak))
+    at = int(round(found.torque_peak_time[row] / 2e-3))
     sign = np.sign(summary.torque_peak[row])
-    assert found.peak_torque_speed[row] == pytest.approx(sign * trace.v[at, 6 + row], abs=0.15)
+    assert found.torque_peak_speed[row] == pytest.approx(sign * trace.v[at, 6 + row], abs=0.15)
 
 
 def test_the_load_inertia_of_a_walk_is_what_inverse_dynamics_asks_for() -> None:
@@ -160,7 +160,7 @@ def test_of_some_kinds_alone() -> None:
     part = demand().of_kinds(["tibia"])
     whole = [name for name in demand().joint_names if "tibia" in name]
     assert list(part.joint_names) == whole and part.torque.shape[1] == 6
-    assert np.array_equal(part.peak_torque, demand().peak_torque[2::3])
+    assert np.array_equal(part.torque_peak, demand().torque_peak[2::3])
     with refused(UnknownNameError, kind="kind of joint", name="wheel"):
         demand().of_kinds(["wheel"])
 

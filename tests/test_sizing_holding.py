@@ -120,7 +120,7 @@ def test_the_stances_of_a_walk_again() -> None:
         place = np.array([data.oMi[feet[f][0]].act(feet[f][1]) for f in stands])
         center = pin.centerOfMass(model, data, q)
         rows = np.column_stack([np.ones(len(place)), place[:, :2] - center[:2]])
-        force = least_norm(rows, np.array([robot.mass * 9.81, 0.0, 0.0]))
+        force = least_norm(rows, np.array([robot.total_mass * 9.81, 0.0, 0.0]))
         falls.append(force is None)
         if force is None:
             continue
@@ -130,7 +130,7 @@ def test_the_stances_of_a_walk_again() -> None:
             own = data.oMi[joint].rotation.T @ [0.0, 0.0, up]
             outside[joint] += pin.Force(own, np.cross(offset, own))
         torque = pin.rnea(model, data, q, zero, zero, outside)
-        assert np.abs(torque[:6]).max() < 1e-4 * robot.mass * 9.81
+        assert np.abs(torque[:6]).max() < 1e-4 * robot.total_mass * 9.81
         torques.append(np.abs(torque[6:]))
     assert found.standing == pytest.approx(torques[0], rel=1e-5, abs=1e-6)
     assert found.holding == pytest.approx(np.max(torques, axis=0), rel=1e-5, abs=1e-6)
@@ -142,7 +142,7 @@ def test_losing_a_leg_loads_the_others_and_may_tip_the_robot() -> None:
     found = demand()
     assert set(found.unheld_lost_leg) == {"lf", "lm", "lr", "rf", "rm", "rr"}
     assert 0.0 < min(found.unheld_lost_leg.values()) and max(found.unheld_lost_leg.values()) < 1.0
-    femurs = [j for j, kind in enumerate(found.kinds) if kind == "femur"]
+    femurs = [j for j, kind in enumerate(found.joint_kinds) if kind == "femur"]
     assert (found.holding_lost_leg >= 0.0).all()
     assert found.holding_lost_leg[femurs].max() > 1.2 * found.holding[femurs].max()
     assert any("without one leg" in note and "lm" in note for note in found.notes)

@@ -76,9 +76,9 @@ def test_the_best_gear_ratio_of_a_pure_inertia_matches_inertias() -> None:
     found = pure_inertia(0.02, 0.05)
     row = hp.motor_budget(found, record(), full()).joints[0]
     assert row.optimal_ratio == pytest.approx(np.sqrt(0.02 / 1e-6), rel=1e-6)
-    assert row.inertia_ratio == pytest.approx(2.0) and row.reflected_inertia == 0.01
+    assert row.inertia_ratio == pytest.approx(2.0) and row.armature == 0.01
     assert row.ratio_limit == pytest.approx(100.0 * 8.0 / (0.05 * OMEGA), rel=1e-6)
-    assert row.rms_with_rotor == pytest.approx(1.5 * found.rms_torque[0], rel=1e-5)
+    assert row.torque_rms_with_armature == pytest.approx(1.5 * found.torque_rms[0], rel=1e-5)
     at = [rms_at_motor(found, 1e-6, n) for n in row.optimal_ratio * np.array([0.99, 1.0, 1.01])]
     assert at[1] < at[0] and at[1] < at[2]
 
@@ -101,7 +101,7 @@ def test_the_best_gear_ratio_beside_a_weight_and_below_the_speed_limit() -> None
     fast = hp.motor_budget(pure_inertia(0.02, 1.2), record(), full(voltage=0.9)).joints[0]
     assert fast.optimal_ratio == fast.ratio_limit == pytest.approx(100.0 * 7.2 / (1.2 * OMEGA))
     unknown = hp.motor_budget(found, record(gear_ratio=None), full()).joints[0]
-    assert unknown.optimal_ratio is None and unknown.reflected_inertia == 0.01
+    assert unknown.optimal_ratio is None and unknown.armature == 0.01
 
 
 def test_moving_rms_needs_a_time_constant() -> None:
@@ -160,7 +160,7 @@ def test_the_text_and_the_data_say_why_it_fails_and_what_is_unknown() -> None:
     assert plain["passes"] is False and plain["units"]["margin"] == "N m"
     assert plain["joints"][0]["winding_temperature"] == "unknown"
     assert plain["joints"][0]["current_peak"] is None
-    assert plain["battery"]["peak_current"] is None and plain["battery"]["unknown"]
+    assert plain["battery"]["current_peak"] is None and plain["battery"]["unknown"]
     assert any("*assumed*" in note for note in budget.notes)  # what the derating rests on
     strong = hp.motor_budget(demand(), record(stall_torque=80.0, no_load_speed=30.0))
     assert strong.passes and not strong.reasons and "PASSES" in strong.table()

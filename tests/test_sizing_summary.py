@@ -72,12 +72,12 @@ def test_they_agree_with_samples_at_every_accepted_step(trace: hp.Trace) -> None
     As for `at_limit`, a braking motor is held against its stall torque, though it could give more.
     """
     summary = trace.summary
-    inside = (trace.time > summary.begin - 1e-9) & (trace.time < summary.end + 1e-9)
+    inside = (trace.time > summary.start - 1e-9) & (trace.time < summary.end + 1e-9)
     time, tau, w = trace.time[inside], trace.torque[inside], trace.v[inside, 6:]
     forward = np.minimum(0.9 * 3.0 - 3.0 * w / 8.0, 0.9 * 3.0)  # limit of tau > 0, at most at rest
     backward = np.minimum(0.9 * 3.0 + 3.0 * w / 8.0, 0.9 * 3.0)
     use = (np.abs(tau) / np.where(tau > 0.0, forward, backward)).max(axis=0)
-    effort = np.abs(tau).max(axis=0) / hp.load_robot("kharagpur").effort
+    effort = np.abs(tau).max(axis=0) / hp.load_robot("kharagpur").effort_limit
     assert summary.limit_use == pytest.approx(np.maximum(use, effort), rel=1e-9)
     step = np.diff(time)[:, None]
     slope = np.diff(w, axis=0) / step

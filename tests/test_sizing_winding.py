@@ -78,7 +78,7 @@ def test_a_walk_again_from_its_arrays() -> None:
     """An integration of the winding over many cycles, the housing held at its mean."""
     found, motor = demand(), record(**THERMAL)
     budget = hp.motor_budget(found, motor)
-    j = int(np.argmax(found.rms_torque))
+    j = int(np.argmax(found.torque_rms))
     square = found.torque[:, j] ** 2  # 1 A per N m
     mean = np.trapezoid(square, found.time) / (found.time[-1] - found.time[0])
     lasting = 25.0 + 28.0 * mean / (1.0 - 0.0039 * 28.0 * mean)

@@ -48,7 +48,7 @@ def test_slow_walks_meet_the_static_envelope(slow: tuple[str, hp.Trace, slice]) 
     name, trace, cycle = slow
     _, peak, rms, moment = ENVELOPE[name]
     femur, down = trace.torque[cycle, 1::3], trace.normal_force[cycle] > 0.0
-    assert hp.torque_budget(trace).kind("femur").peak.peak_torque == pytest.approx(peak, rel=0.02)
+    assert hp.torque_budget(trace).kind("femur").peak.torque_peak == pytest.approx(peak, rel=0.02)
     assert np.sqrt(np.mean(femur[down] ** 2)) == pytest.approx(rms, rel=0.02)
     assert hp.joint_moments(trace).moment[:, 0::3].max() == pytest.approx(moment, rel=0.02)
     assert np.median(np.abs(femur[~down])) == pytest.approx(SHANK_WEIGHT_TORQUE, rel=0.02)

@@ -44,8 +44,8 @@ def interrupting(title):
         yield progress
 bars.progress_bar = interrupting
 from hexapod_pin.__main__ import main
-main(["walk", "kharagpur", "--gait", "tripod", "--stroke", "0.04", "--cycle", "0.3", "--duration",
-      "3", "--quick", "--no-html"])
+main(["walk", "kharagpur", "--gait", "tripod", "--stroke", "0.04", "--cycle-time", "0.3",
+      "--duration", "3", "--quick", "--no-html"])
 """
 
 
@@ -151,7 +151,7 @@ def test_a_walk_keeps_what_was_done(tmp_path: Path, number: int, times: int) -> 
 
 def test_a_reader_that_goes_away_leaves_a_command_to_its_end(tmp_path: Path) -> None:
     """As of `hexapod-pin walk ... | head -1`."""
-    words = ["walk", "kharagpur", "--gait", "tripod", "--stroke", "0.04", "--cycle", "0.3",
+    words = ["walk", "kharagpur", "--gait", "tripod", "--stroke", "0.04", "--cycle-time", "0.3",
              "--duration", "1.5", "--quick", "--no-html"]  # fmt: skip
     with subprocess.Popen(
         [sys.executable, "-m", "hexapod_pin", *words], cwd=tmp_path, text=True,

@@ -72,7 +72,7 @@ SHORT = {
         "tripod",
         "--contacts",
         "s1",
-        "--cycle",
+        "--cycle-time",
         "0.8",
         "--tight",
         "1e-5",
@@ -84,7 +84,7 @@ SHORT = {
         "tripod",
         "--contacts",
         "accurate",
-        "--cycle",
+        "--cycle-time",
         "0.8",
         "--cycles",
         "1",
@@ -259,7 +259,7 @@ def test_mujoco_has_our_robot_and_servos(walking: NativeMotion) -> None:
     scene = dataclasses.replace(walking.scene, stops=hp.JointStops(stiffness=0.0))  # as the twin
     twin = MujocoTwin(scene, MujocoSettings(STEP))
     dof = [twin.model.joint(name).dofadr[0] for name in scene.robot.joint_names]
-    plant, servo, effort = native_plant(scene), scene.servos, scene.robot.effort
+    plant, servo, effort = native_plant(scene), scene.servos, scene.robot.effort_limit
     rng = np.random.default_rng(3)
     limited = 0
     for _ in range(50):
@@ -322,9 +322,9 @@ def test_timed_runs_are_the_checked_runs(walking: NativeMotion) -> None:
     assert len(run.record()["time"]) == 2
     for cone in CONES:
         twin = MujocoTwin(walking.scene, MujocoSettings(STEP, cone=cone))
-        twin.timed_run(walking.state, walking.setpoints, steps)()
+        twin.timed_run(walking.state, walking.set_points, steps)()
         end = np.array(twin.data.qpos[:3])
-        path = twin.path(walking.state, walking.setpoints, steps * STEP)
+        path = twin.path(walking.state, walking.set_points, steps * STEP)
         np.testing.assert_array_equal(end, path.positions[-1])
 
 

@@ -84,7 +84,7 @@ def test_ramp_goes_up_and_down() -> None:
 def test_random_hills_keep_their_bits_and_their_place() -> None:
     """The old arguments give the old field; a centre moves it; a level place takes nothing else."""
     plain = hp.HeightField.random(5, size=2.0)
-    moved = hp.HeightField.random(5, size=2.0, center=(1.5, -0.5))
+    moved = hp.HeightField.random(5, size=2.0, centre=(1.5, -0.5))
     assert plain.heights == moved.heights
     assert np.subtract(moved.origin, plain.origin) == pytest.approx([1.5, -0.5])
     level = hp.HeightField.random(5, size=6.0, flat_radius=1.0)

@@ -127,7 +127,7 @@ TWO = PAYLOADS + STIFF
     [
         (PAYLOADS, 3, ["coxa", "payload [kg]", "torque of the worst joint [N m]"]),
         (TWO, 3, ["tibia", "servo_stiffness"]),
-        (FRICTIONS.format(samples=4, seed=1), 4, ["peak torque [N m]", "friction"]),
+        (FRICTIONS.format(samples=4, seed=1), 4, ["peak torque [N m]", "mu"]),
     ],
 )
 def test_the_figure_follows_what_varies(

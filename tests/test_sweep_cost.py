@@ -110,7 +110,7 @@ def test_study_is_a_grid_of_strokes_that_mujoco_can_be_given() -> None:
     case = study.case(17)
     assert not case.scene.loads
     assert case.duration == 5.0 and case.settings.choice.accuracy == 1e-4
-    mu = [study.point(k)["friction"] for k in range(10)]
+    mu = [study.point(k)["mu"] for k in range(10)]
     # a latin hypercube has one sample in each tenth of the range
     assert sorted(int((value - 0.4) / 0.05) for value in mu) == list(range(10))
     assert study.point(7) != many_walks(40, 5.0, 4).point(7)

@@ -230,7 +230,7 @@ def test_files_hold_the_dataset(whole: SweepResult, tmp_path: Path) -> None:
         rows = list(csv.DictReader(stream))
     peak = dataset["torque_peak"].sel(joint="lf_femur_joint").values
     assert [float(row["torque_peak.lf_femur_joint [N m]"]) for row in rows] == peak.tolist()
-    assert [float(row["friction"]) for row in rows] == dataset["friction"].values.tolist()
+    assert [float(row["mu"]) for row in rows] == dataset["mu"].values.tolist()
     for wrong in ("a.txt", "none/a.nc"):
         with pytest.raises(TraceFileError):
             whole.save(tmp_path / wrong)
@@ -259,7 +259,7 @@ def test_the_verdict_of_a_summary_is_that_of_its_trace(
     assert found.walks is walks
     if walks is not None:
         assert hp.walk_verdict(trace).walks is walks
-    share = hp.walk_verdict(trace).way.speed_share
+    share = hp.walk_verdict(trace).travel.speed_share
     if walks:
         assert found.speed_share == pytest.approx(share, rel=1e-12) and not math.isnan(share)
     assert bool(found.reason) is not bool(walks)

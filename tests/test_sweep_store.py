@@ -57,18 +57,18 @@ def test_numbers_of_a_case_are_those_of_its_summary(done: Path) -> None:
         summary = hp.simulate_batch([case], keep="summary")[0]
         own = dataset.isel(case=index)
         for name, value in summary.data.items():
-            if name == "way":
-                np.testing.assert_array_equal(own["way"], summary.way)
+            if name == "path":
+                np.testing.assert_array_equal(own["path"], summary.path)
             elif value is not None:
                 np.testing.assert_array_equal(own[name], np.array(value, dtype=float))
         budget = hp.torque_budget(summary)
-        assert float(own["measured_speed"]) == budget.speed
+        assert float(own["measured_speed"]) == budget.measured_speed
         assert float(own["cost_of_transport"]) == pytest.approx(budget.cost_of_transport, rel=1e-12)
         assert float(own["total_mass"]) == case.scene.total_mass
         for kind in ("coxa", "femur", "tibia"):
             row, of_kind = budget.kind(kind), own.sel(kind=kind)
-            assert float(of_kind["kind_torque_peak"]) == row.peak.peak_torque
-            assert float(of_kind["kind_torque_rms"]) == row.rms.rms_torque
+            assert float(of_kind["kind_torque_peak"]) == row.peak.torque_peak
+            assert float(of_kind["kind_torque_rms"]) == row.rms.torque_rms
             assert float(of_kind["kind_positive_energy"]) == pytest.approx(
                 row.positive_energy, rel=1e-12
             )
@@ -262,9 +262,9 @@ def test_inputs_of_all_cases_are_kept_from_the_start(tmp_path: Path) -> None:
     dataset = hp.open_sweep(path).dataset
     points = [STUDY.point(k) for k in range(3)]
     assert dataset["payload"].values.tolist() == [point["payload"] for point in points]
-    assert dataset["friction"].values.tolist() == [point["friction"] for point in points]
+    assert dataset["mu"].values.tolist() == [point["mu"] for point in points]
     assert dataset["payload"].attrs["units"] == "kg"
     about = json.loads(dataset.attrs["inputs"])
     assert [(item["name"], item["grid"]) for item in about] == [
-        ("payload", True), ("friction", False)
+        ("payload", True), ("mu", False)
     ]  # fmt: skip

@@ -30,7 +30,7 @@ from hexapod_pin.sweep.study.study_file import INPUTS
 
 BASE = '[base]\nrobot = "kharagpur"\ngait = "tripod"\nduration = 1.0\n'
 SAMPLED = (
-    '[[vary]]\ninput = "friction"\ndistribution = "uniform"\nlow = 0.4\nhigh = 0.9\n'
+    '[[vary]]\ninput = "mu"\ndistribution = "uniform"\nlow = 0.4\nhigh = 0.9\n'
     '[[vary]]\ninput = "payload"\ndistribution = "normal"\nmean = 0.3\ndeviation = 0.2\nlow = 0.0\n'
 )
 
@@ -52,9 +52,9 @@ def test_a_grid_is_full_and_in_order() -> None:
     """The last axis changes fastest, and every pair is there once."""
     of = study(
         '[[vary]]\ninput = "stroke"\nvalues = [0.06, 0.1]\n'
-        '[[vary]]\ninput = "friction"\nvalues = [0.5, 0.7, 0.9]\n'
+        '[[vary]]\ninput = "mu"\nvalues = [0.5, 0.7, 0.9]\n'
     )
-    points = [(p["stroke"], p["friction"]) for p in map(of.point, range(len(of)))]
+    points = [(p["stroke"], p["mu"]) for p in map(of.point, range(len(of)))]
     assert points == [(s, f) for s in (0.06, 0.1) for f in (0.5, 0.7, 0.9)]
     assert of.shape == (2, 3)
     case = of.case(4)
@@ -80,7 +80,7 @@ def test_what_each_input_changes() -> None:
     base = one("stroke", 0.1)
     scene = base.scene
     expected = {
-        ("friction", 0.4): replace(scene, contact=scene.contact.with_mu(0.4)),
+        ("mu", 0.4): replace(scene, contact=scene.contact.with_mu(0.4)),
         ("contact_stiffness", 2.0): replace(scene, contact=scene.contact.stiffer(2.0)),
         ("servo_stiffness", 0.5): replace(scene, servo=scene.servos.stiffer(0.5)),
         ("payload", 0.3): replace(scene, loads=[hp.Payload("base_link", 0.3)]),
@@ -151,7 +151,7 @@ def test_motors_at_a_voltage() -> None:
     base = BASE + 'motor = "AX-12A"\n'
     held = one("voltage", 10.0, base=base)
     assert held.scene.servos.motor == catalog.get("AX-12A").motor(10.0 / 12.0)
-    assert one("friction", 0.5, base=base).scene.servos.motor == plain.scene.servos.motor
+    assert one("mu", 0.5, base=base).scene.servos.motor == plain.scene.servos.motor
 
 
 def test_a_supply_that_a_motor_is_not_made_for_is_refused() -> None:
@@ -206,12 +206,12 @@ def test_a_base_from_a_file(tmp_path: Path) -> None:
     """A case's file is the base, found from the folder of the study; and a case at hand."""
     case = hp.Case(hp.Scene(hp.load_robot("athena")), hp.HoldPosture(), duration=0.5, accuracy=1e-5)
     case.save(tmp_path / "stand.toml")
-    vary = '[[vary]]\ninput = "friction"\nvalues = [0.7, 0.3]\n'
+    vary = '[[vary]]\ninput = "mu"\nvalues = [0.7, 0.3]\n'
     (tmp_path / "s.toml").write_text(f'schema = 1\n[base]\ncase = "stand.toml"\n{vary}')
     of = load_sweep(tmp_path / "s.toml")
     assert of.case(1).accuracy == 1e-5
     assert of.case(1) != case
-    held = SweepStudy.of_case(case, [{"input": "friction", "values": [0.7, 0.3]}])
+    held = SweepStudy.of_case(case, [{"input": "mu", "values": [0.7, 0.3]}])
     assert held.case(1) == of.case(1)
     assert held.digest == of.digest
     assert pickle.loads(pickle.dumps(of)).case(1) == of.case(1)
@@ -293,8 +293,8 @@ def test_digests_of_cases_are_those_of_their_data() -> None:
         how = case.settings
         data["run"] = {
             "duration": case.duration,
-            "method": how.choice.method.name,
-            "accuracy": how.choice.accuracy,
+            "method": how.method_settings.method.name,
+            "accuracy": how.method_settings.accuracy,
             "step": how.grid.step,
             "sample": how.grid.sample,
         }
@@ -322,10 +322,10 @@ def test_a_text_that_no_file_can_hold_is_refused() -> None:
 
 def test_numbers_of_numpy_are_numbers() -> None:
     case = hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=1.0)
-    tables = [{"input": "friction", "values": np.array([0.5, 0.7])}]
+    tables = [{"input": "mu", "values": np.array([0.5, 0.7])}]
     random = {"input": "payload", "distribution": "uniform", "low": np.float64(0.1), "high": 1}
     design = {"kind": "random", "samples": np.int8(2), "seed": np.uint16(3)}
     of = SweepStudy.of_case(case, [*tables, random], design)
-    plain = [{"input": "friction", "values": [0.5, 0.7]}, {**random, "low": 0.1}]
+    plain = [{"input": "mu", "values": [0.5, 0.7]}, {**random, "low": 0.1}]
     same = SweepStudy.of_case(case, plain, {"kind": "random", "samples": 2, "seed": 3})
     assert of.digest == same.digest and len(of) == 4

@@ -16,7 +16,7 @@ GRID = '[[vary]]\ninput = "stroke"\nvalues = [0.06, 0.1]\n'
 SOBOL = '[design]\nkind = "sobol"\nsamples = 4\n'
 
 
-def uncertain(text: str, name: str = "friction") -> str:
+def uncertain(text: str, name: str = "mu") -> str:
     """A study of one input with a distribution."""
     return f'{HEAD}{BASE}[[vary]]\ninput = "{name}"\n{text}\n{SOBOL}'
 
@@ -27,7 +27,7 @@ def grid(text: str, base: str = BASE) -> str:
 
 
 UNIFORM = 'distribution = "uniform"\nlow = 0.4\nhigh = 0.9'
-FRICTION = f'[[vary]]\ninput = "friction"\n{UNIFORM}\n'
+FRICTION = f'[[vary]]\ninput = "mu"\n{UNIFORM}\n'
 
 BAD = {
     "bad syntax": ("schema = 1\nbase = [", "TOML text", "valid TOML"),
@@ -96,7 +96,7 @@ BAD = {
         "base.gait.stroke", "equal to 0",
     ),
     "a friction out of range": (
-        f'{HEAD}[base]\nrobot = "athena"\nfriction = -1\n{GRID}', "base.friction", "equal to 0",
+        f'{HEAD}[base]\nrobot = "athena"\nmu = -1\n{GRID}', "base.mu", "equal to 0",
     ),
     "an accuracy out of range": (
         f'{HEAD}[base]\nrobot = "athena"\naccuracy = 9\n{GRID}', "base.accuracy", "1e-08 to 0.1",
@@ -116,7 +116,7 @@ BAD = {
     "text for the duration": (
         f'{HEAD}[base]\nrobot = "athena"\nduration = "5"\n{GRID}', "base.duration", "number",
     ),
-    "unknown input": (grid('input = "frictoin"\nvalues = [1]'), "vary[0].input", "mean 'friction'"),
+    "unknown input": (grid('input = "paylaod"\nvalues = [1]'), "vary[0].input", "mean 'payload'"),
     "no input": (grid("values = [1]"), "vary[0].input", "path in its place"),
     "input and path": (
         grid('input = "lift"\npath = "a.b"\nvalues = [1]'), "vary[0].input", "only one",
@@ -259,8 +259,8 @@ BAD = {
         grid('path = "scene.gravity.3"\nvalues = [1]'), "vary[0].path", "0, 1, 2",
     ),
     "a number by name and by path": (
-        grid('input = "friction"\nvalues = [1]\n[[vary]]\npath = "scene.contact.friction.mu"')
-        + "values = [1]", "vary[1].path", "friction",
+        grid('input = "mu"\nvalues = [1]\n[[vary]]\npath = "scene.contact.friction.mu"')
+        + "values = [1]", "vary[1].path", "mu",
     ),
     "a stroke by name and by path": (
         grid('input = "speed"\nvalues = [1]\n[[vary]]\npath = "controller.gait.stroke"')

@@ -82,10 +82,10 @@ def test_shaken_ground_moves_as_it_says() -> None:
 @pytest.mark.parametrize("name", ALL)
 def test_lift_leaves_no_clearance(name: str) -> None:
     """After the lift the lowest sphere touches and none penetrates, wherever they started."""
-    terrain, dice = ALL[name], np.random.default_rng(5)
+    terrain, rng = ALL[name], np.random.default_rng(5)
     radii = np.array([0.02, 0.0, 0.03])
     for height in (-0.5, 0.0, 2.0):
-        points = np.column_stack([dice.uniform(-1.0, 1.0, (3, 2)), np.full(3, height)])
+        points = np.column_stack([rng.uniform(-1.0, 1.0, (3, 2)), np.full(3, height)])
         up = terrain.lift(points, radii)
         assert terrain.clearance(points + (0.0, 0.0, up), radii) == pytest.approx(0.0, abs=2e-12)
         lower = terrain.clearance(points + (0.0, 0.0, up - 1e-6), radii)

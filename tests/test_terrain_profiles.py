@@ -84,10 +84,10 @@ def test_profile_gap_is_the_distance_to_the_nearest_point(name: str, radius: flo
     terrain, spacing = PROFILES[name], 5e-5
     line = terrain.surface()
     cloud, native = dense(line, spacing), terrain.native()
-    dice = np.random.default_rng(1)
+    rng = np.random.default_rng(1)
     for _ in range(150):
-        s, up, sideways = dice.uniform(-0.3, 0.3), dice.uniform(-0.05, 0.15), dice.uniform(-1, 1)
-        s += dice.choice(line.s)
+        s, up, sideways = rng.uniform(-0.3, 0.3), rng.uniform(-0.05, 0.15), rng.uniform(-1, 1)
+        s += rng.choice(line.s)
         ground = float(terrain.height_at(*world(line, s, 0.0, sideways)[:2]))
         away = np.hypot(cloud[:, 0] - s, cloud[:, 1] - ground - up).min()
         if away < 3.0 * spacing:
@@ -135,11 +135,11 @@ def test_point_foot_at_a_riser() -> None:
 def test_gap_does_not_jump(name: str, radius: float) -> None:
     """Along any path the smallest gap changes by no more than the path is long."""
     terrain = ALL[name]
-    native, dice = terrain.native(), np.random.default_rng(2)
+    native, rng = terrain.native(), np.random.default_rng(2)
     for _ in range(10):
-        x, y = dice.uniform(-0.6, 0.6, 2)
-        start = np.array([x, y, float(terrain.height_at(x, y)) + dice.uniform(-0.01, 0.05)])
-        path = start + np.linspace(0.0, 0.3, 301)[:, None] * unit(dice)
+        x, y = rng.uniform(-0.6, 0.6, 2)
+        start = np.array([x, y, float(terrain.height_at(x, y)) + rng.uniform(-0.01, 0.05)])
+        path = start + np.linspace(0.0, 0.3, 301)[:, None] * unit(rng)
         gaps = np.array([min(g for g, _ in native.contacts(p, radius)) for p in path])
         step = 0.3 / 300.0
         # hills: the gap is along the normal at the foot of a perpendicular, a distance to 2nd order

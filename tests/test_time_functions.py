@@ -16,7 +16,7 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import read_toml
 
 TRANSITIONS = (hp.Step, hp.Step5, hp.Havsin)
-SPAN: dict[str, Any] = {"begin": 0.7, "end": 1.9, "initial": 0.25, "final": -0.15}
+SPAN: dict[str, Any] = {"start": 0.7, "end": 1.9, "initial": 0.25, "final": -0.15}
 
 
 def shape(kind: type[MotionFunction]) -> Callable[[Any], Any]:
@@ -40,8 +40,8 @@ EVERY: dict[str, MotionFunction] = {
     "periodic": hp.Periodic(
         function=hp.Sum(
             terms=(
-                hp.Step(begin=0.0, end=0.3, initial=-0.2, final=0.2),
-                hp.Step5(begin=0.3, end=0.5, initial=0.0, final=-0.4),
+                hp.Step(start=0.0, end=0.3, initial=-0.2, final=0.2),
+                hp.Step5(start=0.3, end=0.5, initial=0.0, final=-0.4),
             )
         ),
         period=0.6,
@@ -88,7 +88,7 @@ def test_middle_and_ends(kind: type[MotionFunction], slope: float, bend: float) 
 
 def test_largest_acceleration_of_step5() -> None:
     """10 / sqrt(3) at s = 1/2 - sqrt(3) / 6."""
-    step = hp.Step5(begin=0.0, end=1.0, initial=0.0, final=1.0)
+    step = hp.Step5(start=0.0, end=1.0, initial=0.0, final=1.0)
     found = step.acceleration(np.linspace(0.0, 1.0, 100_001)).max()
     assert found == pytest.approx(10.0 / np.sqrt(3.0), rel=1e-9)
     at = step.acceleration(np.array(0.5 - np.sqrt(3.0) / 6.0))
@@ -133,7 +133,7 @@ def test_classes_of_continuity() -> None:
 
 def test_step_is_the_one_of_the_arc_walk() -> None:
     s = np.linspace(-0.5, 1.5, 41)
-    value, rate = hp.Step(begin=0, end=1, initial=0, final=1).value_and_rate(s)
+    value, rate = hp.Step(start=0, end=1, initial=0, final=1).value_and_rate(s)
     np.testing.assert_array_equal(value, adams_step(s)[0])
     np.testing.assert_array_equal(rate, adams_step(s)[1])
 
@@ -154,7 +154,7 @@ def test_hermite_with_rates_of_zero_is_a_step() -> None:
 
 
 def test_sum_adds_and_lists_all_kinks() -> None:
-    other = hp.Havsin(begin=1.0, end=1.9, initial=0.0, final=0.2)
+    other = hp.Havsin(start=1.0, end=1.9, initial=0.0, final=0.2)
     total, time = hp.Sum(terms=(hp.Step(**SPAN), other, 2.0)), np.linspace(0.0, 3.0, 61)
     for k, offset in enumerate((2.0, 0.0, 0.0)):
         parts = hp.Step(**SPAN).derivatives(time)[k] + other.derivatives(time)[k]
@@ -177,16 +177,16 @@ def test_repetition() -> None:
     np.testing.assert_allclose(start, [-0.2, 0.0, 0.2], atol=1e-15)
 
 
-RISE = hp.Step(begin=0.0, end=0.5, initial=0.0, final=0.1)
+RISE = hp.Step(start=0.0, end=0.5, initial=0.0, final=0.1)
 
 
 @pytest.mark.parametrize(
     ("make", "name", "value", "allowed"),
     [
-        (lambda: hp.Step(begin=1, end=1, initial=0, final=1), "Step.end", 1.0, (1,)),
-        (lambda: hp.Step5(begin=1, end=0, initial=0, final=1), "Step5.end", 0.0, (1,)),
-        (lambda: hp.Havsin(begin=0, initial=0, final=1), "Havsin.end", None, ()),
-        (lambda: hp.Step(begin=0, end=1, initial=0, final=np.inf), "Step.final", np.inf, ()),
+        (lambda: hp.Step(start=1, end=1, initial=0, final=1), "Step.end", 1.0, (1,)),
+        (lambda: hp.Step5(start=1, end=0, initial=0, final=1), "Step5.end", 0.0, (1,)),
+        (lambda: hp.Havsin(start=0, initial=0, final=1), "Havsin.end", None, ()),
+        (lambda: hp.Step(start=0, end=1, initial=0, final=np.inf), "Step.final", np.inf, ()),
         (lambda: hp.Sum(terms=()), "Sum.terms", (), ()),
         (
             lambda: hp.Periodic(function=RISE, period=1.0),
@@ -231,8 +231,8 @@ def test_a_trunk_can_rise_with_a_step() -> None:
     rise = hp.Periodic(
         function=hp.Sum(
             terms=(
-                hp.Step(begin=0.5, end=1.0, initial=0.0, final=0.02),
-                hp.Step5(begin=1.0, end=1.8, initial=0.0, final=-0.02),
+                hp.Step(start=0.5, end=1.0, initial=0.0, final=0.02),
+                hp.Step5(start=1.0, end=1.8, initial=0.0, final=-0.02),
             )
         ),
         period=2.0,

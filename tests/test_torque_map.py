@@ -53,14 +53,14 @@ def test_a_map_is_what_its_walks_come_to_one_by_one(found: hp.TorqueMap) -> None
             trace = hp.simulate(SCENE, walk, duration=duration, accuracy=1e-4, sample=sample)
             budget = hp.torque_budget(trace)
             rows = budget.joints
-            assert found.torque_peak[i, j].tolist() == [row.peak_torque for row in rows]
-            assert found.torque_p99[i, j].tolist() == [row.p99_torque for row in rows]
-            assert found.torque_rms[i, j].tolist() == [row.rms_torque for row in rows]
-            assert found.speed_peak[i, j].tolist() == [row.peak_speed for row in rows]
+            assert found.torque_peak[i, j].tolist() == [row.torque_peak for row in rows]
+            assert found.torque_p99[i, j].tolist() == [row.torque_p99 for row in rows]
+            assert found.torque_rms[i, j].tolist() == [row.torque_rms for row in rows]
+            assert found.speed_peak[i, j].tolist() == [row.speed_peak for row in rows]
             assert found.cost_of_transport[i, j] == budget.cost_of_transport
             assert found.normal_impulse[i, j].tolist() == trace.summary.normal_impulse.tolist()
             femur = found.of_kind("torque_peak", "femur")[i, j]
-            assert femur == budget.kind("femur").peak.peak_torque
+            assert femur == budget.kind("femur").peak.torque_peak
             energy = found.of_kind("positive_energy", "coxa")[i, j]
             assert energy == pytest.approx(budget.kind("coxa").positive_energy, rel=1e-12)
 
@@ -90,12 +90,15 @@ def test_phases_part_the_window(found: hp.TorqueMap) -> None:
         found.phase_time[:, :, 0], np.broadcast_to(2 / 3 * np.array(TIMES)[:, None], (2, 2, 18)),
         rtol=1e-9,
     )  # fmt: skip
-    square = (found.phase_rms**2 * found.phase_time).sum(axis=2) / np.array(TIMES)[:, None]
+    square = (found.phase_torque_rms**2 * found.phase_time).sum(axis=2) / np.array(TIMES)[:, None]
     missed = np.abs(square - found.torque_rms**2) * np.array(TIMES)[:, None]
-    bound = np.sqrt(found.phase_rms**2 + missed[:, :, None] / found.phase_time) - found.phase_rms
-    np.testing.assert_allclose(found.phase_rms_error, bound, atol=1e-9)
-    assert found.phase_rms_error.max() < 0.02 * found.phase_rms.max()
-    assert (found.phase_peak.max(axis=2) == found.torque_peak).all()
+    bound = (
+        np.sqrt(found.phase_torque_rms**2 + missed[:, :, None] / found.phase_time)
+        - found.phase_torque_rms
+    )
+    np.testing.assert_allclose(found.phase_torque_rms_error, bound, atol=1e-9)
+    assert found.phase_torque_rms_error.max() < 0.02 * found.phase_torque_rms.max()
+    assert (found.phase_torque_peak.max(axis=2) == found.torque_peak).all()
 
 
 def test_phases_are_those_of_the_legs() -> None:
@@ -212,7 +215,7 @@ def test_the_file_gives_every_bit_back(found: hp.TorqueMap, tmp_path: Path) -> N
 def test_figures(found: hp.TorqueMap, tmp_path: Path) -> None:
     for name, path in {
         "curves": write_torque_curves(found, tmp_path / "curves.png", cycle_times=[1.2]),
-        "rms": write_torque_curves(found, tmp_path / "rms.svg", quantity="phase_rms"),
+        "rms": write_torque_curves(found, tmp_path / "rms.svg", quantity="phase_torque_rms"),
         "map": write_torque_heat_map(found, tmp_path / "map.png"),
     }.items():
         assert path.stat().st_size > 10_000, name

@@ -14,7 +14,17 @@ import pytest
 import hexapod_pin as hp
 
 Run = Callable[..., SimpleNamespace]
-WALK = ("walk", "kharagpur", "--gait", "tripod", "--cycle", "0.8", "--stroke", "0.05", "--no-html")
+WALK = (
+    "walk",
+    "kharagpur",
+    "--gait",
+    "tripod",
+    "--cycle-time",
+    "0.8",
+    "--stroke",
+    "0.05",
+    "--no-html",
+)
 QUICK = ("--accuracy", "1e-2", "--sample", "0.02")
 STEADY = ("--duration", "2.4")  # two cycles to start, a steady one
 

@@ -41,9 +41,9 @@ def test_numbers_are_those_of_summary_and_budget(summary: hp.Summary) -> None:
     """The robot goes 0.05 m per half cycle: what is per cycle is a tenth of what is per metre."""
     metrics, budget = hp.WalkMetrics.of(summary), hp.torque_budget(summary)
     way = 2 * GAIT.stroke
-    assert metrics.speed == pytest.approx(way / CYCLE, rel=5e-3)
-    assert metrics.slip_path == pytest.approx(summary.slip_path.sum())
-    assert metrics.slip_per_metre == pytest.approx(metrics.slip_path / way, rel=5e-3)
+    assert metrics.measured_speed == pytest.approx(way / CYCLE, rel=5e-3)
+    assert metrics.slip_distance == pytest.approx(summary.slip_distance.sum())
+    assert metrics.slip_per_metre == pytest.approx(metrics.slip_distance / way, rel=5e-3)
     work = summary.friction_work.sum() / way
     assert metrics.friction_work_per_metre == pytest.approx(work, rel=5e-3)
     assert metrics.energy_per_metre == pytest.approx(budget.absolute_energy / way, rel=5e-3)
@@ -71,8 +71,13 @@ def test_every_number_has_a_unit_and_a_line(summary: hp.Summary) -> None:
 def test_what_a_run_does_not_have_is_none(summary: hp.Summary) -> None:
     """A posture makes no way; a summary of a former release has no friction work."""
     still = hp.WalkMetrics.of(hp.simulate(SCENE, hp.HoldPosture(), duration=0.4).summary)
-    assert still.speed is still.slip_per_metre is still.cost_of_transport is still.path_deviation
-    assert still.speed is None and still.torque_peak is not None
+    assert (
+        still.measured_speed
+        is still.slip_per_metre
+        is still.cost_of_transport
+        is still.path_deviation
+    )
+    assert still.measured_speed is None and still.torque_peak is not None
     older = replace(summary, friction_work=np.full(6, np.nan), heave_rms=math.nan)
     metrics = hp.WalkMetrics.of(older)
     assert metrics.friction_work_per_metre is None and metrics.heave_rms is None
@@ -176,10 +181,10 @@ def test_the_interval_of_a_change_covers_the_truth() -> None:
 
     The ratio estimator is exact for large samples; with 8 pairs it falls a little short.
     """
-    dice, truth, hits, draws = np.random.default_rng(4), 0.8, 0, 2000
+    rng, truth, hits, draws = np.random.default_rng(4), 0.8, 0, 2000
     for _ in range(draws):
-        base = dice.normal(10.0, 1.0, 8)
-        mine = truth * base + dice.normal(0.0, 0.5, 8)
+        base = rng.normal(10.0, 1.0, 8)
+        mine = truth * base + rng.normal(0.0, 0.5, 8)
         hits += not relative_change(list(mine), list(base)).differs_from(truth - 1.0)
     assert 0.93 < hits / draws < 0.97
 
@@ -192,7 +197,7 @@ def made(scene: str, number: int, controller: str, speed: float | None) -> Compa
     if speed is None:
         return ComparedRun(scene, number, controller, Outcome.FELL, "fell at 1 s")
     numbers = dict.fromkeys(METRICS)
-    metrics = hp.WalkMetrics(**{**numbers, "speed": speed})
+    metrics = hp.WalkMetrics(**{**numbers, "measured_speed": speed})
     return ComparedRun(scene, number, controller, Outcome.WALKED, metrics=metrics)
 
 
@@ -201,22 +206,26 @@ def test_pairs_that_one_did_not_walk_do_not_count() -> None:
     runs += [made("bumps", k, "new|er", speed) for k, speed in enumerate((1.2, None, 3.6))]
     found = hp.Comparison(tuple(runs))
     assert found.baseline == "plain" and found.controllers == ("plain", "new|er")
-    assert found.mean("bumps", "plain", "speed").value == pytest.approx(2.0)
-    assert found.mean("bumps", "new|er", "speed").count == 2
-    change = found.change("bumps", "new|er", "speed")
+    assert found.mean("bumps", "plain", "measured_speed").value == pytest.approx(2.0)
+    assert found.mean("bumps", "new|er", "measured_speed").count == 2
+    change = found.change("bumps", "new|er", "measured_speed")
     assert change.value == pytest.approx(0.2) and change.count == 2
-    assert found.change("bumps", "plain", "speed") is None
+    assert found.change("bumps", "plain", "measured_speed") is None
     text = found.table()
     assert "2 of 3: fell" in text and "new|er on bumps #1: fell (fell at 1 s)" in text
     assert "2.4 +- 15 (+20 +- " in text and "[m/s]" in text and "nan" not in text.lower()
     assert "new\\|er" in found.to_markdown()
-    assert json.loads(found.to_json())["changes"]["bumps"]["new|er"]["speed"]["count"] == 2
+    assert json.loads(found.to_json())["changes"]["bumps"]["new|er"]["measured_speed"]["count"] == 2
 
 
 def test_unknown_names_and_doubles_are_refused() -> None:
     run = made("flat", 0, "plain", 1.0)
     found = hp.Comparison((run,))
-    for place in (("hill", "plain", "speed"), ("flat", "x", "speed"), ("flat", "plain", "beauty")):
+    for place in (
+        ("hill", "plain", "measured_speed"),
+        ("flat", "x", "measured_speed"),
+        ("flat", "plain", "beauty"),
+    ):
         with pytest.raises(UnknownNameError):
             found.mean(*place)
     for runs in ((), (run, run)):

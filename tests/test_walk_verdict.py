@@ -52,10 +52,10 @@ def test_a_glide_at_the_nominal_speed_walks() -> None:
     """0.1 m/s for three whole cycles of 1 s: 0.3 m, to rounding."""
     verdict = hp.walk_verdict(synthetic_trace())
     assert verdict.walks and verdict.advice == ""
-    assert (verdict.way.start, verdict.way.end, verdict.way.cycles) == (1.0, 4.0, 3)
-    assert verdict.way.way == pytest.approx(0.3, rel=1e-12)
-    assert verdict.way.speed_share == pytest.approx(1.0, rel=1e-12)
-    assert verdict.way.turn_share is None and verdict.way.yaw_error == 0.0
+    assert (verdict.travel.start, verdict.travel.end, verdict.travel.cycles) == (1.0, 4.0, 3)
+    assert verdict.travel.travelled_distance == pytest.approx(0.3, rel=1e-12)
+    assert verdict.travel.speed_share == pytest.approx(1.0, rel=1e-12)
+    assert verdict.travel.turn_share is None and verdict.travel.yaw_error == 0.0
     assert "\n" not in verdict.line and verdict.line.startswith("synthetic walks: 0.3 m in 3 s")
 
 
@@ -63,7 +63,7 @@ def test_a_glide_at_the_nominal_speed_walks() -> None:
 def test_eighty_percent_of_the_nominal_speed_is_walking(speed: float, walks: bool) -> None:
     verdict = hp.walk_verdict(synthetic_trace(speed=speed, nominal_speed=0.1))
     assert verdict.walks is walks
-    assert verdict.way.speed_share == pytest.approx(10.0 * speed, rel=1e-12)
+    assert verdict.travel.speed_share == pytest.approx(10.0 * speed, rel=1e-12)
     assert walks or "of the nominal speed" in verdict.reason
 
 
@@ -71,7 +71,7 @@ def test_yaw_of_a_straight_walk_is_an_error_with_its_sign() -> None:
     """Yaw 0.1 rad/s to the right over the window of 3 s: -0.3 rad."""
     trace = synthetic_trace()
     verdict = hp.walk_verdict(turned(trace, 2, -0.1 * trace.time))
-    assert verdict.way.yaw_error == pytest.approx(-0.3, abs=1e-12)
+    assert verdict.travel.yaw_error == pytest.approx(-0.3, abs=1e-12)
     assert f"yaw off by {math.degrees(-0.3):.2g} deg" in verdict.line
 
 
@@ -129,35 +129,35 @@ def test_a_built_in_walk_walks() -> None:
     robot = hp.load_robot("kharagpur")
     trace = hp.simulate(hp.Scene(robot), hp.KinematicControl(TRIPOD), duration=STEADY)
     verdict, budget = hp.walk_verdict(trace), hp.torque_budget(trace)
-    assert verdict.walks and verdict.way.speed_share == pytest.approx(1.0, abs=0.01)
-    assert verdict.way.speed == pytest.approx(budget.speed, rel=1e-12)
+    assert verdict.walks and verdict.travel.speed_share == pytest.approx(1.0, abs=0.01)
+    assert verdict.travel.measured_speed == pytest.approx(budget.measured_speed, rel=1e-12)
     assert verdict.slip is not None
     assert verdict.slip.total == pytest.approx(
         hp.WalkMetrics.of(trace.summary).slip_per_metre, rel=1e-12
     )
     assert verdict.step_error == trace.counters["error_most"] < 1e-4
-    assert verdict.to_dict()["way"]["speed_share"] == verdict.way.speed_share
+    assert verdict.to_dict()["travel"]["speed_share"] == verdict.travel.speed_share
 
 
 def test_curves_stops_and_turns_on_the_spot_are_judged_by_their_plan() -> None:
     spot = walk(hp.Gait.tripod(stroke=0.0, turn_rate=-0.3, cycle_time=1.0))
-    assert spot.walks and spot.way.speed_share is None and spot.slip.per_metre is None
-    assert spot.way.turn_share == pytest.approx(1.0, abs=0.02)
-    assert math.degrees(spot.way.turn) == pytest.approx(math.degrees(-0.6), rel=0.02)
+    assert spot.walks and spot.travel.speed_share is None and spot.slip.per_metre is None
+    assert spot.travel.turn_share == pytest.approx(1.0, abs=0.02)
+    assert math.degrees(spot.travel.turn) == pytest.approx(math.degrees(-0.6), rel=0.02)
     curve = walk(hp.Gait.tripod(stroke=0.04, turn_rate=0.2, cycle_time=1.0))
-    assert curve.walks and curve.way.turn_share == pytest.approx(1.0, abs=0.02)
-    assert curve.way.speed_share == pytest.approx(1.0, abs=0.02)
+    assert curve.walks and curve.travel.turn_share == pytest.approx(1.0, abs=0.02)
+    assert curve.travel.speed_share == pytest.approx(1.0, abs=0.02)
 
 
 def test_a_walk_without_a_whole_cycle_is_judged_over_all_of_it() -> None:
     """1.8 s of 1 s cycles: the ramp of 1.25 s takes half of its way: 0.12 (1.8 - 0.625) m."""
     verdict = walk(TRIPOD, 1.8)
-    assert verdict.way.cycles is None and verdict.needs == pytest.approx(3.0)
-    assert verdict.way.planned_way == pytest.approx(0.12 * (1.8 - 0.625), rel=1e-4)
-    assert verdict.way.speed_share == pytest.approx(1.0, abs=0.05)
+    assert verdict.travel.cycles is None and verdict.needs == pytest.approx(3.0)
+    assert verdict.travel.planned_distance == pytest.approx(0.12 * (1.8 - 0.625), rel=1e-4)
+    assert verdict.travel.speed_share == pytest.approx(1.0, abs=0.05)
     assert "that takes 3 s or more" in verdict.line
     short = walk(TRIPOD, 0.3)
-    assert short.way.speed_share is None and short.walks and "too short" in short.line
+    assert short.travel.speed_share is None and short.walks and "too short" in short.line
 
 
 def test_commands_are_judged_by_their_own_plan() -> None:
@@ -169,9 +169,9 @@ def test_commands_are_judged_by_their_own_plan() -> None:
     trace = hp.simulate(hp.Scene(hp.load_robot("kharagpur")), control, duration=4.0)
     verdict, body = hp.walk_verdict(trace), planned_body(control.to_dict())
     assert body is not None and verdict.walks
-    assert verdict.way.planned_turn == pytest.approx(body.pose(np.array([4.0]))[0, 2], abs=1e-12)
-    assert verdict.way.speed_share == pytest.approx(1.0, abs=0.05)
-    assert verdict.way.turn_share == pytest.approx(1.0, abs=0.05)
+    assert verdict.travel.planned_turn == pytest.approx(body.pose(np.array([4.0]))[0, 2], abs=1e-12)
+    assert verdict.travel.speed_share == pytest.approx(1.0, abs=0.05)
+    assert verdict.travel.turn_share == pytest.approx(1.0, abs=0.05)
 
 
 def test_prescribed_walks_and_postures() -> None:
@@ -223,7 +223,7 @@ def test_a_robot_too_weak_ends_with_status_3_and_what_it_needs(
 ) -> None:
     need = max(standing_torque(hp.load_robot("kharagpur")))
     with pytest.raises(SystemExit) as ended:
-        main(["walk", str(weak(tmp_path)), "--cycle", "1.2", "--stroke", "0.06",
+        main(["walk", str(weak(tmp_path)), "--cycle-time", "1.2", "--stroke", "0.06",
               "--duration", "4", "--no-html", "--out", str(tmp_path / "w.nc")])  # fmt: skip
     told = capsys.readouterr()
     assert ended.value.code == DOES_NOT_WALK == 3

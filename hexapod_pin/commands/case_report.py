@@ -63,7 +63,10 @@ def run_and_report(
     if verdict and whole:
         echo("\n" + verdict_on_peaks(trace, threads).table())
     if not walk.walks:
-        fail(f"{walk.robot} does not walk: {walk.reason}. {_sentence(walk.advice)}", DOES_NOT_WALK)
+        fail(
+            f"{walk.robot_name} does not walk: {walk.reason}. {_sentence(walk.advice)}",
+            DOES_NOT_WALK,
+        )
 
 
 def _sentence(text: str) -> str:

@@ -66,7 +66,7 @@ def compare(
         OptionalFloat,
         typer.Option(help="Way that the bumps reach [m]; default: as far as the gaits go."),
     ] = None,
-    level: Annotated[
+    flat_radius: Annotated[
         OptionalFloat,
         typer.Option(
             help="Distance from the start up to which the ground is level [m]; default 0."
@@ -108,8 +108,8 @@ def compare(
     if controllers is not None:
         found = controlled(found, controllers, own_scenes=own_scenes)
     scenes = study_scenes(found, grounds, own_scenes=own_scenes or bumps is not None) or bumpy(
-        found, amplitude=bumps, wavelength=wavelength, seeds=seeds, length=length, level=level,
-        own_scenes=own_scenes,
+        found, amplitude=bumps, wavelength=wavelength, seeds=seeds, length=length,
+        flat_radius=flat_radius, own_scenes=own_scenes,
     )  # fmt: skip
     planned = own_runs(found) if own_scenes else shared_runs(found, scenes)
     compare_and_report(planned, files, threads=threads, markdown=markdown)

@@ -99,7 +99,7 @@ def bumpy(
     wavelength: float | None,
     seeds: int | None,
     length: float | None,
-    level: float | None,
+    flat_radius: float | None,
     own_scenes: bool,
 ) -> dict[str, list[Scene]]:
     """Return the variants of the first case's scene by name: itself, or random bumps.
@@ -114,7 +114,7 @@ def bumpy(
     name, first = next(iter(cases.items()))
     if amplitude is None:
         options = {"--wavelength": wavelength, "--seeds": seeds, "--length": length}
-        options |= {"--level": level}
+        options |= {"--flat-radius": flat_radius}
         for option, value in options.items():
             if value is not None:
                 raise ParameterError(option, value, "given with --bumps only")
@@ -134,7 +134,7 @@ def bumpy(
         amplitude=amplitude,
         wavelength=spacing,
         length=way,
-        flat_radius=level or 0.0,
+        flat_radius=flat_radius or 0.0,
     )
     return {f"bumps of {amplitude:g} m, {spacing:g} m apart": drawn}
 

@@ -82,7 +82,7 @@ def bench(
         OptionalFloat,
         typer.Option(help="[m]; default as in `walk`."),
     ] = None,
-    cycle: Annotated[
+    cycle_time: Annotated[
         OptionalFloat,
         typer.Option(help="Cycle time [s]; default 2.4."),
     ] = None,
@@ -111,7 +111,7 @@ def bench(
     from hexapod_pin.benchmark.work_precision.scenes import SceneOptions
 
     options = SceneOptions(
-        gait=gait, stroke=stroke, cycle=cycle, contact=contact, mu=mu, kp=kp, kd=kd,
+        gait=gait, stroke=stroke, cycle_time=cycle_time, contact=contact, mu=mu, kp=kp, kd=kd,
         feet=None if feet is None else tuple(foot_names(feet) or ()),
         foot_radius=foot_radius, duration=duration, sample=sample,
     )  # fmt: skip

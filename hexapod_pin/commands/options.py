@@ -232,7 +232,7 @@ def load_options(
     feet: str | None = None,
     legs: str | None = None,
     posture: str | None = None,
-    hold: str | None = None,
+    held: str | None = None,
     package_path: Sequence[Path] | None = None,
     xacro_arg: Sequence[str] | None = None,
     effort: str | None = None,
@@ -257,7 +257,7 @@ def load_options(
         "feet": foot_names(feet),
         "legs": None if legs is None else leg_joints(legs),
         "posture": None if posture is None else angles("--posture", posture),
-        "held": None if hold is None else angles("--hold", hold),
+        "held": None if held is None else angles("--held", held),
         "package_path": [str(user_path(folder).absolute()) for folder in package_path or ()],
         "xacro_args": dict(pair("--xacro-arg", text) for text in xacro_arg or ()),
         **numbers,
@@ -314,11 +314,11 @@ def leg_joints(text: str) -> dict[str, list[str]]:
 # `GaitError.quantity`. Where the command has an option for it, its name takes the place.
 
 SAME = {
-    "cycle_time": "cycle", "turn_rate": "turn", "held": "hold", "xacro_args": "xacro_arg",
+    "xacro_args": "xacro_arg",
 }  # fmt: skip
 """Options whose names differ from the argument that they set."""
 
-DEGREES = ("heading", "turn")
+DEGREES = ("heading", "turn_rate")
 """Options in degrees, or degrees per second, where the argument is in radians."""
 
 EXAMPLES = {

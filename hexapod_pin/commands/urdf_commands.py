@@ -43,7 +43,7 @@ def check(
     forward: Forward = None,
     legs: Legs = None,
     posture: PostureText = None,
-    hold: Hold = None,
+    held: Hold = None,
     package_path: PackagePath = None,
     xacro_arg: XacroArgs = None,
     write: Annotated[
@@ -56,7 +56,7 @@ def check(
     from hexapod_pin.robot.urdf_report import inspect
 
     options = load_options(
-        feet=feet, legs=legs, posture=posture, hold=hold, package_path=package_path,
+        feet=feet, legs=legs, posture=posture, held=held, package_path=package_path,
         xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
     )  # fmt: skip
     report = inspect(urdf, options=options)
@@ -101,7 +101,7 @@ def mend(
     forward: Forward = None,
     legs: Legs = None,
     posture: PostureText = None,
-    hold: Hold = None,
+    held: Hold = None,
     package_path: PackagePath = None,
     xacro_arg: XacroArgs = None,
 ) -> None:
@@ -121,7 +121,7 @@ def mend(
 
     path, folders = writable("--out", out), package_path or []
     hints = load_options(
-        feet=feet, legs=legs, posture=posture, hold=hold, package_path=folders,
+        feet=feet, legs=legs, posture=posture, held=held, package_path=folders,
         xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
     ).over(read_hints(user_path(file)))  # fmt: skip
     read = read_file(file, hints)

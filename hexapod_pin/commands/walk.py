@@ -67,7 +67,7 @@ def walk(
         OptionalFloat,
         typer.Option(help="[m]; default 0.14, or 80 % of the largest that fits where that is less"),
     ] = None,
-    cycle: Annotated[
+    cycle_time: Annotated[
         OptionalFloat,
         typer.Option(help="Cycle time [s]; default 2.4, longer where joints are slower than that."),
     ] = None,
@@ -82,7 +82,7 @@ def walk(
         ),
     ] = None,
     heading: Annotated[float, typer.Option(help="Direction of travel, left > 0 [degrees].")] = 0.0,
-    turn: Annotated[float, typer.Option(help="Yaw rate, left > 0 [degrees/s].")] = 0.0,
+    turn_rate: Annotated[float, typer.Option(help="Yaw rate, left > 0 [degrees/s].")] = 0.0,
     duration: Annotated[
         OptionalFloat,
         typer.Option(help="Simulated time [s]; default 10, or four cycles where that is more."),
@@ -124,9 +124,11 @@ def walk(
         OptionalText,
         typer.Option(help='Error in torques to keep instead [N m], or a share such as "1 %".'),
     ] = None,
-    once: Annotated[
+    no_estimate: Annotated[
         bool,
-        typer.Option("--once", help="Run once: the error of the whole run is not estimated."),
+        typer.Option(
+            "--no-estimate", help="Run once: the error of the whole run is not estimated."
+        ),
     ] = False,
     method: Annotated[
         OptionalText,
@@ -158,7 +160,7 @@ def walk(
     forward: Forward = None,
     legs: Legs = None,
     posture: PostureText = None,
-    hold: Hold = None,
+    held: Hold = None,
     package_path: PackagePath = None,
     xacro_arg: XacroArgs = None,
     mend: MendFirst = False,
@@ -186,14 +188,14 @@ def walk(
     case_path = None if save_case is None else writable("--save-case", save_case)
     motor_of_all, motor_lines = chosen_motor(motor, voltage, catalog)
     options = load_options(
-        feet=feet, legs=legs, posture=posture, hold=hold, package_path=package_path,
+        feet=feet, legs=legs, posture=posture, held=held, package_path=package_path,
         xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward, mend=mend or None,
         mass=mass, density=density, effort=effort, velocity=velocity,
     )  # fmt: skip
     loaded = load_robot(robot, options=options)
     fitted = fit_gait(
         loaded, gait or default_gait(loaded), stroke, heading=math.radians(heading),
-        turn_rate=math.radians(turn), **given(cycle_time=cycle, duty=duty, lift=lift),
+        turn_rate=math.radians(turn_rate), **given(cycle_time=cycle_time, duty=duty, lift=lift),
     )  # fmt: skip
     chosen = fitted.gait
     time = max(LEAST_DURATION, WALKED_CYCLES * chosen.cycle_time) if duration is None else duration
@@ -209,8 +211,9 @@ def walk(
         echo(line)
     case = Case(
         scene, KinematicControl(chosen), duration=time,
-        accuracy=accuracy, torque_accuracy=_number_or_share(torque_accuracy), estimate=not once,
-        method=method, step=step, sample=sample, record=comma_list(record),
+        accuracy=accuracy, torque_accuracy=_number_or_share(torque_accuracy),
+        estimate=not no_estimate, method=method,
+        step=step, sample=sample, record=comma_list(record),
         limits=chosen_limits(None, force),
     )  # fmt: skip
     if case_path is not None:

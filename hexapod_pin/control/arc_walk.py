@@ -390,8 +390,8 @@ def _yaw(walk: ArcWalk, sense: float, mean: float) -> MotionFunction:
     period, a = walk.gait.cycle_time, sense * walk.amplitude
     lifted = walk.gait.duty * period
     if walk.profile == "step":
-        back = Step(begin=0.0, end=lifted, initial=mean + a, final=mean - a)
-        return Sum(terms=(back, Step(begin=lifted, end=period, initial=0.0, final=2.0 * a)))
+        back = Step(start=0.0, end=lifted, initial=mean + a, final=mean - a)
+        return Sum(terms=(back, Step(start=lifted, end=period, initial=0.0, final=2.0 * a)))
     length, rate = period - lifted, -2.0 * a / lifted
     h, dh, _ = adams_step(np.array([BLEND_SHARE, 1.0 - BLEND_SHARE]))
     blended = mean - a + 2.0 * a * h
@@ -410,5 +410,5 @@ def _lift(walk: ArcWalk, sense: float, mean: float) -> MotionFunction:
     period, up = walk.gait.cycle_time, sense * walk.lift_angle
     lifted = walk.gait.duty * period
     middle = 0.5 * (lifted + period)
-    rise = Step(begin=lifted, end=middle, initial=mean, final=mean + up)
-    return Sum(terms=(rise, Step(begin=middle, end=period, initial=0.0, final=-up)))
+    rise = Step(start=lifted, end=middle, initial=mean, final=mean + up)
+    return Sum(terms=(rise, Step(start=middle, end=period, initial=0.0, final=-up)))

@@ -271,10 +271,10 @@ class _Transition(MotionFunction):
     """From one value to another between two times; the shape is that of the final classes.
 
     Raises:
-        ParameterError: `end` is not after `begin`.
+        ParameterError: `end` is not after `start`.
     """
 
-    begin: float
+    start: float
     end: float
     initial: float
     final: float
@@ -282,9 +282,9 @@ class _Transition(MotionFunction):
     def __init__(self, /, **fields: Any) -> None:
         """Check the times."""
         super().__init__(**fields)
-        if not self.end > self.begin:
+        if not self.end > self.start:
             name = type(self).__name__
-            raise ParameterError(f"{name}.end", self.end, f"after {name}.begin = {self.begin:g} s")
+            raise ParameterError(f"{name}.end", self.end, f"after {name}.start = {self.start:g} s")
 
     @staticmethod
     @abstractmethod
@@ -293,21 +293,21 @@ class _Transition(MotionFunction):
 
     def value_and_rate(self, time: Array) -> tuple[Array, Array]:
         """Return the value and its derivative at times [s], of their shape."""
-        length, change = self.end - self.begin, self.final - self.initial
-        h, dh, _ = self._shape((time - self.begin) / length)
+        length, change = self.end - self.start, self.final - self.initial
+        h, dh, _ = self._shape((time - self.start) / length)
         return self.initial + change * h, change / length * dh
 
     def acceleration(self, time: Array, inside: Array | None = None) -> Array:
         """Return the second derivative; 0 before the begin and from the end on, unless `inside`."""
         at = np.asarray(time if inside is None else inside)
-        length = self.end - self.begin
-        bend = self._shape((time - self.begin) / length)[2]
-        moving = (at >= self.begin) & (at < self.end)
+        length = self.end - self.start
+        bend = self._shape((time - self.start) / length)[2]
+        moving = (at >= self.start) & (at < self.end)
         return np.where(moving, (self.final - self.initial) / length**2 * bend, 0.0)
 
     def kinks_until(self, end: float) -> tuple[float, ...]:
         """Return begin and end: there a derivative jumps [s]."""
-        return self.begin, self.end
+        return self.start, self.end
 
     @property
     def shortest_time(self) -> float:
@@ -319,13 +319,13 @@ class Step(_Transition):
     """ADAMS' STEP(time, begin, initial, end, final): cubic, the acceleration jumps at both ends.
 
     Attributes:
-        begin: [s].
-        end: after `begin` [s].
-        initial: value until `begin`; unit of what it describes.
+        start: [s].
+        end: after `start` [s].
+        initial: value until `start`; unit of what it describes.
         final: value from `end` on.
 
     Raises:
-        ParameterError: `end` is not after `begin`.
+        ParameterError: `end` is not after `start`.
     """
 
     kind: Literal["step"] = "step"
@@ -339,13 +339,13 @@ class Step5(_Transition):
     """ADAMS' STEP5(time, begin, initial, end, final): quintic, twice continuously differentiable.
 
     Attributes:
-        begin: [s].
-        end: after `begin` [s].
-        initial: value until `begin`; unit of what it describes.
+        start: [s].
+        end: after `start` [s].
+        initial: value until `start`; unit of what it describes.
         final: value from `end` on.
 
     Raises:
-        ParameterError: `end` is not after `begin`.
+        ParameterError: `end` is not after `start`.
     """
 
     kind: Literal["step5"] = "step5"
@@ -359,13 +359,13 @@ class Havsin(_Transition):
     """ADAMS' HAVSIN(time, begin, initial, end, final): half a sine, the acceleration jumps.
 
     Attributes:
-        begin: [s].
-        end: after `begin` [s].
-        initial: value until `begin`; unit of what it describes.
+        start: [s].
+        end: after `start` [s].
+        initial: value until `start`; unit of what it describes.
         final: value from `end` on.
 
     Raises:
-        ParameterError: `end` is not after `begin`.
+        ParameterError: `end` is not after `start`.
     """
 
     kind: Literal["havsin"] = "havsin"
@@ -377,4 +377,4 @@ class Havsin(_Transition):
     @property
     def shortest_time(self) -> float:
         """Time in which it is close to a polynomial: a quarter of its sine's period [s]."""
-        return 2.0 * (self.end - self.begin) / PIECES_PER_PERIOD
+        return 2.0 * (self.end - self.start) / PIECES_PER_PERIOD

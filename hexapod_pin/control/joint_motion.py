@@ -69,7 +69,7 @@ class JointMotion:
             of range.
 
     Example:
-        >>> lift = hp.Step(begin=0.5, end=1.0, initial=0.0, final=0.1)
+        >>> lift = hp.Step(start=0.5, end=1.0, initial=0.0, final=0.1)
         >>> plan = hp.JointMotion({"lf_coxa_joint": lift}).plan(robot, 2.0)
     """
 
@@ -233,13 +233,13 @@ def refuse_beyond_limits(robot: Robot, plan: JointTrajectory, owner: str) -> Non
             f"{owner}: angle of {robot.joint_names[joint]} at t = {when:.4g} s", value,
             f"{robot.lower[joint]:.4f} to {robot.upper[joint]:.4f} rad",
         )  # fmt: skip
-    limit = robot.velocity * (1.0 + RATE_TOLERANCE)
+    limit = robot.velocity_limit * (1.0 + RATE_TOLERANCE)
     found = _first_beyond(plan.time, rate, -limit, limit)
     if found is not None:
         joint, when, value = found
         raise ParameterError(
             f"{owner}: rate of {robot.joint_names[joint]} at t = {when:.4g} s", value,
-            f"-{robot.velocity[joint]:g} to {robot.velocity[joint]:g} rad/s",
+            f"-{robot.velocity_limit[joint]:g} to {robot.velocity_limit[joint]:g} rad/s",
         )  # fmt: skip
 
 

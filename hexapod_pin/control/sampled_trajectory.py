@@ -75,8 +75,8 @@ class SampledTrajectory:
             self._check(robot, outside, q)
             self._check_moves(robot, q)
             moving = np.ptp(q, axis=0) > 0.0
-            if np.isfinite(robot.velocity[moving]).any():
-                kind, (time, q) = "linear", coordinated_moves(time, q, robot.velocity)
+            if np.isfinite(robot.velocity_limit[moving]).any():
+                kind, (time, q) = "linear", coordinated_moves(time, q, robot.velocity_limit)
         return JointTrajectory(
             time=time,
             q=q,
@@ -100,13 +100,13 @@ class SampledTrajectory:
 
     def _check_moves(self, robot: Robot, q: Array) -> None:
         """Refuse a move of a joint that cannot turn."""
-        still = ~(robot.velocity > 0.0)
+        still = ~(robot.velocity_limit > 0.0)
         for knot, joint in np.argwhere((np.diff(q, axis=0) != 0.0) & still):
             raise ParameterError(
                 f"SampledTrajectory.q of {robot.joint_names[joint]} at t = {self._begin(knot + 1)}",
                 float(q[knot + 1, joint]),
                 f"{q[knot, joint]:.4f} rad as before: its velocity limit is "
-                f"{robot.velocity[joint]:g} rad/s",
+                f"{robot.velocity_limit[joint]:g} rad/s",
             )
 
     def _begin(self, knot: int) -> str:

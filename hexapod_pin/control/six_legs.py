@@ -205,7 +205,7 @@ def six_legs(robot: Robot) -> SixLegs:
         kinematics=kinematics,
         radius=read_only(radius),
         soles=read_only(kinematics.neutral_feet[:, 2] - radius),
-        max_rate=read_only(robot.velocity[index]),
+        max_rate=read_only(robot.velocity_limit[index]),
         joint_index=index,
         posture=read_only(robot.posture),
     )

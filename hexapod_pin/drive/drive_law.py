@@ -44,7 +44,7 @@ def drive_law(robot: Robot, servo: Servo, stops: JointStops) -> DriveLaw:
 def torque_cap(robot: Robot, servo: Servo) -> Array:
     """Return the largest torque of each joint at any speed (n,) [N m]; inf where there is none."""
     n = len(robot.joint_names)
-    cap = np.array(robot.effort, dtype=float) if servo.limited else np.full(n, np.inf)
+    cap = np.array(robot.effort_limit, dtype=float) if servo.limited else np.full(n, np.inf)
     peaks = [motor.peak_torque if motor else None for motor in servo.motors(robot)]
     least: Array = np.minimum(cap, [np.inf if peak is None else peak for peak in peaks])
     return least
@@ -53,7 +53,7 @@ def torque_cap(robot: Robot, servo: Servo) -> Array:
 def torque_limit(robot: Robot, servo: Servo) -> Array:
     """Return the largest torque of each joint by effort, peak and stall torque (n,) [N m]."""
     stall = [m.stall_torque * m.voltage_ratio if m else np.inf for m in servo.motors(robot)]
-    least: Array = np.minimum(np.minimum(torque_cap(robot, servo), robot.effort), stall)
+    least: Array = np.minimum(np.minimum(torque_cap(robot, servo), robot.effort_limit), stall)
     return least
 
 

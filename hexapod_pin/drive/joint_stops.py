@@ -72,7 +72,7 @@ class JointStops(Spec):
             give: by how much the largest torque gives way [rad].
             sliding_give: by how much the largest force of joints that slide does [m].
         """
-        turning, sliding = robot.effort[robot.turning], robot.effort[~robot.turning]
+        turning, sliding = robot.effort_limit[robot.turning], robot.effort_limit[~robot.turning]
         return cls(
             stiffness=(float(turning.max()) if turning.size else 0.0) / give,
             sliding_stiffness=float(sliding.max()) / sliding_give if sliding.size else None,

@@ -152,7 +152,7 @@ def assumed_gains(robot: Robot) -> AssumedGains:
     their static force, no less than a third of the weight.
     """
     slides = ~robot.turning
-    effort = float(robot.effort[~slides].max()) if (~slides).any() else 0.0
+    effort = float(robot.effort_limit[~slides].max()) if (~slides).any() else 0.0
     arm, weight = leg_length(robot), STANDARD_GRAVITY * robot.total_mass
     load = _load(robot, ~slides, LEAST_ARM * arm * weight / SUPPORT)
     kp: float = effort / FULL_EFFORT_ERROR
@@ -333,7 +333,7 @@ class Servo(Spec):
             ParameterError: a gain is negative or not finite, the error or the time not positive.
         """
         error, time = require_factor(error, "error"), require_factor(time, "time")
-        efforts = robot.effort[robot.turning]
+        efforts = robot.effort_limit[robot.turning]
         effort = float(efforts.max()) if efforts.size else 0.0
         stiffness = effort / error
         return cls(

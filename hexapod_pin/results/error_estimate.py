@@ -67,13 +67,15 @@ class ErrorEstimate(Immutable):
         largest: Array = np.maximum(np.maximum(self.place, self.turn), self.joint)
         return largest
 
-    def scaled(self, share: float) -> ErrorEstimate:
+    def scaled(self, error_fraction: float) -> ErrorEstimate:
         """Return the errors times a share [-]."""
-        return ErrorEstimate(**{name: share * error for name, error in self.arrays.items()})
+        return ErrorEstimate(
+            **{name: error_fraction * error for name, error in self.arrays.items()}
+        )
 
     @classmethod
     def between(
-        cls, run: Mapping[str, Array], companion: Mapping[str, Array], share: float
+        cls, run: Mapping[str, Array], companion: Mapping[str, Array], error_fraction: float
     ) -> ErrorEstimate:
         """Return the estimate for a run from a companion of another resolution.
 
@@ -81,7 +83,7 @@ class ErrorEstimate(Immutable):
             run: samples of the run whose error it is: "q" and, where they are known, "torque" and
                 "foot_force", as of `Trace`.
             companion: those of the same case, at the same times.
-            share: of the difference that the error is at most [-].
+            error_fraction: of the difference that the error is at most [-].
         """
         q, other = run["q"], companion["q"]
         differences = {
@@ -95,7 +97,7 @@ class ErrorEstimate(Immutable):
         if "foot_force" in run:
             length = np.linalg.norm(run["foot_force"] - companion["foot_force"], axis=2)
             differences["foot_force"] = length.max(axis=1, initial=0.0)
-        return cls(**{k: share * np.maximum.accumulate(d) for k, d in differences.items()})
+        return cls(**{k: error_fraction * np.maximum.accumulate(d) for k, d in differences.items()})
 
 
 def angle_between(found: Array, wanted: Array) -> Array:

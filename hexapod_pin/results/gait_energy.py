@@ -54,7 +54,7 @@ NAMES = ("scene", "gait")
 RULES = {
     "speed": ArrayRule(("speed",), "m/s", least=0.0),
     "duty": ArrayRule(("gait",), least=0.0),
-    "step_height": ArrayRule((), "m", least=0.0),
+    "lift": ArrayRule((), "m", least=0.0),
     "copper_loss": ArrayRule(("motor",), "W/(N m)^2", least=0.0),
 }
 """Names and numbers of a file besides the arrays of `LAYOUT`."""
@@ -111,7 +111,7 @@ class GaitEnergy(Immutable):
         gaits: G names.
         duty: of each gait [-]. Shape (G,).
         speed: commanded, stroke / (duty * cycle_time) [m/s]. Shape (V,).
-        step_height: lift of the swing feet, the same for all [m].
+        lift: lift of the swing feet, the same for all [m].
         copper_loss: electrical loss of each joint over torque^2, gamma of `physics`: R / (k N)^2
             for a motor of resistance R and torque constant k behind a gear N [W/(N m)^2], of the
             first scene's joints. Shape (n,).
@@ -139,7 +139,7 @@ class GaitEnergy(Immutable):
     gaits: tuple[str, ...]
     duty: Array
     speed: Array
-    step_height: float
+    lift: float
     copper_loss: Array
     cost_of_transport: Array
     cost_of_transport_positive: Array
@@ -284,7 +284,7 @@ class GaitEnergy(Immutable):
             "gait": Column(("gait",), np.array(self.gaits, dtype=object), {}),
             "speed": Column(("speed",), self.speed, described("m/s", "commanded speed")),
             "duty": Column(("gait",), self.duty, described("1", "share of the cycle in stance")),
-            "step_height": Column((), np.array(self.step_height), described("m", "foot lift")),
+            "lift": Column((), np.array(self.lift), described("m", "foot lift")),
             "copper_loss": Column(("motor",), self.copper_loss, loss),
         }
         return grid_group(self, LAYOUT, axes, GRID, SCHEMA)
@@ -307,7 +307,7 @@ class GaitEnergy(Immutable):
                 gaits=tuple(arrays["gait"]),
                 duty=arrays["duty"],
                 speed=arrays["speed"],
-                step_height=float(arrays["step_height"]),
+                lift=float(arrays["lift"]),
                 copper_loss=arrays["copper_loss"],
                 **grid_fields(arrays, LAYOUT),
             )

@@ -38,21 +38,21 @@ class JointBudget:
 
     joint: str
     kind: str  # "coxa", "femur", "tibia", "held", "slide", or "joint" where it cannot be told
-    peak_torque: float  # largest |torque| [N m]
-    peak_time: float  # its time [s]
+    torque_peak: float  # largest |torque| [N m]
+    torque_peak_time: float  # its time [s]
     effort_limit: float  # [N m]
     at_limit: float  # share of the time (of samples) at the effort limit, 0 to 1
-    p99_torque: float  # 99th percentile of |torque| [N m]
-    rms_torque: float  # square root of the time average of torque^2 [N m]
-    peak_speed: float  # largest |rate| [rad/s]
-    rms_speed: float  # [rad/s]
-    peak_power: float  # largest |torque * rate| [W]
+    torque_p99: float  # 99th percentile of |torque| [N m]
+    torque_rms: float  # square root of the time average of torque^2 [N m]
+    speed_peak: float  # largest |rate| [rad/s]
+    speed_rms: float  # [rad/s]
+    power_peak: float  # largest |torque * rate| [W]
     positive_energy: float  # work given by the joint [J], >= 0
     negative_energy: float  # work taken up by the joint [J], <= 0
     # How far they may be off for the run's own error [N m]; None where it is not known.
-    peak_error: float | None = None
-    p99_error: float | None = None
-    rms_error: float | None = None
+    torque_peak_error: float | None = None
+    torque_p99_error: float | None = None
+    torque_rms_error: float | None = None
 
     @property
     def absolute_energy(self) -> float:
@@ -70,7 +70,7 @@ class KindBudget:
     p99: JointBudget  # ... with the largest 99th percentile
     rms: JointBudget  # ... with the largest RMS torque
     speed: JointBudget  # ... with the largest peak speed
-    rms_speed: JointBudget  # ... with the largest RMS speed
+    speed_rms: JointBudget  # ... with the largest RMS speed
     power: JointBudget  # ... with the largest peak power
     positive_energy: float  # of all joints of the kind, per cycle (or window) [J]
     negative_energy: float  # [J], <= 0
@@ -94,26 +94,26 @@ def summary_rows(summary: Summary) -> tuple[JointBudget, ...]:
     """Return one row per joint from what was gathered at accepted steps."""
     robot = summary.run.robot
     kinds = joint_kinds(summary.joint_names, len(summary.foot_names), robot.joint_kinds)
-    limits = robot.effort(len(kinds))
+    limits = robot.effort_limit(len(kinds))
     peak, p99, rms = map(summary.error_of, ("torque_peak", "torque_p99", "torque_rms"))
     return tuple(
         JointBudget(
             joint=summary.joint_names[k],
             kind=kind,
-            peak_torque=float(abs(summary.torque_peak[k])),
-            peak_time=float(summary.torque_peak_time[k]),
+            torque_peak=float(abs(summary.torque_peak[k])),
+            torque_peak_time=float(summary.torque_peak_time[k]),
             effort_limit=float(limits[k]),
             at_limit=float(summary.at_limit[k]),
-            p99_torque=float(summary.torque_p99[k]),
-            rms_torque=float(summary.torque_rms[k]),
-            peak_speed=float(abs(summary.speed_peak[k])),
-            rms_speed=float(summary.speed_rms[k]),
-            peak_power=float(abs(summary.power_peak[k])),
+            torque_p99=float(summary.torque_p99[k]),
+            torque_rms=float(summary.torque_rms[k]),
+            speed_peak=float(abs(summary.speed_peak[k])),
+            speed_rms=float(summary.speed_rms[k]),
+            power_peak=float(abs(summary.power_peak[k])),
             positive_energy=float(summary.positive_energy[k]),
             negative_energy=float(summary.negative_energy[k]),
-            peak_error=_known(peak[k]),
-            p99_error=_known(p99[k]),
-            rms_error=_known(rms[k]),
+            torque_peak_error=_known(peak[k]),
+            torque_p99_error=_known(p99[k]),
+            torque_rms_error=_known(rms[k]),
         )
         for k, kind in enumerate(kinds)
     )
@@ -132,15 +132,15 @@ def _joint_row(trace: Trace, window: Window, k: int, kind: str, limit: float) ->
     return JointBudget(
         joint=trace.joint_names[k],
         kind=kind,
-        peak_torque=float(np.max(size)),
-        peak_time=float(time[np.argmax(size)]),
+        torque_peak=float(np.max(size)),
+        torque_peak_time=float(time[np.argmax(size)]),
         effort_limit=limit,
         at_limit=float(np.mean(size >= LIMITED_TORQUE_SHARE * limit)),
-        p99_torque=float(np.percentile(size, 99.0)),
-        rms_torque=_rms(time, torque),
-        peak_speed=float(np.max(np.abs(rate))),
-        rms_speed=_rms(time, rate),
-        peak_power=float(np.max(np.abs(power))),
+        torque_p99=float(np.percentile(size, 99.0)),
+        torque_rms=_rms(time, torque),
+        speed_peak=float(np.max(np.abs(rate))),
+        speed_rms=_rms(time, rate),
+        power_peak=float(np.max(np.abs(power))),
         positive_energy=_integral(time, np.maximum(power, 0.0)) / window.parts,
         negative_energy=_integral(time, np.minimum(power, 0.0)) / window.parts,
     )
@@ -169,12 +169,12 @@ def _kind_row(kind: str, rows: Sequence[JointBudget]) -> KindBudget:
         return max(rows, key=lambda row: getattr(row, quantity))
 
     worsts: dict[str, Any] = {
-        "peak": worst("peak_torque"),
-        "p99": worst("p99_torque"),
-        "rms": worst("rms_torque"),
-        "speed": worst("peak_speed"),
-        "rms_speed": worst("rms_speed"),
-        "power": worst("peak_power"),
+        "peak": worst("torque_peak"),
+        "p99": worst("torque_p99"),
+        "rms": worst("torque_rms"),
+        "speed": worst("speed_peak"),
+        "speed_rms": worst("speed_rms"),
+        "power": worst("power_peak"),
     }
     return KindBudget(
         kind=kind,
@@ -246,14 +246,14 @@ def kind_lines(kinds: Sequence[KindBudget], per: str) -> list[str]:
     """Return one line per kind of joint, and below each quantity the joint that sets it."""
     rows: list[list[str]] = []
     for row in kinds:
-        worst = [row.peak, row.p99, row.rms, row.speed, row.rms_speed, row.power]
+        worst = [row.peak, row.p99, row.rms, row.speed, row.speed_rms, row.power]
         values = (
-            row.peak.peak_torque,
-            row.p99.p99_torque,
-            row.rms.rms_torque,
-            row.speed.peak_speed,
-            row.rms_speed.rms_speed,
-            row.power.peak_power,
+            row.peak.torque_peak,
+            row.p99.torque_p99,
+            row.rms.torque_rms,
+            row.speed.speed_peak,
+            row.speed_rms.speed_rms,
+            row.power.power_peak,
             row.positive_energy,
             row.negative_energy,
         )
@@ -261,7 +261,7 @@ def kind_lines(kinds: Sequence[KindBudget], per: str) -> list[str]:
         rows.append(
             ["  worst leg", *(_leg(joint.joint, row.kind) for joint in worst), "all", "all"]
         )
-        errors = (row.peak.peak_error, row.p99.p99_error, row.rms.rms_error)
+        errors = (row.peak.torque_peak_error, row.p99.torque_p99_error, row.rms.torque_rms_error)
         if any(error is not None for error in errors):
             told = ["" if error is None else f"±{error:.1g}" for error in errors]
             rows.append(["  error of the run", *told, *[""] * 5])
@@ -274,15 +274,15 @@ def joint_lines(joints: Sequence[JointBudget], per: str) -> list[str]:
     rows = [
         [
             row.joint,
-            f"{row.peak_torque:.4g}{'*' if row.at_limit else ' '}",
-            f"{row.p99_torque:.4g}",
-            f"{row.rms_torque:.4g}",
-            f"{row.peak_speed:.4g}",
-            f"{row.rms_speed:.4g}",
-            f"{row.peak_power:.4g}",
+            f"{row.torque_peak:.4g}{'*' if row.at_limit else ' '}",
+            f"{row.torque_p99:.4g}",
+            f"{row.torque_rms:.4g}",
+            f"{row.speed_peak:.4g}",
+            f"{row.speed_rms:.4g}",
+            f"{row.power_peak:.4g}",
             f"{row.positive_energy:.4g}",
             f"{row.negative_energy:.4g}",
-            f"{row.peak_time:.3f}",
+            f"{row.torque_peak_time:.3f}",
             "-" if math.isinf(row.effort_limit) else f"{row.effort_limit:.4g}",
             f"{100.0 * row.at_limit:.1f}",
         ]

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hexapod_pin.results.sizing import JointDemand
 
 
-USES = ("peak", "continuous", "holding", "speed")
+USES = ("peak_use", "continuous_use", "holding_use", "speed_use")
 """What a motor is judged by."""
 
 
@@ -32,26 +32,26 @@ class KindUse:
 
     Attributes:
         kind: of the joints.
-        peak: largest torque over the motor's line at that speed, derated [-].
-        continuous: RMS torque over the continuous torque [-].
-        holding: the larger of static torque on all feet over the continuous torque, and in the
+        peak_use: largest torque over the motor's line at that speed, derated [-].
+        continuous_use: RMS torque over the continuous torque [-].
+        holding_use: the larger of static torque on all feet over the continuous torque, and in the
             worst stance of the walk over the derated stall torque [-].
-        lost_leg: the same with one leg lost, over the derated stall torque [-]; NaN where the robot
-            cannot stand without a leg in some stance.
-        speed: largest speed over the no-load speed at the voltage under load [-].
-        outside: largest share of samples outside the derated line [-].
+        lost_leg_use: the same with one leg lost, over the derated stall torque [-]; NaN where the
+            robot cannot stand without a leg in some stance.
+        speed_use: largest speed over the no-load speed at the voltage under load [-].
+        outside_share: largest share of samples outside the derated line [-].
         inertia_ratio: load inertia over reflected rotor inertia [-]; NaN where it is not known.
         walk: in which walk each was largest, by the names of `USES`.
         reasons: why it does not pass; empty where it does.
     """
 
     kind: str
-    peak: float
-    continuous: float
-    holding: float
-    lost_leg: float
-    speed: float
-    outside: float
+    peak_use: float
+    continuous_use: float
+    holding_use: float
+    lost_leg_use: float
+    speed_use: float
+    outside_share: float
     inertia_ratio: float
     walk: Mapping[str, str]
     reasons: tuple[str, ...]
@@ -89,24 +89,24 @@ class MotorCandidate:
 
     Attributes:
         motors: of each kind of joint.
-        robot_mass: of the robot with them [kg].
+        total_mass: of the robot with them [kg].
         motor_mass: of all motors [kg].
         uses: of each kind of joint.
         runs: of each walk, with the motors' lines acting.
         notes: what was assumed of the masses.
-        battery_peak: largest current of all motors together [A]; NaN where it is not known.
-        battery_mean: its mean [A].
+        battery_current_peak: largest current of all motors together [A]; NaN where it is not known.
+        battery_current_mean: its mean [A].
         price: of all motors; None where one is not known.
     """
 
     motors: Mapping[str, MotorRecord]
-    robot_mass: float
+    total_mass: float
     motor_mass: float
     uses: tuple[KindUse, ...]
     runs: tuple[WalkRun, ...]
     notes: tuple[str, ...] = ()
-    battery_peak: float = math.nan
-    battery_mean: float = math.nan
+    battery_current_peak: float = math.nan
+    battery_current_mean: float = math.nan
     price: float | None = None
 
     @property
@@ -180,8 +180,8 @@ class MotorSelection:
     """Motors ranked for a robot.
 
     Attributes:
-        robot: its name.
-        mass: of the robot as its file says [kg].
+        robot_name: its name.
+        total_mass: of the robot as its file says [kg].
         contained: mass of each motor that the file contains [kg].
         walks: names of the walks that must be carried.
         candidates: every motor on all joints: those that pass first, the lightest first; then the
@@ -199,8 +199,8 @@ class MotorSelection:
         interrupted: whether Ctrl-C ended it early.
     """
 
-    robot: str
-    mass: float
+    robot_name: str
+    total_mass: float
     contained: float
     walks: tuple[str, ...]
     candidates: tuple[MotorCandidate, ...]
@@ -260,12 +260,12 @@ SHOWN = 12
 """Motors of the text table that do not pass; all are in the CSV file."""
 
 COLUMNS = (
-    ("peak", "peak [-]"),
-    ("continuous", "continuous [-]"),
-    ("holding", "holding [-]"),
-    ("lost_leg", "holding, a leg lost [-]"),
-    ("speed", "speed [-]"),
-    ("outside", "share outside the line [-]"),
+    ("peak_use", "peak [-]"),
+    ("continuous_use", "continuous [-]"),
+    ("holding_use", "holding [-]"),
+    ("lost_leg_use", "holding, a leg lost [-]"),
+    ("speed_use", "speed [-]"),
+    ("outside_share", "share outside the line [-]"),
     ("inertia_ratio", "inertia ratio [-]"),
 )
 """Field and heading of what stands in the CSV file for each kind of joint."""
@@ -279,7 +279,7 @@ def selection_table(selection: MotorSelection) -> str:
 
 def _heading(s: MotorSelection) -> list[str]:
     lines = [
-        f"Motors for {s.robot}: {s.mass:.4g} kg as its file says, "
+        f"Motors for {s.robot_name}: {s.total_mass:.4g} kg as its file says, "
         f"motors of {1e3 * s.contained:.3g} g each among it",
         f"{len(s.walks)} walks: {'; '.join(s.walks)}",
         f"catalogue: {s.catalog}",
@@ -317,11 +317,11 @@ def _ranking(s: MotorSelection) -> list[str]:
 def _row(candidate: MotorCandidate, width: int) -> str:
     mark = "pass" if candidate.passes else "FAIL"
     uses = "".join(f"{_uses(use):<31}" for use in candidate.uses)
-    return f"{candidate.name:<{width}}  {candidate.robot_mass:.2f} kg {uses}{mark}"
+    return f"{candidate.name:<{width}}  {candidate.total_mass:.2f} kg {uses}{mark}"
 
 
 def _uses(use: KindUse) -> str:
-    values = (use.peak, use.continuous, use.holding, use.speed)
+    values = (use.peak_use, use.continuous_use, use.holding_use, use.speed_use)
     return "/".join(f"{x:.2f}" if math.isfinite(x) else "-" for x in values) + (
         "" if use.passes else " *"
     )
@@ -333,13 +333,14 @@ def _choice(s: MotorSelection) -> list[str]:
     lines = ["Lightest motors for each kind of joint, masses fed back:"]
     for number, step in enumerate(s.iterations, start=1):
         state = "passes" if step.passes else f"fails: {step.reasons[0]}"
-        lines.append(f"  {number}. {step.name}: {step.robot_mass:.3f} kg, {state}")
+        lines.append(f"  {number}. {step.name}: {step.total_mass:.3f} kg, {state}")
     if s.choice is None:
         return [*lines, "  no choice: " + "; ".join(s.notes)]
     use = s.choice
     battery = (
-        f"; battery: {use.battery_peak:.3g} A peak, {use.battery_mean:.3g} A mean (estimate)"
-        if math.isfinite(use.battery_peak)
+        f"; battery: {use.battery_current_peak:.3g} A peak, {use.battery_current_mean:.3g} A mean "
+        "(estimate)"
+        if math.isfinite(use.battery_current_peak)
         else "; battery current unknown"
     )
     lines.append(f"  choice: {use.name}, {1e3 * use.motor_mass:.4g} g of motors{battery}")
@@ -357,8 +358,8 @@ def _notes(s: MotorSelection) -> list[str]:
 def selection_to_dict(selection: MotorSelection) -> dict[str, Any]:
     """Return all numbers as plain data; NaN and infinities as None."""
     plain = {
-        "robot": selection.robot,
-        "mass": selection.mass,
+        "robot_name": selection.robot_name,
+        "total_mass": selection.total_mass,
         "contained_motor_mass": selection.contained,
         "walks": list(selection.walks),
         "catalog": selection.catalog,
@@ -381,11 +382,11 @@ def _candidate(c: MotorCandidate) -> dict[str, Any]:
         "name": c.name,
         "passes": c.passes,
         "motors": {kind: record.name for kind, record in c.motors.items()},
-        "robot_mass": c.robot_mass,
+        "total_mass": c.total_mass,
         "motor_mass": c.motor_mass,
         "price": c.price,
-        "battery_peak": c.battery_peak,
-        "battery_mean": c.battery_mean,
+        "battery_current_peak": c.battery_current_peak,
+        "battery_current_mean": c.battery_current_mean,
         "kinds": {
             use.kind: {
                 **{name: getattr(use, name) for name, _ in COLUMNS},
@@ -425,8 +426,8 @@ def _rows(selection: MotorSelection) -> Iterator[list[Any]]:
             numbers = [_number(getattr(use, name)) for name, _ in COLUMNS]
             yield [
                 rank, record.model, record.voltage, use.kind, use.passes, c.passes, *numbers,
-                c.robot_mass, record.mass, "" if record.price is None else record.price,
-                _number(c.battery_peak), _number(c.battery_mean), walked,
+                c.total_mass, record.mass, "" if record.price is None else record.price,
+                _number(c.battery_current_peak), _number(c.battery_current_mean), walked,
                 "; ".join(use.reasons), record.source,
             ]  # fmt: skip
 

@@ -61,7 +61,7 @@ def judge_summaries(
     budgets = {name: torque_budget(summary) for name, summary in summaries.items()}
     run = budgets[RUN]
     floors = {
-        name: NEGLIGIBLE_SHARE * max(row.peak_torque for row in budget.joints)
+        name: NEGLIGIBLE_SHARE * max(row.torque_peak for row in budget.joints)
         for name, budget in budgets.items()
     }
 
@@ -69,7 +69,7 @@ def judge_summaries(
         return _verdict(name, rows, recomputations, floors, limited)
 
     return PeakVerdicts(
-        robot=run.robot,
+        robot_name=run.robot_name,
         window=run.window,
         recomputations=tuple(recomputations),
         joints=tuple(
@@ -98,7 +98,7 @@ def _verdict(
     limited: bool,
 ) -> PeakVerdict:
     """Return the verdict on the largest peak of some joints."""
-    peaks = _largest(rows, lambda row: row.peak_torque)
+    peaks = _largest(rows, lambda row: row.torque_peak)
     compared = [row for row in recomputations if row.name in peaks and row.baseline in peaks]
     led = {row.name: _peak_of_leader(rows[row.baseline], rows[row.name]) for row in compared}
     changes = {
@@ -110,7 +110,7 @@ def _verdict(
         for row in compared
     }
     moved = tuple(key for key, change in changes.items() if not abs(change) <= HOLDS_WITHIN)
-    worst = max(rows[ACCURACY if ACCURACY in rows else RUN], key=lambda row: row.peak_torque)
+    worst = max(rows[ACCURACY if ACCURACY in rows else RUN], key=lambda row: row.torque_peak)
     failed = [row for row in recomputations if row.failure]
     cut = limited and any(_reaches_limit(row) for each in rows.values() for row in each)
     verdict = UNKNOWN if failed else AT_LIMIT if cut else RANGE if moved else PEAK
@@ -123,14 +123,14 @@ def _verdict(
         name=name,
         kind=worst.kind,
         verdict=verdict,
-        torque=torque,
+        torque_peak=torque,
         computed=peaks,
         changes=changes,
         moved_by=moved,
         effort_limit=worst.effort_limit,
         at_limit=max(row.at_limit for each in rows.values() for row in each) if limited else 0.0,
-        p99=Spread.of(_largest(rows, lambda row: row.p99_torque)),
-        rms=Spread.of(_largest(rows, lambda row: row.rms_torque)),
+        torque_p99=Spread.of(_largest(rows, lambda row: row.torque_p99)),
+        torque_rms=Spread.of(_largest(rows, lambda row: row.torque_rms)),
         text=_sentence(verdict, torque, reasons, worst.effort_limit),
     )
 
@@ -141,8 +141,8 @@ def _largest(rows: Rows, number: Callable[[JointBudget], float]) -> dict[str, fl
 
 def _peak_of_leader(before: Sequence[JointBudget], after: Sequence[JointBudget]) -> float:
     """Return what has become of the largest peak: that of the same joint [N m]."""
-    leader = max(range(len(before)), key=lambda k: before[k].peak_torque)
-    return after[leader].peak_torque
+    leader = max(range(len(before)), key=lambda k: before[k].torque_peak)
+    return after[leader].torque_peak
 
 
 def _change(before: float, after: float, floor: float) -> float:
@@ -154,7 +154,7 @@ def _change(before: float, after: float, floor: float) -> float:
 
 
 def _reaches_limit(row: JointBudget) -> bool:
-    return row.at_limit > 0.0 or row.peak_torque >= LIMITED_TORQUE_SHARE * row.effort_limit
+    return row.at_limit > 0.0 or row.torque_peak >= LIMITED_TORQUE_SHARE * row.effort_limit
 
 
 def _sentence(verdict: str, torque: Spread, reasons: Sequence[str], limit: float) -> str:
@@ -187,7 +187,7 @@ def outside_notes(
     summaries: Mapping[str, Summary], budgets: Mapping[str, TorqueBudget]
 ) -> tuple[str, ...]:
     """Return a line on torques outside the window that are larger than those within."""
-    within = max(row.peak_torque for budget in budgets.values() for row in budget.joints)
+    within = max(row.torque_peak for budget in budgets.values() for row in budget.joints)
     outside = [float(abs(summary.outside_torque).max()) for summary in summaries.values()]
     if not max(outside) > within:
         return ()

@@ -94,29 +94,29 @@ class PeakVerdict(Immutable):
         verdict: "peak": it holds; "range": something moved it; "at the limit": a computation
             reached the torque limit, which cuts what it would have been; "range unknown": a
             computation failed.
-        torque: the peak [N m]: best estimate, least and largest of all that was computed.
+        torque_peak: the peak [N m]: best estimate, least and largest of all that was computed.
         computed: the peak of each computation that ran [N m], the run's own among them.
         changes: by which share each change moved it [-]; only those that ran. Of a kind: the peak
             of all its joints or of the joint that had set it, whichever moved further.
         moved_by: changes that moved it by more than 5 %.
         effort_limit: of the joint, or of the kind's joint with the largest peak [N m].
         at_limit: largest share of the time at the torque limit [-].
-        p99: 99th percentile of |torque| [N m].
-        rms: RMS torque [N m].
+        torque_p99: 99th percentile of |torque| [N m].
+        torque_rms: RMS torque [N m].
         text: the verdict as a sentence.
     """
 
     name: str
     kind: str
     verdict: str
-    torque: Spread
+    torque_peak: Spread
     computed: Mapping[str, float]
     changes: Mapping[str, float]
     moved_by: tuple[str, ...]
     effort_limit: float
     at_limit: float
-    p99: Spread
-    rms: Spread
+    torque_p99: Spread
+    torque_rms: Spread
     text: str
 
     def __post_init__(self) -> None:
@@ -132,7 +132,9 @@ class PeakVerdict(Immutable):
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data."""
         plain = {key: getattr(self, key) for key in self.__dataclass_fields__}
-        spreads = {key: getattr(self, key).to_dict() for key in ("torque", "p99", "rms")}
+        spreads = {
+            key: getattr(self, key).to_dict() for key in ("torque_peak", "torque_p99", "torque_rms")
+        }
         maps = {key: dict(getattr(self, key)) for key in ("computed", "changes")}
         return {**plain, **spreads, **maps, "moved_by": list(self.moved_by)}
 
@@ -151,7 +153,7 @@ class PeakVerdicts:
     """The peaks of a whole robot with their verdicts; `table()` prints them.
 
     Attributes:
-        robot: name of the robot.
+        robot_name: name of the robot.
         window: the time that peaks are taken from, of the run.
         recomputations: what was changed, and what came of it.
         joints: one verdict per joint, in the run's order.
@@ -162,7 +164,7 @@ class PeakVerdicts:
         assumed: statements of what is assumed rather than taken from a source.
     """
 
-    robot: str
+    robot_name: str
     window: Window
     recomputations: tuple[Recomputation, ...]
     joints: tuple[PeakVerdict, ...]
@@ -197,7 +199,7 @@ class PeakVerdicts:
         """Return all numbers as plain data [N m, N s, shares]; NaN and infinities as None."""
         plain: dict[str, Any] = without_non_finite(
             {
-                "robot": self.robot,
+                "robot_name": self.robot_name,
                 "window": asdict(self.window),
                 "holds_within": HOLDS_WITHIN,
                 "negligible_share": NEGLIGIBLE_SHARE,
@@ -257,7 +259,7 @@ def verdict_text(verdicts: PeakVerdicts) -> str:
     per = "window" if window.cycles is None else "cycle"
     parts = (
         [
-            f"Peaks with a verdict, {verdicts.robot}",
+            f"Peaks with a verdict, {verdicts.robot_name}",
             f"window: {window.start:.4g} to {window.end:.4g} s{cycles}",
             *verdicts.sources,
         ],
@@ -287,12 +289,12 @@ def _rows(rows: Sequence[PeakVerdict], changes: Sequence[Recomputation]) -> list
         [
             row.name,
             row.verdict,
-            f"{row.torque.value:.4g}" if row.verdict == PEAK else _span(row.torque),
+            f"{row.torque_peak.value:.4g}" if row.verdict == PEAK else _span(row.torque_peak),
             *(_percent(row, change.name) for change in tried),
-            f"{row.p99.value:.4g}",
-            _span(row.p99),
-            f"{row.rms.value:.4g}",
-            _span(row.rms),
+            f"{row.torque_p99.value:.4g}",
+            _span(row.torque_p99),
+            f"{row.torque_rms.value:.4g}",
+            _span(row.torque_rms),
             f"{row.effort_limit:.4g}",
         ]
         for row in rows

@@ -31,7 +31,7 @@ class PhaseNumbers(NamedTuple):
     peak: Array  # largest size (2, n) [N m]
     rms: Array  # (2, n) [N m]
     time: Array  # of each phase in the window (2, n) [s]
-    rms_error: Array  # how far sampling may have moved `rms` (2, n) [N m]
+    torque_rms_error: Array  # how far sampling may have moved `rms` (2, n) [N m]
 
 
 def scheduled_phase_torque(trace: Trace, down: NDArray[np.bool_]) -> PhaseNumbers:
@@ -90,12 +90,12 @@ class PhaseTorque:
     foot: str
     phase: str  # "retraction" or "protraction"
     share: float  # of the time, 0 to 1
-    peak_torque: float | None  # largest |torque| of the motor at the samples [N m]
-    p99_torque: float | None  # 99th percentile of |torque| [N m]
-    rms_torque: float | None  # [N m]
-    peak_moment: float | None  # largest total moment across the joint [N m]
-    p99_moment: float | None  # [N m]
-    rms_moment: float | None  # [N m]
+    torque_peak: float | None  # largest |torque| of the motor at the samples [N m]
+    torque_p99: float | None  # 99th percentile of |torque| [N m]
+    torque_rms: float | None  # [N m]
+    moment_peak: float | None  # largest total moment across the joint [N m]
+    moment_p99: float | None  # [N m]
+    moment_rms: float | None  # [N m]
 
 
 @explain_methods
@@ -194,8 +194,8 @@ def _sizes(
 
 
 def _numbers(row: PhaseTorque) -> tuple[float | None, ...]:
-    return (row.peak_torque, row.p99_torque, row.rms_torque,
-            row.peak_moment, row.p99_moment, row.rms_moment)  # fmt: skip
+    return (row.torque_peak, row.torque_p99, row.torque_rms,
+            row.moment_peak, row.moment_p99, row.moment_rms)  # fmt: skip
 
 
 def _text(value: float | None) -> str:

@@ -88,7 +88,7 @@ class RecordedRobot:
             raise ParameterError("Trace.run.robot", str(error), "that of a robot", hint) from error
 
     @property
-    def mass(self) -> float:
+    def total_mass(self) -> float:
         """With payloads [kg]."""
         return float(sum(body.mass for body in self.model.inertias))
 

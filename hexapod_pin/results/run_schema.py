@@ -42,8 +42,8 @@ from hexapod_pin.results.trace_layout import LAYOUT as TRACE_LAYOUT
 # What the numbers of a summary must be.
 
 NOT_NEGATIVE = (
-    "time", "torque_p99", "torque_rms", "limit_use", "speed_rms", "acceleration_rms",
-    "positive_energy", "slip_path", "loaded_time", "friction_work", "height_rms", "heave_rms",
+    "window_time", "torque_p99", "torque_rms", "limit_use", "speed_rms", "acceleration_rms",
+    "positive_energy", "slip_distance", "loaded_time", "friction_work", "height_rms", "heave_rms",
     "roll_rms", "pitch_rms", "roll_rate_rms", "pitch_rate_rms", "vertical_acceleration_rms",
 )  # fmt: skip
 """Numbers that have no sign."""
@@ -90,7 +90,7 @@ class _WholeCycles(FileData):
     @model_validator(mode="after")
     def _are_known(self) -> _WholeCycles:
         numbers = vars(self)
-        if numbers["time"] and len(numbers["way"]) > 1:
+        if numbers["window_time"] and len(numbers["path"]) > 1:
             for name in IN_THE_WINDOW:
                 value = numbers.get(name, ())
                 if isinstance(value, list) and None in value:
@@ -99,7 +99,7 @@ class _WholeCycles(FileData):
 
 
 FIELDS: dict[str, Any] = {"cycles": (Count | None, ...), "states": (Count, ...)} | {
-    name: (_field(name, axes), ... if name == "way" else None)
+    name: (_field(name, axes), ... if name == "path" else None)
     for name, (axes, _, _) in LAYOUT.items()
 }
 

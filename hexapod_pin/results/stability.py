@@ -51,7 +51,7 @@ class Stability(Immutable):
     Everything is projected along gravity, on slopes too. `GROUNDED` says which feet count.
 
     Attributes:
-        robot: name of the robot.
+        robot_name: name of the robot.
         window: which samples.
         weight: total mass times gravity [N].
         time: [s]. Shape (T,).
@@ -67,7 +67,7 @@ class Stability(Immutable):
         zmp_margin: its distance to the polygon's edges, in the middle of the interval. Shape (T,).
     """
 
-    robot: str
+    robot_name: str
     window: Window
     weight: float
     time: Array = field(repr=False)
@@ -117,7 +117,7 @@ class Stability(Immutable):
             samples: whether to add the arrays.
         """
         plain: dict[str, Any] = {
-            "robot": self.robot,
+            "robot_name": self.robot_name,
             "window": {"start": self.window.start, "end": self.window.end,
                        "cycles": self.window.cycles},
             "weight": self.weight,
@@ -179,7 +179,7 @@ def stability(trace: Trace, *, whole: bool = False) -> Stability:
         flat[kept], place[kept], _heading(trace, axes)[kept], down[kept]
     )
     return Stability(
-        robot=trace.run.robot.name,
+        robot_name=trace.run.robot.name,
         window=window,
         weight=trace.run.robot.mass * float(np.linalg.norm(gravity)),
         time=trace.time[kept],
@@ -240,7 +240,7 @@ def stability_lines(data: Mapping[str, Any], meanings: Mapping[str, str]) -> lis
     window, width = data["window"], max(map(len, meanings.values()))
     cycles = "" if window["cycles"] is None else f", {window['cycles']} whole gait cycle(s)"
     lines = [
-        f"Stability of {data['robot']}",
+        f"Stability of {data['robot_name']}",
         f"window: {window['start']:.4g} to {window['end']:.4g} s{cycles}",
         "",
         f"{'[mm]':{width}}  {'least':>8}  {'at [s]':>8}  {'mean':>8}  {'largest':>8}",

@@ -317,7 +317,7 @@ def zero_moment_point_of_motion(trace: Trace) -> Array:
     robot = RecordedRobot.of(trace)
     origin, normal = ground_plane(trace)
     linear, angular, com = robot.momenta(trace.q, trace.v)
-    mass, gravity = robot.mass, robot.gravity
+    mass, gravity = robot.total_mass, robot.gravity
     step = np.diff(trace.time)[:, None]
     force = np.diff(linear, axis=0) / step - mass * gravity
     about_world = angular + np.cross(com, linear)

@@ -75,12 +75,12 @@ def summary_window(summary: Summary, time: Array | None = None) -> Window:
     Raises:
         ParameterError: the run is too short for one whole cycle; says how long it must be.
     """
-    if not (summary.time > 0.0 and len(summary.way) > 1):
+    if not (summary.window_time > 0.0 and len(summary.path) > 1):
         raise run_too_short(summary)
     first, last = (
-        None if time is None else _nearest(time, end) for end in (summary.begin, summary.end)
+        None if time is None else _nearest(time, end) for end in (summary.start, summary.end)
     )
-    return Window(first, last, summary.begin, summary.end, summary.cycles)
+    return Window(first, last, summary.start, summary.end, summary.cycles)
 
 
 def run_too_short(summary: Summary) -> ParameterError:

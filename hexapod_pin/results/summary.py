@@ -38,7 +38,7 @@ class Summary(Immutable):
         foot_names: F names of the feet (and of the trunk's contact points, where it has any).
         cycles: whole gait cycles in the window; None where nothing repeats.
         states: accepted states of the whole run.
-        time: length of the window [s].
+        window_time: length of the window [s].
         torque_peak: torque of largest size, with its sign (n,) [N m].
         torque_peak_time: its time (n,) [s].
         torque_p99: size not exceeded for 99 % of the time, to 1 % (n,) [N m].
@@ -65,7 +65,7 @@ class Summary(Immutable):
         force_peak_time: its time (F,) [s].
         normal_impulse: of the normal force per cycle (F,) [N s].
         impulse: of the force on the robot per cycle, world axes (F, 3) [N s].
-        slip_path: way of the contact point on the ground, while loaded, per cycle (F,) [m].
+        slip_distance: way of the contact point on the ground, while loaded, per cycle (F,) [m].
         loaded_time: time on the ground per cycle (F,) [s].
         friction_work: integral of |friction force . velocity of the contact point| while loaded,
             per cycle (F,) [J]; of `StickSlip`, what its bristles store and return counts too.
@@ -86,7 +86,7 @@ class Summary(Immutable):
         roll_rate_rms: of the trunk's angular velocity about its own x axis [rad/s].
         pitch_rate_rms: the same about its own y axis [rad/s].
         vertical_acceleration_rms: of the trunk's origin [m/s^2].
-        way: time [s], x and y of the centre of mass [m], yaw of the trunk [rad], at the edges and
+        path: time [s], x and y of the centre of mass [m], yaw of the trunk [rad], at the edges and
             middles of the cycles, or at both ends of the window (W, 4).
         first_yaw: yaw at the start of the run [rad].
         counters: steps, evaluations, ...
@@ -98,7 +98,7 @@ class Summary(Immutable):
     foot_names: tuple[str, ...]
     cycles: int | None
     states: int
-    time: float
+    window_time: float
     torque_peak: Array
     torque_peak_time: Array
     torque_p99: Array
@@ -122,7 +122,7 @@ class Summary(Immutable):
     force_peak_time: Array
     normal_impulse: Array
     impulse: Array
-    slip_path: Array
+    slip_distance: Array
     loaded_time: Array
     friction_work: Array
     outside_force: Array
@@ -141,7 +141,7 @@ class Summary(Immutable):
     roll_rate_rms: float
     pitch_rate_rms: float
     vertical_acceleration_rms: float
-    way: Array
+    path: Array
     first_yaw: float
     counters: Mapping[str, int | float]
     run: RunRecord
@@ -178,7 +178,7 @@ class Summary(Immutable):
             given = data.get(name)
             if not axes:
                 values[name] = float("nan") if given is None else float(given)
-            elif name == "way":
+            elif name == "path":
                 values[name] = np.array(given, dtype=float).reshape(-1, 4)
             elif given is None:
                 values[name] = np.full(tuple(sizes[axis] for axis in axes), np.nan)
@@ -232,14 +232,14 @@ class Summary(Immutable):
         return np.asarray(value, dtype=float)
 
     @property
-    def begin(self) -> float:
+    def start(self) -> float:
         """Start of the window [s]; NaN where there is none."""
-        return float(self.way[0, 0]) if len(self.way) else float("nan")
+        return float(self.path[0, 0]) if len(self.path) else float("nan")
 
     @property
     def end(self) -> float:
         """End of the window [s]; NaN where there is none."""
-        return float(self.way[-1, 0]) if len(self.way) else float("nan")
+        return float(self.path[-1, 0]) if len(self.path) else float("nan")
 
     @property
     def distance(self) -> float | None:
@@ -247,20 +247,20 @@ class Summary(Immutable):
         if not self.cycles:
             return None
         along = np.array(self.run.walk.travel_direction)
-        return distance_per_cycle(self.way[:, 1:3], self.way[:, 3] - self.first_yaw, along)
+        return distance_per_cycle(self.path[:, 1:3], self.path[:, 3] - self.first_yaw, along)
 
     @property
-    def speed(self) -> float | None:
+    def measured_speed(self) -> float | None:
         """Distance per time [m/s]; None without cycles."""
         distance = self.distance
-        return None if distance is None else distance * (self.cycles or 1) / self.time
+        return None if distance is None else distance * (self.cycles or 1) / self.window_time
 
     @property
-    def turn_rate(self) -> float | None:
+    def measured_turn_rate(self) -> float | None:
         """Mean yaw rate over the window [rad/s], left > 0; None without cycles."""
         if not self.cycles:
             return None
-        return float(np.unwrap(self.way[:, 3])[[0, -1]] @ [-1.0, 1.0]) / self.time
+        return float(np.unwrap(self.path[:, 3])[[0, -1]] @ [-1.0, 1.0]) / self.window_time
 
     @property
     def torque_margin(self) -> Array:

@@ -42,7 +42,7 @@ LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
     "force_peak_time": (FOOT, "s", "its time"),
     "normal_impulse": (FOOT, "N s", "impulse of the normal force per cycle"),
     "impulse": (("foot", "axis"), "N s", "impulse per cycle, world axes"),
-    "slip_path": (FOOT, "m", "way of the contact point on the ground per cycle"),
+    "slip_distance": (FOOT, "m", "way of the contact point on the ground per cycle"),
     "loaded_time": (FOOT, "s", "time on the ground per cycle"),
     "friction_work": (FOOT, "J", "work of friction by its size per cycle"),
     "outside_force": (FOOT, "N", "largest normal force outside the window"),
@@ -61,26 +61,28 @@ LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
     "roll_rate_rms": (SCALAR, "rad/s", "RMS angular velocity about the trunk's x axis"),
     "pitch_rate_rms": (SCALAR, "rad/s", "RMS angular velocity about the trunk's y axis"),
     "vertical_acceleration_rms": (SCALAR, "m/s^2", "RMS vertical acceleration of the trunk"),
-    "way": (("edge", "way"), "s, m, m, rad", "time, centre of mass, yaw at half cycles"),
+    "path": (("edge", "path_column"), "s, m, m, rad", "time, centre of mass, yaw at half cycles"),
     "first_yaw": (SCALAR, "rad", "yaw at the start"),
 }
 """Name: (axes, unit, meaning) of every number."""
 
 PER_CYCLE = (
-    "positive_energy", "negative_energy", "normal_impulse", "impulse", "slip_path", "loaded_time",
-    "friction_work",
+    "positive_energy", "negative_energy", "normal_impulse", "impulse", "slip_distance",
+    "loaded_time", "friction_work",
 )  # fmt: skip
 """What the core sums over all cycles."""
 
 
 def shape_of(axes: tuple[str, ...], sizes: Mapping[str, int], array: Array) -> tuple[int, ...]:
     """Return the shape that an array of these axes must have."""
-    return (len(array), 4) if axes == ("edge", "way") else tuple(sizes[axis] for axis in axes)
+    return (
+        (len(array), 4) if axes == ("edge", "path_column") else tuple(sizes[axis] for axis in axes)
+    )
 
 
 def from_native(native: Mapping[str, Any]) -> dict[str, Any]:
     """Return the data of a summary from what the core gathered: energies and ways per cycle."""
-    cycles = int(native["cycles"]) if native["period"] > 0.0 else None
+    cycles = int(native["cycles"]) if native["cycle_time"] > 0.0 else None
     data: dict[str, Any] = {name: native.get(name) for name in LAYOUT}
     for name in PER_CYCLE:
         if data[name] is not None:
@@ -90,12 +92,12 @@ def from_native(native: Mapping[str, Any]) -> dict[str, Any]:
 
 # Errors of a summary's numbers, from the numbers of a companion of another resolution.
 
-WITHOUT_ERROR = ("way", "first_yaw")
+WITHOUT_ERROR = ("path", "first_yaw")
 """Numbers that others are made of."""
 
 
 def number_errors(
-    numbers: Mapping[str, Any], companion: Mapping[str, Any], share: float
+    numbers: Mapping[str, Any], companion: Mapping[str, Any], error_fraction: float
 ) -> dict[str, Any]:
     """Return how far each number of a summary may be off, in its unit.
 
@@ -105,7 +107,7 @@ def number_errors(
     Args:
         numbers: those of `Summary.data`.
         companion: those of a companion.
-        share: of the difference that the error is at most [-].
+        error_fraction: of the difference that the error is at most [-].
     """
     found: dict[str, Any] = {}
     for name in LAYOUT:
@@ -115,5 +117,5 @@ def number_errors(
         if value is None or other is None or np.shape(value) != np.shape(other):
             continue
         change = np.abs(np.abs(np.asarray(value)) - np.abs(np.asarray(other)))
-        found[name] = (share * change).tolist()
+        found[name] = (error_fraction * change).tolist()
     return found

@@ -59,17 +59,23 @@ def _of_summary(summary: Summary, window: Window) -> TorqueBudget:
     joints = summary_rows(summary)
     worst, size = int(np.argmax(np.abs(summary.outside_torque))), np.abs(summary.outside_torque)
     outside = None
-    if size[worst] > max(row.peak_torque for row in joints):
+    if size[worst] > max(row.torque_peak for row in joints):
         time = float(summary.outside_torque_time[worst])
         outside = (summary.joint_names[worst], time, float(size[worst]))
     return _budget(
-        summary.run, window, joints, summary.distance, summary.turn_rate, outside, ACCEPTED_STEPS
+        summary.run,
+        window,
+        joints,
+        summary.distance,
+        summary.measured_turn_rate,
+        outside,
+        ACCEPTED_STEPS,
     )
 
 
 def _of_samples(trace: Trace, window: Window) -> TorqueBudget:
     joints = joint_rows(trace, window)
-    outside = _largest_outside(trace, max(row.peak_torque for row in joints))
+    outside = _largest_outside(trace, max(row.torque_peak for row in joints))
     distance = _sampled_distance(trace, window)
     yaw = np.unwrap(trunk_yaw(trace.q[window.samples]))
     rate = None if window.cycles is None else float(yaw[-1] - yaw[0]) / (window.end - window.start)
@@ -89,14 +95,14 @@ def _budget(
     duration = (window.end - window.start) / window.parts
     nominal = run.walk.nominal_speed
     budget = TorqueBudget(
-        robot=run.robot.name,
+        robot_name=run.robot.name,
         window=window,
         joints=joints,
         kinds=kind_rows(joints),
         positive_energy=sum(row.positive_energy for row in joints),
         negative_energy=sum(row.negative_energy for row in joints),
         distance=distance,
-        speed=None if distance is None else distance / duration,
+        measured_speed=None if distance is None else distance / duration,
         nominal_speed=None if window.cycles is None else nominal,
         weight=(run.robot.total_mass or 0.0) * float(np.linalg.norm(run.gravity)),
         largest_outside=outside,
@@ -116,10 +122,10 @@ def _require_numbers(budget: TorqueBudget) -> None:
     Raises:
         ParameterError: names the joint, or the number of the whole robot.
     """
-    whole = ("positive_energy", "negative_energy", "weight", "distance", "speed", "turn")
+    whole = ("positive_energy", "negative_energy", "weight", "distance", "measured_speed", "turn")
     found = {name: getattr(budget, name) for name in whole}
     for row in budget.joints:
-        for name in ("peak_torque", "rms_torque", "positive_energy", "negative_energy"):
+        for name in ("torque_peak", "torque_rms", "positive_energy", "negative_energy"):
             found[f"{row.joint}.{name}"] = getattr(row, name)
     for name, value in found.items():
         if value is not None and not math.isfinite(value):
@@ -196,14 +202,14 @@ class TorqueBudget:
     """The budget of a whole robot; `table()` prints it.
 
     Attributes:
-        robot: name of the robot.
+        robot_name: name of the robot.
         window: the samples used.
         joints: one row per joint, in the trace's order.
         kinds: one row per kind of joint.
         positive_energy: work given by all joints per cycle (or window) [J].
         negative_energy: work taken up by all joints per cycle (or window) [J], <= 0.
         distance: way of the centre of mass per cycle along the heading [m]; None without cycles.
-        speed: distance per time [m/s]; None without cycles.
+        measured_speed: distance per time [m/s]; None without cycles.
         nominal_speed: what the gait asked for [m/s]; None where the trace does not say.
         weight: total mass times gravity [N].
         largest_outside: a larger torque outside the window: joint, time [s], torque [N m].
@@ -214,14 +220,14 @@ class TorqueBudget:
         nominal_turn: what the gait asked for per cycle [rad]; 0 of a straight one.
     """
 
-    robot: str
+    robot_name: str
     window: Window
     joints: tuple[JointBudget, ...]
     kinds: tuple[KindBudget, ...]
     positive_energy: float
     negative_energy: float
     distance: float | None
-    speed: float | None
+    measured_speed: float | None
     nominal_speed: float | None
     weight: float
     largest_outside: tuple[str, float, float] | None
@@ -324,7 +330,7 @@ def _heading_lines(budget: TorqueBudget) -> list[str]:
     window = budget.window
     span = f"{window.start:.4g} to {window.end:.4g} s"
     cycles = "" if window.cycles is None else f", {window.cycles} whole gait cycle(s)"
-    return [f"Torque budget of {budget.robot}", f"window: {span}{cycles}", *budget.sources]
+    return [f"Torque budget of {budget.robot_name}", f"window: {span}{cycles}", *budget.sources]
 
 
 def _whole_lines(budget: TorqueBudget, per: str) -> list[str]:
@@ -335,17 +341,19 @@ def _whole_lines(budget: TorqueBudget, per: str) -> list[str]:
         f"  positive only (braking costs nothing)         {budget.positive_energy:.4g} J",
         f"  net (braking gives everything back)           {budget.net_energy:.4g} J",
     ]
-    if budget.distance is None or budget.speed is None:
+    if budget.distance is None or budget.measured_speed is None:
         return [*lines, "  no gait cycle: no distance, no cost of transport"]
     if budget.on_the_spot:
         return [*lines, *_turn_lines(budget)]
     nominal = budget.nominal_speed
     share = (
-        f", {100.0 * budget.speed / nominal:.1f} % of the gait's {nominal:.4g}" if nominal else ""
+        f", {100.0 * budget.measured_speed / nominal:.1f} % of the gait's {nominal:.4g}"
+        if nominal
+        else ""
     )
     lines += [
         f"  distance per cycle along the heading          {budget.distance:.4g} m",
-        f"  mean speed                                    {budget.speed:.4g} m/s{share}",
+        f"  mean speed                                    {budget.measured_speed:.4g} m/s{share}",
     ]
     costs = (budget.cost_of_transport, budget.cost_of_transport_positive)
     if costs[0] is None or costs[1] is None:

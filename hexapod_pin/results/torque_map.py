@@ -43,14 +43,14 @@ LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
     "negative_energy": (JOINTS, "J", "mechanical work taken up per cycle, not positive"),
     "normal_impulse": (FEET, "N s", "impulse of the normal force per cycle"),
     "distance": (GRID, "m", "way of the centre of mass along the heading per cycle"),
-    "speed": (GRID, "m/s", "speed of the centre of mass along the heading"),
+    "measured_speed": (GRID, "m/s", "speed of the centre of mass along the heading"),
     "nominal_speed": (GRID, "m/s", "stroke / (duty * cycle time)"),
     "cost_of_transport": (GRID, "1", "absolute mechanical energy / (weight * distance)"),
     "cost_of_transport_positive": (GRID, "1", "positive mechanical energy / (weight * distance)"),
-    "phase_peak": (BY_PHASE, "N m", "largest axis torque by size in a phase of the leg"),
-    "phase_rms": (BY_PHASE, "N m", "RMS axis torque in a phase of the leg"),
+    "phase_torque_peak": (BY_PHASE, "N m", "largest axis torque by size in a phase of the leg"),
+    "phase_torque_rms": (BY_PHASE, "N m", "RMS axis torque in a phase of the leg"),
     "phase_time": (BY_PHASE, "s", "time of the phase in the window"),
-    "phase_rms_error": (BY_PHASE, "N m", "how far sampling may have moved phase_rms"),
+    "phase_torque_rms_error": (BY_PHASE, "N m", "how far sampling may have moved phase_torque_rms"),
 }
 """Name: (axes, unit, meaning) of every array."""
 
@@ -77,7 +77,8 @@ class TorqueMap(Immutable):
         stroke: [m]. Shape (S,).
         cycle_time: [s]. Shape (C,).
         joint_names: n names.
-        kinds: kind of each joint: "coxa", "femur", "tibia", or "joint" where it cannot be told.
+        joint_kinds: kind of each joint: "coxa", "femur", "tibia", or "joint" where it is not
+            known.
         foot_names: F names.
         torque_peak: largest axis torque by size, of accepted steps (S, C, n) [N m].
         torque_p99: not exceeded for 99 % of the time (S, C, n) [N m].
@@ -87,15 +88,16 @@ class TorqueMap(Immutable):
         negative_energy: work taken up per cycle, <= 0 (S, C, n) [J].
         normal_impulse: of the normal force per cycle (S, C, F) [N s].
         distance: way along the heading per cycle (S, C) [m].
-        speed: along the heading (S, C) [m/s].
+        measured_speed: along the heading (S, C) [m/s].
         nominal_speed: what the gait asks for (S, C) [m/s].
         cost_of_transport: absolute mechanical energy / (weight * distance) (S, C) [-].
         cost_of_transport_positive: that of the positive energy only (S, C) [-].
-        phase_peak: largest torque in each phase, of samples, or of accepted steps where the largest
-            of all is in that phase (S, C, 2, n) [N m].
-        phase_rms: (S, C, 2, n) [N m].
+        phase_torque_peak: largest torque in each phase, of samples, or of accepted steps where the
+            largest of all is in that phase (S, C, 2, n) [N m].
+        phase_torque_rms: (S, C, 2, n) [N m].
         phase_time: of each phase in the window (S, C, 2, n) [s].
-        phase_rms_error: how far sampling may have moved `phase_rms` (S, C, 2, n) [N m].
+        phase_torque_rms_error: how far sampling may have moved `phase_torque_rms` (S, C, 2, n)
+            [N m].
         reason: why a point could not be walked, "" where it was (S, C).
         check: some points at a tighter accuracy; None where none was run.
         run: how the map came about: scene, controller, settings, what is assumed.
@@ -104,7 +106,7 @@ class TorqueMap(Immutable):
     stroke: Array
     cycle_time: Array
     joint_names: tuple[str, ...]
-    kinds: tuple[str, ...]
+    joint_kinds: tuple[str, ...]
     foot_names: tuple[str, ...]
     torque_peak: Array
     torque_p99: Array
@@ -114,14 +116,14 @@ class TorqueMap(Immutable):
     negative_energy: Array
     normal_impulse: Array
     distance: Array
-    speed: Array
+    measured_speed: Array
     nominal_speed: Array
     cost_of_transport: Array
     cost_of_transport_positive: Array
-    phase_peak: Array
-    phase_rms: Array
+    phase_torque_peak: Array
+    phase_torque_rms: Array
     phase_time: Array
-    phase_rms_error: Array
+    phase_torque_rms_error: Array
     reason: npt.NDArray[np.object_]
     check: AccuracyCheck | None = None
     run: GridRecord = GridRecord()
@@ -130,7 +132,7 @@ class TorqueMap(Immutable):
 
     def __post_init__(self) -> None:
         """Check shapes and make read-only."""
-        for name in ("joint_names", "kinds", "foot_names"):
+        for name in ("joint_names", "joint_kinds", "foot_names"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         for name in GRID:
             object.__setattr__(self, name, read_only(getattr(self, name)))
@@ -138,8 +140,8 @@ class TorqueMap(Immutable):
             "stroke": len(self.stroke), "cycle_time": len(self.cycle_time), "phase": len(PHASES),
             "joint": len(self.joint_names), "foot": len(self.foot_names),
         }  # fmt: skip
-        if len(self.kinds) != len(self.joint_names):
-            raise ParameterError("TorqueMap.kinds", self.kinds, "one per joint")
+        if len(self.joint_kinds) != len(self.joint_names):
+            raise ParameterError("TorqueMap.joint_kinds", self.joint_kinds, "one per joint")
         freeze_grid(self, LAYOUT, sizes, GRID)
 
     def __eq__(self, other: object) -> bool:
@@ -155,7 +157,7 @@ class TorqueMap(Immutable):
     @property
     def kind_names(self) -> tuple[str, ...]:
         """The kinds of joints, in the order of first appearance."""
-        return tuple(dict.fromkeys(self.kinds))
+        return tuple(dict.fromkeys(self.joint_kinds))
 
     def of_kind(self, quantity: str, kind: str) -> Array:
         """Return a quantity of a kind of joint: its worst joint, of energies the sum over joints.
@@ -169,9 +171,9 @@ class TorqueMap(Immutable):
         per_joint = [name for name, (axes, _, _) in LAYOUT.items() if axes[-1] == "joint"]
         if quantity not in per_joint:
             raise UnknownNameError("quantity of joints", quantity, per_joint)
-        if kind not in self.kinds:
+        if kind not in self.joint_kinds:
             raise UnknownNameError("kind of joint", kind, list(self.kind_names))
-        values = getattr(self, quantity)[..., [own == kind for own in self.kinds]]
+        values = getattr(self, quantity)[..., [own == kind for own in self.joint_kinds]]
         found: Array = values.sum(axis=-1) if quantity in SUMMED else values.max(axis=-1)
         return found
 
@@ -190,7 +192,7 @@ class TorqueMap(Immutable):
         axes = {name: Column((name,), values, {}) for name, values in text.items()}
         axes["stroke"] = Column(("stroke",), self.stroke, described("m", "stroke"))
         axes["cycle_time"] = Column(("cycle_time",), self.cycle_time, described("s", "cycle time"))
-        kinds = np.array(self.kinds, dtype=object)
+        kinds = np.array(self.joint_kinds, dtype=object)
         axes["kind"] = Column(("joint",), kinds, {"long_name": "kind of joint"})
         return grid_group(self, LAYOUT, axes, GRID, SCHEMA)
 
@@ -212,7 +214,7 @@ class TorqueMap(Immutable):
                 stroke=arrays["stroke"],
                 cycle_time=arrays["cycle_time"],
                 joint_names=tuple(arrays["joint"]),
-                kinds=tuple(arrays["kind"]),
+                joint_kinds=tuple(arrays["kind"]),
                 foot_names=tuple(arrays["foot"]),
                 **grid_fields(arrays, LAYOUT),
             )

@@ -38,11 +38,11 @@ class Slip(NamedTuple):
     """Way of the contact points on the ground while loaded, per gait cycle (or window).
 
     Attributes:
-        path: of each foot, by name [m].
+        distance: of each foot, by name [m].
         per_metre: the same per metre travelled [m/m]; None where it makes or plans no way.
     """
 
-    path: dict[str, float]
+    distance: dict[str, float]
     per_metre: dict[str, float] | None
 
     @property
@@ -83,10 +83,10 @@ def slip_of(trace: Trace, planned_speed: float) -> Slip | None:
         summary = trace.summary
     except ParameterError:
         return None
-    if not np.isfinite(summary.slip_path).all():
+    if not np.isfinite(summary.slip_distance).all():
         return None
-    path = dict(zip(summary.foot_names, summary.slip_path.tolist(), strict=True))
-    way, planned = _way(summary), planned_speed * summary.time / (summary.cycles or 1)
+    path = dict(zip(summary.foot_names, summary.slip_distance.tolist(), strict=True))
+    way, planned = _way(summary), planned_speed * summary.window_time / (summary.cycles or 1)
     if planned <= 0.0 or way is None or way <= LEAST_TRAVEL * planned:
         return Slip(path, None)
     return Slip(path, {name: value / way for name, value in path.items()})
@@ -104,9 +104,9 @@ def _way(summary: Summary) -> float | None:
     """Return the way per cycle along the heading, without cycles between both ends [m]."""
     if summary.cycles:
         return summary.distance
-    if len(summary.way) < 2:
+    if len(summary.path) < 2:
         return None
-    return float(np.linalg.norm(summary.way[-1, 1:3] - summary.way[0, 1:3]))
+    return float(np.linalg.norm(summary.path[-1, 1:3] - summary.path[0, 1:3]))
 
 
 def _sampled(trace: Trace, size: Array, limit: Array) -> JointShare:
@@ -146,12 +146,12 @@ class StaticNeed(NamedTuple):
     Attributes:
         joint: its name.
         torque: static, on the fewest feet [N m].
-        effort: its torque limit [N m].
+        effort_limit: its torque limit [N m].
     """
 
     joint: str
     torque: float
-    effort: float
+    effort_limit: float
 
 
 def static_need(trace: Trace) -> StaticNeed | None:
@@ -162,9 +162,9 @@ def static_need(trace: Trace) -> StaticNeed | None:
     except HexapodError:
         return None
     gravity = float(np.linalg.norm(recorded.gravity))
-    torque *= recorded.mass / recorded.robot.total_mass * gravity / STANDARD_GRAVITY
+    torque *= recorded.total_mass / recorded.robot.total_mass * gravity / STANDARD_GRAVITY
     known = trace.run.robot
-    limit = recorded.robot.effort if known.effort_limit is None else known.effort(len(torque))
+    limit = recorded.robot.effort_limit if known.effort_limit is None else known.effort(len(torque))
     if not torque.size or not torque.any():
         return None
     share = np.divide(torque, limit, where=limit > 0.0, out=np.full(len(torque), np.inf))
@@ -190,14 +190,16 @@ def advice(
         return "the trunk lies on the ground as the robot stands: choose a higher posture"
     prescribed = trace.run.prescribed
     need = None if prescribed else static_need(trace)
-    if need is not None and need.torque > need.effort:
+    if need is not None and need.torque > need.effort_limit:
         return (
             f"effort is too small for its weight: standing on the fewest feet takes "
-            f"{need.torque:.3g} N m at {need.joint}, which has {need.effort:.3g}: give it "
+            f"{need.torque:.3g} N m at {need.joint}, which has {need.effort_limit:.3g}: give it "
             f"{RESERVE * need.torque:.2g} N m or more, or make the robot lighter"
         )
     cycle = trace.run.walk.cycle_time
-    longer = "a longer cycle" if cycle is None else f"a longer cycle than {cycle:.3g} s (--cycle)"
+    longer = (
+        "a longer cycle" if cycle is None else f"a longer cycle than {cycle:.3g} s (--cycle-time)"
+    )
     if torque.share >= MUCH_LIMITED and not prescribed:
         limit = trace.run.robot.effort(len(trace.joint_names))[trace.joint(torque.joint)]
         stands = "" if need is None else (
@@ -220,7 +222,7 @@ def advice(
 def _slips(slip: Slip) -> bool:
     """Return whether slip explains that a robot makes little way, or turns little."""
     if slip.total is None:
-        return math.fsum(slip.path.values()) >= MUCH_SLIP_PATH
+        return math.fsum(slip.distance.values()) >= MUCH_SLIP_PATH
     return slip.total >= MUCH_SLIP
 
 

@@ -25,7 +25,7 @@ class Metric(NamedTuple):
 
 
 METRICS: dict[str, Metric] = {
-    "slip_path": Metric("m", "slip path of all feet per cycle"),
+    "slip_distance": Metric("m", "slip path of all feet per cycle"),
     "slip_per_metre": Metric("m/m", "slip path of all feet per metre travelled"),
     "friction_work_per_metre": Metric("J/m", "friction work of all feet per metre travelled"),
     "height_rms": Metric("m", "trunk height, RMS about its mean"),
@@ -43,7 +43,7 @@ METRICS: dict[str, Metric] = {
     "positive_energy_per_metre": Metric("J/m", "positive mechanical energy per metre travelled"),
     "cost_of_transport": Metric("1", "absolute energy / (weight x distance)"),
     "cost_of_transport_positive": Metric("1", "positive energy / (weight x distance)"),
-    "speed": Metric("m/s", "speed along the heading"),
+    "measured_speed": Metric("m/s", "speed along the heading"),
     "path_deviation": Metric("m", "lateral distance from the planned path, RMS"),
     "heading_error": Metric("rad", "size of the yaw error at the end"),
 }
@@ -60,7 +60,7 @@ class WalkMetrics:
     that the summary's release did not gather. Energies are mechanical, at the joints.
 
     Attributes:
-        slip_path: way of the contact points on the ground while loaded, all feet, per cycle [m].
+        slip_distance: of the contact points on the ground while loaded, all feet, per cycle [m].
         slip_per_metre: the same per metre travelled [m/m].
         friction_work_per_metre: integral of |friction force . slip velocity|, all feet [J/m].
         height_rms: RMS of the trunk's height about its mean [m].
@@ -79,14 +79,14 @@ class WalkMetrics:
         positive_energy_per_metre: that of the positive power only [J/m].
         cost_of_transport: absolute energy / (weight * distance) [-].
         cost_of_transport_positive: positive energy / (weight * distance) [-].
-        speed: along the heading [m/s].
+        measured_speed: along the heading [m/s].
         path_deviation: RMS lateral distance of the centre of mass, at the edges of the cycles, from
             the planned path through its place at the first edge: the line of planned heading, or
             the arc of a turning gait [m].
         heading_error: |yaw - planned yaw| at the end of the last cycle [rad].
     """
 
-    slip_path: float | None
+    slip_distance: float | None
     slip_per_metre: float | None
     friction_work_per_metre: float | None
     height_rms: float | None
@@ -104,7 +104,7 @@ class WalkMetrics:
     positive_energy_per_metre: float | None
     cost_of_transport: float | None
     cost_of_transport_positive: float | None
-    speed: float | None
+    measured_speed: float | None
     path_deviation: float | None
     heading_error: float | None
 
@@ -141,9 +141,9 @@ class WalkMetrics:
 
 
 def _feet(summary: Summary, budget: TorqueBudget) -> dict[str, float | None]:
-    slip = float(summary.slip_path.sum())
+    slip = float(summary.slip_distance.sum())
     return {
-        "slip_path": slip,
+        "slip_distance": slip,
         "slip_per_metre": _per_way(slip, budget),
         "friction_work_per_metre": _per_way(float(summary.friction_work.sum()), budget),
         "force_peak": _largest(summary.force_peak),
@@ -169,12 +169,16 @@ def _drives(summary: Summary, budget: TorqueBudget) -> dict[str, float | None]:
 
 def _way(summary: Summary, turn_rate: float) -> dict[str, float | None]:
     if not summary.cycles:
-        return {"speed": None, "path_deviation": None, "heading_error": None}
+        return {"measured_speed": None, "path_deviation": None, "heading_error": None}
     along, speed = np.array(summary.run.walk.travel_direction), summary.run.walk.speed
     deviation, heading = path_error(
-        summary.way[::2], along, first_yaw=summary.first_yaw, speed=speed, turn_rate=turn_rate
+        summary.path[::2], along, first_yaw=summary.first_yaw, speed=speed, turn_rate=turn_rate
     )
-    return {"speed": summary.speed, "path_deviation": deviation, "heading_error": abs(heading)}
+    return {
+        "measured_speed": summary.measured_speed,
+        "path_deviation": deviation,
+        "heading_error": abs(heading),
+    }
 
 
 def _per_way(value: float, budget: TorqueBudget) -> float | None:

@@ -45,8 +45,9 @@ class WalkVerdict:
     or too little to be judged (less than a quarter of a stroke), only the latter count.
 
     Attributes:
-        robot: name of the robot.
-        way: way and yaw, planned and made, over whole cycles of steady walking, else the whole run.
+        robot_name: name of the robot.
+        travel: distance and yaw, planned and made, over whole cycles of steady walking, else the
+            whole run.
         fall: the first fall; None of a robot that stays on its feet.
         trunk_contact: the first contact of the trunk with the ground; None without one.
         trunk_contacts: how many.
@@ -67,8 +68,8 @@ class WalkVerdict:
         advice: what to change; empty where it walks.
     """
 
-    robot: str
-    way: WalkedWay
+    robot_name: str
+    travel: WalkedWay
     fall: Fall | None
     trunk_contact: Event | None
     trunk_contacts: int
@@ -100,9 +101,9 @@ class WalkVerdict:
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data."""
         plain: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self)}
-        plain["way"] = {f.name: getattr(self.way, f.name) for f in fields(self.way)}
-        shares = ("speed", "nominal_speed", "speed_share", "turn_share", "yaw_error")
-        plain["way"] |= {name: getattr(self.way, name) for name in shares}
+        plain["travel"] = {f.name: getattr(self.travel, f.name) for f in fields(self.travel)}
+        shares = ("measured_speed", "nominal_speed", "speed_share", "turn_share", "yaw_error")
+        plain["travel"] |= {name: getattr(self.travel, name) for name in shares}
         plain["fall"] = self.fall and {"time": self.fall.time, "how": self.fall.how}
         plain["trunk_contact"] = self.trunk_contact and self.trunk_contact.to_dict()
         for name in ("slip", "at_torque_limit", "at_speed_limit", "lag"):
@@ -141,7 +142,7 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
     numerics = trace.run.numerics
     error = trace.step_error
     return WalkVerdict(
-        robot=trace.run.robot.name, way=way, fall=fall,
+        robot_name=trace.run.robot.name, travel=way, fall=fall,
         trunk_contact=touches[0] if touches else None, trunk_contacts=len(touches), slip=slip,
         at_torque_limit=torque, at_speed_limit=speed, lag=behind,
         accuracy=numerics.accuracy or None,
@@ -199,11 +200,11 @@ def verdict_line(verdict: WalkVerdict) -> str:
         else f"fell at {verdict.fall.time:.3g} s ({verdict.fall.how})",
         _trunk(verdict), _slip(verdict), _limits(verdict), _accuracy(verdict),
     ]  # fmt: skip
-    return f"{verdict.robot} {_head(verdict)}: " + "; ".join(filter(None, parts))
+    return f"{verdict.robot_name} {_head(verdict)}: " + "; ".join(filter(None, parts))
 
 
 def _head(verdict: WalkVerdict) -> str:
-    way = verdict.way
+    way = verdict.travel
     if way.speed_share is not None or way.turn_share is not None:
         return "walks" if verdict.walks else "does not walk"
     if verdict.holds:
@@ -213,17 +214,20 @@ def _head(verdict: WalkVerdict) -> str:
 
 def _way(verdict: WalkVerdict) -> list[str]:
     """Return way and yaw, and over which time."""
-    way = verdict.way
+    way = verdict.travel
     time = f"{way.end - way.start:.4g} s"
     steady = "" if way.cycles is None else f" ({way.cycles} steady cycle{'s' * (way.cycles > 1)})"
     found = []
     if way.speed_share is not None:
         found.append(
-            f"{way.way:.4g} m in {time}{steady}, {way.speed_share:.1%} of the nominal "
-            f"{way.nominal_speed:.4g} m/s"
+            f"{way.travelled_distance:.4g} m in {time}{steady}, {way.speed_share:.1%} of the "
+            f"nominal {way.nominal_speed:.4g} m/s"
         )
-    elif way.planned_way > EPSILON_WAY:
-        found.append(f"{way.way:.2g} m of {way.planned_way:.2g} m in {time}: too short for a speed")
+    elif way.planned_distance > EPSILON_WAY:
+        found.append(
+            f"{way.travelled_distance:.2g} m of {way.planned_distance:.2g} m in {time}: "
+            "too short for a speed"
+        )
     yaw, planned = math.degrees(way.turn), math.degrees(way.planned_turn)
     if way.turn_share is not None:
         span = "" if found else f" in {time}{steady}"
@@ -251,8 +255,8 @@ def _slip(verdict: WalkVerdict) -> str:
     if slip is None:
         return ""
     if slip.per_metre is None or slip.total is None:
-        per = "window" if verdict.way.cycles is None else "cycle"
-        return f"slip {1e3 * math.fsum(slip.path.values()):.3g} mm per {per}, all feet"
+        per = "window" if verdict.travel.cycles is None else "cycle"
+        return f"slip {1e3 * math.fsum(slip.distance.values()):.3g} mm per {per}, all feet"
     most = max(slip.per_metre, key=slip.per_metre.__getitem__)
     count = sum(value >= SLIPS for value in slip.per_metre.values())
     text = f"slip {slip.total:.2g} m per m"
@@ -328,12 +332,13 @@ def summary_way(summary: Summary) -> WalkedWay:
     """Return way and yaw over the whole cycles of a summary, planned and made; nil without."""
     walk, distance = summary.run.walk, summary.distance
     if distance is None:
-        return WalkedWay(summary.begin, summary.end, None, 0.0, 0.0, 0.0, 0.0)
-    time, cycles = summary.time, summary.cycles or 1
+        return WalkedWay(summary.start, summary.end, None, 0.0, 0.0, 0.0, 0.0)
+    time, cycles = summary.window_time, summary.cycles or 1
     return WalkedWay(
-        summary.begin, summary.end, cycles,
-        planned_way=walk.speed * time, way=distance * cycles,
-        planned_turn=walk.turn_rate * time, turn=(summary.turn_rate or 0.0) * time,
+        summary.start, summary.end, cycles,
+        planned_distance=walk.speed * time,
+        travelled_distance=distance * cycles,
+        planned_turn=walk.turn_rate * time, turn=(summary.measured_turn_rate or 0.0) * time,
     )  # fmt: skip
 
 

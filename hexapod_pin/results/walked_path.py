@@ -33,37 +33,37 @@ class WalkedWay:
         start: [s].
         end: [s].
         cycles: whole gait cycles between them; None where the whole run is judged.
-        planned_way: along the planned direction, which turns with the trunk [m].
-        way: made along it, by the centre of mass [m].
+        planned_distance: along the planned direction, which turns with the trunk [m].
+        travelled_distance: made along it, by the centre of mass [m].
         planned_turn: yaw, left > 0 [rad].
         turn: made [rad].
-        least_way: planned way below which none is judged [m].
+        least_distance: planned way below which none is judged [m].
     """
 
     start: float
     end: float
     cycles: int | None
-    planned_way: float
-    way: float
+    planned_distance: float
+    travelled_distance: float
     planned_turn: float
     turn: float
-    least_way: float = 0.0
+    least_distance: float = 0.0
 
     @property
-    def speed(self) -> float:
+    def measured_speed(self) -> float:
         """Mean speed along the planned direction [m/s]."""
-        return self.way / (self.end - self.start) if self.end > self.start else 0.0
+        return self.travelled_distance / (self.end - self.start) if self.end > self.start else 0.0
 
     @property
     def nominal_speed(self) -> float:
         """Mean of the plan [m/s]."""
-        return self.planned_way / (self.end - self.start) if self.end > self.start else 0.0
+        return self.planned_distance / (self.end - self.start) if self.end > self.start else 0.0
 
     @property
     def speed_share(self) -> float | None:
         """Way over planned way [-]; None where too little or nothing was planned."""
-        judged = self.planned_way > max(self.least_way, 0.0)
-        return self.way / self.planned_way if judged else None
+        judged = self.planned_distance > max(self.least_distance, 0.0)
+        return self.travelled_distance / self.planned_distance if judged else None
 
     @property
     def turn_share(self) -> float | None:
@@ -96,7 +96,8 @@ def _over_cycles(trace: Trace) -> WalkedWay:
     yaw = np.unwrap(trunk_yaw(trace.q[window.samples]))
     return WalkedWay(
         window.start, window.end, window.cycles,
-        planned_way=trace.run.walk.speed * time, way=(budget.distance or 0.0) * cycles,
+        planned_distance=trace.run.walk.speed * time,
+        travelled_distance=(budget.distance or 0.0) * cycles,
         planned_turn=trace.run.walk.turn_rate * time, turn=float(yaw[-1] - yaw[0]),
     )  # fmt: skip
 
@@ -123,9 +124,10 @@ def _over_all(trace: Trace) -> WalkedWay:
     ways = np.diff(place[:, :2], axis=0) * heading_at(middle, along)
     planned = float(np.sum(0.5 * (size[1:] + size[:-1]) * np.diff(time)))
     return WalkedWay(
-        float(time[0]), float(time[-1]), None, planned_way=planned, way=float(ways.sum()),
+        float(time[0]), float(time[-1]), None, planned_distance=planned,
+        travelled_distance=float(ways.sum()),
         planned_turn=float(pose[-1, 2] - pose[0, 2]), turn=turn,
-        least_way=LEAST_WAY * _stroke(body.gait, float(size.max())),
+        least_distance=LEAST_WAY * _stroke(body.gait, float(size.max())),
     )  # fmt: skip
 
 

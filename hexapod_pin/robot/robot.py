@@ -72,8 +72,8 @@ class Robot(Immutable):
         joint_names: the actuated joints; joint k is q[7 + k] and v[6 + k].
         lower: (n_joints,) lower limits [rad]; of sliding joints [m], and so on below.
         upper: (n_joints,) upper limits [rad].
-        effort: (n_joints,) largest torques [N m]; of sliding joints largest forces [N].
-        velocity: (n_joints,) largest rates [rad/s].
+        effort_limit: (n_joints,) largest torques [N m]; of sliding joints largest forces [N].
+        velocity_limit: (n_joints,) largest rates [rad/s].
         damping: (n_joints,) viscous damping from the URDF [N m s/rad] (Pinocchio's own
             algorithms ignore it).
         friction: (n_joints,) level of dry friction from the URDF [N m] (likewise).
@@ -99,8 +99,8 @@ class Robot(Immutable):
     joint_names: tuple[str, ...] = field(repr=False)
     lower: Array = field(repr=False)
     upper: Array = field(repr=False)
-    effort: Array = field(repr=False)
-    velocity: Array = field(repr=False)
+    effort_limit: Array = field(repr=False)
+    velocity_limit: Array = field(repr=False)
     damping: Array = field(repr=False)
     friction: Array = field(repr=False)
     total_mass: float
@@ -266,8 +266,8 @@ def robot_of(
         joint_names=tuple(joint.name for joint in joints),
         lower=read_only([joint.limit("lower", 0.0) for joint in joints]),
         upper=read_only([joint.limit("upper", 0.0) for joint in joints]),
-        effort=read_only([joint.limit("effort") for joint in joints]),
-        velocity=read_only([joint.limit("velocity") for joint in joints]),
+        effort_limit=read_only([joint.limit("effort") for joint in joints]),
+        velocity_limit=read_only([joint.limit("velocity") for joint in joints]),
         damping=read_only([joint.dynamics("damping") for joint in joints]),
         friction=read_only([joint.dynamics("friction") for joint in joints]),
         total_mass=math.fsum(link.mass or 0.0 for link in file.links),

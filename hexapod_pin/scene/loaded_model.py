@@ -75,7 +75,7 @@ def native_loads(robot: Robot, scene: SceneSettings) -> NativeLoads:
     lost = [load for load in scene.loads if isinstance(load, LostLeg)]
     return NativeLoads(
         pushes=[native_push(robot, load) for load in scene.loads if isinstance(load, Push)],
-        lost=[([robot.joint_index(j) for j in robot.leg(x.leg).joints], x.time) for x in lost],
+        lost=[([robot.joint_index(j) for j in robot.leg(x.leg).joints], x.start) for x in lost],
         body_points=points if scene.body_contact else [],
         trunk_points=points,
     )

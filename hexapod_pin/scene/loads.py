@@ -224,20 +224,20 @@ class LostLeg(Spec):
 
     Attributes:
         leg: name of the leg: lf, lm, lr, rf, rm or rr.
-        time: when it is lost [s].
+        start: when it is lost [s].
     """
 
     kind: Literal["lost-leg"] = "lost-leg"
     leg: Name
-    time: NonNegativeFloat
+    start: NonNegativeFloat
 
-    def __init__(self, leg: str, time: float, **others: Any) -> None:
+    def __init__(self, leg: str, start: float, **others: Any) -> None:
         """Check the numbers.
 
         Raises:
             ParameterError: naming the field, the value and what is allowed.
         """
-        super().__init__(leg=leg, time=time, **others)
+        super().__init__(leg=leg, start=start, **others)
 
 
 Load = MassLoad | Push | LostLeg

@@ -25,7 +25,7 @@ from hexapod_pin.simulation.run_settings import RunSettings
 class _Ended:
     """A run that has ended well."""
 
-    level: int
+    refinement: int
     run: NativeRun
     samples: Mapping[str, Array]
     numbers: Mapping[str, Any]
@@ -39,44 +39,44 @@ class AccuracyControl:
     """What runs of one case have come to, and which is next.
 
     Attributes:
-        how: the settings asked for.
+        settings: the settings asked for.
         comparisons: of each run with the one before it.
     """
 
-    def __init__(self, how: RunSettings) -> None:
+    def __init__(self, settings: RunSettings) -> None:
         """Take the settings asked for; nothing is run yet."""
-        self.how = how
+        self.settings = settings
         self.comparisons: list[Comparison] = []
         self._ended: list[_Ended] = []  # the last two
         self._difference: ErrorEstimate | None = None  # of them
         self._diverged: list[NativeRun] = []
         self._level, self._runs, self._evaluations, self._wall_time = 0, 0, 0, 0.0
 
-    def take(self, level: int, run: NativeRun, wall_time: float | None = None) -> None:
+    def take(self, refinement: int, run: NativeRun, wall_time: float | None = None) -> None:
         """Compare a run that has ended with the last one that ended well.
 
         Args:
-            level: of the run.
+            refinement: of the run.
             run: the run.
             wall_time: to count for it [s]; None: its own, of a run that went on alone.
         """
-        self._level = level
+        self._level = refinement
         self._runs += 1
         self._evaluations += int(run.rollout.counters()["evaluations"])
         self._wall_time += run.wall_time if wall_time is None else wall_time
         if not run.good:
             self._diverged.append(run)
             return
-        self._ended = [*self._ended[-1:], _Ended(level, run, run.samples(), run.numbers())]
+        self._ended = [*self._ended[-1:], _Ended(refinement, run, run.samples(), run.numbers())]
         if len(self._ended) == 2:
             coarser, finer = self._ended
             self._difference = ErrorEstimate.between(finer.samples, coarser.samples, 1.0)
             torque = finer.samples.get("torque", np.zeros(1))
-            excess = self.how.choice.excess(
+            excess = self.settings.method_settings.error_ratio(
                 self._difference, float(np.abs(torque).max(initial=0.0))
             )
             found = Comparison(
-                coarser.level, finer.level, excess, events=(coarser.events, finer.events)
+                coarser.refinement, finer.refinement, excess, events=(coarser.events, finer.events)
             )
             self.comparisons.append(found.after(self.comparisons[-1] if self.comparisons else None))
 
@@ -86,10 +86,10 @@ class AccuracyControl:
         Raises:
             DivergenceError: a run and a finer one have left the finite world.
         """
-        second = self.how.choice.first_levels[1]
+        second = self.settings.method_settings.first_levels[1]
         if self._level < second:
             return second
-        finest = self.how.choice.finest_level
+        finest = self.settings.method_settings.finest_level
         if self._diverged and self._diverged[-1].rollout.ended_by:  # a finer one would be too
             if not self._ended:
                 self._diverged[-1].require_good_so_far()
@@ -122,7 +122,7 @@ class AccuracyControl:
     @property
     def _share(self) -> float:
         """Of the difference, that the chosen run's error is at most [-]."""
-        return self.comparisons[-1].share
+        return self.comparisons[-1].error_fraction
 
     @property
     def _error(self) -> ErrorEstimate | None:
@@ -138,7 +138,7 @@ class AccuracyControl:
         error = self._error
         return {
             "wall_time": self._wall_time,
-            "tolerance": self._chosen.run.how.choice.tolerance,
+            "tolerance": self._chosen.run.settings.method_settings.tolerance,
             "accuracy_kept": bool(self.comparisons and self.comparisons[-1].kept),
             "error_estimate": None if error is None else float(error.position.max()),
         }
@@ -170,9 +170,9 @@ class _StoppedError(Exception):
 class ControlledRun:
     """One case, run until its estimated error is within what was asked."""
 
-    def __init__(self, how: RunSettings, run: Runner, progress: Progress | None) -> None:
+    def __init__(self, settings: RunSettings, run: Runner, progress: Progress | None) -> None:
         """Take the settings asked for and what runs the case; nothing is run yet."""
-        self._how, self._run, self._progress, self._shown = how, run, progress, 0.0
+        self._settings, self._run, self._progress, self._shown = settings, run, progress, 0.0
 
     def outcome(self) -> AccuracyControl:
         """Run until the accuracy is kept, or until finer runs would not help.
@@ -181,9 +181,9 @@ class ControlledRun:
             DivergenceError: a run and a finer one have left the finite world.
             SimulationInterrupted: Ctrl-C; `.trace` holds what the run under way had done.
         """
-        control = AccuracyControl(self._how)
+        control = AccuracyControl(self._settings)
         begin = time.perf_counter()
-        coarse, fine = self._how.choice.first_levels
+        coarse, fine = self._settings.method_settings.first_levels
         coarser, finer_run = self._side_by_side(coarse, fine)
         control.take(coarse, coarser, 0.0)
         control.take(fine, finer_run, time.perf_counter() - begin)
@@ -200,9 +200,9 @@ class ControlledRun:
 
         with ThreadPoolExecutor(1) as pool:
             try:
-                companion = pool.submit(self._run, self._how.at_level(coarse), check)
+                companion = pool.submit(self._run, self._settings.at_level(coarse), check)
             except RuntimeError:  # the system starts no more threads: one after the other
-                return self._run(self._how.at_level(coarse), None), self._at(fine)
+                return self._run(self._settings.at_level(coarse), None), self._at(fine)
             try:
                 run = self._at(fine)
             except BaseException:
@@ -210,8 +210,8 @@ class ControlledRun:
                 raise
             return companion.result(), run
 
-    def _at(self, level: int) -> NativeRun:
-        return self._run(self._how.at_level(level), self._tell)
+    def _at(self, refinement: int) -> NativeRun:
+        return self._run(self._settings.at_level(refinement), self._tell)
 
     def _tell(self, fraction: float) -> None:
         """Tell the progress, which never falls: a finer run begins anew."""

@@ -270,18 +270,18 @@ class BatchRuns:
     def _plan(self, index: int, case: Case) -> _Job | Exception:
         """Plan a case; whatever forbids it is its result."""
         try:
-            how = case.settings
-            run = open_loop_run(case, how, record=self.record)
+            settings = case.settings
+            run = open_loop_run(case, settings, record=self.record)
         except Exception as error:
             return _without_frames(error)
-        job = _Job(index, run, AccuracyControl(how) if how.controlled else None)
+        job = _Job(index, run, AccuracyControl(settings) if settings.estimate else None)
         if job.control is not None:
-            job.run = run.with_settings(how.at_level(job.level))
+            job.run = run.with_settings(settings.at_level(job.refinement))
         return job
 
     def _hand_over(self, job: _Job, pool: Any) -> int:
         """Hand a run to the pool; return its number there."""
-        grid = job.run.how.grid
+        grid = job.run.settings.grid
         if job.run.recorded:
             job.run.rollout.reserve(grid.samples)
         part = min(round(PROGRESS_INTERVAL / grid.sample), grid.samples // SLICES)
@@ -294,11 +294,11 @@ class BatchRuns:
         if control is None:
             return self._result(job.run)
         try:
-            control.take(job.level, job.run)
+            control.take(job.refinement, job.run)
             finer = control.next_level()
             if finer is None:
                 return self._outcome(control)
-            job.level, job.run = finer, job.run.with_settings(control.how.at_level(finer))
+            job.refinement, job.run = finer, job.run.with_settings(control.settings.at_level(finer))
         except Exception as error:
             return _without_frames(error)
         return None
@@ -309,7 +309,7 @@ class BatchRuns:
     def _live(self, group: Mapping[int, Case]) -> list[Result]:
         """Run cases with one feedback controller side by side; where that fails, one by one."""
         cases = list(group.values())
-        if cases[0].settings.controlled:
+        if cases[0].settings.estimate:
             return [(k, self._controlled(case)) for k, case in group.items()]
         try:
             runs = lock_step_runs(
@@ -350,7 +350,7 @@ class _Job:
     index: int
     run: NativeRun
     control: AccuracyControl | None
-    level: int = 0
+    refinement: int = 0
     begin: float = 0.0
 
 
@@ -366,14 +366,14 @@ def _lock_step_key(case: Case, number: int) -> object:
         ParameterError: the case has no duration, or its controller's `start_key` is not hashable.
         UserCodeError: `to_dict` or `start_key` of its controller has raised.
     """
-    how = case.settings
+    settings = case.settings
     if isinstance(case.initial, Checkpoint):
         return number
     controller: object = id(case.controller)
     if hasattr(case.controller, "to_dict"):
-        settings = json.dumps(settings_of(case.controller), sort_keys=True, default=repr)
-        controller = (type(case.controller), settings)
-    return (controller, _start_key(case), id(case.scene.robot), how)
+        text = json.dumps(settings_of(case.controller), sort_keys=True, default=repr)
+        controller = (type(case.controller), text)
+    return (controller, _start_key(case), id(case.scene.robot), settings)
 
 
 def _start_key(case: Case) -> object:

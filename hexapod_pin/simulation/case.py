@@ -214,7 +214,7 @@ def run_case(
     try:
         with planning_told_to(planning):
             if isinstance(case.controller, FeedbackController):
-                if case.settings.controlled:
+                if case.settings.estimate:
                     return controlled_loop(case, progress).trace()
                 return closed_loop_run(case, case.settings, progress).require_good()
             run = open_loop_run(case, case.settings, in_parts=True)
@@ -226,13 +226,13 @@ def run_case(
 
 def _open_loop(run: NativeRun, progress: Callable[[float], None] | None) -> Trace:
     """Run what has been planned."""
-    if not run.how.controlled:
+    if not run.settings.estimate:
         run.advance(progress)
         return run.require_good()
 
-    def runner(how: RunSettings, tell: Callable[[float], None] | None) -> NativeRun:
-        other = run.with_settings(how)
+    def runner(settings: RunSettings, tell: Callable[[float], None] | None) -> NativeRun:
+        other = run.with_settings(settings)
         other.advance(tell)
         return other
 
-    return ControlledRun(run.how, runner, progress).outcome().trace()
+    return ControlledRun(run.settings, runner, progress).outcome().trace()

@@ -102,8 +102,11 @@ class CaseData(Immutable):
         """
         if self.duration is None:
             raise ParameterError("Case.duration", None, "given [s]")
-        how = self._settings(self.duration)
-        return replace(how, choice=replace(how.choice, sensitive=self.scene.sensitive))
+        settings = self._settings(self.duration)
+        return replace(
+            settings,
+            method_settings=replace(settings.method_settings, sensitive=self.scene.sensitive),
+        )
 
     def with_defaults(
         self: Kind,
@@ -314,20 +317,24 @@ def case_digest(case: CaseData) -> str:
         ParameterError: the controller cannot be written.
     """
     run = run_to_dict(case)
-    how = case._settings(0.0 if case.duration is None else case.duration)
-    settings = {
+    settings = case._settings(0.0 if case.duration is None else case.duration)
+    arguments = {
         "duration": case.duration,
-        "method": how.choice.method.name,
-        "accuracy": how.choice.accuracy,
-        "step": how.grid.step,
-        "sample": how.grid.sample,
+        "method": settings.method_settings.method.name,
+        "accuracy": settings.method_settings.accuracy,
+        "step": settings.grid.step,
+        "sample": settings.grid.sample,
         **({} if case.record is None else {"record": list(case.record)}),
-        **({} if how.controlled or not how.choice.method.adaptive else {"estimate": False}),
-        **how.choice.torque_request,
+        **(
+            {}
+            if settings.estimate or not settings.method_settings.method.adaptive
+            else {"estimate": False}
+        ),
+        **settings.method_settings.torque_request,
     }
     parts = {
         "schema": canonical_text(run["schema"]),
-        "run": canonical_text(settings),
+        "run": canonical_text(arguments),
         "controller": _controller_text(case.controller),
         "scene": scene_text(case.scene),
     }

@@ -231,7 +231,7 @@ class LockStep:
         self._feet = len(self.robot.feet)
         self._limits = {
             "q": (self.robot.lower - ROUNDING, self.robot.upper + ROUNDING),
-            "v": (-self.robot.velocity - ROUNDING, self.robot.velocity + ROUNDING),
+            "v": (-self.robot.velocity_limit - ROUNDING, self.robot.velocity_limit + ROUNDING),
             "torque": (np.full(self._shape[1], -np.inf), np.full(self._shape[1], np.inf)),
         }
         self._points = len(contact_names(self.runs[0].scene))

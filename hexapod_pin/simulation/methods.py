@@ -99,9 +99,9 @@ class MethodSettings:
         torque_accuracy: error of torques to keep [N m]; 0: none asked for.
         torque_share: the same over the largest torque [-]; 0: none asked for.
         positions: whether that of positions is asked for too.
-        level: of an adaptive method whose global error is kept: how finely the run is resolved;
-            tolerances fall to a tenth with four of them. None: `accuracy` is what one step may
-            lose, and nothing is known of the whole run.
+        refinement: of an adaptive method whose global error is kept: how finely the run is
+            resolved; tolerances fall to a tenth with four of them. None: `accuracy` is what one
+            step may lose, and nothing is known of the whole run.
         sensitive: whether the scene is: small errors may turn its motion into another.
     """
 
@@ -111,7 +111,7 @@ class MethodSettings:
     torque_accuracy: float = 0.0
     torque_share: float = 0.0
     positions: bool = True
-    level: int | None = None
+    refinement: int | None = None
     sensitive: bool = False
 
     @property
@@ -120,14 +120,14 @@ class MethodSettings:
         if not self.method.adaptive:
             return 0.0
         loosest = LOOSEST_TOLERANCE[self.method.name]
-        if self.level is None:
+        if self.refinement is None:
             return min(loosest, self.accuracy)
-        return min(loosest, START_RATIO * self.accuracy) / self.refinement
+        return min(loosest, START_RATIO * self.accuracy) / self.tolerance_ratio
 
     @property
-    def refinement(self) -> float:
+    def tolerance_ratio(self) -> float:
         """How much finer than at level 0: the ratio of tolerances, at least 1."""
-        return float(10.0 ** ((self.level or 0) / LEVELS_PER_DECADE))
+        return float(10.0 ** ((self.refinement or 0) / LEVELS_PER_DECADE))
 
     @property
     def first_levels(self) -> tuple[int, int]:
@@ -142,13 +142,13 @@ class MethodSettings:
     @property
     def finest_level(self) -> int:
         """The finest level: where round-off takes over."""
-        coarsest = replace(self, level=0).tolerance
+        coarsest = replace(self, refinement=0).tolerance
         decades = math.log10(coarsest / LEAST_TOLERANCE[self.method.name])
         return max(
             self.first_levels[-1], min(MOST_LEVELS, math.floor(LEVELS_PER_DECADE * decades + 1e-9))
         )
 
-    def excess(self, error: ErrorEstimate, largest_torque: float) -> float:
+    def error_ratio(self, error: ErrorEstimate, largest_torque: float) -> float:
         """Return the largest estimated error over what was asked [-].
 
         Raises:
@@ -247,17 +247,21 @@ def _adaptive(method: Method, accuracy: float | None, step: float | None) -> Met
     return MethodSettings(method, float(wanted), 0.0)
 
 
-def check_supported(choice: MethodSettings, scene: Scene) -> None:
+def check_supported(method_settings: MethodSettings, scene: Scene) -> None:
     """Refuse a method that cannot do a scene.
 
     Raises:
         ParameterError: names the part of the scene and the way out.
     """
     friction = scene.contact.friction
-    if choice.method.adaptive and friction.kind == "stick-slip" and friction.damping <= 0.0:
+    if (
+        method_settings.method.adaptive
+        and friction.kind == "stick-slip"
+        and friction.damping <= 0.0
+    ):
         raise ParameterError(
             "StickSlip.damping",
             friction.damping,
-            f"above 0 N s/m with method {choice.method.name!r}",
+            f"above 0 N s/m with method {method_settings.method.name!r}",
             "Without it a sliding spring has no rate of its own. Or take a fixed-step method.",
         )

@@ -82,7 +82,7 @@ class NativeRun:
     def __init__(
         self,
         scene: Scene,
-        how: RunSettings,
+        settings: RunSettings,
         start: Checkpoint,
         set_points: JointTrajectory,
         *,
@@ -95,7 +95,7 @@ class NativeRun:
 
         Args:
             scene: what is simulated.
-            how: method and sampling.
+            settings: method and sampling.
             start: where it starts.
             set_points: what the drives follow until a command arrives.
             controller: for the trace: what controls the run, as TOML-able data.
@@ -103,8 +103,8 @@ class NativeRun:
             groups: of arrays that the samples hold, as of `recorded_groups`.
             parts: what plans more than `set_points`, of which these are the first part.
         """
-        check_supported(how.choice, scene)
-        self.scene, self.how, self.set_points, self.start = scene, how, set_points, start
+        check_supported(settings.method_settings, scene)
+        self.scene, self.settings, self.set_points, self.start = scene, settings, set_points, start
         self.controller = deepcopy(dict(controller or {"kind": "commands"}))
         self.trunk_points = native_loads(scene.robot, scene.settings).trunk_points
         self.recorded = record
@@ -119,9 +119,9 @@ class NativeRun:
     def _start(self, start: Checkpoint, record: bool) -> Any:
         from hexapod_pin import native as _native
 
-        points, how = self.set_points, self.how
-        limit = np.asarray(self.scene.robot.velocity, dtype=float)
-        settings: dict[str, Any] = dict(
+        points, settings = self.set_points, self.settings
+        limit = np.asarray(self.scene.robot.velocity_limit, dtype=float)
+        arguments: dict[str, Any] = dict(
             plant=native_plant(self.scene),
             time=points.time.tolist(),
             position=np.ascontiguousarray(points.q, dtype=float),
@@ -129,40 +129,42 @@ class NativeRun:
             kind=points.kind,
             acceleration=native_acceleration(points),
             start=_native.checkpoint(
-                samples_before(start.time, how.grid.sample), start.time, start.q, start.v,
+                samples_before(start.time, settings.grid.sample), start.time, start.q, start.v,
                 start.contacts, start.controller, start.command, start.impulse,
             ),
-            method=how.choice.method.name,
-            step=how.grid.step,
-            stride=how.grid.stride,
-            sample=how.grid.sample,
-            tolerance=how.choice.tolerance,
-            refinement=how.choice.refinement,
+            method=settings.method_settings.method.name,
+            step=settings.grid.step,
+            stride=settings.grid.stride,
+            sample=settings.grid.sample,
+            tolerance=settings.method_settings.tolerance,
+            refinement=settings.method_settings.tolerance_ratio,
             record=record,
             rate_limit=np.where(limit > 0.0, limit, np.inf),
             trunk=[(place, radius) for _, place, radius, _ in self.trunk_points],
             window=np.array(summary_window(points)),
             torque_limit=LIMITED_TORQUE_SHARE * torque_limit(self.scene.robot, self.scene.servos),
-            evaluations=how.evaluations,
-            smallest_step=how.limits.smallest_step,
-            wall_time=how.limits.wall_time,
+            evaluations=settings.evaluations,
+            smallest_step=settings.limits.smallest_step,
+            wall_time=settings.limits.wall_time,
         )  # fmt: skip
         if self.omitted:
             tables = [TABLES.get(array, (array,)) for array in self.omitted]
-            settings["omitted"] = [name for names in tables for name in names]
+            arguments["omitted"] = [name for names in tables for name in names]
         try:
-            return _native.start(**settings)
+            return _native.start(**arguments)
         except ValueError as error:  # what only the core knows: a method that cannot do a scene
             if str(error).startswith(OF_START):
                 raise ParameterError(
                     "initial", "this checkpoint", f"of this scene: {error}"
                 ) from None
-            raise ParameterError("method", how.choice.method.name, str(error)) from None
+            raise ParameterError(
+                "method", settings.method_settings.method.name, str(error)
+            ) from None
 
-    def with_settings(self, how: RunSettings) -> NativeRun:
+    def with_settings(self, settings: RunSettings) -> NativeRun:
         """Return a run of the same scene from the same start, with other settings."""
         other = copy(self)
-        other.how, other.wall_time = how, 0.0
+        other.settings, other.wall_time = settings, 0.0
         other.rollout = other._start(self.start, self.recorded)
         return other
 
@@ -179,15 +181,15 @@ class NativeRun:
             HexapodError: of `progress`, or of what plans a part; they are in it, too.
         """
         begin = time.perf_counter()
-        done, samples = 0, self.how.grid.samples
+        done, samples = 0, self.settings.grid.samples
         self.rollout.reserve(samples)
-        chunk = max(1, round(PROGRESS_INTERVAL / self.how.grid.sample))
+        chunk = max(1, round(PROGRESS_INTERVAL / self.settings.grid.sample))
         try:
             while done < samples and self.good:
                 part = min(chunk, samples - done)
                 share = done / samples
                 if self.parts is not None:
-                    self.parts.extend(self.rollout, self.time + part * self.how.grid.sample)
+                    self.parts.extend(self.rollout, self.time + part * self.settings.grid.sample)
                 self.good = self.rollout.advance(part, progress and partial(progress, share))
                 done += part
                 if progress is not None:
@@ -311,46 +313,49 @@ class NativeRun:
 
 
 def open_loop_run(
-    case: CaseData, how: RunSettings, *, record: bool = True, in_parts: bool = False
+    case: CaseData, settings: RunSettings, *, record: bool = True, in_parts: bool = False
 ) -> NativeRun:
     """Plan a case whose controller knows its whole trajectory, and set its run up.
 
     Args:
         case: what is run.
-        how: method, duration and sampling.
+        settings: method, duration and sampling.
         record: whether the samples are kept that the case asks for; else those alone, of a run
             whose error is kept, that this takes.
         in_parts: whether the run plans a long walk part by part, as `NativeRun.advance` can.
     """
     check_controller(case.controller)
     scene, initial = case.scene, case.initial
-    begin = begin_of(initial, how)
-    check_supported(how.choice, scene)
-    groups = case.record if record else how.compared_groups
-    if record or how.controlled:
-        check_work(how, scene, groups)
+    begin = begin_of(initial, settings)
+    check_supported(settings.method_settings, scene)
+    groups = case.record if record else settings.compared_groups
+    if record or settings.estimate:
+        check_work(settings, scene, groups)
     controller = cast("Controller", case.controller)
     plan, parts = plan_of(
-        controller, scene.robot, begin, begin + max(how.duration, how.grid.sample),
-        how.limits.memory, in_parts=in_parts and not scene.prescribed, sample=how.grid.sample,
+        controller, scene.robot, begin, begin + max(settings.duration, settings.grid.sample),
+        settings.limits.memory, in_parts=in_parts and not scene.prescribed,
+        sample=settings.grid.sample,
     )  # fmt: skip
     start = starting_point(scene, plan.q[0], initial, plan.start_pose)
     if scene.prescribed:
         start = prescribed_start(scene.robot, plan, start, given=initial is not None)
     run = NativeRun(
-        scene, how, start, plan, controller=settings_of(controller),
-        record=record or how.controlled, groups=groups, parts=parts,
+        scene, settings, start, plan, controller=settings_of(controller),
+        record=record or settings.estimate, groups=groups, parts=parts,
     )  # fmt: skip
     run.settings = run_to_dict(case)
     return run
 
 
-def begin_of(initial: State | Checkpoint | None, how: RunSettings, tick: float = math.inf) -> float:
+def begin_of(
+    initial: State | Checkpoint | None, settings: RunSettings, tick: float = math.inf
+) -> float:
     """Return when a run begins [s].
 
     Args:
         initial: where it starts.
-        how: its samples, its steps and its duration.
+        settings: its samples, its steps and its duration.
         tick: period of a controller that takes part in it [s].
 
     Raises:
@@ -358,15 +363,15 @@ def begin_of(initial: State | Checkpoint | None, how: RunSettings, tick: float =
             double precision; or it would end so late.
     """
     begin = initial.time if isinstance(initial, Checkpoint) else 0.0
-    latest = how.grid.latest(tick)
-    parts = {"samples": how.grid.sample, "steps": how.grid.step, "ticks": tick}
+    latest = settings.grid.latest(tick)
+    parts = {"samples": settings.grid.sample, "steps": settings.grid.step, "ticks": tick}
     word = min((name for name in parts if parts[name]), key=lambda name: parts[name])
     allowed = f"at most {latest:g} s, where {word} {parts[word]:g} s apart still advance the clock"
     if begin > latest:
         raise ParameterError("initial.time", begin, allowed)
-    if begin + how.duration > latest:
+    if begin + settings.duration > latest:
         where = "duration" if not begin else "initial.time + duration"
-        raise ParameterError(where, begin + how.duration, allowed)
+        raise ParameterError(where, begin + settings.duration, allowed)
     return begin
 
 

@@ -83,29 +83,29 @@ class Comparison:
         return finer > MANY_MORE_EVENTS * coarser + FEW_EVENTS
 
     @property
-    def share(self) -> float:
+    def error_fraction(self) -> float:
         """Error of the run that will do, or of the finer one, over the difference, at most [-]."""
         return self._coarser_share if self.takes_coarser else self._finer_share
 
     @property
-    def coarser_excess(self) -> float:
+    def coarser_error_ratio(self) -> float:
         """Bound of the coarser run's error over what was asked [-]."""
         return self._coarser_share * self.difference
 
     @property
-    def finer_excess(self) -> float:
+    def finer_error_ratio(self) -> float:
         """Bound of the finer run's error over what was asked [-]."""
         return self._finer_share * self.difference
 
     @property
     def kept(self) -> bool:
         """Whether one of them is within what was asked."""
-        return not self.finds_more and min(self.coarser_excess, self.finer_excess) <= 1.0
+        return not self.finds_more and min(self.coarser_error_ratio, self.finer_error_ratio) <= 1.0
 
     @property
     def takes_coarser(self) -> bool:
         """Whether the coarser one will do: its bound is the sharper one."""
-        return not self.finds_more and self.coarser_excess <= 1.0
+        return not self.finds_more and self.coarser_error_ratio <= 1.0
 
     @property
     def _coarser_share(self) -> float:
@@ -141,13 +141,13 @@ def next_level(made: Sequence[Comparison], finest: int = MOST_LEVELS) -> int | N
     last = made[-1]
     if last.kept or last.finer + min(FINER_SHARE) > finest or has_stalled(made):
         return None
-    jump = min(FINER_SHARE) if _without_gain(made) else _jump_for(last.finer_excess)
+    jump = min(FINER_SHARE) if _without_gain(made) else _jump_for(last.finer_error_ratio)
     return min(last.finer + jump, finest)
 
 
-def _jump_for(excess: float) -> int:
+def _jump_for(error_ratio: float) -> int:
     """Return the levels to a run whose bound should do, from a bound over what was asked [-]."""
-    expected = TYPICAL_SHARE * excess
+    expected = TYPICAL_SHARE * error_ratio
     return next((j for j, share in FINER_SHARE.items() if share * expected <= AIM), LARGEST_JUMP)
 
 

@@ -44,7 +44,7 @@ class RunState(Protocol):
     """What is read of a run under way; see `NativeRun`."""
 
     scene: Scene
-    how: RunSettings
+    settings: RunSettings
     set_points: JointTrajectory
     start: Checkpoint
     controller: dict[str, Any]
@@ -104,11 +104,11 @@ def run_record(run: RunState) -> RunRecord:
     return RunRecord(
         robot=robot_facts(scene),
         numerics=Numerics(
-            method=run.how.choice.method.name,
-            accuracy=run.how.choice.accuracy,
-            step=run.how.grid.step,
-            sample=run.how.grid.sample,
-            duration=run.how.duration,
+            method=run.settings.method_settings.method.name,
+            accuracy=run.settings.method_settings.accuracy,
+            step=run.settings.grid.step,
+            sample=run.settings.grid.sample,
+            duration=run.settings.duration,
         ),
         walk=WalkFacts.of(run.set_points, run.controller),
         gravity=scene.gravity,
@@ -138,7 +138,7 @@ def robot_facts(scene: Scene) -> RobotFacts:
         total_mass=scene.total_mass,
         joint_kinds=told_kinds(robot),
         effort_limit=tuple(torque_limit(robot, scene.servos).tolist()),
-        velocity_limit=tuple(robot.velocity.tolist()),
+        velocity_limit=tuple(robot.velocity_limit.tolist()),
         foot_radius=tuple(contact_radii(scene)),
     )
 
@@ -222,16 +222,16 @@ def failure(run: RunState, trace: Trace | None) -> DivergenceError:
         time, rate = float(trace.time[-1]), trace.v[-1, 6:]
     causes = [*_fastest_joint(rate, run.scene.robot.joint_names), *_loaded_foot(trace)]
     told = f"the run diverged after t = {time:g} s ({'; '.join(causes)}). "
-    return DivergenceError(told + _advice(run.how.choice), trace)
+    return DivergenceError(told + _advice(run.settings.method_settings), trace)
 
 
 def _ended(run: RunState, limit: str) -> str:
     """Return what a run that its limits have ended was stuck at."""
-    how, scene = run.how, run.scene
+    settings, scene = run.settings, run.scene
     reached = {
-        "evaluations": f"{how.evaluations:.3g} evaluations are used up",
-        "smallest_step": f"its steps are shorter than {how.limits.smallest_step:g} s",
-        "wall_time": f"{how.limits.wall_time:g} s of wall time are used up",
+        "evaluations": f"{settings.evaluations:.3g} evaluations are used up",
+        "smallest_step": f"its steps are shorter than {settings.limits.smallest_step:g} s",
+        "wall_time": f"{settings.limits.wall_time:g} s of wall time are used up",
         "stopped": "it was told to stop",
     }[limit]
     step, coordinate, foot = run.rollout.trouble()
@@ -245,7 +245,8 @@ def _ended(run: RunState, limit: str) -> str:
         causes.append(f"most loaded foot {contact_names(scene)[foot]}, {laws}")
     return (
         f"the run was ended at t = {run.time:g} s: {reached} ({'; '.join(causes)}). Try another "
-        f"method than {how.choice.method.name!r}, a looser accuracy or softer contact, or raise "
+        f"method than {settings.method_settings.method.name!r}, a looser accuracy or softer "
+        "contact, or raise "
         f"limits=hp.WorkLimits({limit}=...); allow=True (--force) lifts all limits."
     )
 
@@ -269,13 +270,14 @@ def _loaded_foot(trace: Trace | None) -> list[str]:
     return [f"most loaded foot {trace.foot_names[foot]} with {force[foot]:.3g} N"]
 
 
-def _advice(choice: MethodSettings) -> str:
-    if choice.method.adaptive:
+def _advice(method_settings: MethodSettings) -> str:
+    if method_settings.method.adaptive:
         return (
-            f"No step of {choice.method.name!r} kept {choice.accuracy:g}: try method='robust', "
+            f"No step of {method_settings.method.name!r} kept {method_settings.accuracy:g}: try "
+            "method='robust', "
             "softer contact, or lower servo gains."
         )
     return (
-        f"Try a smaller step than {choice.step:g} s, method='robust', softer contact, or lower "
-        "servo gains."
+        f"Try a smaller step than {method_settings.step:g} s, method='robust', softer contact, or "
+        "lower servo gains."
     )

@@ -205,17 +205,17 @@ class RunSettings:
     """How to run: the method with its number, and the grid of samples.
 
     Attributes:
-        choice: method, and its accuracy or step.
+        method_settings: method, and its accuracy or step.
         grid: samples and steps.
         duration: simulated time [s].
-        controlled: whether the error of the whole run is estimated and kept.
+        estimate: whether the error of the whole run is estimated and kept.
         limits: what it may use.
     """
 
-    choice: MethodSettings
+    method_settings: MethodSettings
     grid: TimeGrid
     duration: float
-    controlled: bool = False
+    estimate: bool = False
     limits: WorkLimits = field(default_factory=WorkLimits)
 
     @classmethod
@@ -235,30 +235,30 @@ class RunSettings:
         Raises:
             ParameterError: one is out of range, or they do not fit together.
         """
-        choice = resolve_method(method, accuracy, step, torque_accuracy)
+        method_settings = resolve_method(method, accuracy, step, torque_accuracy)
         grid = (
             TimeGrid.adaptive(duration, sample)
-            if choice.method.adaptive
-            else TimeGrid.fixed(duration, choice.step, sample)
+            if method_settings.method.adaptive
+            else TimeGrid.fixed(duration, method_settings.step, sample)
         )
-        controlled = choice.method.adaptive and estimate
-        return cls(choice, grid, duration, controlled, limits or WorkLimits())
+        estimate = method_settings.method.adaptive and estimate
+        return cls(method_settings, grid, duration, estimate, limits or WorkLimits())
 
     @property
     def evaluations(self) -> float:
         """Evaluations that it may use; those of fixed steps are known before."""
-        if self.limits.evaluations is None and not self.choice.method.adaptive:
+        if self.limits.evaluations is None and not self.method_settings.method.adaptive:
             return math.inf
         return self.limits.evaluations_of(self.duration)
 
     @property
     def compared_groups(self) -> tuple[str, ...]:
         """The groups of samples, besides the motion, that keeping the error takes."""
-        return ("torque",) if self.choice.torque_request else ()
+        return ("torque",) if self.method_settings.torque_request else ()
 
-    def at_level(self, level: int) -> RunSettings:
+    def at_level(self, refinement: int) -> RunSettings:
         """Return the settings of a run of this level of resolution."""
-        return replace(self, choice=replace(self.choice, level=level))
+        return replace(self, method_settings=replace(self.method_settings, refinement=refinement))
 
 
 # What a run will need, before it starts; refused where that is absurd.
@@ -290,21 +290,21 @@ class WorkForecast:
     memory: float
 
     @classmethod
-    def of(cls, how: RunSettings, scene: Scene, groups: Sequence[str] | None) -> WorkForecast:
+    def of(cls, settings: RunSettings, scene: Scene, groups: Sequence[str] | None) -> WorkForecast:
         """Return what a run will need that keeps these groups of samples, None for all."""
-        grid = how.grid
+        grid = settings.grid
         steps = (
-            max(grid.samples, STEPS_PER_SECOND * how.duration)
-            if how.choice.method.adaptive
+            max(grid.samples, STEPS_PER_SECOND * settings.duration)
+            if settings.method_settings.method.adaptive
             else float(grid.samples) * grid.stride
         )
-        runs = RUNS_IN_MEMORY if how.controlled else 1
-        return cls(steps, grid.samples, runs * sample_bytes(how, scene, groups))
+        runs = RUNS_IN_MEMORY if settings.estimate else 1
+        return cls(steps, grid.samples, runs * sample_bytes(settings, scene, groups))
 
 
-def sample_bytes(how: RunSettings, scene: Scene, groups: Sequence[str] | None) -> float:
+def sample_bytes(settings: RunSettings, scene: Scene, groups: Sequence[str] | None) -> float:
     """Return what the samples of one run take that keeps these groups, None for all [bytes]."""
-    return 8.0 * how.grid.samples * _width(scene, groups)
+    return 8.0 * settings.grid.samples * _width(scene, groups)
 
 
 def _width(scene: Scene, groups: Sequence[str] | None) -> int:
@@ -318,12 +318,12 @@ def _width(scene: Scene, groups: Sequence[str] | None) -> int:
 
 
 def check_work(
-    how: RunSettings, scene: Scene, groups: Sequence[str] | None, *, tick: float | None = None
+    settings: RunSettings, scene: Scene, groups: Sequence[str] | None, *, tick: float | None = None
 ) -> None:
     """Refuse a run that would need more than its limits allow.
 
     Args:
-        how: method and sampling, with the limits.
+        settings: method and sampling, with the limits.
         scene: what is simulated.
         groups: of samples that are kept, None for all; empty: none but the motion.
         tick: period of a controller that takes part in the run [s]; None: there is none.
@@ -331,15 +331,15 @@ def check_work(
     Raises:
         ParameterError: names the setting, what it would come to, and the way out.
     """
-    limits, grid = how.limits, how.grid
+    limits, grid = settings.limits, settings.grid
     _require_least("step", grid.step, limits.step if grid.step else 0.0)
     _require_least("sample", grid.sample, limits.sample)
     _require_least("controller.period", limits.sample if tick is None else tick, limits.sample)
-    forecast = WorkForecast.of(how, scene, groups)
-    ticks = 0.0 if tick is None else how.duration / tick
+    forecast = WorkForecast.of(settings, scene, groups)
+    ticks = 0.0 if tick is None else settings.duration / tick
     if max(forecast.steps, STEPS_PER_TICK * ticks) > limits.steps:
         raise ParameterError(
-            "duration", how.duration,
+            "duration", settings.duration,
             f"short enough for {limits.steps:.3g} steps; it would take about "
             f"{forecast.steps:.3g}" + (f" and {ticks:.3g} ticks" if ticks else ""),
             f"Run it in parts (initial=trace.checkpoint), or with a longer step or sample. {LIFT}",

@@ -102,12 +102,12 @@ class Session:
             StateError: `initial` does not fit the robot.
         """
         chosen = limits or chosen_limits(None, allow).model_copy(update={"evaluations": math.inf})
-        how = RunSettings.of(0.0, method, accuracy, step, sample, limits=chosen)
+        settings = RunSettings.of(0.0, method, accuracy, step, sample, limits=chosen)
         groups = recorded_groups(record)
-        check_work(how, scene, groups)
-        begin_of(initial, how)
+        check_work(settings, scene, groups)
+        begin_of(initial, settings)
         start = starting_point(scene, scene.robot.posture, initial)
-        self._run = live_run(scene, how, start, groups=groups)
+        self._run = live_run(scene, settings, start, groups=groups)
         self._together = LockStep([self._run])
         self._measured = ticks_of(start, "measured") if "measured" in (start.loop or {}) else 0
         self._reader = (sensors or Sensors()).start([0])
@@ -193,7 +193,7 @@ class Session:
             DivergenceError: the run left the finite world; `.trace` holds what was good.
             SimulationInterrupted: Ctrl-C; `.trace` holds what was done.
         """
-        latest = self._run.how.grid.latest()
+        latest = self._run.settings.grid.latest()
         if not self.time <= until <= latest:
             raise ParameterError("until", until, f"from {self.time:g} to {latest:g} s")
         begin = time.perf_counter()
@@ -220,7 +220,7 @@ class Session:
 
 def live_run(
     scene: Scene,
-    how: RunSettings,
+    settings: RunSettings,
     start: Checkpoint,
     *,
     controller: Mapping[str, Any] | None = None,
@@ -233,7 +233,7 @@ def live_run(
 
     Args:
         scene: what is simulated.
-        how: method and sampling.
+        settings: method and sampling.
         start: where it starts.
         controller: as of `NativeRun`.
         gait: as of `waiting`.
@@ -243,7 +243,9 @@ def live_run(
     """
     refuse_commands(scene.prescribed, "where a run is commanded at ticks")
     points = waiting(start.q[7:], gait, end)
-    run = NativeRun(scene, how, start, points, controller=controller, record=record, groups=groups)
+    run = NativeRun(
+        scene, settings, start, points, controller=controller, record=record, groups=groups
+    )
     if not start.command.size:
         LockStep([run]).command(Command(start.q[None, 7:]), 0.0)
     return run
@@ -253,10 +255,10 @@ def live_run(
 
 
 def closed_loop_run(
-    case: CaseData, how: RunSettings, progress: Callable[[float], None] | None = None
+    case: CaseData, settings: RunSettings, progress: Callable[[float], None] | None = None
 ) -> NativeRun:
     """Run a case under its feedback controller; raises as `lock_step_runs`."""
-    return lock_step_runs([case], how, progress=progress)[0]
+    return lock_step_runs([case], settings, progress=progress)[0]
 
 
 def controlled_loop(
@@ -271,15 +273,15 @@ def controlled_loop(
         HexapodError: as `lock_step_runs`.
     """
 
-    def runner(how: RunSettings, tell: Callable[[float], None] | None) -> NativeRun:
-        return lock_step_runs([case], how, record=record, progress=tell)[0]
+    def runner(settings: RunSettings, tell: Callable[[float], None] | None) -> NativeRun:
+        return lock_step_runs([case], settings, record=record, progress=tell)[0]
 
     return ControlledRun(case.settings, runner, progress).outcome()
 
 
 def lock_step_runs(
     cases: Sequence[CaseData],
-    how: RunSettings,
+    settings: RunSettings,
     *,
     record: bool = True,
     threads: int = 1,
@@ -289,7 +291,7 @@ def lock_step_runs(
 
     Args:
         cases: what to run.
-        how: method, duration and sampling.
+        settings: method, duration and sampling.
         record: whether samples are kept.
         threads: how many advance at a time, between the ticks; the bits do not depend on it.
         progress: called with the finished fraction now and then.
@@ -299,15 +301,15 @@ def lock_step_runs(
         HexapodError: the controller has raised, or returned what cannot be used. The samples so
             far are in the error of a run of its own; of several, each is to be run alone.
     """
-    runs = [set_up(case, how, record=record) for case in cases]
+    runs = [set_up(case, settings, record=record) for case in cases]
     loop = ControlLoop(runs, cases[0].controller, threads)  # type: ignore[arg-type]
     if len(cases) == 1:
         resume(loop, cases[0].initial)
-    _run(loop, runs, runs[0].time + how.duration, progress)
+    _run(loop, runs, runs[0].time + settings.duration, progress)
     return runs
 
 
-def set_up(case: CaseData, how: RunSettings, *, record: bool = True) -> NativeRun:
+def set_up(case: CaseData, settings: RunSettings, *, record: bool = True) -> NativeRun:
     """Return the run of a case with a feedback controller, where it starts."""
     check_controller(case.controller)
     scene, controller, initial = (
@@ -315,19 +317,21 @@ def set_up(case: CaseData, how: RunSettings, *, record: bool = True) -> NativeRu
         cast("FeedbackController", case.controller),
         case.initial,
     )
-    begin = begin_of(initial, how, float(controller.period))
-    groups = case.record if record else how.compared_groups or case.record
-    check_work(how, scene, groups if record or how.controlled else (), tick=controller.period)
+    begin = begin_of(initial, settings, float(controller.period))
+    groups = case.record if record else settings.compared_groups or case.record
+    check_work(
+        settings, scene, groups if record or settings.estimate else (), tick=controller.period
+    )
     start = starting_point(scene, _posture(controller, scene), initial)
     run = live_run(
         scene,
-        how,
+        settings,
         start,
         controller=settings_of(controller),
-        record=record or how.controlled,
+        record=record or settings.estimate,
         groups=groups,
         gait=getattr(controller, "gait", None),
-        end=begin + how.duration,
+        end=begin + settings.duration,
     )
     run.settings = run_to_dict(case)
     return run

@@ -77,7 +77,7 @@ def assumed_inputs(robot: Robot, *, prescribed: bool = False) -> tuple[AssumedIn
     found = [
         _payload(robot),
         AssumedInput(
-            {"input": "friction", "distribution": "uniform", "low": 0.4, "high": 0.9},
+            {"input": "mu", "distribution": "uniform", "low": 0.4, "high": 0.9},
             "rubber feet on floors from dusty to clean",
         ),
         AssumedInput(

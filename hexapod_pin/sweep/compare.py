@@ -160,7 +160,7 @@ def _settings(planned: Sequence[PlannedRun]) -> tuple[str, ...]:
     lines: dict[str, None] = {}
     for plan in planned:
         settings, robot = plan.case.settings, plan.case.scene.robot
-        choice = settings.choice
+        choice = settings.method_settings
         how = f"accuracy {choice.accuracy:g}" if choice.accuracy else f"step {choice.step:g} s"
         text = f"{robot.name}, {settings.duration:g} s, {choice.method.name}, {how}"
         lines[text] = None

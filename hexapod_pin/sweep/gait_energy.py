@@ -68,11 +68,11 @@ def gait_energy(
     gaits: Mapping[str, Gait] | None = None,
     speeds: ArrayLike = SPEEDS,
     *,
-    step_height: float = STEP_HEIGHT,
+    lift: float = STEP_HEIGHT,
     stroke: float | None = None,
     cycle_time: float | None = None,
     copper_loss: float | None = None,
-    controller: Callable[[Gait], AnyController] = KinematicControl,
+    make_controller: Callable[[Gait], AnyController] = KinematicControl,
     cycles: int = 1,
     accuracy: float = DEFAULT_ACCURACY,
     threads: int = 2,
@@ -90,13 +90,13 @@ def gait_energy(
         gaits: order and duty of the steps by name; None: `study_gaits`, tripod, ripple,
             tetrapod, wave 3/4 and wave 5/6 with six legs.
         speeds: ascending [m/s].
-        step_height: lift of the swing feet [m].
+        lift: lift of the swing feet [m].
         stroke: of all gaits [m]; None: 0.14 m, unless a cycle time is given.
         cycle_time: of all gaits [s].
         copper_loss: electrical loss of a joint over torque^2 [W/(N m)^2]; None: no-load speed over
             stall torque of its motor, which is R / (k N)^2 of a DC motor without other losses, or,
             without a motor, velocity limit over effort limit of the URDF (*assumed*).
-        controller: makes the controller of a gait.
+        make_controller: makes the controller of a gait.
         cycles: whole cycles after the start-up.
         accuracy: as in `simulate` [m and rad].
         threads: how many run at a time.
@@ -127,8 +127,8 @@ def gait_energy(
     cases: dict[tuple[int, ...], Case | Exception] = {}
     for g, table in enumerate(tables.values()):
         for k, speed in enumerate(axis):
-            gait = _at_speed(table, float(speed), step_height, stroke, cycle_time)
-            control = controller(gait)
+            gait = _at_speed(table, float(speed), lift, stroke, cycle_time)
+            control = make_controller(gait)
             duration, sample = walk_times(gait.cycle_time, cycles)
             for s, scene in enumerate(named.values()):  # innermost: the plan is remembered
                 cases[s, g, k] = Case(
@@ -147,7 +147,7 @@ def gait_energy(
         gaits=tuple(tables),
         duty=np.array([gait.duty for gait in tables.values()]),
         speed=axis,
-        step_height=float(step_height),
+        lift=float(lift),
         copper_loss=next(iter(loss.values())),
         check=found,
         run=_record(named, tables, copper_loss, accuracy, cycles, stroke, cycle_time),
@@ -196,7 +196,7 @@ def _copper_losses(scene: Scene, given: float | None) -> Array:
         return np.full(len(robot.joint_names), float(given))
     found = np.empty(len(robot.joint_names))
     for k, motor in enumerate(scene.servos.motors(robot)):
-        speed, torque = float(robot.velocity[k]), float(robot.effort[k])
+        speed, torque = float(robot.velocity_limit[k]), float(robot.effort_limit[k])
         if motor is not None:
             speed, torque = motor.no_load_speed, motor.stall_torque
         if not (speed > 0.0 and torque > 0.0 and np.isfinite(speed) and np.isfinite(torque)):
@@ -213,7 +213,9 @@ def _numbers(case: Case, run: Trace | Summary, copper_loss: Array) -> Numbers:
     assert isinstance(run, Summary)
     budget = torque_budget(run)
     gait: Gait = case.controller.gait  # type: ignore[union-attr]  # made of one
-    square = run.torque_rms**2 * run.time / (run.cycles or 1)  # integral of torque^2, per cycle
+    square = (
+        run.torque_rms**2 * run.window_time / (run.cycles or 1)
+    )  # integral of torque^2, per cycle
     way = budget.distance if budget.distance is not None and budget.distance > 0.0 else np.nan
     electrical = budget.net_energy + float(copper_loss @ square)
     return {
@@ -225,7 +227,7 @@ def _numbers(case: Case, run: Trace | Summary, copper_loss: Array) -> Numbers:
         "torque_peak": float(np.abs(run.torque_peak).max()),
         "torque_rms": float(run.torque_rms.max()),
         "speed_peak": float(np.abs(run.speed_peak).max()),
-        "measured_speed": budget.speed,
+        "measured_speed": budget.measured_speed,
         "stroke": gait.stroke,
         "cycle_time": gait.cycle_time,
     }

@@ -171,7 +171,7 @@ def _check(pairs: Iterable[Any], cases: Mapping[Place, Case | Exception]) -> Acc
     known = [(p, a, b) for p, a, b in pairs if not isinstance(a, str) and not isinstance(b, str)]
     if not known:
         return None
-    names = tuple(name for name in known[0][1] if name != "phase_rms_error")
+    names = tuple(name for name in known[0][1] if name != "phase_torque_rms_error")
     change = [[_change(a[name], b[name]) for name in names] for _, a, b in known]
     accuracy = next(float(c.accuracy or 0.0) for c in cases.values() if isinstance(c, Case))
     return AccuracyCheck(accuracy, np.array([p for p, _, _ in known]), names, np.array(change))

@@ -165,7 +165,7 @@ def peak_variants(case: Case) -> tuple[Variant, Variant, Variant]:
     """
     finer = _finer(case)
     base, baseline = (case, RUN) if finer[1] is None else (finer[1], ACCURACY)
-    at = _numerics(base.settings.choice)
+    at = _numerics(base.settings.method_settings)
     return finer, _stiffer_contact(base, baseline, at), _stiffer_servo(base, baseline, at)
 
 
@@ -186,7 +186,7 @@ def _finer(case: Case) -> Variant:
     A tenth of the step for every method: behind a touch-down each is of first order only.
     """
     settings = case.settings
-    choice, sample = settings.choice, settings.grid.sample
+    choice, sample = settings.method_settings, settings.grid.sample
     title = "ten times the accuracy"
     if not choice.method.adaptive:
         step = choice.step / FINER
@@ -207,8 +207,12 @@ def _finer(case: Case) -> Variant:
         return Recomputation(ACCURACY, title, text, RUN, failure=failure), None
 
 
-def _numerics(choice: MethodSettings) -> str:
-    return f"accuracy {choice.accuracy:g}" if choice.method.adaptive else f"step {choice.step:g} s"
+def _numerics(method_settings: MethodSettings) -> str:
+    return (
+        f"accuracy {method_settings.accuracy:g}"
+        if method_settings.method.adaptive
+        else f"step {method_settings.step:g} s"
+    )
 
 
 def _stiffer_contact(case: Case, baseline: str, at: str) -> Variant:
@@ -252,25 +256,26 @@ class StiffnessEffect:
     """Relative changes of a run's torques with servos of half and of twice the stiffness.
 
     Attributes:
-        peak: of the largest torque of any joint [-]; NaN where that run has none.
-        p99: of the largest torque not exceeded for 99 % of the time [-]; likewise.
-        speed: speed over the nominal one in both runs [-]; NaN where none is planned.
+        torque_peak_change: of the largest torque of any joint [-]; NaN where that run has none.
+        torque_p99_change: of the largest torque not exceeded for 99 % of the time [-]; likewise.
+        speed_share: speed over the nominal one in both runs [-]; NaN where none is planned.
         failures: why a run has no numbers, one for each; empty where it has.
     """
 
-    peak: tuple[float, float]
-    p99: tuple[float, float]
-    speed: tuple[float, float]
+    torque_peak_change: tuple[float, float]
+    torque_p99_change: tuple[float, float]
+    speed_share: tuple[float, float]
     failures: tuple[str, str]
 
     @property
     def line(self) -> str:
         """The changes in one line."""
         text = (
-            f"peak torque changes by {_pair(self.peak)} (p99 by {_pair(self.p99)}) when the "
-            "assumed servo stiffness is halved/doubled"
+            f"peak torque changes by {_pair(self.torque_peak_change)} "
+            f"(p99 by {_pair(self.torque_p99_change)}) when the assumed servo stiffness is "
+            "halved/doubled"
         )
-        for word, failure, speed in zip(WORDS, self.failures, self.speed, strict=True):
+        for word, failure, speed in zip(WORDS, self.failures, self.speed_share, strict=True):
             if failure:
                 text += f"; {word} it {failure}"
             elif speed < LEAST_SHARE:
@@ -317,7 +322,7 @@ def _changes(base: Summary, result: object) -> tuple[float, float, float, str]:
     if not isinstance(result, Summary):
         return math.nan, math.nan, math.nan, f"ends early ({type(result).__name__})"
     nominal = result.run.walk.speed
-    speed = (result.speed or 0.0) / nominal if nominal and result.cycles else math.nan
+    speed = (result.measured_speed or 0.0) / nominal if nominal and result.cycles else math.nan
     peak, p99 = (
         _largest(getattr(result, name)) / _largest(getattr(base, name)) - 1.0
         for name in ("torque_peak", "torque_p99")

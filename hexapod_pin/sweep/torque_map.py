@@ -180,7 +180,7 @@ def _numbers(case: Case, run: Trace | Summary) -> Numbers:
         "negative_energy": summary.negative_energy,
         "normal_impulse": summary.normal_impulse,
         "distance": budget.distance,
-        "speed": budget.speed,
+        "measured_speed": budget.measured_speed,
         "nominal_speed": budget.nominal_speed,
         "cost_of_transport": budget.cost_of_transport,
         "cost_of_transport_positive": budget.cost_of_transport_positive,
@@ -198,10 +198,10 @@ def _phases(case: Case, trace: Trace) -> Numbers:
     found = scheduled_phase_torque(trace, gait.feet_down(middle / gait.cycle_time)[:, leg])
     blank: Array = np.where(legged, 0.0, np.nan)
     return {
-        "phase_peak": found.peak + blank,
-        "phase_rms": found.rms + blank,
+        "phase_torque_peak": found.peak + blank,
+        "phase_torque_rms": found.rms + blank,
         "phase_time": found.time + blank,
-        "phase_rms_error": found.rms_error + blank,
+        "phase_torque_rms_error": found.torque_rms_error + blank,
     }
 
 
@@ -225,7 +225,7 @@ def _map(
     filled = runs.arrays(empty_grid(LAYOUT, sizes), [sizes[name] for name in GRID])
     return TorqueMap(
         stroke=axes[0], cycle_time=axes[1], joint_names=joints, foot_names=feet,
-        kinds=joint_kinds(joints, len(scene.robot.feet), told_kinds(scene.robot)),
+        joint_kinds=joint_kinds(joints, len(scene.robot.feet), told_kinds(scene.robot)),
         check=check, run=record, **filled,
     )  # fmt: skip
 

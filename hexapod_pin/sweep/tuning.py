@@ -125,9 +125,9 @@ def _evolve(search: CandidateRuns, size: int, generations: int, seed: int) -> No
     """Run differential evolution on the unit cube, beginning with the start."""
     from scipy.optimize import differential_evolution
 
-    space, dice = search.space, np.random.default_rng(seed)
-    cells = dice.permuted(np.tile(np.arange(size), (len(space.names), 1)), axis=1).T
-    first = (cells + dice.random(cells.shape)) / size  # a Latin hypercube
+    space, rng = search.space, np.random.default_rng(seed)
+    cells = rng.permuted(np.tile(np.arange(size), (len(space.names), 1)), axis=1).T
+    first = (cells + rng.random(cells.shape)) / size  # a Latin hypercube
     first[0] = space.unit(space.first)
     try:
         differential_evolution(

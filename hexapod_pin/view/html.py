@@ -103,7 +103,7 @@ def view(
     loop: bool = True,
     fps: float = 60.0,
     force_scale: float | None = None,
-    seconds: float | None = None,
+    duration: float | None = None,
     port: int = 0,
     open_browser: bool = True,
     package_path: Sequence[str | Path] = (),
@@ -118,17 +118,17 @@ def view(
         loop: whether to start again at the end.
         fps: pictures per simulated second, 1e-3 to 1e6; never more than there are samples.
         force_scale: length of a force arrow, 1e-9 to 1e3 [m/N]; None fits it to the robot's weight.
-        seconds: how long to serve [s]; None until Ctrl-C.
+        duration: how long to serve [s]; None until Ctrl-C.
         port: of the loopback interface; 0 takes any free one.
         open_browser: whether to open the page; its address is printed in any case.
         package_path: folders that hold ROS packages: where to look for meshes first.
 
     Raises:
         ViewerError: the viewer cannot start, or the trace cannot be drawn.
-        ParameterError: `fps`, `speed`, `force_scale`, `seconds` or `port` is out of range.
+        ParameterError: `fps`, `speed`, `force_scale`, `duration` or `port` is out of range.
     """
-    if seconds is not None:
-        require_in("seconds", seconds, (0.0, threading.TIMEOUT_MAX, "s"))
+    if duration is not None:
+        require_in("duration", duration, (0.0, threading.TIMEOUT_MAX, "s"))
     with live_viewer(
         trace,
         speed=speed,
@@ -144,7 +144,7 @@ def view(
         if open_browser:
             webbrowser.open(viewer.url)
         with contextlib.suppress(KeyboardInterrupt):
-            threading.Event().wait(seconds)
+            threading.Event().wait(duration)
 
 
 @checked

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hexapod_pin.results.torque_map import TorqueMap
 
 
-QUANTITIES = {"phase_peak": "peak", "phase_rms": "RMS"}
+QUANTITIES = {"phase_torque_peak": "peak", "phase_torque_rms": "RMS"}
 """What the curves show, and its name on the axis."""
 
 MAP_QUANTITIES = {
@@ -47,7 +47,7 @@ def write_torque_curves(
     found: TorqueMap,
     path: str | Path,
     *,
-    quantity: str = "phase_peak",
+    quantity: str = "phase_torque_peak",
     strokes: Sequence[float] | None = None,
     cycle_times: Sequence[float] | None = None,
 ) -> Path:
@@ -59,7 +59,7 @@ def write_torque_curves(
     Args:
         found: the map.
         path: ends in .png, .svg or .pdf.
-        quantity: "phase_peak" or "phase_rms".
+        quantity: "phase_torque_peak" or "phase_torque_rms".
         strokes: of the curves against cycle time, those of the map next to these [m]; None: some.
         cycle_times: of the curves against stroke, likewise [s].
 
@@ -95,7 +95,7 @@ def write_torque_heat_map(
 
 def draw_torque_curves(
     found: TorqueMap,
-    quantity: str = "phase_peak",
+    quantity: str = "phase_torque_peak",
     strokes: Sequence[float] | None = None,
     cycle_times: Sequence[float] | None = None,
 ) -> Figure:
@@ -161,7 +161,7 @@ def draw_torque_heat_map(found: TorqueMap, quantity: str = "torque_peak") -> Fig
         figure.colorbar(mesh, ax=axes, label=f"{MAP_QUANTITIES[quantity]} [N m]",
                         location="bottom")  # fmt: skip
     panels[0].set_ylabel("cycle time [s]")
-    grey = "; grey: cannot be walked" if np.isnan(found.speed).any() else ""
+    grey = "; grey: cannot be walked" if np.isnan(found.measured_speed).any() else ""
     figure.suptitle(f"{_title(found)}; worst joint of each kind{grey}", fontsize="medium")
     return figure
 
@@ -170,7 +170,7 @@ def _require(found: TorqueMap, quantity: str, known: dict[str, str]) -> None:
     """Refuse what cannot be drawn."""
     if quantity not in known:
         raise ParameterError("quantity", quantity, f"one of {', '.join(known)}")
-    if not np.isfinite(found.speed).any():
+    if not np.isfinite(found.measured_speed).any():
         raise ParameterError("found", found.reason.flat[0], "a map with a point that was walked")
 
 
@@ -269,7 +269,9 @@ def _draw_cost(axes: Axes, found: GaitEnergy, cost: str, scene: str) -> None:
     values = found.of(cost, scene)
     for k, (name, row) in enumerate(zip(found.gaits, values, strict=True)):
         label = f"{name} (duty {found.duty[k]:.2f})"
-        axes.plot(found.speed, row, marker=MARKERS[k % len(MARKERS)], ms=4, lw=1.2, label=label)
+        axes.plot(
+            found.measured_speed, row, marker=MARKERS[k % len(MARKERS)], ms=4, lw=1.2, label=label
+        )
     best = [
         (column.speed, values[found.gaits.index(name), k])
         for k, column in enumerate(found.cheapest(cost, scene))

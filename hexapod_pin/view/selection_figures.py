@@ -42,12 +42,14 @@ def draw_lasting_torque(
     """Draw each joint's RMS torque, and that of standing, against its motor's continuous torque."""
     demand = next(iter(demands.values())).of_kinds(tuple(motors))
     rows = [d.of_kinds(tuple(motors)) for d in demands.values()]
-    rms = np.max([d.rms_torque for d in rows], axis=0)
+    rms = np.max([d.torque_rms for d in rows], axis=0)
     held = np.array([d.standing for d in rows])
     known = np.isfinite(held)
     standing = np.where(known.any(axis=0), np.where(known, held, -np.inf).max(axis=0), np.nan)
-    allowed = Motors.of(demand.kinds, motors, derating).continuous
-    order = sorted(range(len(demand.kinds)), key=lambda j: list(motors).index(demand.kinds[j]))
+    allowed = Motors.of(demand.joint_kinds, motors, derating).continuous
+    order = sorted(
+        range(len(demand.joint_kinds)), key=lambda j: list(motors).index(demand.joint_kinds[j])
+    )
     places = np.arange(len(order), dtype=float)
     axes = figure.subplots()
     axes.bar(places, rms[order], 0.62, color=BLUE, label="RMS torque")
@@ -70,21 +72,21 @@ def draw_current(
 ) -> None:
     """Draw what all motors together draw from the battery over one cycle of the gait."""
     demand = budget.demand
-    current = battery_current(demand, Motors.of(demand.kinds, motors, budget.derating))
+    current = battery_current(demand, Motors.of(demand.joint_kinds, motors, budget.derating))
     time = demand.time - demand.time[0]
     shown = time <= demand.duration * (1.0 + 1e-9)
     axes = figure.subplots()
     axes.plot(time[shown], current[shown], color=BLUE, lw=0.9, label="current (estimate)")
     for value, style, color, name in (
-        (budget.battery.peak_current, "-.", RED, "peak of all cycles"),
-        (budget.battery.mean_current, "--", "black", "mean"),
+        (budget.battery.current_peak, "-.", RED, "peak of all cycles"),
+        (budget.battery.current_mean, "--", "black", "mean"),
     ):
         axes.axhline(float(value or 0.0), ls=style, color=color, lw=1.1,
                      label=f"{name}: {value:.2f} A")  # fmt: skip
     axes.set_xlabel("time in the cycle [s]" if demand.cycles else "time [s]")
     axes.set_ylabel("battery current\n(estimate) [A]")
     axes.set_xlim(0.0, float(time[shown][-1]))
-    axes.set_ylim(0.0, 1.12 * float(budget.battery.peak_current or 1.0))
+    axes.set_ylim(0.0, 1.12 * float(budget.battery.current_peak or 1.0))
     axes.grid(lw=0.3)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=3)
 
@@ -190,7 +192,7 @@ def _drawn(s: MotorSelection) -> Iterator[Block]:
 
 def _of_demands(s: MotorSelection) -> Iterator[Block]:
     motors = s.best.motors
-    kinds = [kind for kind in motors if any(kind in d.kinds for d in s.demands.values())]
+    kinds = [kind for kind in motors if any(kind in d.joint_kinds for d in s.demands.values())]
     yield Picture(
         partial(draw_torque_speed, s.demands, motors, s.derating, kinds),
         0.9 + 2.45 * -(-len(kinds) // PANELS_ACROSS),
@@ -209,12 +211,12 @@ def _of_demands(s: MotorSelection) -> Iterator[Block]:
         walk: motor_budget(demand.of_kinds(kinds), motors, s.derating)
         for walk, demand in s.demands.items()
     }
-    known = {w: b for w, b in budgets.items() if b.battery.peak_current is not None}
+    known = {w: b for w, b in budgets.items() if b.battery.current_peak is not None}
     if not known:
         why = next(iter(budgets.values())).battery.unknown or "no currents"
         yield Paragraph(f"Battery current: unknown ({why}).")
         return
-    walk = max(known, key=lambda name: known[name].battery.peak_current or 0.0)
+    walk = max(known, key=lambda name: known[name].battery.current_peak or 0.0)
     yield Picture(
         partial(draw_current, known[walk], motors),
         2.3,
@@ -266,8 +268,8 @@ RASTER = (240, 160)
 LARGEST_SHOWN = 2.0
 """End of the axis of uses [-]: longer bars are cut, and their number is written."""
 
-BARS = (("peak", "#0b5394", ""), ("continuous", "#e39a2d", "////"),
-        ("holding", "#8fb8de", "...."), ("speed", "#555555", "\\\\\\\\"))  # fmt: skip
+BARS = (("peak_use", "#0b5394", ""), ("continuous_use", "#e39a2d", "////"),
+        ("holding_use", "#8fb8de", "...."), ("speed_use", "#555555", "\\\\\\\\"))  # fmt: skip
 
 
 def panels(figure: FigureBase, count: int, *, sharey: bool = False) -> list[Axes]:
@@ -290,7 +292,7 @@ def draw_torque_speed(
     """Draw |torque| over speed signed by power, with the lines of each kind's motor."""
     grid = panels(figure, len(kinds))
     for axes, kind in zip(grid, kinds, strict=True):
-        found = [d.of_kinds((kind,)) for d in demands.values() if kind in d.kinds]
+        found = [d.of_kinds((kind,)) for d in demands.values() if kind in d.joint_kinds]
         _draw_samples(axes, found, motors[kind], derating, kind)
         axes.set_title(f"{kind}: {motors[kind].name}", fontsize=8, parse_math=False, wrap=True)
         axes.set_xlabel("speed: brakes < 0 < drives [rad/s]")
@@ -317,8 +319,8 @@ def _draw_samples(
     if outside.any():
         beyond = thinned(speed[outside], size[outside])
         axes.plot(*beyond, "x", color=RED, ms=4, mew=0.8, label="samples outside", rasterized=True)
-    top = np.concatenate([d.peak_torque for d in found])
-    at = np.concatenate([d.peak_torque_speed for d in found])
+    top = np.concatenate([d.torque_peak for d in found])
+    at = np.concatenate([d.torque_peak_speed for d in found])
     axes.plot(at, top, "o", mfc="none", mec="black", ms=5, mew=0.8, label="largest of each joint")
     span = 1.08 * max(float(np.abs(speed).max()), float(record.no_load_speed or 0.0))
     reach = 1.15 * max(float(size.max()), float(top.max()), 0.05)

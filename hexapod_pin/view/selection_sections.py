@@ -51,7 +51,7 @@ REASONS = 3
 
 def selection_blocks(s: MotorSelection, date: str | None) -> Iterator[Block]:
     """Return the whole report."""
-    yield Title(f"Motor selection: {s.robot}")
+    yield Title(f"Motor selection: {s.robot_name}")
     yield Facts(_facts(s, date))
     yield Verdict(verdict_word(s), verdict_texts(s), verdict_level(s))
     yield from _choice(s)
@@ -66,7 +66,7 @@ def selection_blocks(s: MotorSelection, date: str | None) -> Iterator[Block]:
 def _facts(s: MotorSelection, date: str | None) -> tuple[tuple[str, str], ...]:
     share = f"of it motors of {1e3 * s.contained:.3g} g each, which are replaced"
     return (
-        ("Robot", f"{s.robot}, {number(s.mass)} kg as its file says ({share})"),
+        ("Robot", f"{s.robot_name}, {number(s.total_mass)} kg as its file says ({share})"),
         ("Walks to be carried", "; ".join(s.walks) or UNKNOWN),
         (
             "Motors",
@@ -106,7 +106,10 @@ def _choice(s: MotorSelection) -> Iterator[Block]:
 
 
 def _battery(best: MotorCandidate) -> str:
-    peak, mean = with_unit(best.battery_peak, "A"), with_unit(best.battery_mean, "A")
+    peak, mean = (
+        with_unit(best.battery_current_peak, "A"),
+        with_unit(best.battery_current_mean, "A"),
+    )
     return peak if peak == mean == UNKNOWN else f"{peak} peak, {mean} mean; hardest walks"
 
 
@@ -208,7 +211,9 @@ def _source_row(record: MotorRecord) -> tuple[Cell, ...]:
 
 # The tables of a motor selection's report: ranking, choice, iteration, data sheets.
 
-SHORT = {"peak": "peak", "continuous": "RMS", "holding": "hold", "speed": "speed"}
+SHORT = {
+    "peak_use": "peak", "continuous_use": "RMS", "holding_use": "hold", "speed_use": "speed",
+}  # fmt: skip
 KINDS_ACROSS = 3
 """Kinds of joints side by side in a table."""
 
@@ -256,13 +261,13 @@ def _worst_walk(name: str) -> Callable[[MotorCandidate, KindUse], Cell]:
 _CHOICE: tuple[tuple[str, Callable[[MotorCandidate, KindUse], Cell]], ...] = (
     ("Motor", lambda c, u: Cell(c.motors[u.kind].name)),
     ("Mass of one [g]", lambda c, u: Cell(_grams(c.motors[u.kind].mass))),
-    ("Peak torque, use [-]", _worst_walk("peak")),
-    ("RMS torque, use [-]", _worst_walk("continuous")),
-    ("Holding torque, use [-]", _worst_walk("holding")),
-    ("Speed, use [-]", _worst_walk("speed")),
+    ("Peak torque, use [-]", _worst_walk("peak_use")),
+    ("RMS torque, use [-]", _worst_walk("continuous_use")),
+    ("Holding torque, use [-]", _worst_walk("holding_use")),
+    ("Speed, use [-]", _worst_walk("speed_use")),
     ("Margin", lambda c, u: Cell(margin_text(deciding((u,)).use))),
-    ("Holding with a leg lost, use [-]", lambda c, u: Cell(use_text(u.lost_leg))),
-    ("Time outside the derated line [%]", lambda c, u: Cell(number(100.0 * u.outside, 2))),
+    ("Holding with a leg lost, use [-]", lambda c, u: Cell(use_text(u.lost_leg_use))),
+    ("Time outside the derated line [%]", lambda c, u: Cell(number(100.0 * u.outside_share, 2))),
     ("Load over rotor inertia [-]", lambda c, u: Cell(number(u.inertia_ratio, 2))),
     ("Result", lambda c, u: result_cell(u.passes)),
 )
@@ -285,7 +290,7 @@ def iteration_table(steps: Sequence[MotorCandidate]) -> Table:
     rows = tuple(
         (
             Cell(str(k)), Cell(step.name), Cell(number(step.motor_mass)),
-            Cell(number(step.robot_mass)), use_cell(deciding(step.uses).use),
+            Cell(number(step.total_mass)), use_cell(deciding(step.uses).use),
             Cell("passes", "good") if step.passes else Cell(f"fails: {step.reasons[0]}", "bad"),
         )
         for k, step in enumerate(steps, start=1)
@@ -335,8 +340,8 @@ PRICE = "Price of all"
 _GENERAL: list[tuple[str, Callable[[MotorCandidate], Cell]]] = [
     ("Margin", lambda c: Cell(margin_text(deciding(c.uses).use))),
     ("One [g]", lambda c: Cell(_grams(next(iter(c.motors.values())).mass))),
-    ("Robot [kg]", lambda c: Cell(number(c.robot_mass))),
-    ("Battery peak [A]", lambda c: Cell(number(c.battery_peak))),
+    ("Robot [kg]", lambda c: Cell(number(c.total_mass))),
+    ("Battery peak [A]", lambda c: Cell(number(c.battery_current_peak))),
     (PRICE, lambda c: Cell(price_text(c))),
     ("Walks", lambda c: Cell(f"{sum(run.walks for run in c.runs)} of {len(c.runs)}")),
     ("Result", lambda c: result_cell(c.passes)),

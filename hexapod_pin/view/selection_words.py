@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from hexapod_pin.results.motor_selection import KindUse, MotorCandidate, MotorSelection
 
 WORDS = {
-    "peak": "peak torque",
-    "continuous": "RMS torque",
-    "holding": "holding torque",
-    "speed": "speed",
+    "peak_use": "peak torque",
+    "continuous_use": "RMS torque",
+    "holding_use": "holding torque",
+    "speed_use": "speed",
 }
 """What each use is of."""
 
@@ -145,8 +145,8 @@ def _certainty(s: MotorSelection) -> str:
 
 def mass_change(s: MotorSelection, candidate: MotorCandidate) -> str:
     """Return the robot's mass with motors, and by how much that differs from its file."""
-    change = candidate.robot_mass - s.mass
-    return f"{number(candidate.robot_mass)} kg ({change:+.2f} kg against its file)"
+    change = candidate.total_mass - s.total_mass
+    return f"{number(candidate.total_mass)} kg ({change:+.2f} kg against its file)"
 
 
 def price_text(candidate: MotorCandidate) -> str:

@@ -29,7 +29,7 @@ STATUSES = {0, 1, 2, 3}
 LEFT_OUT = {"--help", "--force", "--show", "--hard", "--all", "--engines", "--peers", "--rounds"}
 """Options that ask for long work, or say what is said anyway."""
 
-STIFF = {"--kp", "--kd", "--duration", "--advise", "--contact", "--cycle"}
+STIFF = {"--kp", "--kd", "--duration", "--advise", "--contact", "--cycle-time"}
 """Options of `bench` that make its references long work; what it is given of them stays."""
 
 

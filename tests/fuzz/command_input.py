@@ -22,8 +22,8 @@ from fuzz.watched_folder import WatchedFolder
 from hexapod_pin.drive.catalog.catalog import catalog_text
 
 COMMANDS: tuple[tuple[str, ...], ...] = (
-    ("walk", "robot.urdf", "--duration", "0.02", "--quick", "--once", "--no-html"),
-    ("walk", "kharagpur", "--duration", "0.02", "--quick", "--once"),
+    ("walk", "robot.urdf", "--duration", "0.02", "--quick", "--no-estimate", "--no-html"),
+    ("walk", "kharagpur", "--duration", "0.02", "--quick", "--no-estimate"),
     ("run", "case.toml", "--quick", "--no-html"),
     ("check", "robot.urdf"), ("check", "robot.urdf", "--write"),
     ("mend", "robot.urdf", "--out", "mended.urdf"), ("contact", "s1"), ("contact", "s2"),

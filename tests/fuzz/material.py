@@ -143,7 +143,7 @@ accuracy = 1e-4
 input = "stroke"
 values = [0.06, 0.1]
 [[vary]]
-input = "friction"
+input = "mu"
 distribution = "uniform"
 low = 0.4
 high = 0.9

@@ -54,7 +54,7 @@ def _controllers() -> list[Any]:
 
 def _functions_of_time() -> list[Any]:
     points = (0.0, 0.5, 1.0)
-    step: dict[str, Any] = {"begin": 0.0, "end": 1.0, "initial": 0.0, "final": 0.1}
+    step: dict[str, Any] = {"start": 0.0, "end": 1.0, "initial": 0.0, "final": 0.1}
     sine = hp.Sine(amplitude=0.1, period=1.0)
     return [
         sine, hp.Hermite(time=points, value=(0.0, 0.1, 0.0), rate=(0.0, 0.1, 0.0)),
@@ -149,7 +149,7 @@ def _parts() -> list[Any]:
             "six", trunk=solid, coxa=rod, femur=rod, tibia=rod, hip_x=0.1, hip_y=0.05,
             foot_radius=0.01, posture=(0.0, 0.3, -0.6),
         ),
-        hp.LostLeg(leg=material.robot().legs[0].name, time=0.0),
+        hp.LostLeg(leg=material.robot().legs[0].name, start=0.0),
         hp.Push("base_link", force=(1.0, 0.0, 0.0), start=0.0, duration=1e-3),
         hp.MassFactor(links=("base_link",), factor=1.1),
         hp.RemovedMass(link="base_link", mass=0.01), hp.RelativeObjective({"torque_rms": 1.0}),
@@ -369,7 +369,7 @@ BY_NAME: Mapping[str, Any] = {
     "AdamsImpact.from_mm.exponent": 1.5, "Gait.custom.phases": [0.0, 0.5] * 3, "load": 10.0,
     "JointDemand.of_kinds.kinds": ("coxa",), "posture": lambda: list(material.robot().posture),
     "Scene.require_unloaded.where": "here", "Gait.custom.duty": 0.6,
-    "JointDemand.rms_with_armature.armature": lambda: np.zeros(18),
+    "JointDemand.torque_rms_with_armature.armature": lambda: np.zeros(18),
     "write_study.parts": _study_parts,
     "RelativeObjective.value.name": "torque_rms", "HeightField.from_image.path": _image,
     "JointDemand.of_samples.torque": lambda: np.zeros((3, 18)),

@@ -44,16 +44,16 @@ def _standing_body(name: str) -> Robot:
     return six_feet_body((0.01, -0.005, 0.0), 0.1, (0.02, 0.06, 0.07), feet)
 
 
-def draw_body(dice: Dice, names: tuple[str, ...]) -> tuple[Robot, str]:
+def draw_body(rng: Dice, names: tuple[str, ...]) -> tuple[Robot, str]:
     """Return a body and its name, one of these."""
-    name = dice.pick(names)
+    name = rng.pick(names)
     if name == POINT:
-        return particle(dice.log_between(0.2, 3.0)), name
+        return particle(rng.log_between(0.2, 3.0)), name
     if name == BALL:
-        radius, mass = dice.between(0.02, 0.1), dice.log_between(0.2, 3.0)
+        radius, mass = rng.between(0.02, 0.1), rng.log_between(0.2, 3.0)
         return ball(radius, mass=mass, inertia=0.4 * mass * radius**2), name
     if name == BOX:
-        a, b, c = (dice.between(0.03, 0.12) for _ in range(3))
+        a, b, c = (rng.between(0.03, 0.12) for _ in range(3))
         signs = [(x, y, z) for x in (1, -1) for y in (1, -1) for z in (1, -1)]
         feet = {f"corner{k}": (x * a, y * b, z * c) for k, (x, y, z) in enumerate(signs)}
         inertia = ((b * b + c * c) / 3.0, (a * a + c * c) / 3.0, (a * a + b * b) / 3.0)
@@ -61,12 +61,12 @@ def draw_body(dice: Dice, names: tuple[str, ...]) -> tuple[Robot, str]:
     return _standing_body(name), name
 
 
-def turned(dice: Dice, tilt: float) -> Array:
+def turned(rng: Dice, tilt: float) -> Array:
     """Return a quaternion x y z w (4,): roll and pitch within `tilt` [rad], any heading."""
     import pinocchio as pin
 
-    roll, pitch = dice.vector(tilt, 2)
-    rotation = pin.rpy.rpyToMatrix(float(roll), float(pitch), dice.between(-math.pi, math.pi))
+    roll, pitch = rng.vector(tilt, 2)
+    rotation = pin.rpy.rpyToMatrix(float(roll), float(pitch), rng.between(-math.pi, math.pi))
     return np.asarray(pin.Quaternion(rotation).coeffs())
 
 
@@ -94,54 +94,54 @@ def passive_scene(robot: Robot, contact: Contact, terrain: AnyTerrain) -> Scene:
 
 
 def _thrown(
-    dice: Dice, kind: str, names: tuple[str, ...], duration: float, tilt: float, speed: float,
+    rng: Dice, kind: str, names: tuple[str, ...], duration: float, tilt: float, speed: float,
     rate: float, gap: float,
 ) -> PromiseScene:  # fmt: skip
-    robot, name = draw_body(dice, names)
-    contact, normal, friction = draw_contact(dice)
-    terrain, ground = draw_terrain(dice)
+    robot, name = draw_body(rng, names)
+    contact, normal, friction = draw_contact(rng)
+    terrain, ground = draw_terrain(rng)
     start = above_ground(
-        robot, terrain, dice.between(0.0, gap), quaternion=turned(dice, tilt), joints=np.zeros(0),
-        velocity=dice.vector(speed, 3), spin=dice.vector(rate, 3),
+        robot, terrain, rng.between(0.0, gap), quaternion=turned(rng, tilt), joints=np.zeros(0),
+        velocity=rng.vector(speed, 3), spin=rng.vector(rate, 3),
     )  # fmt: skip
     labels = SceneLabels(kind, name, normal, friction, ground, "none")
     scene = passive_scene(robot, contact, terrain)
     return PromiseScene(labels, scene, HoldPosture(), start, duration, SAMPLE)
 
 
-def thrown(dice: Dice) -> PromiseScene:
+def thrown(rng: Dice) -> PromiseScene:
     """A body of three feet, six or the eight corners of a box is thrown and tumbles."""
     names = (THREE_FEET, THREE_FEET, ALL_FEET, BOX)
-    return _thrown(dice, "thrown", names, dice.pick((0.3, 0.5)), 0.4, 0.4, 2.0, 0.04)
+    return _thrown(rng, "thrown", names, rng.pick((0.3, 0.5)), 0.4, 0.4, 2.0, 0.04)
 
 
-def bouncing(dice: Dice) -> PromiseScene:
+def bouncing(rng: Dice) -> PromiseScene:
     """A point or a ball bounces and rolls."""
-    return _thrown(dice, "bouncing", (POINT, BALL), dice.pick((0.5, 1.0)), 0.2, 0.3, 5.0, 0.1)
+    return _thrown(rng, "bouncing", (POINT, BALL), rng.pick((0.5, 1.0)), 0.2, 0.3, 5.0, 0.1)
 
 
-def sliding(dice: Dice) -> PromiseScene:
+def sliding(rng: Dice) -> PromiseScene:
     """A body is let go of on a slope, near what its friction holds: sticks, creeps or slides."""
-    robot, name = draw_body(dice, (POINT, BALL, THREE_FEET))
-    contact, normal, friction = draw_contact(dice)
-    angle = min(math.atan(contact.friction.limit * dice.between(0.6, 1.4)), 0.9)
-    terrain = Slope(angle=angle, heading=dice.between(-math.pi, math.pi))
+    robot, name = draw_body(rng, (POINT, BALL, THREE_FEET))
+    contact, normal, friction = draw_contact(rng)
+    angle = min(math.atan(contact.friction.limit * rng.between(0.6, 1.4)), 0.9)
+    terrain = Slope(angle=angle, heading=rng.between(-math.pi, math.pi))
     start = above_ground(
         robot, terrain, 0.0, quaternion=np.array([0.0, 0.0, 0.0, 1.0]), joints=np.zeros(0),
-        velocity=dice.vector(0.05, 3), spin=np.zeros(3),
+        velocity=rng.vector(0.05, 3), spin=np.zeros(3),
     )  # fmt: skip
     labels = SceneLabels("sliding", name, normal, friction, "slope", "none")
     scene = passive_scene(robot, contact, terrain)
     return PromiseScene(labels, scene, HoldPosture(), start, 0.5, SAMPLE)
 
 
-def spinning(dice: Dice) -> PromiseScene:
+def spinning(rng: Dice) -> PromiseScene:
     """A body of three different moments of inertia spins without contact for 10 s."""
-    moments = sorted(0.01 * dice.between(0.5, 1.0) for _ in range(3))
+    moments = sorted(0.01 * rng.between(0.5, 1.0) for _ in range(3))
     robot = body({"foot": (0.0, 0.0, 0.0)}, inertia=(moments[0], moments[1], moments[2]))
     start = above_ground(
-        robot, Flat(), 1.0, quaternion=turned(dice, 1.0), joints=np.zeros(0),
-        velocity=dice.vector(0.5, 3), spin=dice.vector(5.0, 3),
+        robot, Flat(), 1.0, quaternion=turned(rng, 1.0), joints=np.zeros(0),
+        velocity=rng.vector(0.5, 3), spin=rng.vector(5.0, 3),
     )  # fmt: skip
     scene = Scene(
         robot, servo=ZERO_GAIN_SERVO, stops=NO_JOINT_STOPS, terrain=Flat(height=-1e3),

@@ -41,70 +41,70 @@ def leg_torque(robot: Robot) -> float:
     return 9.81 * robot.total_mass * LEG_ARM / 3.0
 
 
-def draw_motor(dice: Dice, robot: Robot, strength: float, dry_share: float) -> Servo:
+def draw_motor(rng: Dice, robot: Robot, strength: float, dry_share: float) -> Servo:
     """Return servos with motors of `strength` [N m] and dry friction of that share of it."""
-    kp = dice.log_between(5.0, 200.0) * strength
+    kp = rng.log_between(5.0, 200.0) * strength
     motor = Motor(
-        stall_torque=strength, no_load_speed=dice.between(3.0, 12.0),
-        peak_torque=strength * dice.between(0.6, 1.2), dry_friction=dry_share * strength,
-        rotor_inertia=1e-7, gear_ratio=dice.between(50.0, 200.0),
+        stall_torque=strength, no_load_speed=rng.between(3.0, 12.0),
+        peak_torque=strength * rng.between(0.6, 1.2), dry_friction=dry_share * strength,
+        rotor_inertia=1e-7, gear_ratio=rng.between(50.0, 200.0),
     )  # fmt: skip
-    return Servo(kp=kp, kd=kp * dice.log_between(0.005, 0.05), motor=motor)
+    return Servo(kp=kp, kd=kp * rng.log_between(0.005, 0.05), motor=motor)
 
 
-def jumping(dice: Dice, robot: Robot, reach: float, duration: float) -> SampledTrajectory:
+def jumping(rng: Dice, robot: Robot, reach: float, duration: float) -> SampledTrajectory:
     """Return set-points within the range that jump by up to `reach` [rad] every 20 ms."""
     times = JUMP_PERIOD * np.arange(round(duration / JUMP_PERIOD))
-    q = robot.posture + dice.vector(reach, len(times), len(robot.joint_names))
+    q = robot.posture + rng.vector(reach, len(times), len(robot.joint_names))
     q[0] = robot.posture
     return SampledTrajectory(times, np.clip(q, robot.lower, robot.upper), limited=False)
 
 
-def _floating(dice: Dice, name: str, **parts: Any) -> tuple[Scene, dict[str, str], State]:
+def _floating(rng: Dice, name: str, **parts: Any) -> tuple[Scene, dict[str, str], State]:
     """Return a robot without weight or ground, drifting."""
-    scene, _ = draw_scene_parts(dice, name, **parts)
+    scene, _ = draw_scene_parts(rng, name, **parts)
     scene = replace(scene, terrain=Flat(height=-100.0), gravity=(0.0, 0.0, 0.0))
     q, v = standing_on(scene, scene.robot.posture).q.copy(), np.zeros(scene.robot.model.nv)
-    q[2], v[:6] = 0.0, dice.vector(0.3, 6)
+    q[2], v[:6] = 0.0, rng.vector(0.3, 6)
     labels = {"robot": name, "normal": "none", "friction": "none", "terrain": "none"}
     return scene, labels, scene.robot.check_state(q, v)
 
 
-def saturated(dice: Dice) -> PromiseScene:
+def saturated(rng: Dice) -> PromiseScene:
     """Set-points jump every 20 ms into the torque limits, of weak motors or the URDF's."""
-    name, weak, floats = dice.pick(WALKERS), dice.chance(0.7), dice.chance(0.3)
+    name, weak, floats = rng.pick(WALKERS), rng.chance(0.7), rng.chance(0.3)
     robot = robot_named(name)
-    strength = leg_torque(robot) * (dice.between(0.2, 1.0) if floats else dice.between(1.5, 4.0))
-    parts: dict[str, Any] = {"servo": draw_motor(dice, robot, strength, 0.0)} if weak else {}
+    strength = leg_torque(robot) * (rng.between(0.2, 1.0) if floats else rng.between(1.5, 4.0))
+    parts: dict[str, Any] = {"servo": draw_motor(rng, robot, strength, 0.0)} if weak else {}
     about = {"kind": "saturated", "drive": "motor" if weak else "default"}
-    scene, labels, start = _place(dice, name, floats, parts)
-    control = jumping(dice, robot, 0.3 if floats else 0.1, DURATION)
+    scene, labels, start = _place(rng, name, floats, parts)
+    control = jumping(rng, robot, 0.3 if floats else 0.1, DURATION)
     return PromiseScene(SceneLabels(**about, **labels), scene, control, start, DURATION, SAMPLE)
 
 
 def _place(
-    dice: Dice, name: str, floats: bool, parts: dict[str, Any]
+    rng: Dice, name: str, floats: bool, parts: dict[str, Any]
 ) -> tuple[Scene, dict[str, str], State | None]:
     if floats:
-        return _floating(dice, name, **parts)
-    scene, labels = draw_scene_parts(dice, name, **parts)
+        return _floating(rng, name, **parts)
+    scene, labels = draw_scene_parts(rng, name, **parts)
     return scene, labels, None
 
 
-def stopped(dice: Dice) -> PromiseScene:
+def stopped(rng: Dice) -> PromiseScene:
     """Two set-points or more lie beyond the range: default stops, stiffer or softer ones."""
-    name, floats = dice.pick(WALKERS), dice.chance(0.6)
+    name, floats = rng.pick(WALKERS), rng.chance(0.6)
     robot = robot_named(name)
-    stops, stiff = JointStops.for_robot(robot), dice.pick((1.0, 1.0, 10.0, 0.3))
+    stops, stiff = JointStops.for_robot(robot), rng.pick((1.0, 1.0, 10.0, 0.3))
     if stiff != 1.0:
         stops = stops.model_copy(update={"stiffness": stiff * stops.stiffness, "assumed": False})
     parts: dict[str, Any] = {"stops": stops}
-    undamped = floats and dice.chance(0.4)
+    undamped = floats and rng.chance(0.4)
     if undamped:
         kp = float(np.max(Servo.for_robot(robot).gains(robot)[0]))
-        parts["servo"] = Servo(kp=kp * dice.log_between(0.01, 0.3), kd=0.0)
-    scene, labels, start = _place(dice, name, floats, parts)
-    control = beyond_the_range(dice, robot, dice.pick((2, 2, 6)))
+        parts["servo"] = Servo(kp=kp * rng.log_between(0.01, 0.3), kd=0.0)
+    scene, labels, start = _place(rng, name, floats, parts)
+    control = beyond_the_range(rng, robot, rng.pick((2, 2, 6)))
     servo = "undamped" if undamped else "default"
     drive = f"{servo}, {'default' if stiff == 1.0 else 'other'} stops"
     about = SceneLabels(kind="stopped", drive=drive, **labels)
@@ -112,27 +112,27 @@ def stopped(dice: Dice) -> PromiseScene:
 
 
 def beyond_the_range(
-    dice: Dice, robot: Robot, count: int, *, over: float = 0.05
+    rng: Dice, robot: Robot, count: int, *, over: float = 0.05
 ) -> SampledTrajectory:
     """Return a posture of which `count` set-points lie `over` [rad] beyond an end after 20 ms."""
     after: Array = robot.posture.copy()
     joints = len(after)
-    first = dice.integer(0, joints)
+    first = rng.integer(0, joints)
     for k in range(count):
         joint = (first + 5 * k) % joints
-        high = dice.chance(0.5)
+        high = rng.chance(0.5)
         after[joint] = robot.upper[joint] + over if high else robot.lower[joint] - over
     return SampledTrajectory([0.0, 0.02], np.stack([robot.posture, after]), limited=False)
 
 
-def dry_friction(dice: Dice) -> PromiseScene:
+def dry_friction(rng: Dice) -> PromiseScene:
     """Joints with dry friction: walking, or set-points that jump; robots stand or float."""
-    name, floats = dice.pick(WALKERS), dice.chance(0.3)
+    name, floats = rng.pick(WALKERS), rng.chance(0.3)
     robot = robot_named(name)
-    strength = leg_torque(robot) * dice.between(4.0, 10.0)
-    servo = draw_motor(dice, robot, strength, dice.between(0.02, 0.2))
-    scene, labels, start = _place(dice, name, floats, {"servo": servo})
-    walks = not floats and dice.chance(0.6)
-    control = draw_gait(dice, name) if walks else jumping(dice, robot, 0.1, DURATION)
+    strength = leg_torque(robot) * rng.between(4.0, 10.0)
+    servo = draw_motor(rng, robot, strength, rng.between(0.02, 0.2))
+    scene, labels, start = _place(rng, name, floats, {"servo": servo})
+    walks = not floats and rng.chance(0.6)
+    control = draw_gait(rng, name) if walks else jumping(rng, robot, 0.1, DURATION)
     about = SceneLabels(kind="dry friction", drive="motor, dry friction", **labels)
     return PromiseScene(about, scene, control, start, DURATION, SAMPLE)

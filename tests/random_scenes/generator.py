@@ -42,5 +42,5 @@ def draw_scene(seed: int, index: int, kinds: Mapping[str, Kind] = KINDS) -> Prom
         index: not negative; scenes do not depend on each other.
         kinds: what to draw from.
     """
-    dice = Dice(seed, index)
-    return kinds[dice.weighted({name: kind.weight for name, kind in kinds.items()})].draw(dice)
+    rng = Dice(seed, index)
+    return kinds[rng.weighted({name: kind.weight for name, kind in kinds.items()})].draw(rng)

@@ -26,67 +26,67 @@ REACH = 0.3
 FLAT_SHARE = 0.35
 
 
-def _heading(dice: Dice) -> float:
-    return dice.between(-math.pi, math.pi)
+def _heading(rng: Dice) -> float:
+    return rng.between(-math.pi, math.pi)
 
 
-def _slope(dice: Dice) -> Slope:
-    return Slope(angle=dice.between(0.02, 0.5), heading=_heading(dice))
+def _slope(rng: Dice) -> Slope:
+    return Slope(angle=rng.between(0.02, 0.5), heading=_heading(rng))
 
 
-def _stairs(dice: Dice) -> Stairs:
+def _stairs(rng: Dice) -> Stairs:
     return Stairs(
-        rise=dice.between(0.002, 0.02), run=dice.between(0.08, 0.3), count=dice.integer(1, 5),
-        start=dice.between(-REACH, REACH), heading=_heading(dice),
+        rise=rng.between(0.002, 0.02), run=rng.between(0.08, 0.3), count=rng.integer(1, 5),
+        start=rng.between(-REACH, REACH), heading=_heading(rng),
     )  # fmt: skip
 
 
-def _ramp(dice: Dice) -> Ramp:
+def _ramp(rng: Dice) -> Ramp:
     return Ramp(
-        angle=dice.between(-0.3, 0.3), run=dice.between(0.1, 0.4),
-        start=dice.between(-REACH, 0.5 * REACH), heading=_heading(dice),
+        angle=rng.between(-0.3, 0.3), run=rng.between(0.1, 0.4),
+        start=rng.between(-REACH, 0.5 * REACH), heading=_heading(rng),
     )  # fmt: skip
 
 
-def _ledge(dice: Dice) -> Ledge:
-    edge = dice.between(-REACH, REACH)
-    return Ledge(height=dice.between(0.002, 0.02), edge=edge, heading=_heading(dice))
+def _ledge(rng: Dice) -> Ledge:
+    edge = rng.between(-REACH, REACH)
+    return Ledge(height=rng.between(0.002, 0.02), edge=edge, heading=_heading(rng))
 
 
-def _groove(dice: Dice) -> Groove:
+def _groove(rng: Dice) -> Groove:
     return Groove(
-        angle_left=dice.between(0.1, 0.6), angle_right=dice.between(0.1, 0.6),
-        depth=dice.between(0.005, 0.03), bottom=dice.between(-REACH, REACH), heading=_heading(dice),
+        angle_left=rng.between(0.1, 0.6), angle_right=rng.between(0.1, 0.6),
+        depth=rng.between(0.005, 0.03), bottom=rng.between(-REACH, REACH), heading=_heading(rng),
     )  # fmt: skip
 
 
-def _height_field(dice: Dice) -> HeightField:
+def _height_field(rng: Dice) -> HeightField:
     return HeightField.random(
-        dice.integer(0, 2**31), amplitude=dice.between(0.002, 0.015),
-        wavelength=dice.between(0.15, 0.5), size=2.0,
+        rng.integer(0, 2**31), amplitude=rng.between(0.002, 0.015),
+        wavelength=rng.between(0.15, 0.5), size=2.0,
     )  # fmt: skip
 
 
-def _patch(dice: Dice) -> Patch:
-    x, y = dice.vector(REACH, 2)
-    stiffness = dice.log_between(0.1, 1.0) if dice.chance(0.4) else 1.0
-    wide = (dice.between(0.1, 0.4), dice.between(0.1, 0.4))
+def _patch(rng: Dice) -> Patch:
+    x, y = rng.vector(REACH, 2)
+    stiffness = rng.log_between(0.1, 1.0) if rng.chance(0.4) else 1.0
+    wide = (rng.between(0.1, 0.4), rng.between(0.1, 0.4))
     return Patch(
-        low=(x, y), high=(x + wide[0], y + wide[1]), friction=dice.between(0.2, 1.5),
+        low=(x, y), high=(x + wide[0], y + wide[1]), friction=rng.between(0.2, 1.5),
         stiffness=stiffness,
     )  # fmt: skip
 
 
-def _patched(dice: Dice) -> PatchedGround:
-    patches = tuple(_patch(dice) for _ in range(dice.integer(1, 6)))
-    return PatchedGround(ground=Flat() if dice.chance(0.6) else _slope(dice), patches=patches)
+def _patched(rng: Dice) -> PatchedGround:
+    patches = tuple(_patch(rng) for _ in range(rng.integer(1, 6)))
+    return PatchedGround(ground=Flat() if rng.chance(0.6) else _slope(rng), patches=patches)
 
 
-def _shaken(dice: Dice) -> ShakingGround:
-    draw = dice.pick((None, _slope, _patched, _stairs))
+def _shaken(rng: Dice) -> ShakingGround:
+    draw = rng.pick((None, _slope, _patched, _stairs))
     return ShakingGround(
-        ground=Flat() if draw is None else draw(dice),
-        amplitude=dice.log_between(1e-4, 3e-3), frequency=dice.log_between(2.0, 40.0),
+        ground=Flat() if draw is None else draw(rng),
+        amplitude=rng.log_between(1e-4, 3e-3), frequency=rng.log_between(2.0, 40.0),
     )  # fmt: skip
 
 
@@ -102,9 +102,9 @@ TERRAINS: Mapping[str, Callable[[Dice], AnyTerrain]] = {
 }
 
 
-def draw_terrain(dice: Dice) -> tuple[AnyTerrain, str]:
+def draw_terrain(rng: Dice) -> tuple[AnyTerrain, str]:
     """Return a ground and its label."""
-    if dice.chance(FLAT_SHARE):
+    if rng.chance(FLAT_SHARE):
         return Flat(), "flat"
-    name = dice.pick(tuple(TERRAINS))
-    return TERRAINS[name](dice), name
+    name = rng.pick(tuple(TERRAINS))
+    return TERRAINS[name](rng), name

@@ -82,10 +82,10 @@ def _beyond(stiffer: float) -> Callable[[], Scenes]:
     def scenes() -> Scenes:
         found = []
         for index, name in enumerate(("kharagpur", "athena") * 3):
-            robot, dice = robot_named(name), Dice(SEED, index)
+            robot, rng = robot_named(name), Dice(SEED, index)
             stops = JointStops.for_robot(robot)
             stops = stops.model_copy(update={"stiffness": stiffer * stops.stiffness})
-            control = drives.beyond_the_range(dice, robot, 2, over=0.3)
+            control = drives.beyond_the_range(rng, robot, 2, over=0.3)
             found.append(floating(name, control, 1.0, stops, "stopped"))
         return found
 

@@ -47,38 +47,38 @@ def robot_named(name: str) -> Robot:
     return drop("soft").scene.robot if name == REFERENCE else load_robot(name)
 
 
-def draw_scene_parts(dice: Dice, name: str, **parts: Any) -> tuple[Scene, dict[str, str]]:
+def draw_scene_parts(rng: Dice, name: str, **parts: Any) -> tuple[Scene, dict[str, str]]:
     """Return a robot on its ground, default drives unless given, and labels but kind and drive."""
-    contact, normal, friction = draw_contact(dice)
-    terrain, ground = draw_terrain(dice)
+    contact, normal, friction = draw_contact(rng)
+    terrain, ground = draw_terrain(rng)
     scene = Scene(robot_named(name), contact=contact, terrain=terrain, **parts)
     labels = {"robot": name, "normal": normal, "friction": friction, "terrain": ground}
     return scene, labels
 
 
-def dropped(dice: Dice) -> PromiseScene:
+def dropped(rng: Dice) -> PromiseScene:
     """A hexapod is thrown down somehow from up to 40 mm, holding its posture."""
-    name = dice.pick((REFERENCE, *WALKERS))
-    soft = name == REFERENCE and dice.chance(0.5)
+    name = rng.pick((REFERENCE, *WALKERS))
+    soft = name == REFERENCE and rng.chance(0.5)
     parts: dict[str, Any] = {"servo": drop("soft").scene.servos} if soft else {}
-    parts["body_contact"] = name != REFERENCE and dice.chance(0.15)
-    scene, labels = draw_scene_parts(dice, name, **parts)
+    parts["body_contact"] = name != REFERENCE and rng.chance(0.15)
+    scene, labels = draw_scene_parts(rng, name, **parts)
     posture = scene.robot.posture
     start = above_ground(
-        scene.robot, scene.terrain, dice.between(0.0, 0.04), quaternion=turned(dice, 0.3),
-        joints=posture, velocity=dice.vector(0.3, 3), spin=dice.vector(1.0, 3),
+        scene.robot, scene.terrain, rng.between(0.0, 0.04), quaternion=turned(rng, 0.3),
+        joints=posture, velocity=rng.vector(0.3, 3), spin=rng.vector(1.0, 3),
     )  # fmt: skip
     drive = "soft, no limit" if soft else "default"
     about = SceneLabels(kind="dropped", drive=drive, **labels)
-    return PromiseScene(about, scene, HoldPosture(posture), start, dice.pick((0.3, 0.5)), SAMPLE)
+    return PromiseScene(about, scene, HoldPosture(posture), start, rng.pick((0.3, 0.5)), SAMPLE)
 
 
-def draw_gait(dice: Dice, name: str) -> KinematicControl:
+def draw_gait(rng: Dice, name: str) -> KinematicControl:
     """Return a walk of any named gait that the robot of this name can do for a second."""
-    gait = dice.pick(tuple(GAITS))
-    stroke = LARGEST_STROKE[name] * dice.between(0.2, 1.0)
-    cycle = SHORTEST_CYCLE[gait] * dice.between(1.0, 2.0)
-    heading, turn = dice.pick((0.0, 0.0, math.pi)), dice.pick((0.0, 0.0, 0.1))  # rad a cycle
+    gait = rng.pick(tuple(GAITS))
+    stroke = LARGEST_STROKE[name] * rng.between(0.2, 1.0)
+    cycle = SHORTEST_CYCLE[gait] * rng.between(1.0, 2.0)
+    heading, turn = rng.pick((0.0, 0.0, math.pi)), rng.pick((0.0, 0.0, 0.1))  # rad a cycle
     for k in range(MOST_TRIES):
         longer = cycle * 1.3**k
         control = KinematicControl(
@@ -101,50 +101,50 @@ def can_walk(robot: Robot, control: KinematicControl) -> bool:
     return True
 
 
-def _walk(dice: Dice, kind: str, duration: float, sample: float) -> PromiseScene:
-    name = dice.pick(WALKERS)
-    scene, labels = draw_scene_parts(dice, name)
+def _walk(rng: Dice, kind: str, duration: float, sample: float) -> PromiseScene:
+    name = rng.pick(WALKERS)
+    scene, labels = draw_scene_parts(rng, name)
     about = SceneLabels(kind=kind, drive="default", **labels)
-    return PromiseScene(about, scene, draw_gait(dice, name), None, duration, sample)
+    return PromiseScene(about, scene, draw_gait(rng, name), None, duration, sample)
 
 
-def walking(dice: Dice) -> PromiseScene:
+def walking(rng: Dice) -> PromiseScene:
     """A walk of 1 s."""
-    return _walk(dice, "walking 1 s", 1.0, SAMPLE)
+    return _walk(rng, "walking 1 s", 1.0, SAMPLE)
 
 
-def walking_long(dice: Dice) -> PromiseScene:
+def walking_long(rng: Dice) -> PromiseScene:
     """A walk of 10 s."""
-    return _walk(dice, "walking 10 s", 10.0, 0.05)
+    return _walk(rng, "walking 10 s", 10.0, 0.05)
 
 
-def pushed(dice: Dice) -> PromiseScene:
+def pushed(rng: Dice) -> PromiseScene:
     """A robot that stands or walks is pushed once or twice for 20 to 150 ms."""
-    name = dice.pick(WALKERS)
-    scene, labels = draw_scene_parts(dice, name)
+    name = rng.pick(WALKERS)
+    scene, labels = draw_scene_parts(rng, name)
     weight = 9.81 * scene.robot.total_mass
     loads = [
         Push(
-            "base_link", tuple(dice.vector(0.05, 3)), force=tuple(dice.vector(0.7 * weight, 3)),
-            start=dice.between(0.0, 0.3), duration=dice.between(0.02, 0.15),
+            "base_link", tuple(rng.vector(0.05, 3)), force=tuple(rng.vector(0.7 * weight, 3)),
+            start=rng.between(0.0, 0.3), duration=rng.between(0.02, 0.15),
         )
-        for _ in range(dice.integer(1, 3))
+        for _ in range(rng.integer(1, 3))
     ]  # fmt: skip
-    walks = dice.chance(0.4)
-    control = draw_gait(dice, name) if walks else HoldPosture()
+    walks = rng.chance(0.4)
+    control = draw_gait(rng, name) if walks else HoldPosture()
     about = SceneLabels(kind="pushed", drive="default", **labels)
     return PromiseScene(about, replace(scene, loads=loads), control, None, 0.5, SAMPLE)
 
 
-def limp_flight(dice: Dice) -> PromiseScene:
+def limp_flight(rng: Dice) -> PromiseScene:
     """A robot flies 1 s with its drives off, or holding its posture, its joints moving."""
-    name = dice.pick((REFERENCE, *WALKERS))
-    robot, limp = robot_named(name), dice.chance(0.7)
+    name = rng.pick((REFERENCE, *WALKERS))
+    robot, limp = robot_named(name), rng.chance(0.7)
     servo = Servo(kp=0.0, kd=0.0) if limp else Servo.for_robot(robot)
     scene = Scene(robot, servo=servo, terrain=Flat(height=-100.0))
     q = standing_on(scene, robot.posture).q.copy()
     q[2] += 100.0
-    v = np.concatenate([dice.vector(0.5, 3), dice.vector(2.0, 3), dice.vector(1.0, 18)])
+    v = np.concatenate([rng.vector(0.5, 3), rng.vector(2.0, 3), rng.vector(1.0, 18)])
     drive = "off" if limp else "default"
     about = SceneLabels("flight 1 s", name, "none", "none", "none", drive)
     return PromiseScene(about, scene, HoldPosture(), robot.check_state(q, v), 1.0, 0.02)

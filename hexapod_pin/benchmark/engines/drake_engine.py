@@ -77,13 +77,13 @@ class Drake:
         own = plant.GetMyMutableContextFromRoot(context)
         context.SetTime(0.0)
         plant.SetPositionsAndVelocities(own, first)
-        port.FixValue(context, np.concatenate([self.problem.setpoints[0], still]))
+        port.FixValue(context, np.concatenate([self.problem.set_points[0], still]))
         simulator.Initialize()
         places = np.empty((task.samples + 1, 3))
         places[0] = task.initial.q[:3]
         before = _steps(simulator, plant)
         begin = time.perf_counter()
-        for k, wanted in enumerate(self.problem.setpoints):
+        for k, wanted in enumerate(self.problem.set_points):
             port.FixValue(context, np.concatenate([wanted, still]))
             simulator.AdvanceTo((k + 1) * task.sample)
             places[k + 1] = plant.GetPositions(own)[trunk : trunk + 3]

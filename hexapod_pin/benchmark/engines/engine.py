@@ -12,7 +12,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.work_precision.measure import ReferenceSolution, RunOutcome
-from hexapod_pin.benchmark.work_precision.task import Task, setpoints
+from hexapod_pin.benchmark.work_precision.task import Task, set_points
 from hexapod_pin.drive.servo import check_plain_drives
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Flat
@@ -39,7 +39,7 @@ class Problem:
     Attributes:
         task: the task, its set-points held.
         urdf: text of the robot's URDF; joints carry our names.
-        setpoints: (samples, n) angles commanded during each sample [rad].
+        set_points: (samples, n) angles commanded during each sample [rad].
         mu: coefficient of friction: the largest our law reaches.
         gravity: (3,) [m/s^2].
         height: of the ground [m].
@@ -50,7 +50,7 @@ class Problem:
 
     task: Task
     urdf: str = field(repr=False)
-    setpoints: Array = field(repr=False)
+    set_points: Array = field(repr=False)
     mu: float
     gravity: Array
     height: float
@@ -83,15 +83,15 @@ class Problem:
         kd = all_kd if servo.limited else np.zeros(n)
         damping = np.array(scene.robot.damping) + (all_kd - kd)
         return cls(
-            task=task, urdf=engine_urdf(scene.robot, damping), setpoints=setpoints(task),
+            task=task, urdf=engine_urdf(scene.robot, damping), set_points=set_points(task),
             mu=scene.contact.friction.limit, gravity=np.array(scene.gravity),
             height=scene.terrain.height, kp=kp, kd=kd,
-            limit=np.array(scene.robot.effort) if servo.limited else np.full(n, np.inf),
+            limit=np.array(scene.robot.effort_limit) if servo.limited else np.full(n, np.inf),
         )  # fmt: skip
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Names of the joints, in the order of `setpoints`."""
+        """Names of the joints, in the order of `set_points`."""
         return self.task.scene.robot.joint_names
 
 

@@ -81,7 +81,7 @@ class Mujoco:
                 joints=problem.joints, kp=problem.kp, kd=problem.kd, limit=problem.limit,
             )  # fmt: skip
             order = [problem.joints.index(model.actuator(k).name) for k in range(model.nu)]
-            controls = np.ascontiguousarray(problem.setpoints[:, order])
+            controls = np.ascontiguousarray(problem.set_points[:, order])
             self._built[key] = (model, import_module("mujoco").MjData(model), controls)
         return self._built[key]
 

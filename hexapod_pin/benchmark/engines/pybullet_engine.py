@@ -62,7 +62,7 @@ class Pybullet:
         places = np.empty((task.samples + 1, 3))
         places[0] = task.initial.q[:3]
         begin = time.perf_counter()
-        for k, wanted in enumerate(problem.setpoints):
+        for k, wanted in enumerate(problem.set_points):
             for _ in range(each):
                 bullet.setJointMotorControlArray(
                     robot, joints, bullet.TORQUE_CONTROL,

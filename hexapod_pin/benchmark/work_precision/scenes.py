@@ -156,7 +156,7 @@ class SceneOptions:
     Attributes:
         gait: tripod, ripple, tetrapod, wave, or hold.
         stroke: [m].
-        cycle: cycle time [s].
+        cycle_time: cycle time [s].
         contact: contact preset.
         mu: friction coefficient.
         kp: servo stiffness [N m/rad].
@@ -169,7 +169,7 @@ class SceneOptions:
 
     gait: str | None = None
     stroke: float | None = None
-    cycle: float | None = None
+    cycle_time: float | None = None
     contact: str | None = None
     mu: float | None = None
     kp: float | None = None
@@ -192,7 +192,7 @@ class SceneOptions:
                 raise ParameterError(option, value, "left out", why)
 
 
-GAIT_OPTIONS = ("gait", "stroke", "cycle")
+GAIT_OPTIONS = ("gait", "stroke", "cycle_time")
 SCENE_OPTIONS = ("contact", "mu", "kp", "kd", "feet", "foot_radius")
 
 
@@ -277,9 +277,9 @@ def _controller(robot: Robot, options: SceneOptions) -> tuple[Controller, float,
 
     name = options.gait or DEFAULT_GAIT
     if name == HOLD:
-        options.refuse(("stroke", "cycle"), "Without a gait there is none.")
+        options.refuse(("stroke", "cycle_time"), "Without a gait there is none.")
         return HoldPosture(), STANDING_DURATION, "standing, set-points constant"
-    cycle = DEFAULT_CYCLE if options.cycle is None else options.cycle
+    cycle = DEFAULT_CYCLE if options.cycle_time is None else options.cycle_time
     gait, _ = feasible_gait(robot, name, options.stroke, cycle_time=cycle)
     about = f"{gait.name} from standing, stroke {gait.stroke:.4g} m, cycle {gait.cycle_time:g} s"
     return KinematicControl(gait), cycle, about

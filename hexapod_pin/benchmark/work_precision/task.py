@@ -103,7 +103,7 @@ def held_task(task: Task) -> Task:
     return replace(task, controller=controller, answer=None)
 
 
-def setpoints(task: Task) -> Array:
+def set_points(task: Task) -> Array:
     """Return the angles commanded during each sample, `joint_names` order [rad].
 
     Only of a task from `held_task`.

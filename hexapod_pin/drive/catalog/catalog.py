@@ -89,25 +89,25 @@ class Catalog:
             raise ParameterError("voltage", voltage, allowed)
         return found
 
-    def supplied(self, model: str, supply: float) -> tuple[MotorRecord, float]:
+    def supplied(self, model: str, voltage: float) -> tuple[MotorRecord, float]:
         """Return the record nearest to a supply voltage, and the supply over its voltage [-].
 
         Args:
             model: as of `get`.
-            supply: [V].
+            voltage: [V].
 
         Raises:
             UnknownNameError: there is no such model.
             ParameterError: the motor is not made for this supply.
         """
         found = self._of(model)
-        nearest = min(found, key=lambda r: abs(r.voltage - supply))
+        nearest = min(found, key=lambda r: abs(r.voltage - voltage))
         low = min(r.voltage_min or r.voltage for r in found)
         high = max(r.voltage_max or r.voltage for r in found)
-        if not low <= supply <= high:
+        if not low <= voltage <= high:
             allowed = f"from {low:g} to {high:g} V (data at {_voltages(found)} V)"
-            raise ParameterError(f"voltage of {nearest.model}", supply, allowed)
-        return nearest, supply / nearest.voltage
+            raise ParameterError(f"voltage of {nearest.model}", voltage, allowed)
+        return nearest, voltage / nearest.voltage
 
     def _of(self, model: str) -> list[MotorRecord]:
         wanted = model.strip().casefold()

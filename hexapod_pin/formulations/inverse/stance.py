@@ -81,7 +81,7 @@ def stance_load(
     return StanceLoad(
         feet=tuple(feet), base_rows=rows[:, :6], joint_rows=rows[:, 6:], wrench=needed[:6],
         free_torque=needed[6:], normal=model.normal, mu=model.ground.mu,
-        effort=np.asarray(model.robot.effort, dtype=float),
+        effort=np.asarray(model.robot.effort_limit, dtype=float),
     )  # fmt: skip
 
 

@@ -72,7 +72,7 @@ class ConstrainedStepper:
     @property
     def torque_limit(self) -> Array:
         """Largest torques [N m]. Shape (n,)."""
-        effort = np.asarray(self.model.robot.effort, dtype=float)
+        effort = np.asarray(self.model.robot.effort_limit, dtype=float)
         return effort if self.servo.limited else np.full(len(effort), np.inf)
 
     def torque(self, time: float, q: Array, v: Array) -> Array:

@@ -143,7 +143,7 @@ class HeightField(Ground):
         wavelength: float = 0.4,
         size: float | Lengths = 4.0,
         *,
-        center: Lengths = (0.0, 0.0),
+        centre: Lengths = (0.0, 0.0),
         flat_radius: float = 0.0,
     ) -> HeightField:
         """Build smooth hills: a sum of plane waves of random direction, phase and length.
@@ -153,7 +153,7 @@ class HeightField(Ground):
             amplitude: largest |z| [m].
             wavelength: typical distance between hills [m]; waves are 0.7 to 1.4 of it.
             size: of the field along x and y [m].
-            center: x, y of the middle of the field [m].
+            centre: x, y of the middle of the field [m].
             flat_radius: the ground is level at z = 0 up to this distance from the world's origin
                 [m]; the hills rise to their height over a wavelength from there. 0: hills all over.
 
@@ -171,14 +171,14 @@ class HeightField(Ground):
             raise ParameterError("amplitude", amplitude, "finite, not negative [m]")
         if not (math.isfinite(flat_radius) and flat_radius >= 0.0):
             raise ParameterError("flat_radius", flat_radius, "finite, not negative [m]")
-        if not np.isfinite(center).all():
-            raise ParameterError("center", center, "finite [m]")
+        if not np.isfinite(centre).all():
+            raise ParameterError("centre", centre, "finite [m]")
         spacing = wavelength / MIN_POINTS_PER_WAVELENGTH
         columns, rows = (max(2, int(np.ceil(length / spacing)) + 1) for length in extent)
         _require_size(rows * columns)
         few = rows * columns <= MAX_KEPT_POINTS and type(seed) is int
         waves = (_kept_waves if few else _waves)(seed, spacing / wavelength, (rows, columns))
-        first = (center[0] - 0.5 * (columns - 1) * spacing, center[1] - 0.5 * (rows - 1) * spacing)
+        first = (centre[0] - 0.5 * (columns - 1) * spacing, centre[1] - 0.5 * (rows - 1) * spacing)
         flat = flat_radius != 0.0
         fade = _faded_in(first, spacing, waves.shape, flat_radius, wavelength) if flat else 1.0
         z = waves * fade
@@ -190,9 +190,9 @@ class HeightField(Ground):
 
 def _waves(seed: int, step: float, shape: tuple[int, int]) -> Array:
     """Return a sum of waves of lengths near 1 on a grid of the given step."""
-    dice = np.random.default_rng(seed)
-    turn, phase = dice.uniform(0.0, 2.0 * np.pi, (2, RANDOM_FIELD_WAVES))
-    number = 2.0 * np.pi / dice.uniform(0.7, 1.4, RANDOM_FIELD_WAVES)
+    rng = np.random.default_rng(seed)
+    turn, phase = rng.uniform(0.0, 2.0 * np.pi, (2, RANDOM_FIELD_WAVES))
+    number = 2.0 * np.pi / rng.uniform(0.7, 1.4, RANDOM_FIELD_WAVES)
     y, x = (step * np.arange(n) for n in shape)
     z = np.zeros(shape)
     for k, a, p in zip(number, turn, phase, strict=True):

@@ -77,7 +77,7 @@ def _bumps(lift: float, seed: int, length: float) -> HeightField:
         amplitude=0.5 * lift,
         wavelength=BUMP_WAVELENGTH,
         size=(length + 2.0 * HALF_WIDTH, 2.0 * HALF_WIDTH),
-        center=(0.5 * length, 0.0),
+        centre=(0.5 * length, 0.0),
         flat_radius=LEVEL_RADIUS,
     )
 

@@ -50,7 +50,7 @@ void put_feet(nb::dict& out, const SummaryTotals& totals) {
   const auto& sums = totals.sums_of_feet;
   out["normal_impulse"] = VectorXd(sums.col(0));
   out["impulse"] = RowMatrix(sums.middleCols(1, 3).matrix());
-  out["slip_path"] = VectorXd(sums.col(4));
+  out["slip_distance"] = VectorXd(sums.col(4));
   out["loaded_time"] = VectorXd(sums.col(5));
   out["friction_work"] = VectorXd(sums.col(6));
 }
@@ -92,14 +92,14 @@ nb::dict summary_data(RunSummary& summary) {
   nb::dict out;
   out["states"] = summary.states();
   out["cycles"] = summary.cycles();
-  out["period"] = summary.period();
-  out["time"] = totals.time;
+  out["cycle_time"] = summary.period();
+  out["window_time"] = totals.time;
   out["first_yaw"] = summary.first_yaw();
-  const std::vector<WayPoint> way = summary.way();
-  RowMatrix points(Eigen::Index(way.size()), 4);
-  for (std::size_t k = 0; k < way.size(); ++k)
-    points.row(Eigen::Index(k)) << way[k].time, way[k].x, way[k].y, way[k].yaw;
-  out["way"] = points;
+  const std::vector<PathPoint> path = summary.path();
+  RowMatrix points(Eigen::Index(path.size()), 4);
+  for (std::size_t k = 0; k < path.size(); ++k)
+    points.row(Eigen::Index(k)) << path[k].time, path[k].x, path[k].y, path[k].yaw;
+  out["path"] = points;
   put_peaks(out, "outside_torque", summary.outside_torque());
   put_peaks(out, "outside_force", summary.outside_force());
   if (totals.time <= 0.0) return out;  // no whole cycle

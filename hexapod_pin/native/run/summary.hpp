@@ -43,7 +43,7 @@ void read_feet(const PlantT& plant, std::vector<FootLoad>& out) {
 }
 
 // Where the robot is at an edge of a half cycle.
-struct WayPoint {
+struct PathPoint {
   double time, x, y, yaw;  // s; centre of mass, m; trunk, rad
 };
 
@@ -82,9 +82,9 @@ class RunSummary {
   long states() const { return states_; }
   double period() const { return period_; }
   double first_yaw() const { return first_yaw_; }
-  std::vector<WayPoint> way() const {  // at the edges of the half cycles, or at both ends
-    std::vector<WayPoint> points = way_;
-    if (period_ == 0.0 && inside_) points.push_back(way_point());
+  std::vector<PathPoint> path() const {  // at the edges of the half cycles, or at both ends
+    std::vector<PathPoint> points = path_;
+    if (period_ == 0.0 && inside_) points.push_back(path_point());
     else if (period_ > 0.0) points.resize(cycles_ > 0 ? std::size_t(2 * cycles_ + 1) : 0);
     return points;
   }
@@ -165,7 +165,7 @@ class RunSummary {
 
   // The last state stands at the next edge.
   void cross_edge() {
-    way_.push_back(way_point());
+    path_.push_back(path_point());
     const bool cycle_begins = period_ == 0.0 || halves_ % 2 == 0;
     if (inside_ && cycle_begins) {
       window_.take(cycle_);
@@ -179,7 +179,7 @@ class RunSummary {
     else next_edge_ = period_ > 0.0 ? begin_ + 0.5 * double(halves_) * period_ : end_;
   }
 
-  WayPoint way_point() const { return {last().time, last().com.x(), last().com.y(), last().yaw()}; }
+  PathPoint path_point() const { return {last().time, last().com.x(), last().com.y(), last().yaw()}; }
 
   // A cycle that is not whole yet is outside, and so is the last state where the window does not go on.
   Peaks outside(Peaks peaks, const Peaks& unfinished, const ArrayXd& values) const {
@@ -194,7 +194,7 @@ class RunSummary {
   std::size_t last_ = 0, next_ = 1, edge_ = 2;
   SummaryTotals window_, cycle_;  // whole cycles; the one that goes on
   Peaks outside_torque_, outside_force_;
-  std::vector<WayPoint> way_;
+  std::vector<PathPoint> path_;
   double weight_ = 0.0;  // time that the last state stands for so far, s
   double first_yaw_ = 0.0;
   bool inside_ = false;  // the last state's next step belongs to the window

@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike
 from hexapod_pin.arrays import Array, protect, read_only
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.results.joint_budget import joint_kinds
+from hexapod_pin.results.joint_budget import joint_kinds as kinds_by_name
 from hexapod_pin.results.torque_budget import SAMPLES
 
 PER_JOINT = (
-    "peak_torque", "peak_torque_time", "peak_torque_speed", "peak_speed", "p99_torque",
-    "rms_torque", "rms_speed", "acceleration_rms", "torque_acceleration", "peak_power",
+    "torque_peak", "torque_peak_time", "torque_peak_speed", "speed_peak", "torque_p99",
+    "torque_rms", "speed_rms", "acceleration_rms", "torque_acceleration", "power_peak",
     "positive_energy", "negative_energy", "armature", "load_inertia", "standing", "holding",
     "holding_lost_leg",
 )  # fmt: skip
@@ -34,7 +34,7 @@ class JointDemand(Immutable):
 
     Attributes:
         joint_names: n names.
-        kinds: "coxa", "femur", "tibia", ... of each joint.
+        joint_kinds: "coxa", "femur", "tibia", ... of each joint.
         time: of the samples in the window [s]. Shape (T,).
         torque: samples [N m]. Shape (T, n).
         speed: samples of the joints' rates, signed [rad/s]. Shape (T, n).
@@ -42,16 +42,16 @@ class JointDemand(Immutable):
         cycles: whole gait cycles in the window; None where nothing repeats.
         peaks: what peaks, RMS and energies below are of: "accepted steps" or "samples". The
             larger of the accepted steps' peak and the samples' is taken.
-        peak_torque: largest |torque| (n,) [N m].
-        peak_torque_time: its time (n,) [s].
-        peak_torque_speed: rate at that time, > 0 where the joint drives (n,) [rad/s].
-        peak_speed: largest |rate| (n,) [rad/s].
-        p99_torque: |torque| not exceeded for 99 % of the time (n,) [N m].
-        rms_torque: (n,) [N m].
-        rms_speed: (n,) [rad/s].
+        torque_peak: largest |torque| (n,) [N m].
+        torque_peak_time: its time (n,) [s].
+        torque_peak_speed: rate at that time, > 0 where the joint drives (n,) [rad/s].
+        speed_peak: largest |rate| (n,) [rad/s].
+        torque_p99: |torque| not exceeded for 99 % of the time (n,) [N m].
+        torque_rms: (n,) [N m].
+        speed_rms: (n,) [rad/s].
         acceleration_rms: (n,) [rad/s^2].
         torque_acceleration: mean of torque times acceleration (n,) [N m rad/s^2].
-        peak_power: largest |torque times rate| (n,) [W].
+        power_peak: largest |torque times rate| (n,) [W].
         positive_energy: work given per cycle (or window) (n,) [J].
         negative_energy: work taken up per cycle (or window) (n,) [J], <= 0.
         armature: rotor inertia at the joint that the torques contain (n,) [kg m^2].
@@ -65,28 +65,28 @@ class JointDemand(Immutable):
         unheld_lost_leg: the same by lost leg or foot, in the order of the feet.
         weight: mass times gravity [N].
         distance: way per cycle along the heading [m]; None where none is known.
-        robot: its name.
+        robot_name: its name.
         notes: what to know of these numbers, one sentence each.
     """
 
     joint_names: tuple[str, ...]
-    kinds: tuple[str, ...]
+    joint_kinds: tuple[str, ...]
     time: Array = field(repr=False)
     torque: Array = field(repr=False)
     speed: Array = field(repr=False)
     acceleration: Array = field(repr=False)
     cycles: int | None
     peaks: str
-    peak_torque: Array = field(repr=False)
-    peak_torque_time: Array = field(repr=False)
-    peak_torque_speed: Array = field(repr=False)
-    peak_speed: Array = field(repr=False)
-    p99_torque: Array = field(repr=False)
-    rms_torque: Array = field(repr=False)
-    rms_speed: Array = field(repr=False)
+    torque_peak: Array = field(repr=False)
+    torque_peak_time: Array = field(repr=False)
+    torque_peak_speed: Array = field(repr=False)
+    speed_peak: Array = field(repr=False)
+    torque_p99: Array = field(repr=False)
+    torque_rms: Array = field(repr=False)
+    speed_rms: Array = field(repr=False)
     acceleration_rms: Array = field(repr=False)
     torque_acceleration: Array = field(repr=False)
-    peak_power: Array = field(repr=False)
+    power_peak: Array = field(repr=False)
     positive_energy: Array = field(repr=False)
     negative_energy: Array = field(repr=False)
     armature: Array = field(repr=False)
@@ -98,7 +98,7 @@ class JointDemand(Immutable):
     unheld_lost_leg: dict[str, float] = field(default_factory=dict)
     weight: float = float("nan")
     distance: float | None = None
-    robot: str = "robot"
+    robot_name: str = "robot"
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -115,8 +115,8 @@ class JointDemand(Immutable):
             if getattr(self, name).shape != shape:
                 found = getattr(self, name).shape
                 raise ParameterError(f"JointDemand.{name}", found, f"of shape {shape}")
-        if len(self.kinds) != samples[1]:
-            raise ParameterError("JointDemand.kinds", self.kinds, f"{samples[1]} names")
+        if len(self.joint_kinds) != samples[1]:
+            raise ParameterError("JointDemand.joint_kinds", self.joint_kinds, f"{samples[1]} names")
         protect(self)
 
     @classmethod
@@ -127,7 +127,7 @@ class JointDemand(Immutable):
         speed: ArrayLike,
         *,
         joint_names: Sequence[str] | None = None,
-        kinds: Sequence[str] | None = None,
+        joint_kinds: Sequence[str] | None = None,
         cycles: int | None = None,
         armature: ArrayLike = 0.0,
         load_inertia: ArrayLike = np.nan,
@@ -143,7 +143,7 @@ class JointDemand(Immutable):
             torque: at the joints [N m]. Shape (T, n).
             speed: signed [rad/s]. Shape (T, n).
             joint_names: n names; None: "joint 1", ...
-            kinds: of the joints; None: as their names tell.
+            joint_kinds: of the joints; None: as their names tell.
             cycles: how often the motion repeats within the samples; None: not at all.
             armature: rotor inertia that the torques contain [kg m^2]; one number or (n,).
             load_inertia: [kg m^2]; one number or (n,).
@@ -165,7 +165,7 @@ class JointDemand(Immutable):
             "holding": holding, "holding_lost_leg": holding_lost_leg,
         }  # fmt: skip
         return cls(
-            joint_names=names, kinds=tuple(kinds or joint_kinds(names, n // 3)),
+            joint_names=names, joint_kinds=tuple(joint_kinds or kinds_by_name(names, n // 3)),
             time=t, torque=tau, speed=rate, acceleration=np.gradient(rate, t, axis=0),
             cycles=cycles, peaks=SAMPLES, **sampled_numbers(t, tau, rate, cycles or 1),
             **{k: _per_joint(k, v, n) for k, v in given.items()},
@@ -222,7 +222,7 @@ class JointDemand(Immutable):
             self._lagged[time_constant] = read_only(np.sqrt(largest))
         return self._lagged[time_constant]
 
-    def rms_with_armature(self, armature: ArrayLike) -> Array:
+    def torque_rms_with_armature(self, armature: ArrayLike) -> Array:
         """Return the RMS torque were the rotors' inertia another and the motion the same (n,).
 
         An estimate [N m]: a heavier rotor also takes the edge off every touch-down, so that the
@@ -236,7 +236,7 @@ class JointDemand(Immutable):
         """
         more = _per_joint("armature", armature, len(self.joint_names)) - self.armature
         square = (
-            self.rms_torque**2
+            self.torque_rms**2
             + 2.0 * more * self.torque_acceleration
             + (more * self.acceleration_rms) ** 2
         )
@@ -244,8 +244,8 @@ class JointDemand(Immutable):
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers but the samples as plain data; units are those of the attributes."""
-        whole = ("joint_names", "kinds", "cycles", "peaks", "unheld", "unheld_lost_leg", "weight",
-                 "distance", "robot", "notes", "duration", "cost_of_transport",
+        whole = ("joint_names", "joint_kinds", "cycles", "peaks", "unheld", "unheld_lost_leg",
+                 "weight", "distance", "robot_name", "notes", "duration", "cost_of_transport",
                  "cost_of_transport_positive")  # fmt: skip
         plain = {name: getattr(self, name) for name in whole}
         return plain | {name: getattr(self, name).tolist() for name in PER_JOINT}
@@ -257,14 +257,14 @@ class JointDemand(Immutable):
             UnknownNameError: there is no such kind.
         """
         for kind in kinds:
-            if kind not in self.kinds:
-                raise UnknownNameError("kind of joint", kind, sorted(set(self.kinds)))
-        kept = [j for j, kind in enumerate(self.kinds) if kind in kinds]
+            if kind not in self.joint_kinds:
+                raise UnknownNameError("kind of joint", kind, sorted(set(self.joint_kinds)))
+        kept = [j for j, kind in enumerate(self.joint_kinds) if kind in kinds]
         samples = {k: getattr(self, k)[:, kept] for k in ("torque", "speed", "acceleration")}
         return replace(
             self,
             joint_names=tuple(self.joint_names[j] for j in kept),
-            kinds=tuple(self.kinds[j] for j in kept),
+            joint_kinds=tuple(self.joint_kinds[j] for j in kept),
             **samples,
             **{name: getattr(self, name)[kept] for name in PER_JOINT},
         )
@@ -293,16 +293,16 @@ def sampled_numbers(time: Array, torque: Array, speed: Array, parts: int) -> dic
     length, weights = float(time[-1] - time[0]), time_weights(time)
     middle = 0.5 * (torque[1:] + torque[:-1])
     return {
-        "peak_torque": size[top, joints],
-        "peak_torque_time": time[top],
-        "peak_torque_speed": speed[top, joints] * np.sign(torque[top, joints]),
-        "peak_speed": np.abs(speed).max(axis=0),
-        "p99_torque": np.percentile(size, 99.0, axis=0),
-        "rms_torque": rms(time, torque),
-        "rms_speed": rms(time, speed),
+        "torque_peak": size[top, joints],
+        "torque_peak_time": time[top],
+        "torque_peak_speed": speed[top, joints] * np.sign(torque[top, joints]),
+        "speed_peak": np.abs(speed).max(axis=0),
+        "torque_p99": np.percentile(size, 99.0, axis=0),
+        "torque_rms": rms(time, torque),
+        "speed_rms": rms(time, speed),
         "acceleration_rms": np.sqrt(np.sum(change**2 / step, axis=0) / length),
         "torque_acceleration": np.sum(middle * change, axis=0) / length,
-        "peak_power": np.abs(power).max(axis=0),
+        "power_peak": np.abs(power).max(axis=0),
         "positive_energy": length / parts * (weights @ np.maximum(power, 0.0)),
         "negative_energy": length / parts * (weights @ np.minimum(power, 0.0)),
     }

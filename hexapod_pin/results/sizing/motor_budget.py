@@ -141,9 +141,9 @@ def motor_budget(
     allowed = Derating() if derating is None else derating
     whole = joint_demand(demand) if isinstance(demand, Trace) else demand
     need = whole.of_kinds(_kinds(whole, record, kinds))
-    motors = Motors.of(need.kinds, record, allowed)
+    motors = Motors.of(need.joint_kinds, record, allowed)
     rows = joint_uses(need, motors, lost_leg, ambient)
-    names = tuple(dict.fromkeys(need.kinds))
+    names = tuple(dict.fromkeys(need.joint_kinds))
     groups = [[row for row in rows if row.kind == name] for name in names]
     return MotorBudget(
         motor=motors.name,
@@ -168,7 +168,7 @@ def _kinds(
     elif isinstance(record, Mapping):
         found = tuple(record)
     else:
-        found = tuple(k for k in dict.fromkeys(demand.kinds) if k not in NO_MOTOR)
+        found = tuple(k for k in dict.fromkeys(demand.joint_kinds) if k not in NO_MOTOR)
     if isinstance(record, Mapping) and (missing := [k for k in found if k not in record]):
         raise ParameterError("record", sorted(record), f"given with a motor of {missing}")
     if not found:
@@ -209,7 +209,7 @@ NEED_HEADER = (
 def budget_text(budget: MotorBudget) -> str:
     """Return all tables of a motor's budget, with units."""
     verdict = "PASSES" if budget.passes else "FAILS"
-    head = [f"{budget.motor} in {budget.demand.robot}: {verdict}", _allowed(budget)]
+    head = [f"{budget.motor} in {budget.demand.robot_name}: {verdict}", _allowed(budget)]
     head += [f"  {reason}" for reason in budget.reasons]
     uses = [_use_cells(row, f"{row.kind} ({row.joint})") for row in budget.kinds]
     uses += [_use_cells(row, row.joint) for row in budget.joints]
@@ -234,8 +234,8 @@ def budget_text(budget: MotorBudget) -> str:
 def demand_lines(demand: JointDemand) -> list[str]:
     """Return what the joints demand, one line each."""
     names = (
-        "peak_torque", "p99_torque", "rms_torque", "standing", "holding", "holding_lost_leg",
-        "peak_speed", "rms_speed", "peak_power", "positive_energy", "negative_energy",
+        "torque_peak", "torque_p99", "torque_rms", "standing", "holding", "holding_lost_leg",
+        "speed_peak", "speed_rms", "power_peak", "positive_energy", "negative_energy",
     )  # fmt: skip
     rows = [
         [joint, *(number(getattr(demand, name)[j]) for name in names)]
@@ -263,12 +263,12 @@ def battery_lines(load: BatteryLoad) -> list[str]:
         return [f"  battery current and electrical power: unknown ({load.unknown})"]
     rows = [
         ("supply under load", load.voltage, "V"),
-        ("largest current of all together", load.peak_current, "A"),
+        ("largest current of all together", load.current_peak, "A"),
         ("sum of the joints' own peaks, for comparison", load.sum_of_peaks, "A"),
-        ("mean current", load.mean_current, "A"),
-        ("RMS current", load.rms_current, "A"),
-        ("mean power, nothing given back", load.mean_power, "W"),
-        ("mean power, braking gives back", load.mean_power_regeneration, "W"),
+        ("mean current", load.current_mean, "A"),
+        ("RMS current", load.current_rms, "A"),
+        ("mean power, nothing given back", load.power_mean, "W"),
+        ("mean power, braking gives back", load.power_mean_regeneration, "W"),
         ("energy, nothing given back", load.energy, "J"),
         ("energy, braking gives back", load.energy_regeneration, "J"),
         ("electrical cost of transport, nothing given back", load.cost_of_transport, ""),
@@ -306,8 +306,8 @@ def _use_cells(row: MotorUse, name: str) -> Sequence[str]:
 def _inertia_cells(row: MotorUse, demand: JointDemand) -> Sequence[str]:
     load = demand.load_inertia[demand.joint_names.index(row.joint)]
     return (
-        row.joint, number(load), number(row.reflected_inertia), number(row.inertia_ratio),
-        number(row.rms_with_rotor), number(row.optimal_ratio), number(row.ratio_limit),
+        row.joint, number(load), number(row.armature), number(row.inertia_ratio),
+        number(row.torque_rms_with_armature), number(row.optimal_ratio), number(row.ratio_limit),
     )  # fmt: skip
 
 

@@ -50,12 +50,13 @@ class MotorUse:
         speed_use: largest speed over the no-load speed at the derated voltage [-].
         current_peak: of the motor, from data-sheet currents, an estimate [A].
         current_rms: the same [A].
-        reflected_inertia: of the rotor at the joint [kg m^2].
+        armature: of the rotor at the joint [kg m^2].
         inertia_ratio: load inertia over reflected inertia [-].
         optimal_ratio: gear ratio of least RMS torque of the motor, no higher than its speed
             allows [-].
         ratio_limit: the gear ratio at which its speed is all used [-].
-        rms_with_rotor: RMS torque with this motor's rotor at the same motion, an estimate [N m].
+        torque_rms_with_armature: RMS torque with this motor's rotor at the same motion, an
+            estimate [N m].
         winding_temperature: hottest of the winding in lasting walking [deg C], or "unknown".
         failures: what is above what is allowed, by the number's name, one sentence each.
         worst: of several joints, which joint sets each number.
@@ -75,11 +76,11 @@ class MotorUse:
     speed_use: float
     current_peak: float | None
     current_rms: float | None
-    reflected_inertia: float | None
+    armature: float | None
     inertia_ratio: float | None
     optimal_ratio: float | None
     ratio_limit: float | None
-    rms_with_rotor: float | None
+    torque_rms_with_armature: float | None
     winding_temperature: float | str
     failures: Mapping[str, str] = field(default_factory=dict)
     worst: Mapping[str, str] = field(default_factory=dict)
@@ -124,12 +125,12 @@ class BatteryLoad:
 
     Attributes:
         voltage: of the supply under load [V].
-        peak_current: largest sum of all joints, without regeneration [A].
-        mean_current: [A].
-        rms_current: [A].
-        peak_power: largest sum without regeneration [W].
-        mean_power: without regeneration [W].
-        mean_power_regeneration: what is given back counts [W].
+        current_peak: largest sum of all joints, without regeneration [A].
+        current_mean: [A].
+        current_rms: [A].
+        power_peak: largest sum without regeneration [W].
+        power_mean: without regeneration [W].
+        power_mean_regeneration: what is given back counts [W].
         energy: per cycle (or window) without regeneration [J].
         energy_regeneration: the same where what is given back counts [J].
         cost_of_transport: energy / (m g d) without regeneration [-]; None where it makes no way.
@@ -139,12 +140,12 @@ class BatteryLoad:
     """
 
     voltage: float | None = None
-    peak_current: float | None = None
-    mean_current: float | None = None
-    rms_current: float | None = None
-    peak_power: float | None = None
-    mean_power: float | None = None
-    mean_power_regeneration: float | None = None
+    current_peak: float | None = None
+    current_mean: float | None = None
+    current_rms: float | None = None
+    power_peak: float | None = None
+    power_mean: float | None = None
+    power_mean_regeneration: float | None = None
     energy: float | None = None
     energy_regeneration: float | None = None
     cost_of_transport: float | None = None
@@ -158,17 +159,17 @@ class BatteryLoad:
         Args:
             energy: that the battery can give [J], such as 0.8 of its capacity; of 1 Wh 3600 J.
         """
-        return energy / self.mean_power if self.mean_power else None
+        return energy / self.power_mean if self.power_mean else None
 
 
 UNITS = {
-    "margin": "N m", "current_peak": "A", "current_rms": "A", "reflected_inertia": "kg m^2",
-    "rms_with_rotor": "N m", "winding_temperature": "deg C", "voltage": "V", "peak_current": "A",
-    "mean_current": "A", "rms_current": "A", "peak_power": "W", "mean_power": "W",
-    "mean_power_regeneration": "W", "energy": "J", "energy_regeneration": "J",
-    "sum_of_peaks": "A", "duration": "s", "peak_torque": "N m", "p99_torque": "N m",
-    "rms_torque": "N m", "standing": "N m", "holding": "N m", "holding_lost_leg": "N m",
-    "peak_speed": "rad/s", "rms_speed": "rad/s", "positive_energy": "J", "negative_energy": "J",
+    "margin": "N m", "current_peak": "A", "current_rms": "A", "armature": "kg m^2",
+    "torque_rms_with_armature": "N m", "winding_temperature": "deg C", "voltage": "V",
+    "current_mean": "A", "power_peak": "W", "power_mean": "W",
+    "power_mean_regeneration": "W", "energy": "J", "energy_regeneration": "J",
+    "sum_of_peaks": "A", "duration": "s", "torque_peak": "N m", "torque_p99": "N m",
+    "torque_rms": "N m", "standing": "N m", "holding": "N m", "holding_lost_leg": "N m",
+    "speed_peak": "rad/s", "speed_rms": "rad/s", "positive_energy": "J", "negative_energy": "J",
     "load_inertia": "kg m^2",
     "acceleration_rms": "rad/s^2", "torque_acceleration": "N m rad/s^2",
 }  # fmt: skip
@@ -209,14 +210,14 @@ def line_numbers(demand: JointDemand, motors: Motors) -> Columns:
     """
     size = np.abs(demand.torque)
     allowed = motors.allowed(demand.torque, demand.speed)
-    top = motors.allowed(np.ones_like(demand.peak_torque), demand.peak_torque_speed)
-    margin = np.minimum((allowed - size).min(axis=0), top - demand.peak_torque)
-    use = np.maximum(share_used(size, allowed).max(axis=0), share_used(demand.peak_torque, top))
+    top = motors.allowed(np.ones_like(demand.torque_peak), demand.torque_peak_speed)
+    margin = np.minimum((allowed - size).min(axis=0), top - demand.torque_peak)
+    use = np.maximum(share_used(size, allowed).max(axis=0), share_used(demand.torque_peak, top))
     return {
         "peak_use": use,
         "margin": margin,
         "outside_share": demand.weights @ (size > np.maximum(allowed, 0.0)),
-        "speed_use": demand.peak_speed / (motors.derating.voltage * motors.no_load),
+        "speed_use": demand.speed_peak / (motors.derating.voltage * motors.no_load),
     }
 
 
@@ -229,13 +230,13 @@ def share_used(size: Array, allowed: Array) -> Array:
 
 def lasting_numbers(demand: JointDemand, motors: Motors) -> Columns:
     """Return torques that last over what is allowed for ever, and what a lost leg asks for."""
-    moving = np.full(len(demand.kinds), np.nan)
+    moving = np.full(len(demand.joint_kinds), np.nan)
     for constant in {thermal_constant(row) for row in motors.records} - {None}:
         own = [thermal_constant(row) == constant for row in motors.records]
         moving[own] = demand.thermal_rms(constant)[own]  # type: ignore[arg-type]
     at_stall = motors.allowed(np.ones_like(motors.stall), np.zeros_like(motors.stall))
     return {
-        "continuous_use": demand.rms_torque / motors.continuous,
+        "continuous_use": demand.torque_rms / motors.continuous,
         "thermal_use": moving / motors.continuous,
         "standing_use": demand.standing / motors.continuous,
         "holding_use": demand.holding / at_stall,
@@ -247,8 +248,8 @@ def current_numbers(demand: JointDemand, motors: Motors) -> Columns:
     """Return the motors' own currents, from data-sheet currents [A]."""
     per_torque = motors.stall_current / motors.stall
     return {
-        "current_peak": per_torque * demand.peak_torque,
-        "current_rms": per_torque * demand.rms_torque,
+        "current_peak": per_torque * demand.torque_peak,
+        "current_rms": per_torque * demand.torque_rms,
     }
 
 
@@ -270,7 +271,7 @@ def _row(
     numbers["winding_temperature"] = UNKNOWN if heat is None else heat
     if heat is not None and hottest is not None and heat > hottest:
         failures["winding_temperature"] = HOT.format(**words, heat=heat, hottest=hottest)
-    return MotorUse(kind=demand.kinds[j], **words, failures=failures, **numbers)
+    return MotorUse(kind=demand.joint_kinds[j], **words, failures=failures, **numbers)
 
 
 REASONS = {
@@ -295,21 +296,21 @@ BEYOND = (
 )
 HOT = "{joint}: the winding of {motor} reaches {heat:.0f} deg C, {hottest:g} are allowed"
 NEEDS = {
-    "peak_use": lambda d: d.peak_torque,
-    "continuous_use": lambda d: d.rms_torque,
-    "thermal_use": lambda d: d.rms_torque,
+    "peak_use": lambda d: d.torque_peak,
+    "continuous_use": lambda d: d.torque_rms,
+    "thermal_use": lambda d: d.torque_rms,
     "standing_use": lambda d: d.standing,
     "holding_use": lambda d: d.holding,
     "lost_leg_use": lambda d: d.holding_lost_leg,
-    "speed_use": lambda d: d.peak_speed,
+    "speed_use": lambda d: d.speed_peak,
 }
 
 
 # The worst of several joints, number by number.
 
 LARGEST = (
-    *USES, "outside_share", "current_peak", "current_rms", "reflected_inertia", "inertia_ratio",
-    "rms_with_rotor",
+    *USES, "outside_share", "current_peak", "current_rms", "armature", "inertia_ratio",
+    "torque_rms_with_armature",
 )  # fmt: skip
 SMALLEST = ("margin", "optimal_ratio", "ratio_limit")
 
@@ -370,12 +371,12 @@ def battery_load(demand: JointDemand, motors: Motors) -> BatteryLoad:
     mean, mean_net = float(weights @ drawn), float(weights @ net)
     return BatteryLoad(
         voltage=supply,
-        peak_current=float(drawn.max()) / supply,
-        mean_current=mean / supply,
-        rms_current=float(np.sqrt(weights @ drawn**2)) / supply,
-        peak_power=float(drawn.max()),
-        mean_power=mean,
-        mean_power_regeneration=mean_net,
+        current_peak=float(drawn.max()) / supply,
+        current_mean=mean / supply,
+        current_rms=float(np.sqrt(weights @ drawn**2)) / supply,
+        power_peak=float(drawn.max()),
+        power_mean=mean,
+        power_mean_regeneration=mean_net,
         energy=mean * demand.duration,
         energy_regeneration=mean_net * demand.duration,
         cost_of_transport=demand.per_way(mean * demand.duration),

@@ -129,18 +129,18 @@ def _notes(row: MotorRecord, derating: Derating) -> list[str]:
 def gear_numbers(demand: JointDemand, motors: Motors) -> dict[str, Array]:
     """Return inertias and gear ratios by their names in `MotorUse`; NaN where unknown."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        limit = motors.ratio * motors.derating.voltage * motors.no_load / demand.peak_speed
+        limit = motors.ratio * motors.derating.voltage * motors.no_load / demand.speed_peak
         best = optimal_ratio(
-            demand.rms_with_armature(0.0), motors.armature / motors.ratio**2,
+            demand.torque_rms_with_armature(0.0), motors.armature / motors.ratio**2,
             demand.acceleration_rms,
         )  # fmt: skip
         ratio = demand.load_inertia / motors.armature
     return {
-        "reflected_inertia": motors.armature,
+        "armature": motors.armature,
         "inertia_ratio": _finite(ratio),
         "optimal_ratio": _finite(np.minimum(best, limit)),
         "ratio_limit": _finite(limit),
-        "rms_with_rotor": demand.rms_with_armature(motors.armature),
+        "torque_rms_with_armature": demand.torque_rms_with_armature(motors.armature),
     }
 
 

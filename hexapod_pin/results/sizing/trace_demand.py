@@ -58,11 +58,14 @@ def joint_demand(trace: Trace, *, postures: int = MOST_POSTURES) -> JointDemand:
     makes_way = whole.makes_way and whole.distance is not None
     return JointDemand(
         joint_names=trace.joint_names,
-        kinds=joint_kinds(trace.joint_names, len(trace.foot_names), trace.run.robot.joint_kinds),
+        joint_kinds=joint_kinds(
+            trace.joint_names, len(trace.foot_names), trace.run.robot.joint_kinds
+        ),
         time=time, torque=torque, speed=speed,
         acceleration=np.gradient(trace.v[:, 6:], trace.time, axis=0)[inside],
         cycles=window.cycles, peaks=SAMPLES if summary is None else ACCEPTED_STEPS,
-        weight=whole.weight, distance=whole.distance if makes_way else None, robot=whole.robot,
+        weight=whole.weight, distance=whole.distance if makes_way else None,
+        robot_name=whole.robot_name,
         notes=tuple(notes), **numbers,
     )  # fmt: skip
 
@@ -70,24 +73,24 @@ def joint_demand(trace: Trace, *, postures: int = MOST_POSTURES) -> JointDemand:
 def _accepted(summary: Summary, trace: Trace, sampled: dict[str, Any]) -> dict[str, Any]:
     """Return the numbers of accepted steps; samples' where an older file does not hold them."""
     found = {
-        "p99_torque": summary.torque_p99,
-        "rms_torque": summary.torque_rms,
-        "rms_speed": summary.speed_rms,
+        "torque_p99": summary.torque_p99,
+        "torque_rms": summary.torque_rms,
+        "speed_rms": summary.speed_rms,
         "acceleration_rms": summary.acceleration_rms,
         "torque_acceleration": summary.torque_acceleration,
-        "peak_power": np.fmax(np.abs(summary.power_peak), sampled["peak_power"]),
-        "peak_speed": np.fmax(np.abs(summary.speed_peak), sampled["peak_speed"]),
+        "power_peak": np.fmax(np.abs(summary.power_peak), sampled["power_peak"]),
+        "speed_peak": np.fmax(np.abs(summary.speed_peak), sampled["speed_peak"]),
         "positive_energy": summary.positive_energy,
         "negative_energy": summary.negative_energy,
     }
     found = {k: np.where(np.isfinite(v), v, sampled[k]) for k, v in found.items()}
-    larger = np.abs(summary.torque_peak) > sampled["peak_torque"]
+    larger = np.abs(summary.torque_peak) > sampled["torque_peak"]
     times, peaks = summary.torque_peak_time, summary.torque_peak
     rates = [np.interp(t, trace.time, trace.v[:, 6 + j]) for j, t in enumerate(times)]
     accepted = {
-        "peak_torque": np.abs(peaks),
-        "peak_torque_time": times,
-        "peak_torque_speed": np.array(rates) * np.sign(peaks),
+        "torque_peak": np.abs(peaks),
+        "torque_peak_time": times,
+        "torque_peak_speed": np.array(rates) * np.sign(peaks),
     }
     return found | {k: np.where(larger, v, sampled[k]) for k, v in accepted.items()}
 

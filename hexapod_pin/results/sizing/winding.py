@@ -115,7 +115,7 @@ def winding_temperatures(demand: JointDemand, motors: Motors, ambient: float) ->
             continue
         per_torque = 1.0 / (constant * row.gear_ratio)
         moving = demand.thermal_rms(winding.winding_time)[j]
-        squares = (per_torque * demand.rms_torque[j]) ** 2, (per_torque * moving) ** 2
+        squares = (per_torque * demand.torque_rms[j]) ** 2, (per_torque * moving) ** 2
         found[j] = winding.hottest(*squares, ambient)
     return found
 

@@ -98,7 +98,7 @@ def from_bytes(message: bytes) -> list[Outcome]:
 
 JOINT, FOOT, SCALAR = ("joint",), ("foot",), ()
 
-WAY, WAY_COLUMNS = "way", 4
+PATH, PATH_COLUMNS = "path", 4
 """The array of a summary whose length differs from run to run; it stands last."""
 
 
@@ -134,7 +134,7 @@ FOUND: Mapping[str, Quantity] = {
 
 def quantities() -> dict[str, Quantity]:
     """Return all quantities but the way, in the order of the stored doubles."""
-    own = {name: Quantity(*entry) for name, entry in LAYOUT.items() if name != WAY}
+    own = {name: Quantity(*entry) for name, entry in LAYOUT.items() if name != PATH}
     return {**FOUND, **own}
 
 
@@ -159,8 +159,10 @@ def case_numbers(summary: Summary, verdict: SummaryVerdict) -> Array:
     found = {**_found(summary), "speed_share": verdict.speed_share,
              "turn_share": verdict.turn_share, "walks": _number(verdict.walks)}  # fmt: skip
     parts = [np.ravel(np.asarray(found[name], dtype=float)) for name in FOUND]
-    parts += [np.ravel(np.asarray(getattr(summary, name), float)) for name in LAYOUT if name != WAY]
-    return np.concatenate([*parts, summary.way.ravel()])
+    parts += [
+        np.ravel(np.asarray(getattr(summary, name), float)) for name in LAYOUT if name != PATH
+    ]
+    return np.concatenate([*parts, summary.path.ravel()])
 
 
 def _found(summary: Summary) -> dict[str, Any]:
@@ -177,9 +179,9 @@ def _found(summary: Summary) -> dict[str, Any]:
         "states": summary.states,
         "total_mass": mass,
         "distance": _number(distance),
-        "measured_speed": _number(summary.speed),
+        "measured_speed": _number(summary.measured_speed),
         "nominal_speed": _number(nominal if summary.cycles else None),
-        "measured_turn_rate": _number(summary.turn_rate),
+        "measured_turn_rate": _number(summary.measured_turn_rate),
         "cost_of_transport": _number(energy_per_way(given - taken, weight, way)),
         "cost_of_transport_positive": _number(energy_per_way(given, weight, way)),
         "trunk_contacts": touches,

@@ -13,7 +13,7 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import SweepStoreError
 from hexapod_pin.file_schema import check_data
-from hexapod_pin.sweep.runs.outcome import WAY_COLUMNS, Quantity, shape_of, sizes_of
+from hexapod_pin.sweep.runs.outcome import PATH_COLUMNS, Quantity, shape_of, sizes_of
 from hexapod_pin.sweep.runs.store_file import DONE, connect, nothing_yet, store_errors
 from hexapod_pin.sweep.runs.store_schema import (
     CounterText,
@@ -224,9 +224,9 @@ def ways(found: StoredSweep) -> Array:
     own: dict[int, Array] = {}
     for group in _same_labels(found):
         length = _length(found, sizes_of(found.labels[group[0]]))
-        own |= {k: found.values[k][length:].reshape(-1, WAY_COLUMNS) for k in group}
+        own |= {k: found.values[k][length:].reshape(-1, PATH_COLUMNS) for k in group}
     longest = max((len(way) for way in own.values()), default=0)
-    filled = np.full((found.count, longest, WAY_COLUMNS), np.nan)
+    filled = np.full((found.count, longest, PATH_COLUMNS), np.nan)
     for number, way in own.items():
         filled[number, : len(way)] = way
     return filled

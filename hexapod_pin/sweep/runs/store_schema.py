@@ -14,7 +14,7 @@ from pydantic import AfterValidator, Field
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.file_schema import FileData, Name, Number, check_data, per
 from hexapod_pin.results.joint_budget import KINDS, OTHER_KINDS
-from hexapod_pin.sweep.runs.outcome import WAY_COLUMNS, Outcome, Quantity, shape_of, sizes_of
+from hexapod_pin.sweep.runs.outcome import PATH_COLUMNS, Outcome, Quantity, shape_of, sizes_of
 from hexapod_pin.sweep.runs.store_file import DONE, FAILED
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ def checked_numbers(
     sizes = sizes_of(labels)
     needed = sum(int(np.prod(shape_of(one.axes, sizes))) for one in stored.values())
     rest = len(numbers) - 8 * needed
-    if rest < 0 or rest % (8 * WAY_COLUMNS):
+    if rest < 0 or rest % (8 * PATH_COLUMNS):
         allowed = f"{8 * needed} bytes and whole rows of the way"
         raise ParameterError(f"cases[{number}].numbers", len(numbers), allowed)
     return np.frombuffer(numbers, dtype="<f8")

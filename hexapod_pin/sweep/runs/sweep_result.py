@@ -21,7 +21,7 @@ from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.foreign_text import csv_cell
 from hexapod_pin.results.joint_budget import KINDS, OTHER_KINDS
 from hexapod_pin.results.result_files import NETCDF, Column, check_ending, write_netcdf
-from hexapod_pin.sweep.runs.outcome import WAY, Quantity
+from hexapod_pin.sweep.runs.outcome import PATH, Quantity
 from hexapod_pin.sweep.runs.store_reading import NOT_RUN, StoredSweep, columns, read_store, ways
 from hexapod_pin.user_file import user_path
 
@@ -186,7 +186,7 @@ def sweep_columns(found: StoredSweep) -> dict[str, Column]:
     for name, one in found.quantities.items():
         made[name] = Column((CASE, *one.axes), values[name], _about(one))
         made |= _of_kinds(found, name, one, values[name])
-    made[WAY] = Column(
+    made[PATH] = Column(
         (CASE, "edge", "way_column"), ways(found),
         {"units": "s, m, m, rad", "long_name": "time, x and y of the centre of mass, yaw of the "
          "trunk at edges and middles of the cycles"},
@@ -230,7 +230,7 @@ def coordinate_names(inputs: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     """Return the name of each input's coordinate: its own, or `input_` and its own if taken."""
     from hexapod_pin.sweep.runs.outcome import quantities
 
-    taken = {*quantities(), WAY, CASE, "joint", "foot", "axis", "kind", "reason", "verdict"}
+    taken = {*quantities(), PATH, CASE, "joint", "foot", "axis", "kind", "reason", "verdict"}
     names = [item["name"].replace("/", "_") for item in inputs]
     return {name: f"input_{name}" if name in taken else name for name in names}
 
@@ -314,7 +314,7 @@ def sweep_csv(made: Mapping[str, Column]) -> bytes:
 
     The head names quantity, label and unit: `torque_peak.lf_coxa_joint [N m]`.
     """
-    along = {k: c for k, c in made.items() if c.dims[:1] == (CASE,) and k != WAY}
+    along = {k: c for k, c in made.items() if c.dims[:1] == (CASE,) and k != PATH}
     order = sorted(along, key=lambda name: (name != CASE, len(along[name].dims)))
     parts = {name: column for name in order for column in [along[name]]}
     heads = [head for name, column in parts.items() for head in _heads(name, column, made)]

@@ -175,13 +175,13 @@ class Evaluation:
         uses = {walk: found for walk, (found, _) in budgets.items()}
         return MotorCandidate(
             motors=dict(motors),
-            robot_mass=self.robot.total_mass + mass - sum(count.values()) * self.contained,
+            total_mass=self.robot.total_mass + mass - sum(count.values()) * self.contained,
             motor_mass=mass,
             uses=tuple(kind_use(kind, uses, tuple(self.walks)) for kind in motors),
             runs=tuple(runs.values()),
             notes=notes,
-            battery_peak=_largest([b.peak_current for b in battery]),
-            battery_mean=_largest([b.mean_current for b in battery]),
+            battery_current_peak=_largest([b.current_peak for b in battery]),
+            battery_current_mean=_largest([b.current_mean for b in battery]),
             price=sum(known) if len(known) == len(prices) else None,
         )
 
@@ -236,13 +236,13 @@ def kind_use(kind: str, budgets: Mapping[str, Uses], walks: tuple[str, ...]) -> 
         walk = max(known, key=lambda key: known[key])
         return float(known[walk]), walk
 
-    found = {name: worst(f"{name}_use") for name in (*USES, "lost_leg")}
-    found["holding"] = max(found["holding"], worst("standing_use"), key=_known)
+    found = {name: worst(name) for name in (*USES, "lost_leg_use")}
+    found["holding_use"] = max(found["holding_use"], worst("standing_use"), key=_known)
     reasons = [f"{reason} ({walk})" for walk, row in rows.items() for reason in row.reasons]
     reasons += [f"{walk}: cannot be simulated" for walk in walks if walk not in budgets]
     return KindUse(
-        kind=kind, **{name: found[name][0] for name in (*USES, "lost_leg")},
-        outside=worst("outside_share")[0], inertia_ratio=worst("inertia_ratio")[0],
+        kind=kind, **{name: found[name][0] for name in (*USES, "lost_leg_use")},
+        outside_share=worst("outside_share")[0], inertia_ratio=worst("inertia_ratio")[0],
         walk={name: found[name][1] for name in USES}, reasons=tuple(dict.fromkeys(reasons)),
     )  # fmt: skip
 

@@ -102,7 +102,7 @@ def select_motors(
     begin("lightest motors")
     search, others = lightest_choice(evaluation, motors.records, kinds)
     selection = MotorSelection(
-        robot=robot.name, mass=robot.total_mass, contained=contained, walks=tuple(walks),
+        robot_name=robot.name, total_mass=robot.total_mass, contained=contained, walks=tuple(walks),
         candidates=ranked, unusable=motors.unusable, choice=search.choice,
         iterations=tuple(search.steps), confidence=None, derating=file.derating,
         catalog=motors.source, assumed=_assumed(walks, file.choice.motor_mass, contained, ranked),

@@ -64,7 +64,7 @@ class BaseWalk(Spec):
         options: further options of loading, as in a hints file.
         gait: a name, or a table of a gait's fields; fields left out of a named one are fitted.
         contact: name of a contact.
-        friction: coefficient [-]; None: the contact's own.
+        mu: coefficient [-]; None: the contact's own.
         kp: servo stiffness [N m/rad]; None: *assumed*.
         kd: servo damping [N m s/rad]; None: *assumed*.
         prescribed: whether joints follow the plan exactly.
@@ -85,7 +85,7 @@ class BaseWalk(Spec):
     options: dict[str, Any] = Field(default_factory=dict)
     gait: str | dict[str, Any] | None = None
     contact: str = "accurate"
-    friction: Number | None = None
+    mu: Number | None = None
     kp: Number | None = None
     kd: Number | None = None
     prescribed: bool = False
@@ -123,7 +123,7 @@ def base_case(data: Mapping[str, Any], folder: Path, gait: str | None = None) ->
         refuse_motor(data.get("motor"), case.scene.prescribed)
         return case
     walk = read_spec(BaseWalk, data, "base")
-    with placed("base", {"mu": "friction"}):
+    with placed("base"):
         return _walk(walk, folder, gait)
 
 
@@ -176,7 +176,7 @@ def _walk(base: BaseWalk, folder: Path, name: str | None) -> Case:
     refuse_motor(base.motor, base.prescribed)
     scene = Scene(
         robot,
-        contact=Contact.preset(base.contact).with_mu(base.friction),
+        contact=Contact.preset(base.contact).with_mu(base.mu),
         servo=Servo.for_robot(robot, kp=base.kp, kd=base.kd),
         prescribed=base.prescribed,
     )

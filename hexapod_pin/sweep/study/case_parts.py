@@ -139,7 +139,7 @@ class CaseParts:
 
 
 SET_BY: Mapping[str, tuple[str, ...]] = {
-    "friction": ("scene.contact.friction.mu",),
+    "mu": ("scene.contact.friction.mu",),
     "slope": ("scene.gravity",),
     "slope_deg": ("scene.gravity",),
     "bumps": ("scene.terrain",),

@@ -93,35 +93,35 @@ def _require_directions(inputs: int) -> None:
         )  # fmt: skip
 
 
-def _sobol(inputs: int, samples: int, dice: np.random.Generator) -> Array:
+def _sobol(inputs: int, samples: int, rng: np.random.Generator) -> Array:
     from scipy.stats import qmc
 
     _require_directions(inputs)
-    return np.asarray(qmc.Sobol(inputs, scramble=True, seed=dice).random(samples))
+    return np.asarray(qmc.Sobol(inputs, scramble=True, seed=rng).random(samples))
 
 
-def _halton(inputs: int, samples: int, dice: np.random.Generator) -> Array:
+def _halton(inputs: int, samples: int, rng: np.random.Generator) -> Array:
     from scipy.stats import qmc
 
-    return np.asarray(qmc.Halton(inputs, scramble=True, seed=dice).random(samples))
+    return np.asarray(qmc.Halton(inputs, scramble=True, seed=rng).random(samples))
 
 
-def _latin(inputs: int, samples: int, dice: np.random.Generator) -> Array:
+def _latin(inputs: int, samples: int, rng: np.random.Generator) -> Array:
     from scipy.stats import qmc
 
-    return np.asarray(qmc.LatinHypercube(inputs, seed=dice).random(samples))
+    return np.asarray(qmc.LatinHypercube(inputs, seed=rng).random(samples))
 
 
-def _random(inputs: int, samples: int, dice: np.random.Generator) -> Array:
-    return dice.random((samples, inputs))
+def _random(inputs: int, samples: int, rng: np.random.Generator) -> Array:
+    return rng.random((samples, inputs))
 
 
-def _saltelli(inputs: int, samples: int, dice: np.random.Generator) -> Array:
+def _saltelli(inputs: int, samples: int, rng: np.random.Generator) -> Array:
     """Return A, B and AB_1 ... AB_d, one after the other; AB_i is A with column i of B.
 
     A and B are the halves of Sobol's points in 2 d dimensions (Saltelli et al. 2010).
     """
-    both = _sobol(2 * inputs, samples, dice)
+    both = _sobol(2 * inputs, samples, rng)
     a, b = both[:, :inputs], both[:, inputs:]
     mixed = np.repeat(a[None], inputs, axis=0)
     for column in range(inputs):

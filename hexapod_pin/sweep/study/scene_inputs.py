@@ -32,8 +32,8 @@ LEAST_LENGTH = 0.5
 
 def contact_with(contact: Contact, values: Values) -> Contact:
     """Return a contact with another friction coefficient and stiffness."""
-    if "friction" in values:
-        contact = contact.with_mu(values["friction"])
+    if "mu" in values:
+        contact = contact.with_mu(values["mu"])
     if "contact_stiffness" in values:
         contact = contact.stiffer(values["contact_stiffness"])
     return contact

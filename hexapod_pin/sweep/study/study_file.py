@@ -217,7 +217,7 @@ _KINDS = (
     InputKind("turn_rate_deg", "deg/s", GAIT, "yaw rate, left > 0", same_as="turn_rate"),
     InputKind("payload", "kg", LOADS, "mass of a payload", 0.0,
               options={"link": None, "position": None}),
-    InputKind("friction", "-", CONTACT, "friction coefficient", 0.0),
+    InputKind("mu", "-", CONTACT, "friction coefficient", 0.0),
     _factor("mass", LOADS, "mass and inertia of all links"),
     _factor("trunk_mass", LOADS, "mass and inertia of the trunk"),
     _factor("contact_stiffness", CONTACT, "the stiffness of the contact"),

@@ -103,7 +103,7 @@ def saturated(setting: SolverSetting) -> Values:
     scene = Scene(robot, servo=Servo(kp=20.0, kd=0.5, limited=True))
     held = SampledTrajectory([0.0, 0.1], q, limited=False)
     trace = simulate(scene, held, duration=0.12, sample=0.01, **setting.arguments)
-    excess = np.abs(trace.torque) - robot.effort
+    excess = np.abs(trace.torque) - robot.effort_limit
     wrong = float(max(excess.max(), 0.0 if np.isfinite(trace.q).all() else math.inf))
     yield ExpectedValue("torque beyond the effort at 1e308 rad", max(0.0, wrong), 1e-10, "N m")
 

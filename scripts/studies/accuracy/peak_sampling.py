@@ -52,7 +52,7 @@ def peak_sampling(
     *,
     accuracy: float = 1e-4,
     tight: float = 1e-8,
-    cycle: float = 2.4,
+    cycle_time: float = 2.4,
     robots: str = ",".join(ROBOTS),
     gaits: str = ",".join(GAITS),
     contacts: str = ",".join(PRESETS),
@@ -62,7 +62,7 @@ def peak_sampling(
     for robot in robots.split(","):
         for gait in gaits.split(","):
             for contact in contacts.split(","):
-                row, steps, grid = _row(robot, gait, contact, cycle, (accuracy, tight))
+                row, steps, grid = _row(robot, gait, contact, cycle_time, (accuracy, tight))
                 rows.append(row)
                 worst, missed = max(worst, steps), max(missed, grid)
     head = ["robot", "gait", "contact", "cycle [s]"]

@@ -33,7 +33,7 @@ CYCLE_STEP = 0.24
 def peak_verdicts(
     *,
     accuracy: float = 1e-4,
-    cycle: float = 2.4,
+    cycle_time: float = 2.4,
     cycles: int = 3,
     robots: str = ",".join(ROBOTS),
     gaits: str = ",".join(GAITS),
@@ -45,7 +45,7 @@ def peak_verdicts(
     walks = product(contacts.split(","), robots.split(","), gaits.split(","))
     for contact, robot, gait in walks:
         print("...", contact, robot, gait, file=sys.stderr, flush=True)
-        case, stride = _walk(robot, gait, contact, cycle, cycles, accuracy)
+        case, stride = _walk(robot, gait, contact, cycle_time, cycles, accuracy)
         found = hp.judge_peaks(case, threads=threads)
         walk = [contact, robot, gait, f"{stride:.3g}"]
         rows += [[*walk, *_cells(row, found)] for row in found.kinds]
@@ -94,16 +94,16 @@ def _walk(
 
 def _cells(row: PeakVerdict, found: PeakVerdicts) -> list[str]:
     """Return what the table tells of one kind."""
-    span = f"{row.torque.low:.3g} to {row.torque.high:.3g}"
+    span = f"{row.torque_peak.low:.3g} to {row.torque_peak.high:.3g}"
     joints = [joint for joint in found.joints if joint.kind == row.kind]
     changes = [row.changes.get(name, math.nan) for name in (ACCURACY, CONTACT, SERVO)]
     return [
         row.name,
         row.verdict,
-        f"{row.torque.value:.3g}" if row.holds else span,
+        f"{row.torque_peak.value:.3g}" if row.holds else span,
         *(f"{100.0 * change:+.1f}" for change in changes),
-        f"{100.0 * row.p99.share:.0f}",
-        f"{100.0 * row.rms.share:.0f}",
+        f"{100.0 * row.torque_p99.share:.0f}",
+        f"{100.0 * row.torque_rms.share:.0f}",
         f"{sum(joint.holds for joint in joints)} of {len(joints)}",
         f"{100.0 * max(foot.impulse.share for foot in found.feet):.1f}",
     ]

@@ -64,7 +64,7 @@ class MujocoTwin:
             raise ParameterError("terrain", scene.terrain.kind, "flat in MuJoCo")
         check_plain_drives(robot, servo, "MuJoCo")
         kp, kd = servo.gains(robot)
-        effort = robot.effort if servo.limited else np.full(len(robot.joint_names), np.inf)
+        effort = robot.effort_limit if servo.limited else np.full(len(robot.joint_names), np.inf)
         self.model = compile_model(
             engine_urdf(robot, robot.damping), self.settings, gravity=scene.gravity,
             height=scene.terrain.height, mu=scene.contact.friction.limit,
@@ -76,7 +76,7 @@ class MujocoTwin:
         """Set our state."""
         put_state(self.model, self.data, self.scene.robot.joint_names, state)
 
-    def controls(self, setpoints: SetPoints, first: int, steps: int) -> Array:
+    def controls(self, set_points: SetPoints, first: int, steps: int) -> Array:
         """Return the set-points of steps first..first+steps-1, at their ends as in our step.
 
         MuJoCo's servo is kp (u - q) - kd v; u = q_ref + kd/kp v_ref makes it ours.
@@ -84,13 +84,13 @@ class MujocoTwin:
         Returns:
             u in MuJoCo's actuator order [rad]. Shape (steps, joints).
         """
-        q, v = setpoints(np.arange(first + 1, first + steps + 1) * np.float64(self.settings.step))
+        q, v = set_points(np.arange(first + 1, first + steps + 1) * np.float64(self.settings.step))
         kp, kd = self.scene.servos.gains(self.scene.robot)
         return np.ascontiguousarray(q + kd / kp * v)
 
-    def timed_run(self, state: State, setpoints: SetPoints, steps: int) -> Callable[[], float]:
+    def timed_run(self, state: State, set_points: SetPoints, steps: int) -> Callable[[], float]:
         """Return a function that walks `steps` steps in C and returns the wall time [s]."""
-        control = self.controls(setpoints, 0, steps)[None]
+        control = self.controls(set_points, 0, steps)[None]
         self.put(state)
         start = self._full_state()
         states, sensors = np.empty((1, steps, start.shape[1])), np.empty((1, steps, 0))
@@ -113,7 +113,7 @@ class MujocoTwin:
         mujoco.mj_getState(self.model, self.data, state[0], full)
         return state
 
-    def path(self, state: State, setpoints: SetPoints, duration: float) -> TrunkPath:
+    def path(self, state: State, set_points: SetPoints, duration: float) -> TrunkPath:
         """Return the trunk's path over a duration [s]."""
         every, samples = round(SAMPLE / self.settings.step), round(duration / SAMPLE)
         self.put(state)
@@ -122,7 +122,7 @@ class MujocoTwin:
             for k in range(samples):
                 runner.rollout(
                     self.model, self.data, self._full_state(),
-                    self.controls(setpoints, k * every, every)[None],
+                    self.controls(set_points, k * every, every)[None],
                     initial_warmstart=np.array(self.data.qacc_warmstart),
                 )  # fmt: skip
                 found.append(np.array(self.data.qpos[:3]))

@@ -42,7 +42,7 @@ class NativeMotion:
         return cls(scene, plan, scene.robot.stand(plan.q[0]))
 
     @property
-    def setpoints(self) -> SetPoints:
+    def set_points(self) -> SetPoints:
         """The reference as a function of time, for MuJoCo."""
         angles = trajectory_curve(self.plan)
         rates, end = angles.derivative(), self.plan.time[-1]

@@ -98,7 +98,7 @@ def measure(
     ratios = [Quartiles.of(times[f"{k} 1"] / times[f"{k} 0"]).median for k in TIMES]
     return CostRow(
         scene=scene,
-        method=pair[0].settings.choice.method.name,
+        method=pair[0].settings.method_settings.method.name,
         accuracy=how["accuracy"],
         sample=sample,
         core=(spent["core 0"], spent["core 1"]),

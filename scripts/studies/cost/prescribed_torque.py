@@ -77,4 +77,4 @@ def _rms(scene: tuple[str, str, str], cycles: int, **settings: Any) -> tuple[lis
     built = hp.Scene(hp.load_robot(robot), contact=hp.Contact.preset(contact), **settings)
     trace = hp.simulate(built, walk_of(robot, walk), duration=cycles * CYCLE, **EXACT)
     kinds = hp.torque_budget(trace).kinds
-    return [kind.kind for kind in kinds], np.array([kind.rms.rms_torque for kind in kinds])
+    return [kind.kind for kind in kinds], np.array([kind.rms.torque_rms for kind in kinds])

@@ -152,12 +152,12 @@ def mujoco_step(motion: NativeMotion, size: StepStudySize, cone: str) -> StepEnt
     """Return MuJoCo's implicitfast; its references solve contacts to 1e-12."""
     steps = round(size.duration / STEP)
     twin = MujocoTwin(motion.scene, MujocoSettings(STEP, cone=cone))
-    run = twin.timed_run(motion.state, motion.setpoints, steps)
+    run = twin.timed_run(motion.state, motion.set_points, steps)
 
     def path(h: float) -> TrunkPath:
         settings = MujocoSettings(h, cone=cone, exact=h != STEP)
         other = MujocoTwin(motion.scene, settings)
-        return other.path(motion.state, motion.setpoints, size.duration)
+        return other.path(motion.state, motion.set_points, size.duration)
 
     return StepEntry(lambda: run() * 1e6 / steps, path)
 

@@ -19,14 +19,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SHOWN = (
-    "slip_path", "friction_work_per_metre", "heave_rms", "roll_rms", "pitch_rms", "roll_rate_rms",
-    "pitch_rate_rms", "vertical_acceleration_rms", "force_peak", "torque_rms", "torque_peak",
-    "energy_per_metre", "speed", "path_deviation",
+    "slip_distance", "friction_work_per_metre", "heave_rms", "roll_rms", "pitch_rms",
+    "roll_rate_rms", "pitch_rate_rms",
+    "vertical_acceleration_rms", "force_peak", "torque_rms", "torque_peak",
+    "energy_per_metre", "measured_speed", "path_deviation",
 )  # fmt: skip
 """Metrics of the tables."""
 
 DRAWN = (
-    "slip_path", "vertical_acceleration_rms", "force_peak", "roll_rms", "pitch_rms",
+    "slip_distance", "vertical_acceleration_rms", "force_peak", "roll_rms", "pitch_rms",
     "torque_rms", "energy_per_metre",
 )  # fmt: skip
 """Metrics of the figure."""
@@ -36,8 +37,8 @@ WIDEST = 100.0
 """Change at which a bar ends [%]."""
 
 MEASURES = {
-    "slip correction makes feet slide less": ("slip", ("slip_path",)),
-    "the same without anticipation, as S1 has it": ("slip, not anticipating", ("slip_path",)),
+    "slip correction makes feet slide less": ("slip", ("slip_distance",)),
+    "the same without anticipation, as S1 has it": ("slip, not anticipating", ("slip_distance",)),
     "(not S1's) slip correction costs less energy": ("slip", ("energy_per_metre",)),
     "suspension makes the trunk's vertical motion gentler": (
         "suspension", ("vertical_acceleration_rms", "heave_rms"),
@@ -45,7 +46,7 @@ MEASURES = {
     "suspension makes touch-downs gentler": ("suspension", ("force_peak",)),
     "suspension keeps the trunk steadier": ("suspension", ("roll_rms", "pitch_rms")),
     "both together walk better than conventional control": (
-        "both", ("slip_path", "vertical_acceleration_rms", "force_peak", "energy_per_metre"),
+        "both", ("slip_distance", "vertical_acceleration_rms", "force_peak", "energy_per_metre"),
     ),
 }  # fmt: skip
 """What S1 says in words, as numbers: controller and metrics that have to fall."""

@@ -95,7 +95,7 @@ def _judged(
     x = way[:, 1]
     beyond = np.flatnonzero(x >= asked)
     arrived = float(np.interp(asked, x, way[:, 0])) if len(beyond) else np.nan
-    slip = float(result.slip_path.sum()) * (result.cycles or 1) / max(1e-9, x[-1] - x[0])
+    slip = float(result.slip_distance.sum()) * (result.cycles or 1) / max(1e-9, x[-1] - x[0])
     return LongWalk(
         *place, float(x.max()), arrived, asked / speed, float(way[-1, 2]), slip,
         fall_of(result), wall,

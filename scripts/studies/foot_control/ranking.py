@@ -23,7 +23,7 @@ from studies.foot_control.scenes import (
 
 NAMES = ("slip", "suspension", "both", "all")
 
-SCORED = ("slip_path", "vertical_acceleration_rms", "force_peak", "energy_per_metre")
+SCORED = ("slip_distance", "vertical_acceleration_rms", "force_peak", "energy_per_metre")
 """The score is the mean of these over conventional control's; less is better."""
 
 SEEDS = (1, 2)

@@ -83,10 +83,10 @@ def targets(comparisons: dict[str, Comparison], arcs: Comparison) -> list[Target
 def _slip(comparisons: dict[str, Comparison], arcs: Comparison) -> Iterator[Target]:
     for scene in arcs.scenes:
         for name in ARC_PARTS:
-            yield from _both("kharagpur", arcs, scene, name, {"slip_path": SLIP_CUT})
+            yield from _both("kharagpur", arcs, scene, name, {"slip_distance": SLIP_CUT})
     for robot, comparison in comparisons.items():
         for scene in (scene for scene in comparison.scenes if scene.startswith("flat")):
-            yield from _both(robot, comparison, scene, "slip", {"slip_path": SLIP_CUT})
+            yield from _both(robot, comparison, scene, "slip", {"slip_distance": SLIP_CUT})
 
 
 def _bumps(comparisons: dict[str, Comparison]) -> Iterator[Target]:

@@ -34,7 +34,7 @@ def _energy(summary: hp.Summary) -> float:
 
 
 def _slip(summary: hp.Summary) -> float:
-    return float(summary.slip_path.sum())
+    return float(summary.slip_distance.sum())
 
 
 OBJECTIVE = hp.RelativeObjective(WEIGHTS, {"energy": _energy, "slip": _slip})

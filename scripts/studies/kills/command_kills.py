@@ -20,7 +20,7 @@ from studies.kills.killed_process import (
 from studies.kills.sweep_kills import TEXT, finished
 from studies.study import StudyReport, verdict
 
-WALK = ("--gait", "tripod", "--stroke", "0.04", "--cycle", "0.3", "--quick")
+WALK = ("--gait", "tripod", "--stroke", "0.04", "--cycle-time", "0.3", "--quick")
 
 SIGNALS = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -102,7 +102,7 @@ def command_kills(
     """
     seed = random.SystemRandom().randrange(10**6) if seed < 0 else seed
     print(f"seed {seed}", file=sys.stderr, flush=True)
-    dice = random.Random(seed)
+    rng = random.Random(seed)
     rows, findings, taken = [], [], {}
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
@@ -115,7 +115,7 @@ def command_kills(
                 share = total // len(commands) + (k < total % len(commands))
                 if not share:
                     continue
-                tally = _stopped(command, folder, number, share, taken[command.name], dice)
+                tally = _stopped(command, folder, number, share, taken[command.name], rng)
                 rows.append(tally.row(command.name, number))
                 findings += [f"{command.name}, {number.name}: {text}" for text in tally.findings]
                 told = [" ".join(rows[-1]), *tally.findings]
@@ -151,7 +151,7 @@ def _commands(folder: Path, duration: float, cases: int, seed: int) -> list[Kill
     (folder / "study.toml").write_text(study, encoding="utf-8")
     walk = ("walk", "kharagpur", *WALK, "--duration", f"{duration:g}")
     bench = ("bench", "kharagpur", "--quick", "--methods", "rk4,implicit-euler", "--rounds", "1",
-             "--duration", "0.3", "--gait", "tripod", "--stroke", "0.04", "--cycle", "0.3",
+             "--duration", "0.3", "--gait", "tripod", "--stroke", "0.04", "--cycle-time", "0.3",
              "--out", "bench.md")  # fmt: skip
     sweep = ("sweep", "study.toml", "--resume", "--processes", "2", "--out", "study.nc")
     compare = ("compare", "case.toml", "--controllers", "conventional,slip", "--json",
@@ -181,17 +181,17 @@ def _stopped(
     number: signal.Signals,
     count: int,
     taken: float,
-    dice: random.Random,
+    rng: random.Random,
 ) -> Tally:
     """Stop a command so many times, and run it to its end after that."""
     tally, kept = Tally(), 0
     for _ in range(count):
-        if command.count is not None and dice.random() < 1.0 / 3.0:
+        if command.count is not None and rng.random() < 1.0 / 3.0:
             (folder / "study.db").unlink(missing_ok=True)
             kept = 0
         process = KilledProcess(command.words, folder)
         process.wait_for_handlers()
-        process.wait(dice.uniform(0.0, LATER * taken))
+        process.wait(rng.uniform(0.0, LATER * taken))
         if process.running:
             process.send(number)
             _judge(tally, process.wait(), number)

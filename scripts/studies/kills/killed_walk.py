@@ -78,9 +78,9 @@ def killed_walk(*, hours: float = 24.0, pieces: int = 48, kills: int = 24) -> St
 HEAD = ("", "found", "result")
 
 
-def _in_pieces(folder: Path, cycles: int, pieces: int, kills: int, dice: random.Random) -> int:
+def _in_pieces(folder: Path, cycles: int, pieces: int, kills: int, rng: random.Random) -> int:
     """Walk piece by piece; kill so many of the processes that do it. Return how many."""
-    doomed = dice.sample(range(pieces), min(kills, pieces))
+    doomed = rng.sample(range(pieces), min(kills, pieces))
     killed, longest = 0, 2.0
     for piece in range(pieces):
         before = str(folder / f"{piece}.nc") if piece else ""
@@ -88,7 +88,7 @@ def _in_pieces(folder: Path, cycles: int, pieces: int, kills: int, dice: random.
         command = _command(before, after, cycles)
         if piece in doomed:
             with subprocess.Popen(command) as child:
-                time.sleep(dice.uniform(0.0, longest))
+                time.sleep(rng.uniform(0.0, longest))
                 child.kill()
             killed += child.returncode == -9
         begin = time.perf_counter()

@@ -39,7 +39,7 @@ duration = {duration}
 accuracy = 1e-4
 
 [[vary]]
-input = "friction"
+input = "mu"
 distribution = "uniform"
 low = 0.4
 high = 0.9
@@ -90,15 +90,15 @@ def sweep_kills(
     """Kill sweeps and workers, half of the kills each; -1: a seed drawn anew."""
     seed = random.SystemRandom().randrange(10**6) if seed < 0 else seed
     print(f"seed {seed}", file=sys.stderr, flush=True)
-    dice = random.Random(seed)
+    rng = random.Random(seed)
     study = SweepStudy.from_toml(TEXT.format(duration=duration, cases=cases, seed=seed))
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         begin = time.perf_counter()
         wanted = run_sweep(study, folder / "whole.db", threads=2).dataset
         taken = time.perf_counter() - begin
-        parents = kill_sweeps(study, folder, wanted, kills - kills // 2, taken, dice)
-        workers = kill_workers(study, folder, wanted, kills // 2, taken, dice)
+        parents = kill_sweeps(study, folder, wanted, kills - kills // 2, taken, rng)
+        workers = kill_workers(study, folder, wanted, kills // 2, taken, rng)
         with loopback_cluster(2) as address:
             dask = Tally()
             dask.judge(run_sweep(study, folder / "dask.db", scheduler=address).dataset, wanted)
@@ -131,7 +131,7 @@ def same_bits(found: Dataset, wanted: Dataset) -> bool:
 
 
 def kill_sweeps(
-    study: SweepStudy, folder: Path, wanted: Dataset, kills: int, taken: float, dice: random.Random
+    study: SweepStudy, folder: Path, wanted: Dataset, kills: int, taken: float, rng: random.Random
 ) -> Tally:
     """Kill a sweep again and again, going on with its store each time."""
     tally = Tally()
@@ -140,7 +140,7 @@ def kill_sweeps(
         while tally.kills < kills:
             child = multiprocessing.get_context("fork").Process(target=_sweep, args=(study, path))
             child.start()
-            child.join(dice.uniform(0.0, 0.6 * taken))
+            child.join(rng.uniform(0.0, 0.6 * taken))
             if child.exitcode is not None:
                 break
             child.kill()
@@ -179,13 +179,13 @@ def finished(path: Path) -> int:
 
 
 def kill_workers(
-    study: SweepStudy, folder: Path, wanted: Dataset, kills: int, taken: float, dice: random.Random
+    study: SweepStudy, folder: Path, wanted: Dataset, kills: int, taken: float, rng: random.Random
 ) -> Tally:
     """Kill one of two worker processes again and again while they work."""
     tally = Tally()
     for path in _stores(folder, "worker"):
         workers, end = WorkerProcesses(2), threading.Event()
-        killer = threading.Thread(target=_kill, args=(workers, end, tally, kills, taken, dice))
+        killer = threading.Thread(target=_kill, args=(workers, end, tally, kills, taken, rng))
         killer.start()
         try:
             with SweepStore(path, study) as store:
@@ -209,11 +209,11 @@ def _kill(
     tally: Tally,
     kills: int,
     taken: float,
-    dice: random.Random,
+    rng: random.Random,
 ) -> None:
     """Kill workers at random moments until there were enough kills or the sweep has ended."""
-    while tally.kills < kills and not end.wait(dice.uniform(0.0, taken)):
-        process = dice.choice(workers.workers).process
+    while tally.kills < kills and not end.wait(rng.uniform(0.0, taken)):
+        process = rng.choice(workers.workers).process
         if process is not None and process.poll() is None:
             os.kill(process.pid, signal.SIGKILL)
             tally.kills += 1

@@ -79,8 +79,8 @@ def geometry_claims() -> list[Claim]:
 
 def joint_one(paper: Trace) -> list[Claim]:
     """Whether joint 1 has the highest torque of all legs: by axis torque and by total moment."""
-    axis = np.array([row.peak_torque for row in torque_budget(paper).joints]).reshape(6, 3)
-    rms = np.array([row.rms_torque for row in torque_budget(paper).joints]).reshape(6, 3)
+    axis = np.array([row.torque_peak for row in torque_budget(paper).joints]).reshape(6, 3)
+    rms = np.array([row.torque_rms for row in torque_budget(paper).joints]).reshape(6, 3)
     moment = joint_moments(paper).moment.max(axis=0).reshape(6, 3)
     text = "the torque of joint 1 is the highest in every leg"
     ratio = moment[:, 0] / moment[:, 1]
@@ -134,7 +134,7 @@ def phases(grid: TorqueMap) -> list[Claim]:
     rows, worst = [], 1.0
     place = (-1, s2_column(grid))
     for kind in grid.kind_names:
-        both = grid.of_kind("phase_rms", kind)
+        both = grid.of_kind("phase_torque_rms", kind)
         worst = min(worst, _share(both[..., 0] - both[..., 1]))
         rows.append(f"{kind} {both[place][0]:.3f} / {both[place][1]:.3f}")
     return [

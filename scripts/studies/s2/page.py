@@ -83,7 +83,7 @@ def torque_table(traces: Mapping[str, Trace]) -> Table:
     rows = []
     for name, text in WALKS.items():
         kinds = torque_budget(traces[name]).kinds
-        cells = [f"{k.peak.peak_torque:.2f} / {k.p99.p99_torque:.2f} / {k.rms.rms_torque:.3f}"
+        cells = [f"{k.peak.torque_peak:.2f} / {k.p99.torque_p99:.2f} / {k.rms.torque_rms:.3f}"
                  for k in kinds]  # fmt: skip
         moment = joint_moments(traces[name]).moment
         peaks = [f"{moment[:, j::3].max():.2f}" for j in range(3)]
@@ -113,7 +113,7 @@ def envelope_table(traces: Mapping[str, Trace]) -> Table:
         cycle = budget.window.samples
         femur, down = trace.torque[cycle, 1::3], trace.normal_force[cycle] > 0.0
         found = (
-            budget.kind("femur").peak.peak_torque,
+            budget.kind("femur").peak.torque_peak,
             float(np.sqrt(np.mean(femur[down] ** 2))),
             float(joint_moments(trace).moment[:, 0::3].max()),
         )

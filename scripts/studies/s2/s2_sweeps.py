@@ -25,7 +25,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for name in ("peak", "rms"):
         path = options.out / f"s2_torque_{name}.png"
         print(write_torque_curves(
-            torques, path, quantity=f"phase_{name}", cycle_times=CYCLE_TIMES
+            torques, path, quantity=f"phase_torque_{name}", cycle_times=CYCLE_TIMES
         ))  # fmt: skip
     print(write_torque_heat_map(torques, options.out / "s2_torque_map.png"))
     return 0

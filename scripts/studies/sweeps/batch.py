@@ -132,7 +132,7 @@ def advance_all(cases: list[hp.Case], *, together: bool) -> None:
 
     def work(part: list[object]) -> None:
         for run in part:
-            run.rollout.advance(run.how.grid.samples)  # type: ignore[attr-defined]
+            run.rollout.advance(run.settings.grid.samples)  # type: ignore[attr-defined]
 
     halves: list[list[object]] = [list(runs[::2]), list(runs[1::2])] if together else [list(runs)]
     threads = [Thread(target=work, args=(half,)) for half in halves]

@@ -31,7 +31,7 @@ input = "stroke"
 values = {strokes}
 
 [[vary]]
-input = "friction"
+input = "mu"
 distribution = "uniform"
 low = 0.4
 high = 0.9
@@ -104,7 +104,7 @@ def _times(study: SweepStudy, index: int) -> tuple[float, ...] | None:
         marks.append(time.thread_time())
         run = open_loop_run(case, case.settings, record=False)
         marks.append(time.thread_time())
-        run.good = run.rollout.advance(run.how.grid.samples)
+        run.good = run.rollout.advance(run.settings.grid.samples)
         marks.append(time.thread_time())
         run.require_good_so_far()
         outcome_of(index, case, run.summary())

@@ -87,7 +87,7 @@ def _timed(case: hp.Case) -> float:
 
 def _path(motion: NativeMotion, settings: MujocoSettings, duration: float) -> Array:
     twin: Any = MujocoTwin(motion.scene, settings)
-    found: Array = twin.path(motion.state, motion.setpoints, duration).positions
+    found: Array = twin.path(motion.state, motion.set_points, duration).positions
     return found
 
 
@@ -103,7 +103,7 @@ def _ladder(
             continue
         twin = MujocoTwin(motion.scene, settings)
         steps = round(duration / step)
-        run = twin.timed_run(motion.state, motion.setpoints, steps)
+        run = twin.timed_run(motion.state, motion.set_points, steps)
         taken = median(run() for _ in range(rounds if step >= 1e-4 else 1))
         found.append((f"{integrator} {cone}, step {1e3 * step:g} ms", error, taken))
     return found

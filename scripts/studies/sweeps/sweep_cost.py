@@ -81,8 +81,8 @@ def sweep_cost(
         run = _sweep(study, Path(place))
         memory = peak_memory()
         same = _same_on_cluster(dask, duration, seed, Path(place))
-    dice = random.Random(seed)
-    split = time_split(study, sorted(dice.sample(range(cases), min(SPLIT_CASES, cases))))
+    rng = random.Random(seed)
+    split = time_split(study, sorted(rng.sample(range(cases), min(SPLIT_CASES, cases))))
     rows = [*_target_rows(run, memory, same), *_rows(run, before)]
     parts: list[str | Table] = [
         f"{cases} tripod walks of kharagpur, {duration:g} s each with a cycle of 1 s, at accuracy "
@@ -96,7 +96,7 @@ def sweep_cost(
               ["part", "ms", "share"], _split_rows(split)),
     ]  # fmt: skip
     if samples:
-        chosen = dice.sample(range(cases), min(samples, cases))
+        chosen = rng.sample(range(cases), min(samples, cases))
         parts += mujoco_parts(study, chosen, fine, rounds, FULL, run.wall / cases)
     return StudyReport("The cost of a sweep", parts)
 

@@ -81,7 +81,8 @@ def _one(cycle: float, payload: float, records: Sequence[MotorRecord]) -> dict[s
     return {
         "row": row,
         "mass": naive is not None and not naive.passes,
-        "line": lineless is not None and any(u.peak > 1.0 or u.speed > 1.0 for u in lineless.uses),
+        "line": lineless is not None
+        and any(u.peak_use > 1.0 or u.speed_use > 1.0 for u in lineless.uses),
     }
 
 
@@ -111,8 +112,8 @@ def _by_torque(
     chosen: dict[str, MotorRecord] = {}
     for kind in kinds:
         parts = [demand.of_kinds((kind,)) for demand in demands.values()]
-        peak = max(float(np.max(part.peak_torque)) for part in parts)
-        rms = max(float(np.max(part.rms_torque)) for part in parts)
+        peak = max(float(np.max(part.torque_peak)) for part in parts)
+        rms = max(float(np.max(part.torque_rms)) for part in parts)
         held = max(float(np.max(part.holding)) for part in parts)
         rest = max(float(np.max(part.standing)) for part in parts)
         good = [
@@ -130,7 +131,7 @@ def _name(candidate: MotorCandidate | None) -> str:
     if candidate is None:
         return "none"
     names = [f"{kind} {record.model}" for kind, record in candidate.motors.items()]
-    return f"{', '.join(names)} ({candidate.robot_mass:.2f} kg)"
+    return f"{', '.join(names)} ({candidate.total_mass:.2f} kg)"
 
 
 def _outcome(candidate: MotorCandidate | None) -> str:

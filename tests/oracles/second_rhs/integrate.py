@@ -175,7 +175,7 @@ def _borders(scene: Scene, knots: list[float], duration: float) -> list[float]:
         if isinstance(load, Push):
             changes |= {load.start, load.end}
         elif isinstance(load, LostLeg):
-            changes.add(load.time)
+            changes.add(load.start)
     return sorted(t for t in changes if 0.0 <= t <= duration)
 
 
@@ -185,6 +185,6 @@ def _load(scene: Scene, right: RightHandSide, time: float) -> None:
         load for load in scene.loads if isinstance(load, Push) and load.start < time < load.end
     ]
     for load in scene.loads:
-        if isinstance(load, LostLeg) and load.time < time:
+        if isinstance(load, LostLeg) and load.start < time:
             leg = scene.robot.leg(load.leg)
             right.drives.lose([scene.robot.joint_index(name) for name in leg.joints])

@@ -54,7 +54,7 @@ class JointDrives:
         robot, servo, stops = scene.robot, scene.servos, scene.joint_stops
         n = len(robot.joint_names)
         self.kp, self.kd = (np.array(gain, dtype=float) for gain in servo.gains(robot))
-        self.cap = np.array(robot.effort) if servo.limited else np.full(n, NO_LIMIT)
+        self.cap = np.array(robot.effort_limit) if servo.limited else np.full(n, NO_LIMIT)
         self.stall, self.slope = np.full(n, NO_LIMIT), np.zeros(n)
         self.viscous, self.level = np.array(robot.damping), np.array(robot.friction)
         for j, motor in enumerate(servo.motors(robot)):

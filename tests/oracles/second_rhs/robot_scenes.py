@@ -49,7 +49,7 @@ def _on_its_belly() -> LawScene:
     """Return kharagpur folded up, whose trunk meets the ground while a leg is lost."""
     robot = load_robot("kharagpur")
     scene = Scene(
-        robot, contact=Contact.accurate(), body_contact=True, loads=[LostLeg("lm", time=0.01)],
+        robot, contact=Contact.accurate(), body_contact=True, loads=[LostLeg("lm", start=0.01)],
     )  # fmt: skip
     angles = np.tile([0.0, -0.9, 0.6], len(robot.legs))
     trunk = trunk_points(robot)
