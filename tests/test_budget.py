@@ -14,6 +14,7 @@ from synthetic import JOINTS, WEIGHT, synthetic_trace
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.joint_budget import joint_kinds
+from hexapod_pin.results.run_record import RunCase
 from hexapod_pin.results.steady_window import steady_window
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
@@ -171,12 +172,19 @@ def test_joints_at_their_limit_are_flagged() -> None:
 
 def test_the_table_says_what_was_simulated_and_what_is_assumed() -> None:
     trace = swinging(
-        scene='[contact.normal]\nkind = "hertz"\n[contact.friction]\nkind = "tanh"\n',
-        controller='kind = "kinematic"\n[gait]\nname = "tripod"\nstroke = 0.1\n',
+        case=RunCase(
+            scene_settings=hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1()).settings,
+            controller_data={"kind": "kinematic", "gait": {"name": "tripod", "stroke": 0.1}},
+        ),
         assumed=["hips at x = 0.2 m", "no joint damping"],
     )
     table = torque_budget(trace).table()
-    for text in ("hertz with tanh", "kinematic, tripod, stroke 0.1", "step 0.001 s", "3 whole"):
+    for text in (
+        "hunt-crossley with tanh",
+        "kinematic, tripod, stroke 0.1",
+        "step 0.001 s",
+        "3 whole",
+    ):
         assert text in table
     assert "assumed: hips at x = 0.2 m" in table
     assert "assumed: no joint damping" in table
@@ -220,8 +228,7 @@ def test_a_walk_that_ends_before_it_is_steady_says_so() -> None:
 
 def test_turning_on_the_spot_has_energy_per_yaw_and_no_cost_of_transport() -> None:
     """Torque times rate over 15 degrees a cycle; the way of 0.1 mm it slips is none."""
-    turning = "[gait]\nturn_rate = 0.2617993877991494\nstroke = 0.0"
-    trace = swinging(controller=turning, nominal_speed=0.0)
+    trace = swinging(turn_rate=0.2617993877991494, nominal_speed=0.0)
     q = np.array(trace.q)
     yaw = 0.2617993877991494 * trace.time
     q[:, 5], q[:, 6] = np.sin(0.5 * yaw), np.cos(0.5 * yaw)

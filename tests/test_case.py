@@ -107,7 +107,7 @@ def test_a_trace_carries_its_case_which_repeats_it_to_the_bit(tmp_path: Path) ->
     trace = hp.simulate(case.scene, case.controller, **settings)
     assert hp.load_case(trace) == case and trace.case_toml == case.to_toml()
     stored = hp.load_trace(trace.save(tmp_path / "walk.nc"))
-    again = stored.case
+    again = hp.load_case(stored)
     repeated = hp.simulate(again.scene, again.controller, initial=again.initial, **settings)
     for name in ("time", "q", "v", "torque", "foot_force", "com"):
         assert np.array_equal(getattr(repeated, name), getattr(trace, name)), name

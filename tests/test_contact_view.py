@@ -49,7 +49,7 @@ def test_command_and_script_print_the_same_table(run) -> None:
     status, out, err = run("--restitution")
     assert (status, err) == (0, "")
     script = subprocess.run(
-        [sys.executable, str(ROOT / "scripts" / "restitution_table.py")],
+        [sys.executable, str(ROOT / "scripts" / "studies"), "restitution_table"],
         capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert out == script.stdout == restitution_table() + "\n"

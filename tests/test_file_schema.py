@@ -100,7 +100,7 @@ FORGERIES: dict[tuple[str, ...], Callable[[dict[str, Any]], tuple[str, Any]]] = 
     ("run.events.0",): with_json("run", "events", value=[{"time": 0.0}]),
     ("summary.torque_rms.0 = -1.0",): with_json("summary", "torque_rms", 0, value=-1.0),
     ("summary = {", "speed_rms"): with_json("summary", "speed_rms", 1, value=None),
-    ("summary.way.0 = [0.0, 0.0]", "4"): with_json("summary", "way", value=[[0.0, 0.0]]),
+    ("summary.path.0 = [0.0, 0.0]", "4"): with_json("summary", "path", value=[[0.0, 0.0]]),
     ("errors = {", "torque_rms"): with_json("errors", "torque_rms", value="x"),
     ("checkpoint.q = [", "[3:7]"): with_json("checkpoint", "q", 6, value=0.1),
     ("run.robot.velocity_limit.2 = 'x'",): with_json(
@@ -127,8 +127,8 @@ def test_damage_is_told_from_forgery(
 def test_a_trace_need_not_have_a_summary_or_checkpoint(trace: hp.Trace, tmp_path: Path) -> None:
     bare = replace(with_run(trace, checkpoint=None), gathered=None)
     again = hp.load_trace(bare.save(tmp_path / "walk.nc"))
-    for name in ("summary", "checkpoint"):
-        with refused(hp.errors.ParameterError, "Trace"):
+    for name, where in (("summary", "Trace.gathered"), ("checkpoint", "Trace.run.checkpoint")):
+        with refused(hp.errors.ParameterError, where):
             getattr(again, name)
     from_samples = hp.walk_verdict(again)
     assert (from_samples.robot_name, from_samples.holds) == (
@@ -154,8 +154,8 @@ SUMMARIES = {
     "data.torque_p99.2 = 'x'": ("data", "torque_p99", 2, "x"),
     "data.at_limit.0 = 2.0": ("data", "at_limit", 0, 2.0),
     "data.cycles = -1": ("data", "cycles", -1),
-    "meta.drive = 3": ("meta", "drive", 3),
-    "meta.number_errors = {": ("meta", "number_errors", "torque_rms", [1.0]),
+    "run.numerics.method = 3": ("run", "numerics", "method", 3),
+    "summary.errors = {": ("errors", "torque_rms", [1.0]),
     "counters.steps = 'x'": ("counters", "steps", "x"),
     "summary.joint_names.0 = 3": ("joint_names", 0, 3),
     "summary.data = []": ("data", []),

@@ -360,12 +360,12 @@ def test_no_picture_has_such_a_scale(tmp_path: Path, name: str, value: Any) -> N
     ("name", "values"),
     [("force_scale", EXTREMES), ("fps", EXTREMES), ("speed", EXTREMES),
      ("port", [-1, 70_000, 2**70, 1.5, math.nan, "1", True]), ("loop", [1, "yes"]),
-     ("seconds", [-1.0, 1e300, math.nan, math.inf, "1", True])],
+     ("duration", [-1.0, 1e300, math.nan, math.inf, "1", True])],
 )  # fmt: skip
 def test_no_viewer_has_such_a_setting(name: str, values: list[Any]) -> None:
     for value in values:
         with pytest.raises(ParameterError) as caught:
-            hp.view.view(WALK, open_browser=False, **{"seconds": 0.0, name: value})
+            hp.view.view(WALK, open_browser=False, **{"duration": 0.0, name: value})
         assert caught.value.name.rpartition(".")[2] == name
 
 

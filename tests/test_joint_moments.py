@@ -10,6 +10,7 @@ from synthetic import synthetic_trace
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.results.run_record import RunCase
 
 G = 9.81
 L1, L2 = 0.0835, 0.11934  # m, S2's coxa and femur
@@ -186,14 +187,16 @@ def test_motor_turns_its_rotor_and_its_friction() -> None:
 
 
 def test_what_cannot_be_built_again_is_refused(walk: hp.Trace) -> None:
-    with refused(ParameterError, "Trace.meta"):
+    with refused(ParameterError, "Trace.run.robot.urdf"):
         hp.joint_moments(synthetic_trace(urdf=None))
-    with refused(ParameterError, "Trace.meta"):
+    with refused(ParameterError, "Trace.run.robot"):
         hp.joint_moments(synthetic_trace(urdf="<robot"))
     athena = hp.load_robot("athena").urdf
     with refused(ParameterError, "Trace.joint_names"):
         hp.joint_moments(synthetic_trace(urdf=athena.replace("lf_coxa_joint", "other_joint")))
-    with refused(ParameterError, "scene.loads.kind", ("rocket",)):
-        hp.joint_moments(synthetic_trace(scene='[[loads]]\nkind = "rocket"\n'))
+    case = hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.1)
+    text = f'{case.to_toml()}\n[[scene.loads]]\nkind = "rocket"\n'
+    with refused(ParameterError, "loads[0].kind", "rocket"):
+        hp.joint_moments(synthetic_trace(case=RunCase(text=text)))
     with refused(UnknownNameError, kind="joint", name="knee"):
         hp.joint_moments(walk).joint("knee")

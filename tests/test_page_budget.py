@@ -13,6 +13,7 @@ import trimesh
 from synthetic import synthetic_trace
 
 import hexapod_pin as hp
+from hexapod_pin.results.run_record import RunCase
 from hexapod_pin.robot.reading import ResourceFinder
 from hexapod_pin.view import html as page_budget
 from hexapod_pin.view import write_html, write_side_by_side
@@ -69,7 +70,7 @@ def test_runs_side_by_side_keep_the_budget(tmp_path: Path, small: int) -> None:
 def test_a_minute_with_meshes_on_rough_ground_keeps_ten_megabytes(tmp_path: Path) -> None:
     """All the triangles of the budget, each with its own corners, and the finest ground."""
     ground = hp.HeightField.random(7, amplitude=0.03, wavelength=0.5, size=4.0)
-    trace = synthetic_trace(duration=60.0, scene=_scene_text(ground))
+    trace = synthetic_trace(duration=60.0, case=_case_on(ground))
     corners = np.random.default_rng(1).normal(size=(3 * MESH_BUDGET, 3))
     loose = triangle_mesh("/m", corners, np.arange(3 * MESH_BUDGET).reshape(-1, 3))
     scene = [*scene_commands(trace), loose]
@@ -101,9 +102,9 @@ def test_a_store_keeps_a_budget_that_is_set_late(tmp_path: Path) -> None:
     assert len(part.geometry["data"]["index"]["array"]) <= 3 * 500
 
 
-def _scene_text(ground: hp.HeightField) -> str:
-    """Return a scene on a ground, as a trace keeps it."""
+def _case_on(ground: hp.HeightField) -> RunCase:
+    """Return the case of a robot on a ground."""
     trace = hp.simulate(
         hp.Scene(hp.load_robot("kharagpur"), terrain=ground), hp.HoldPosture(), duration=0.01
     )
-    return trace.run.case.to_toml()
+    return trace.run.case

@@ -15,7 +15,9 @@ import trimesh
 from refusals import refused
 from synthetic import URDF, synthetic_trace
 
+import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, TraceFileError, ViewerError
+from hexapod_pin.results.run_record import RunCase
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.view import write_html, write_side_by_side
 
@@ -160,8 +162,9 @@ def test_runs_share_the_meshes_of_their_robot(tmp_path: Path) -> None:
     trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "box.stl")
     shape = '<visual><geometry><mesh filename="box.stl"/></geometry></visual>'
     text = re.sub(r'(<link name="[^"]*">)', rf"\1{shape}", URDF.read_text(), count=1)
-    scene = f'[robot]\nsource = "{(tmp_path / "r.urdf").as_posix()}"\n'
-    runs = {name: synthetic_trace(duration=0.1, urdf=text, scene=scene) for name in ("a", "b")}
+    settings = hp.Scene(hp.load_robot("kharagpur")).settings
+    case = RunCase(settings, robot={"source": (tmp_path / "r.urdf").as_posix()})
+    runs = {name: synthetic_trace(duration=0.1, urdf=text, case=case) for name in ("a", "b")}
     data = embedded(write_side_by_side(runs, tmp_path / "runs.html"))
     drawn = {
         command["path"]: geometry["data"]

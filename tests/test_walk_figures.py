@@ -198,7 +198,7 @@ def test_refusals(trace: hp.Trace, slow: hp.Trace) -> None:
         with refused(ParameterError, "slow", 12.0):  # from front to rear; coxae stand
             other = np.concatenate([slow.q[:, :7], slow.q[:, 7:][:, order]], axis=1)
             draw_quasi_static(trace, replace(slow, q=other))
-    with refused(ParameterError, "Trace.meta"):
+    with refused(ParameterError, "Trace.run.robot.urdf"):
         draw_joint_motion(synthetic_trace(urdf=None))
 
 

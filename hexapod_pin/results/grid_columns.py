@@ -5,6 +5,7 @@ Some walks are repeated at a tighter accuracy, which gives a stated error.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -122,7 +123,9 @@ def grid_group(
         columns[name] = Column(dims, getattr(owner, name), described(units, meaning))
     reason = {"long_name": "why the point could not be walked; empty where it was"}
     columns["reason"] = Column(grid, np.array(owner.reason, dtype=object), reason)
-    run = np.array(owner.run.model_dump_json(exclude_defaults=True), dtype=object)
+    run = np.array(
+        json.dumps(owner.run.model_dump(mode="json", exclude_defaults=True)), dtype=object
+    )
     about = {"long_name": "JSON: scene and controller as TOML text, settings, versions, assumed"}
     columns["run"] = Column((), run, about)
     if owner.check is not None:

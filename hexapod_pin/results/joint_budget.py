@@ -94,7 +94,7 @@ def summary_rows(summary: Summary) -> tuple[JointBudget, ...]:
     """Return one row per joint from what was gathered at accepted steps."""
     robot = summary.run.robot
     kinds = joint_kinds(summary.joint_names, len(summary.foot_names), robot.joint_kinds)
-    limits = robot.effort_limit(len(kinds))
+    limits = robot.effort(len(kinds))
     peak, p99, rms = map(summary.error_of, ("torque_peak", "torque_p99", "torque_rms"))
     return tuple(
         JointBudget(

@@ -178,7 +178,7 @@ def checked_summary(found: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[st
             raise ParameterError(name, list(names), "there once each")
     sizes = {"joint": len(joints), "foot": len(feet)}
     check_data(SummaryData, "data", found["data"], **sizes)
-    check_data(SummaryErrors, "errors", {"errors": found["errors"]}, **sizes)
+    check_data(SummaryErrors, "summary", {"errors": found["errors"]}, **sizes)
     check_data(SummaryCounters, "counters", found["counters"])
     return joints, feet
 

@@ -18,7 +18,7 @@ SCHEMA_VERSION = 1
 JOINT, FOOT, SCALAR = ("joint",), ("foot",), ()
 
 LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "time": (SCALAR, "s", "length of the window"),
+    "window_time": (SCALAR, "s", "length of the window"),
     "torque_peak": (JOINT, "N m", "torque of largest size"),
     "torque_peak_time": (JOINT, "s", "its time"),
     "torque_p99": (JOINT, "N m", "torque not exceeded for 99 % of the time"),

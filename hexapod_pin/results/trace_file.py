@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.file_schema import text_of
 from hexapod_pin.results import gait_energy, torque_map, trace_layout
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
@@ -82,9 +83,9 @@ def _stored_digest(arrays: Mapping[str, npt.NDArray[Any]]) -> str | None:
         texts = {name: json.loads(arrays[name].item()) for name in JSON_TEXTS if name in arrays}
         return digest_of(
             {name: arrays[name] for name in names}, tuple(arrays["joint"]), tuple(arrays["foot"]),
-            {**texts, "case": arrays["case"].item()},
+            {**texts, "case": text_of("case", arrays["case"])},
         )  # fmt: skip
-    except (KeyError, ValueError, TypeError, AttributeError, RecursionError):
+    except (KeyError, ValueError, TypeError, AttributeError, RecursionError, ParameterError):
         return None  # too far from a trace to have one
 
 

@@ -112,7 +112,7 @@ class NativeRun:
         self.parts = parts
         self.rollout = self._start(start, record)
         self.loop: Any = None
-        self.settings: dict[str, Any] | None = None  # of the case, where it is one
+        self.case_settings: dict[str, Any] | None = None  # of the case, where it is one
         self.good = True
         self.wall_time = 0.0
 
@@ -344,7 +344,7 @@ def open_loop_run(
         scene, settings, start, plan, controller=settings_of(controller),
         record=record or settings.estimate, groups=groups, parts=parts,
     )  # fmt: skip
-    run.settings = run_to_dict(case)
+    run.case_settings = run_to_dict(case)
     return run
 
 

@@ -48,7 +48,7 @@ class RunState(Protocol):
     set_points: JointTrajectory
     start: Checkpoint
     controller: dict[str, Any]
-    settings: dict[str, Any] | None
+    case_settings: dict[str, Any] | None
     trunk_points: list[NativePoint]
     rollout: Any
     wall_time: float
@@ -117,7 +117,7 @@ def run_record(run: RunState) -> RunRecord:
         limits=joint_limits(run),
         level_start=level_start(run),
         wall_time=run.wall_time,
-        case=RunCase(scene.settings, robot_to_dict(scene.robot), run.controller, run.settings),
+        case=RunCase(scene.settings, robot_to_dict(scene.robot), run.controller, run.case_settings),
     )
 
 

@@ -333,7 +333,7 @@ def set_up(case: CaseData, settings: RunSettings, *, record: bool = True) -> Nat
         gait=getattr(controller, "gait", None),
         end=begin + settings.duration,
     )
-    run.settings = run_to_dict(case)
+    run.case_settings = run_to_dict(case)
     return run
 
 

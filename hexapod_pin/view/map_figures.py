@@ -269,9 +269,7 @@ def _draw_cost(axes: Axes, found: GaitEnergy, cost: str, scene: str) -> None:
     values = found.of(cost, scene)
     for k, (name, row) in enumerate(zip(found.gaits, values, strict=True)):
         label = f"{name} (duty {found.duty[k]:.2f})"
-        axes.plot(
-            found.measured_speed, row, marker=MARKERS[k % len(MARKERS)], ms=4, lw=1.2, label=label
-        )
+        axes.plot(found.speed, row, marker=MARKERS[k % len(MARKERS)], ms=4, lw=1.2, label=label)
     best = [
         (column.speed, values[found.gaits.index(name), k])
         for k, column in enumerate(found.cheapest(cost, scene))

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
         BodyKinematics,
         ConstraintEquations,
         MaximalModel,
-        MaximalState,
     )
+    from hexapod_pin.formulations.maximal.state import MaximalState
 
 
 TorqueOfJoints = Callable[["Array", "Array"], "Array"]

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from hexapod_pin.formulations.maximal.model import (
         ConstraintEquations,
         MaximalModel,
-        MaximalState,
     )
+    from hexapod_pin.formulations.maximal.state import MaximalState
 
 
 @dataclass(frozen=True, eq=False)

@@ -105,7 +105,7 @@ _ZERO_RESTITUTION_REFUSED = (
     "No finite damping stops a mass dead: take a small restitution, such as 0.01."
 )
 
-DAMPING_RATIO: dict[str, Callable[[float], float]] = {
+DAMPING_RATIO: dict[Model, Callable[[float], float]] = {
     "hunt-crossley": lambda e: 1.5 * (1.0 - e),
     "herbert-mcwhannell": lambda e: 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0),
     "lee-wang": lambda e: 0.75 * (1.0 - e),

@@ -8,12 +8,16 @@ from bisect import bisect
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
+from hexapod_pin.file_schema import LONGEST_NAME, is_name
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.mending.finding import Draft, Finding
 from hexapod_pin.robot.mending.joints import KEPT_NAMES
 
 MAX_MOVED_JOINTS = 300
 """Larger models are refused: the mass matrix and its workspace grow with the square."""
+
+LONGEST_SHOWN = 40
+"""Characters that a finding shows of a name."""
 
 WORLD = "world"
 """A root link of this name bolts the robot to the ground in MuJoCo, Gazebo and others."""
@@ -25,7 +29,14 @@ def structure_findings(file: UrdfFile) -> list[Finding]:
         rule = "a robot needs at least one"
         way_out = "give the whole file"
         return [Finding("no link", "robot", "no <link>", rule, way_out, repairable=False)]
-    found = [*_text(file), *_names(file), *_ends(file), *_parents(file), *_roots(file)]
+    found = [
+        *_text(file),
+        *_odd_names(file),
+        *_names(file),
+        *_ends(file),
+        *_parents(file),
+        *_roots(file),
+    ]
     found += [*_loops(file), *_world(file)]
     moved = sum(joint.moves for joint in file.joints)
     if moved > MAX_MOVED_JOINTS:
@@ -66,6 +77,25 @@ def unbound_prefixes(file: UrdfFile) -> list[str]:
             elif colon:
                 used.add(prefix)
     return sorted(used - bound)
+
+
+def _odd_names(file: UrdfFile) -> Iterator[Finding]:
+    """Names that no trace may hold: results name their robot, joints and feet."""
+    for kind, names in (
+        ("robot", [file.root.get("name") or ""]),
+        ("link", [x.name for x in file.links]),
+        ("joint", [x.name for x in file.joints]),
+    ):
+        for name in dict.fromkeys(names):
+            if name and not is_name(name):
+                yield Finding(
+                    "name that cannot be printed",
+                    f"{kind} {name[:LONGEST_SHOWN]!r}",
+                    f"{len(name)} characters",
+                    f"at most {LONGEST_NAME}, without control and direction characters",
+                    "name it otherwise",
+                    repairable=False,
+                )
 
 
 def _names(file: UrdfFile) -> Iterator[Finding]:

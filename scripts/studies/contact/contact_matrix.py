@@ -85,7 +85,7 @@ def passes(scene: hp.Scene, control: hp.KinematicControl, duration: float, step:
         trace = hp.simulate(scene, control, duration=duration, step=step, sample=0.01)
     except DivergenceError:
         return False
-    stored = sum(trace.energy[name] for name in ("kinetic", "potential", "elastic"))
+    stored = np.sum([trace.energy[name] for name in ("kinetic", "potential", "elastic")], axis=0)
     gained = stored - stored[0] - trace.energy["servo_work"]
     passed_on = np.abs(trace.torque * trace.v[:, 6:]).sum(axis=1)
     return bool(gained.max() < ALLOWED_GAIN * np.trapezoid(passed_on, trace.time))

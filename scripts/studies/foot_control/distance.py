@@ -91,7 +91,7 @@ def _judged(
     place = (robot, scene, seed, name, asked)
     if not isinstance(result, Summary):
         return LongWalk(*place, fall=str(result).partition("\n")[0], wall=wall)
-    way = result.way
+    way = result.path
     x = way[:, 1]
     beyond = np.flatnonzero(x >= asked)
     arrived = float(np.interp(asked, x, way[:, 0])) if len(beyond) else np.nan

@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from math import asin
+from pathlib import Path
+from typing import TypeVar
 
 from hexapod_pin.control.arc_path import StanceProfile
 from hexapod_pin.control.arc_walk import ArcWalk, paper_motion
@@ -14,8 +16,10 @@ from hexapod_pin.control.joint_trajectory import Controller
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.errors import SimulationInterrupted, SweepInterrupted
 from hexapod_pin.ground.contact import Contact, HuntCrossley
+from hexapod_pin.results.gait_energy import GaitEnergy
+from hexapod_pin.results.torque_map import TorqueMap
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.trace_file import StudyPart
+from hexapod_pin.results.trace_file import StudyPart, load_study
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.batch import simulate_batch
@@ -41,6 +45,7 @@ SLOW = 10.0
 LINEAR_STIFFNESS = 1e6
 """Of the linear contact of quasi-static walks: loads are shared as in statics [N/m], *assumed*."""
 
+Part = TypeVar("Part", Trace, TorqueMap, GaitEnergy)
 Bar = Callable[[str], AbstractContextManager[Callable[[float], None]]]
 
 
@@ -51,6 +56,18 @@ class StudyInterrupted(SimulationInterrupted):
         """Keep the parts."""
         super().__init__(f"interrupted; {len(parts)} parts are kept", None)
         self.parts = parts
+
+
+def load_part(path: Path, name: str, kind: type[Part]) -> Part:
+    """Return a part of a study's file.
+
+    Raises:
+        SystemExit: the file has no such part, or one of another kind.
+    """
+    part = load_study(path).get(name)
+    if not isinstance(part, kind):
+        raise SystemExit(f"{path}: {name!r} is no {kind.__name__} of this study")
+    return part
 
 
 def study_scene(robot: Robot) -> Scene:

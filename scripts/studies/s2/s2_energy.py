@@ -11,6 +11,7 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.results.gait_energy import COSTS
 from hexapod_pin.view import write_gait_energy_figure
+from studies.s2.runs import load_part
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -21,7 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--group", default="gait_energy", help="which study of energy")
     options = parser.parse_args(argv)
     options.out.mkdir(parents=True, exist_ok=True)
-    energy = hp.load_study(options.study)[options.group]
+    energy = load_part(options.study, options.group, hp.GaitEnergy)
     report(energy)
     print(write_gait_energy_figure(energy, options.out / "s2_energy.png"))
     return 0

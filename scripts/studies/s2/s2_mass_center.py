@@ -8,6 +8,7 @@ from pathlib import Path
 
 import hexapod_pin as hp
 from hexapod_pin.view import write_mass_center_figure
+from studies.s2.runs import load_part
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -19,7 +20,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     options.out.mkdir(parents=True, exist_ok=True)
     name = "" if options.group == "paper" else f"_{options.group}"
-    trace = hp.load_study(options.study)[options.group]
+    trace = load_part(options.study, options.group, hp.Trace)
     print(hp.stability(trace).table())
     print(write_mass_center_figure(trace, options.out / f"s2_mass_center{name}.png"))
     return 0

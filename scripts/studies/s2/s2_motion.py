@@ -8,6 +8,7 @@ from pathlib import Path
 
 import hexapod_pin as hp
 from hexapod_pin.view import write_joint_motion_figure
+from studies.s2.runs import load_part
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -19,6 +20,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     options.out.mkdir(parents=True, exist_ok=True)
     name = "" if options.group == "paper" else f"_{options.group}"
-    trace = hp.load_study(options.study)[options.group]
+    trace = load_part(options.study, options.group, hp.Trace)
     print(write_joint_motion_figure(trace, options.out / f"s2_motion{name}.png"))
     return 0

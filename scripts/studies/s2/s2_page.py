@@ -8,6 +8,7 @@ from pathlib import Path
 
 import hexapod_pin as hp
 from studies.s2.page import WALKS, write_page
+from studies.s2.runs import load_part
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -17,6 +18,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("out", type=Path, help="folder of the page")
     options = parser.parse_args(argv)
     study = hp.load_study(options.study)
-    verdicts = {name: hp.judge_peaks(study[name], threads=2) for name in WALKS}
+    verdicts = {
+        name: hp.judge_peaks(load_part(options.study, name, hp.Trace), threads=2) for name in WALKS
+    }
     print(write_page(options.out, study, verdicts))
     return 0

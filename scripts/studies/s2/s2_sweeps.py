@@ -8,6 +8,7 @@ from pathlib import Path
 
 import hexapod_pin as hp
 from hexapod_pin.view import write_torque_curves, write_torque_heat_map
+from studies.s2.runs import load_part
 
 CYCLE_TIMES = (0.71, 1.2, 2.4, 4.8)
 """Of the curves against stroke [s]."""
@@ -21,7 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--group", default="torque_map", help="which map")
     options = parser.parse_args(argv)
     options.out.mkdir(parents=True, exist_ok=True)
-    torques = hp.load_study(options.study)[options.group]
+    torques = load_part(options.study, options.group, hp.TorqueMap)
     for name in ("peak", "rms"):
         path = options.out / f"s2_torque_{name}.png"
         print(write_torque_curves(

@@ -11,6 +11,7 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.view import write_joint_torque_figure, write_quasi_static_figure
+from studies.s2.runs import load_part
 
 SAMPLING = 10.0 / 600
 """Of S2: 600 samples in 10 s [s]."""
@@ -26,8 +27,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--slow", default="slow_tetrapod", help="the same motion, ten times slower")
     options = parser.parse_args(argv)
     options.out.mkdir(parents=True, exist_ok=True)
-    study = hp.load_study(options.study)
-    for name in dict.fromkeys((options.group, options.dynamic, options.slow)):
+    names = dict.fromkeys((options.group, options.dynamic, options.slow))
+    study = {name: load_part(options.study, name, hp.Trace) for name in names}
+    for name in names:
         report(name, study[name])
     path = options.out / "s2_torques.png"
     print(write_joint_torque_figure(study[options.group], path, cycles=1, points=SAMPLING))

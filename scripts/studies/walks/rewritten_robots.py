@@ -59,9 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def reason(row: Difference) -> str:
     """Return why a row failed."""
-    return (
-        row.failure or f"torque differs by {row.torque_peak:.2e}, feet by {1e3 * row.foot:.3g} mm"
-    )
+    return row.failure or f"torque differs by {row.torque:.2e}, feet by {1e3 * row.foot:.3g} mm"
 
 
 def report(rows: Sequence[Difference], base: int, mend: bool) -> str:
@@ -86,7 +84,7 @@ def report(rows: Sequence[Difference], base: int, mend: bool) -> str:
     for robot in ROBOTS:
         mine = [row for row in rows if row.robot == robot]
         walked = [row for row in mine if not row.failure]
-        torque = max((row.torque_peak for row in walked), default=np.nan)
+        torque = max((row.torque for row in walked), default=np.nan)
         foot = 1e3 * max((row.foot for row in walked), default=np.nan)
         passed = sum(row.passed for row in mine)
         lines.append(f"| {robot} | {len(mine)} | {passed} | {torque:.1e} | {foot:.1e} |")
