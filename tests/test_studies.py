@@ -133,7 +133,7 @@ SHORT = {
         "accurate",
         "--accuracies",
         "1e-4",
-        "--explicit_for",
+        "--explicit-for",
         "0",
     ],
     "robust_cost": ["--quick"],

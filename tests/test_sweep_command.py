@@ -38,7 +38,7 @@ def test_it_leaves_store_dataset_and_figure(study: Path, capsys: Any) -> None:
     assert _run(study, "--out", "a.nc", "--plot", "a.svg", "--threads", 2) == 0
     out, err = capsys.readouterr()
     assert "12 of 12 cases done, 0 failed" in out and not err
-    assert "payload [kg]: 0, 0.5, 1" in out and "friction [-]: uniform 0.5 to 0.9" in out
+    assert "payload [kg]: 0, 0.5, 1" in out and "mu [-]: uniform 0.5 to 0.9" in out
     assert "12 cases run in " in out and "s a case\nstore: " in out
     found = hp.open_sweep("study.db")
     with xarray.open_dataset("a.nc", engine="h5netcdf") as opened:

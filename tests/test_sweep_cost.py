@@ -109,7 +109,7 @@ def test_study_is_a_grid_of_strokes_that_mujoco_can_be_given() -> None:
     assert [study.point(k)["stroke"] for k in (0, 10, 20, 30)] == list(STROKES)
     case = study.case(17)
     assert not case.scene.loads
-    assert case.duration == 5.0 and case.settings.choice.accuracy == 1e-4
+    assert case.duration == 5.0 and case.settings.method_settings.accuracy == 1e-4
     mu = [study.point(k)["mu"] for k in range(10)]
     # a latin hypercube has one sample in each tenth of the range
     assert sorted(int((value - 0.4) / 0.05) for value in mu) == list(range(10))

@@ -227,18 +227,7 @@ def test_a_newer_schema_is_refused_with_the_way_out(saved: Path) -> None:
         load_trace(saved)
 
 
-def test_a_file_of_schema_1_is_read_with_its_mean_forces(saved: Path) -> None:
-    trace = load_trace(saved)
-    edit(saved, "remove", "foot_impulse")
-    edit(saved, "attribute", "schema_version", 1)
-    edit(saved, "attribute", "digest", trace.digest_without(["foot_impulse"]))
-    old = load_trace(saved)
-    np.testing.assert_array_equal(old.foot_force, trace.foot_force)
-    np.testing.assert_allclose(old.mean_foot_force, trace.foot_force, rtol=1e-12)
-    assert not old.foot_impulse[0].any() and old.foot_impulse[1:].any()
-
-
-@pytest.mark.parametrize("name", ["torque", "meta", "energy_servo_work"])
+@pytest.mark.parametrize("name", ["torque", "run", "energy_servo_work"])
 def test_a_missing_variable_is_named(saved: Path, name: str) -> None:
     edit(saved, "remove", name)
     with refused(TraceFileError, about=(str(saved), f"'{name}'")):

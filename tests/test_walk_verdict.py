@@ -26,7 +26,7 @@ STEADY = 4.0
 def changed(trace: Trace, **arrays: np.ndarray) -> Trace:
     """Return a trace with other arrays."""
     names = ("time q v torque q_ref v_ref foot_position foot_force foot_gap com energy counters "
-             "joint_names foot_names meta foot_normal").split()  # fmt: skip
+             "joint_names foot_names run foot_normal").split()  # fmt: skip
     return Trace(**{name: arrays.get(name, getattr(trace, name)) for name in names})
 
 

@@ -95,6 +95,9 @@ def from_native(native: Mapping[str, Any]) -> dict[str, Any]:
 WITHOUT_ERROR = ("path", "first_yaw")
 """Numbers that others are made of."""
 
+DURATIONS = ("loaded_time", "window_time")
+"""Times that are no instants: of these the error is known."""
+
 
 def number_errors(
     numbers: Mapping[str, Any], companion: Mapping[str, Any], error_fraction: float
@@ -112,7 +115,8 @@ def number_errors(
     found: dict[str, Any] = {}
     for name in LAYOUT:
         value, other = numbers.get(name), companion.get(name)
-        if name.endswith("_time") and name != "loaded_time" or name in WITHOUT_ERROR:
+        instant = name.endswith("_time") and name not in DURATIONS
+        if instant or name in WITHOUT_ERROR:
             continue
         if value is None or other is None or np.shape(value) != np.shape(other):
             continue

@@ -97,9 +97,9 @@ def _parser(study: Study) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=inspect.getdoc(study))
     parser.add_argument("--out", type=Path, default=RESULTS, help="folder of the results")
     for name, parameter in inspect.signature(study).parameters.items():
-        default = parameter.default
+        default, option = parameter.default, f"--{name.replace('_', '-')}"
         if isinstance(default, bool):
-            parser.add_argument(f"--{name}", action="store_true")
+            parser.add_argument(option, action="store_true")
         else:
-            parser.add_argument(f"--{name}", type=type(default), default=default)
+            parser.add_argument(option, type=type(default), default=default)
     return parser

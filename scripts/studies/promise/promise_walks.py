@@ -67,7 +67,7 @@ def promise_walks(
     """The true error of long walks against the accuracy asked for.
 
     Truth: NDF at 1e-12 held against extrapolated Euler at 1e-8, and DOP853 first in the tripods
-    of up to `--explicit_for` seconds. `--file` keeps finished walks and goes on.
+    of up to `--explicit-for` seconds. `--file` keeps finished walks and goes on.
     """
     names = [  # the short ones first: what Ctrl-C leaves is of all robots, gaits and presets
         f"{robot} {gait} {preset} {seconds}"
