@@ -80,9 +80,18 @@ def _read(name: str, path: Path, known: set[str]) -> Module:
             how = "types" if id(node) in checked_only else "run"
             found.imports[how] |= set(_targets(node, package, known))
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            if node.value in known and node.value != PACKAGE:
-                found.imports["text"].add(node.value)
+            found.imports["text"] |= _named(name, node.value) & known
     return found
+
+
+def _named(module: str, text: str) -> set[str]:
+    """Return the modules that a string may name: with or without the package in front.
+
+    The package itself is left out: its table of public names says where each is imported from.
+    """
+    if module == PACKAGE or "." not in text.strip("."):
+        return set()
+    return {text, f"{PACKAGE}.{text.lstrip('.')}"}
 
 
 def _code_lines(text: str, tree: ast.AST) -> set[int]:

@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[1]
 ENTRIES = ("hexapod_pin", "hexapod_pin.__main__")
 
 FOUND_BY_NAME = {
-    "hexapod_pin.benchmark.engines.*_engine": "named in a table of available.py, for `bench`",
+    "hexapod_pin.benchmark.engines.*_engine": "named in a table of engine.py, for `bench`",
     "hexapod_pin.validation.checks.*_checks": "found by registry.py in its folder, for `verify`",
 }
 """Modules that a command imports by a name that it composes, with the place that does so."""

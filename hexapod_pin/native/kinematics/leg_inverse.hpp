@@ -1,4 +1,4 @@
-// Closed-form inverse kinematics of a yaw-pitch-pitch leg on one branch: see robot/yaw_pitch_pitch.py, whose
+// Closed-form inverse kinematics of a yaw-pitch-pitch leg on one branch: see robot/leg_geometry.py, whose
 // formulas these are, for one target at a time.
 #pragma once
 

@@ -1,0 +1,131 @@
+"""The layers hold for imports of every kind: in functions, for type checkers and by a string."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from pathlib import Path
+
+import pytest
+from house_figures import circles, read_package
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).parents[1]
+
+IMPORTED_BY_NAME = {
+    "hexapod_pin": "public names are imported on first use",
+    "hexapod_pin.value_kinds": "names of annotations are those of the module's own imports",
+    "hexapod_pin.benchmark.engines.engine": "engines that need a package of their own",
+    "hexapod_pin.validation.checks.registry": "the checks of `verify` are those of its folder",
+}
+"""Modules that import a module of the package by a name that they compose."""
+
+PARSERS = {
+    "json.load", "json.loads", "parsed_toml", "tomllib.loads", "Case.from_toml", "Scene.from_toml",
+    "SweepStudy.from_toml",
+}  # fmt: skip
+
+READERS = {
+    "hexapod_pin.benchmark.work_precision.scenes": "the scene's file that `bench` is given",
+    "hexapod_pin.file_schema": "JSON texts in files",
+    "hexapod_pin.results.run_record": "the case of a trace that was read from a file",
+    "hexapod_pin.results.summary": "a summary's file",
+    "hexapod_pin.results.trace_file": "a trace's file",
+    "hexapod_pin.simulation.case": "a case's file",
+    "hexapod_pin.spec": "TOML files of users",
+    "hexapod_pin.sweep.runs.outcome": "what a worker process returns",
+    "hexapod_pin.sweep.runs.store_schema": "a store's tables",
+    "hexapod_pin.sweep.runs.task": "the study that a worker process is given",
+    "hexapod_pin.sweep.runs.worker_main": "the task that a worker process is given",
+    "hexapod_pin.validation.case_result": "reference data",
+    "hexapod_pin.validation.cases.drop": "reference data",
+    "hexapod_pin.validation.cases.mirror": "that a checkpoint survives a file is what it tests",
+    "hexapod_pin.validation.cases.robots": "reference data",
+}
+"""Modules that parse a text, and where it comes from: no process parses what it wrote itself."""
+
+
+@pytest.fixture(scope="module")
+def modules() -> dict:
+    return read_package(ROOT)
+
+
+def layers() -> list[set[str]]:
+    """Return the rooms of pyproject.toml, the highest first."""
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    contracts = tomllib.loads(text)["tool"]["importlinter"]["contracts"]
+    [found] = [one["layers"] for one in contracts if one["type"] == "layers"]
+    return [set(layer.split(" | ")) for layer in found]
+
+
+def level(module: str, rooms: list[set[str]]) -> int | None:
+    """Return the layer that a module belongs to; None of those that are in none."""
+    for k, layer in enumerate(rooms):
+        if any(module == room or module.startswith(f"{room}.") for room in layer):
+            return k
+    return None
+
+
+def test_no_import_of_any_kind_goes_up(modules: dict) -> None:
+    rooms = layers()
+    wrong = []
+    for name, module in modules.items():
+        own = level(name, rooms)
+        for target in module.all_imports:
+            other = level(target, rooms)
+            if own is not None and other is not None and other < own:
+                wrong.append(f"{name} -> {target}")
+    assert wrong == []
+
+
+def test_there_is_no_circle_of_any_kind(modules: dict) -> None:
+    graph = {name: set(module.all_imports) for name, module in modules.items()}
+    assert circles(graph) == []
+
+
+def test_a_string_that_names_a_module_is_seen(tmp_path: Path) -> None:
+    """Also without the name of the package, and in a table."""
+    for name, text in {
+        "__init__": 'NAMES = {"a": "low.below"}',
+        "low/__init__": "",
+        "low/below": 'from importlib import import_module\nfound = import_module("high.above")\n'
+        'KINDS = {"trace": "hexapod_pin.high.other"}\n',
+        "high/__init__": "",
+        "high/above": "import hexapod_pin.low.below\n",
+        "high/other": "",
+    }.items():
+        path = tmp_path / "hexapod_pin" / f"{name}.py"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    found = read_package(tmp_path)
+    expected = {"hexapod_pin.high.above", "hexapod_pin.high.other"}
+    assert found["hexapod_pin.low.below"].all_imports == expected
+    graph = {name: set(module.all_imports) for name, module in found.items()}
+    assert circles(graph) == [["hexapod_pin.high.above", "hexapod_pin.low.below"]]
+
+
+def calls(module: str) -> set[str]:
+    """Return the names that a module calls, as written."""
+    path = ROOT.joinpath(*module.split("."))
+    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    return {ast.unparse(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+
+
+def test_modules_of_the_package_are_imported_by_name_in_few_places(modules: dict) -> None:
+    """Packages that a user may not have are imported by their names in the engines of `bench`."""
+    engines = "hexapod_pin.benchmark.engines."
+    found = {
+        name for name in modules
+        if calls(name) & {"import_module", "importlib.import_module", "__import__"}
+        and not (name.startswith(engines) and name.endswith("_engine"))
+    }  # fmt: skip
+    assert found == set(IMPORTED_BY_NAME)
+
+
+def test_texts_are_parsed_where_they_enter(modules: dict) -> None:
+    assert {name for name in modules if calls(name) & PARSERS} == set(READERS)
