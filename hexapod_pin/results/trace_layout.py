@@ -98,19 +98,24 @@ def _json_copy(value: Any) -> Any:
         return {key: _json_copy(item) for key, item in _json_keys(value).items()}
     if isinstance(value, list | tuple):
         return [_json_copy(item) for item in value]
-    return json.loads(json.dumps(value, default=_plain))
+    if isinstance(value, np.ndarray | np.generic):
+        return _json_copy(value.tolist())
+    if isinstance(value, str):  # of a derived class: JSON knows the text alone
+        return str.__str__(value)
+    if isinstance(value, int | float):
+        return int(value) if isinstance(value, int) else float(value)
+    raise TypeError(f"{type(value).__name__} {value!r}")
 
 
 def _json_keys(values: Mapping[Any, Any]) -> dict[str, Any]:
     """Return a mapping whose keys are texts, as JSON makes them."""
-    if all(type(key) is str for key in values):
-        return dict(values)
-    names = json.loads(json.dumps([[{key: None} for key in values]]))[0]
-    return {next(iter(name)): value for name, value in zip(names, values.values(), strict=True)}
+    return {_json_key(key): value for key, value in values.items()}
 
 
-def _plain(value: Any) -> Any:
-    """Turn arrays and NumPy scalars into lists and numbers."""
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    raise TypeError(f"{type(value).__name__} {value!r}")
+def _json_key(key: Any) -> str:
+    """Return a key as JSON makes it: 1 is "1", None is "null"."""
+    if isinstance(key, str):
+        return key
+    if key is None or isinstance(key, bool | int | float):
+        return json.dumps(key)
+    raise TypeError(f"a key of type {type(key).__name__}, {key!r}")

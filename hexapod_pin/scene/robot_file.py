@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
@@ -62,16 +63,28 @@ def read_robot(data: Mapping[str, Any]) -> Robot:
     """
     check_data(RobotText, "robot", data)
     source = data["source"]
-    if "options" in data:
-        LoadOptions(**data["options"])  # refused by its name, before it is a part of a key
+    options = _keyed(data["options"]) if "options" in data else None
     parts = (tuple(x) if isinstance(x := data.get(name), list) else x for name in OPTIONS)
-    options = json.dumps(data["options"], sort_keys=True) if "options" in data else None
     robot = _loaded(source, _stamp(source), *parts, options)
     if data.get("digest", robot.digest) != robot.digest:
         raise ParameterError(
             "robot.digest", data["digest"], "that of the file", "The URDF has changed."
         )
     return robot
+
+
+@dataclass(frozen=True)
+class _KeyedOptions:
+    """Load options as a part of a key: equal where their texts are."""
+
+    text: str
+    options: LoadOptions = field(compare=False)
+
+
+def _keyed(given: Mapping[str, Any]) -> _KeyedOptions:
+    """Return options as a part of a key; a bad one is refused by its name."""
+    options = LoadOptions(**given)
+    return _KeyedOptions(json.dumps(given, sort_keys=True), options)
 
 
 def _stamp(source: str) -> tuple[int, int]:
@@ -90,10 +103,10 @@ def _loaded(
     feet: Any,
     radii: Any,
     posture: Any,
-    options_text: str | None,
+    keyed: _KeyedOptions | None,
 ) -> Robot:
     """Load a robot; `stamp` only tells one content of a file from another."""
-    options = None if options_text is None else LoadOptions(**json.loads(options_text))
+    options = None if keyed is None else keyed.options
     given = feet if options is None else options.feet
     robot = load_robot(source, feet=given, options=options)
     changes: dict[str, Any] = {}

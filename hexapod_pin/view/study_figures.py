@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -162,6 +161,10 @@ class SweepNumbers(Protocol):
     def attributes(self) -> Mapping[str, str]:
         """What holds for all cases."""
 
+    @property
+    def inputs(self) -> list[dict[str, Any]]:
+        """What the study varies."""
+
     def input_values(self, name: str) -> Array:
         """Return the values of an input along the cases."""
 
@@ -194,7 +197,7 @@ def draw_sweep(found: SweepNumbers) -> Figure:
     """Return the figure; errors as of `write_sweep_figure`."""
     if PEAK not in found.columns or not np.isfinite(found.columns[PEAK].values).any():
         raise ParameterError("found", _reason(found), "a sweep with a case that has numbers")
-    inputs = json.loads(found.attributes["inputs"])
+    inputs = found.inputs
     axes = [item for item in inputs if item["grid"] and _is_number(found, item)]
     named = [item for item in inputs if item["grid"] and not _is_number(found, item)]
     if not named and len(axes) == 1:

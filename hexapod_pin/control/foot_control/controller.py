@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections import OrderedDict
 from collections.abc import Sequence
@@ -307,7 +306,7 @@ class FootControl(Immutable):
         for name in PARTS:
             part = getattr(self, name)
             if part is not None:
-                settings[name] = json.loads(part.model_dump_json())
+                settings[name] = part.model_dump(mode="json")
         return settings
 
 

@@ -45,7 +45,7 @@ class StoredSweep:
     """All that a store holds; N cases.
 
     Attributes:
-        meta: by its keys in the store.
+        texts: of the table `meta`, by its keys.
         inputs: with N values each.
         quantities: of which `values` holds the numbers.
         labels: of the axes of each case that was run, by its index.
@@ -57,7 +57,7 @@ class StoredSweep:
         wall_time: of each case, N [s]; NaN of those that were not run.
     """
 
-    meta: dict[str, str]
+    texts: dict[str, str]
     inputs: list[InputColumn]
     quantities: dict[str, Quantity]
     reason: list[str]

@@ -61,17 +61,17 @@ class SweepResult:
     @property
     def name(self) -> str:
         """Name of the study."""
-        return self._stored.meta["name"]
+        return self._stored.texts["name"]
 
     @property
     def study_text(self) -> str:
         """The study's file."""
-        return self._stored.meta["study"]
+        return self._stored.texts["study"]
 
     @property
     def study_digest(self) -> str:
         """The study's digest."""
-        return self._stored.meta["digest"]
+        return self._stored.texts["digest"]
 
     @property
     def done(self) -> int:
@@ -113,7 +113,7 @@ class SweepResult:
         Variables have `units` and `long_name`. Cases without numbers are NaN, and `reason` says
         why. Wall times are no part of it: the same study gives the same bits.
         """
-        return to_dataset(self.columns, self.attributes)
+        return to_dataset(self.columns, self.attributes, self.inputs)
 
     @cached_property
     def columns(self) -> dict[str, Column]:
@@ -124,6 +124,11 @@ class SweepResult:
     def attributes(self) -> dict[str, str]:
         """The dataset's attributes."""
         return sweep_attributes(self._stored)
+
+    @property
+    def inputs(self) -> list[dict[str, Any]]:
+        """What the study varies: `name`, `unit`, `meaning`, and `grid`, False where it is drawn."""
+        return [item.about for item in self._stored.inputs]
 
     def input_values(self, name: str) -> Array:
         """Return the values of an input along the cases, as of the dataset's coordinate.
@@ -147,7 +152,7 @@ class SweepResult:
         made, attributes = self.columns, self.attributes
         if form in CSV:
             return write_atomically(path, sweep_csv(made))
-        names = coordinate_names(json.loads(attributes["inputs"])).values()
+        names = coordinate_names(self.inputs).values()
         return write_netcdf(path, made, {**attributes, "coordinates": " ".join(names)})
 
 
@@ -199,24 +204,26 @@ def sweep_columns(found: StoredSweep) -> dict[str, Column]:
 
 def sweep_attributes(found: StoredSweep) -> dict[str, str]:
     """Return the attributes of a sweep's dataset."""
-    meta = found.meta
+    texts = found.texts
     return {
         "title": TITLE,
-        "study_name": meta["name"],
-        "study": meta["study"],
-        "study_digest": meta["digest"],
+        "study_name": texts["name"],
+        "study": texts["study"],
+        "study_digest": texts["digest"],
         "robots": "\n".join(found.robots),
         "assumed": "\n".join(found.assumed),
-        "versions": meta["versions"],
+        "versions": texts["versions"],
         "inputs": json.dumps([item.about for item in found.inputs]),
     }
 
 
-def to_dataset(made: Mapping[str, Column], attributes: Mapping[str, str]) -> Dataset:
-    """Return columns as an xarray dataset; inputs and labels are its coordinates."""
+def to_dataset(
+    made: Mapping[str, Column], attributes: Mapping[str, str], varied: Iterable[Mapping[str, Any]]
+) -> Dataset:
+    """Return columns as an xarray dataset; what is varied and labels are its coordinates."""
     import xarray
 
-    inputs = coordinate_names(json.loads(attributes["inputs"]))
+    inputs = coordinate_names(varied)
     variables = {
         name: xarray.Variable(column.dims, column.values, dict(column.attributes))
         for name, column in made.items()
