@@ -5,16 +5,12 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
 from hexapod_pin.commands.app import main
-from hexapod_pin.simulation.run_settings import RunSettings
 
 Run = Callable[..., SimpleNamespace]
 
@@ -57,49 +53,3 @@ def run(
         return SimpleNamespace(status=exit_.value.code, out=out, err=err, left=left)
 
     return command
-
-
-RUN_FINER = {
-    "test_accuracy_kept", "test_adaptive", "test_batch", "test_case", "test_cli",
-    "test_file_schema", "test_hard_cases", "test_input_edges", "test_metamorphic",
-    "test_missed_scenes", "test_pickle", "test_random_scenes", "test_run_ends_early",
-    "test_second_rhs_bounces",
-    "test_process_edges", "test_sweep_command",
-    "test_sweep_dask", "test_sweep_kill", "test_sweep_runs", "test_sweep_study", "test_user_pools",
-}  # fmt: skip
-"""Modules whose runs are compared with finer ones, as the package does unless told otherwise."""
-
-STUDIES = "test_studies"
-"""The module where those that start worker processes do so too."""
-
-
-def _module(request: pytest.FixtureRequest) -> str:
-    return str(request.module.__name__).rpartition(".")[2]
-
-
-@contextmanager
-def _single_runs() -> Iterator[None]:
-    """Run each case once in tests of other things: the comparison costs twice the time."""
-    asked = RunSettings.of
-
-    def once(*arguments: Any, **named: Any) -> RunSettings:
-        return replace(asked(*arguments, **named), estimate=False)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(RunSettings, "of", staticmethod(once))
-        yield
-
-
-@pytest.fixture(autouse=True, scope="module")
-def single_runs(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Run each case of most modules once."""
-    with nullcontext() if _module(request) in {*RUN_FINER, STUDIES} else _single_runs():
-        yield
-
-
-@pytest.fixture(autouse=True)
-def single_runs_of_studies(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Run each case of most studies once."""
-    finer = _module(request) != STUDIES or "sweep" in request.node.name
-    with nullcontext() if finer else _single_runs():
-        yield

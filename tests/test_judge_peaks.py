@@ -167,6 +167,7 @@ def test_a_trace_gives_the_verdict_of_its_case() -> None:
         trace,
         **{name: getattr(trace, name)[:cut] for name in arrays},
         energy={name: each[:cut] for name, each in trace.energy.items()},
+        error=None,
     )
     done = float(early.time[-1] - early.time[0])
     with refused(ParameterError, "trace", done, allowed=(3 * CYCLE,)):
