@@ -76,6 +76,22 @@ def test_stacked_legs_equal_each_leg_on_its_own(legs: SixLegs) -> None:
         np.testing.assert_allclose(leg.forward(q[index]), p_BF[index], atol=1e-9)
 
 
+def test_rows_of_the_core_equal_the_stacked_legs(legs: SixLegs) -> None:
+    """Control at ticks solves rows in the core; where it could not, it would go a slower way."""
+    form = legs.kinematics.closed_form
+    if form is None:
+        return
+    p_BF, _ = paths(legs)
+    expected = legs.kinematics.inverse(p_BF)
+    rows = np.zeros((p_BF.shape[1], 18))
+    for place, q in zip(legs.joint_index, expected, strict=True):
+        rows[:, place] = q + 2.0 * np.pi * np.array([0.0, 1.0, -1.0])
+    near = rows + 0.1
+    free = dataclasses.replace(form, lower=form.lower - 9.0, upper=form.upper + 9.0)
+    assert free.row_solver(legs.joint_index)(np.ascontiguousarray(p_BF.swapaxes(0, 1)), near)
+    np.testing.assert_allclose(near, rows, rtol=0.0, atol=1e-12)  # some ten roundings
+
+
 def test_estimated_rates_and_determinant_are_those_of_the_jacobian(legs: SixLegs) -> None:
     p_BF, v_BF = paths(legs)
     q = legs.kinematics.inverse(p_BF)

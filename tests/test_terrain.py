@@ -20,6 +20,8 @@ from grounds import (
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import read_terrain
+from hexapod_pin.native import evaluate
+from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.spec import read_toml
 
 # --- overlays -----------------------------------------------------------------------------------
@@ -67,6 +69,41 @@ def test_patch_scales_friction_and_stiffness_in_a_run(tmp_path: Path) -> None:
         assert trace.v[-1, 0] == pytest.approx(1.0 - mu * 9.81 * 0.1, rel=1e-9)
         depth = softness * (9.81e-6) ** (2.0 / 3.0)
         assert trace.foot_gap[-1, 0] == pytest.approx(-depth, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "friction",
+    [
+        (hp.TanhCoulomb(mu=0.5, slope=1e3), hp.TanhCoulomb(mu=0.05, slope=1e3)),
+        (hp.SmoothStep(mu_static=0.5, mu_dynamic=0.3, speed=0.02),
+         hp.SmoothStep(mu_static=0.05, mu_dynamic=0.03, speed=0.02)),
+        (hp.StickSlip(mu=0.5, stiffness=2e4, damping=60.0),
+         hp.StickSlip(mu=0.05, stiffness=2e4, damping=60.0)),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("u", [(0.0, 0.0, 0.0), (1e-3, -2e-3, -0.1), (0.3, 0.1, 0.05)])
+def test_a_patch_equals_ground_of_its_own_coefficients(
+    tmp_path: Path, friction: tuple[object, object], u: tuple[float, float, float]
+) -> None:
+    """Force and both derivatives, a tenth of the friction and a quarter of the stiffness."""
+    import vehicles
+
+    robot = vehicles.particle(tmp_path)
+    patch = hp.Patch(low=(-5.0, -5.0), high=(5.0, 5.0), friction=0.1, stiffness=0.25)
+    found = []
+    for terrain, stiffness, law in (
+        (hp.PatchedGround(ground=hp.Flat(), patches=(patch,)), 1e6, friction[0]),
+        (hp.Flat(), 0.25e6, friction[1]),
+    ):
+        normal = hp.HuntCrossley(stiffness=stiffness, dissipation=0.2)
+        contact = hp.Contact(normal=normal, friction=law)
+        plant = native_plant(hp.Scene(robot, terrain=terrain, contact=contact, servo=vehicles.LIMP))
+        state = vehicles.state(robot, -1e-3, u)
+        found.append(evaluate(plant, state.q, state.v, np.zeros(0)))
+    for name in ("foot_force", "foot_damping", "foot_stiffness"):
+        patched, own = (np.asarray(each[name]) for each in found)
+        assert np.abs(own).max() > 1.0
+        np.testing.assert_allclose(patched, own, rtol=1e-12, atol=1e-12 * np.abs(own).max())
 
 
 def test_shaken_ground_moves_as_it_says() -> None:
