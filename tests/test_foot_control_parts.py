@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from foot_control_runs import in_foot_order, reading, recall, robot, standing
+from foot_control_runs import EARLY, in_foot_order, reading, recall, robot, standing
 from scipy.spatial.transform import Rotation
 
 import hexapod_pin as hp
@@ -118,6 +118,42 @@ def test_anticipation_uses_the_servos_give_in_the_standing_posture():
     loads = np.einsum("lij,lj->li", stiffness, plan - target[0])
     assert loads[:, 2].sum() == pytest.approx(9.81 * robot("kharagpur").total_mass, rel=1e-3)
     assert (plan - target[0])[:, 2].min() > 0.0  # pushed into the ground
+
+
+# what is felt ---------------------------------------------------------------------------------
+
+
+@every_robot
+def test_measured_forces_are_turned_into_trunk_axes(name):
+    """Sensors tell world axes; the rotation takes trunk axes to world axes."""
+    force = np.random.default_rng(1).uniform(1.0, 9.0, (6, 3))
+    rotation = Rotation.from_rotvec((0.1, -0.2, 0.8)).as_matrix()
+    _, memory = ticks(made(name), [loads_on(name, force @ rotation.T, rotation=rotation[None])])
+    assert recall(memory, "force")[0] == pytest.approx(force, rel=1e-12)
+
+
+@every_robot
+def test_a_foot_that_lands_early_stays_where_it_is_while_the_trunk_turns(name):
+    """Its target moves backwards and about the turning trunk, so that it is at rest in the world.
+
+    The offset is summed up tick by tick: half a tick times the change of the swing's speed of some
+    0.3 m/s is left. A turn of the wrong sign would drag it by 8 mm.
+    """
+    walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=2.0, turn_rate=0.1))
+    law, path = made(name, walk, touch_down=hp.TouchDown()), walk.path(robot(name))
+    memory, places = law.first_memory(1), []
+    for k in range(800):
+        plan = law.walk.table.at(k * T + law.lead)
+        told = loads_on(name, PUSHED * np.maximum(plan[:, 6:7], plan[:, 7:8] > 0.8))
+        told = reading(name, plan[:, :3], foot_force=told.foot_force)
+        target, memory = law.tick(k * T, told, memory)
+        x, y, yaw = path.body_pose([k * T + law.lead])[0]
+        turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+        early = recall(memory, "mode")[0] == EARLY
+        places.append(np.where(early[:, None], target[0, :, :2] @ turn.T + (x, y), np.nan))
+    seen = np.array(places)[400:]  # the second cycle
+    assert (np.isfinite(seen[..., 0]).sum(axis=0) > 20).all()
+    assert np.nanmax(np.nanmax(seen, axis=0) - np.nanmin(seen, axis=0)) < 2e-3
 
 
 # internal forces ------------------------------------------------------------------------------
