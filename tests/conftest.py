@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import signal
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,13 +18,19 @@ from hexapod_pin.commands.app import main
 Run = Callable[..., SimpleNamespace]
 
 
-def pytest_configure() -> None:
-    """Let Ctrl-C be KeyboardInterrupt, also where tests run in the background, as under `nohup`.
+def pytest_configure(config: pytest.Config) -> None:
+    """Prepare what processes that tests start inherit.
 
-    There SIGINT is ignored, which processes that a test starts inherit.
+    Ctrl-C is KeyboardInterrupt, also where tests run in the background, as under `nohup`: there
+    SIGINT is ignored. Byte code is kept, in a folder of its own, also where Python is told to write
+    none: each of a thousand processes would compile all that it imports.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
+        folder = tempfile.mkdtemp(prefix="hexapod-pin-bytecode-")
+        os.environ["PYTHONPYCACHEPREFIX"] = folder
+        config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
 
 
 @pytest.fixture

@@ -376,9 +376,14 @@ LONG = {
 }
 
 
-@pytest.mark.parametrize("name", list(LONG))
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [(name, signal.SIGTERM) for name in LONG]
+    + [(name, each) for name in ("walk", "sweep") for each in (signal.SIGINT, signal.SIGHUP)]
+    + [("select, one motor done", signal.SIGINT)],
+)
 def test_every_command_has_the_status_of_its_signal(name: str, number: int, tmp_path: Path) -> None:
+    """Commands share what waits for signals: each with one of them, some with all."""
     case = hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.1)
     for path in ("case.toml", "other.toml"):
         case.save(tmp_path / path)
