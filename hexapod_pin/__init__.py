@@ -290,7 +290,7 @@ _FORMER = {
     "advise": "benchmark.advice.advise",
     "playback": "view",
 }
-"""Names of 0.1 and what they are now (docs/names.md)."""
+"""Names of 0.1 and what they are now."""
 
 __all__ = ["__version__", "errors", "view", *_MODULES]  # noqa: PLE0604
 
