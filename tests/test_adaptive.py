@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 import vehicles
@@ -12,8 +14,12 @@ from hexapod_pin.arrays import Array
 CASES = {"soft": (1e5, 1e2), "mid": (1e6, 1e3), "stiff": (1e8, 1e4)}
 
 
+@cache
 def hc40(kind: str, **settings) -> hp.Trace:
-    """The hard cases' drop, 0.25 s, with the stiffness and friction slope of its variants."""
+    """The hard cases' drop, 0.25 s, with the stiffness and friction slope of its variants.
+
+    A run that several tests look at is computed once.
+    """
     scene, start, posture = vehicles.drop(vehicles.hexa_ref())
     stiffness, slope = CASES[kind]
     contact = hp.Contact(

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import importlib
+import os
 import random
 import re
 import shutil
+import signal
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -159,8 +161,11 @@ def kill_the_first(begin: Any) -> Any:
     killed = []
 
     def killing(worker: Any, task: tuple[str, int]) -> None:
+        first = not killed
+        if first:  # it must not be done before it is killed
+            os.kill(worker._process.pid, signal.SIGSTOP)
         begin(worker, task)
-        if not killed:
+        if first:
             worker._process.kill()
             worker._process.join()
         killed.append(task)

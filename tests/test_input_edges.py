@@ -86,8 +86,10 @@ READERS: dict[str, Callable[[str], Any]] = {
 
 
 def places(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield the path of every key, and of the first two items of lists."""
-    items = data.items() if isinstance(data, dict) else enumerate(data[:2])
+    """Yield the path of every key, and of the first item of lists, or two that are tables."""
+    if isinstance(data, list):
+        data = data[: 2 if isinstance(data[0] if data else 0, dict) else 1]
+    items = data.items() if isinstance(data, dict) else enumerate(data)
     for key, value in items:
         yield (*path, key)
         if isinstance(value, dict | list):

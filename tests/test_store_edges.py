@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import gc
 import os
-import resource
 import socket
 import sqlite3
 import stat
@@ -295,20 +294,32 @@ def test_readers_of_this_process_keep_the_locks_of_sqlite(tmp_path: Path) -> Non
         assert len(after) == len(mine) > 0
 
 
-def _lock_elsewhere(store: Path) -> str:
-    """Return what another process meets that wants to write to a store."""
+@pytest.fixture(scope="module")
+def lock_elsewhere() -> Iterator[Callable[[Path], str]]:
+    """What another process meets that wants to write to a store."""
     code = (
         "import sys; from pathlib import Path\n"
         "from hexapod_pin.sweep.runs.store_lock import StoreLock\n"
-        "try: StoreLock(Path(sys.argv[1])).release(); print('free')\n"
-        "except Exception as error: print(type(error).__name__)"
+        "for line in sys.stdin:\n"
+        "    try: StoreLock(Path(line[:-1])).release(); print('free', flush=True)\n"
+        "    except Exception as error: print(type(error).__name__, flush=True)"
     )
-    run = [sys.executable, "-c", code, str(store)]
-    done = subprocess.run(run, check=True, capture_output=True, text=True, timeout=PATIENCE)
-    return done.stdout.strip()
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as other:
+        assert other.stdin is not None and other.stdout is not None
+
+        def met(store: Path) -> str:
+            other.stdin.write(f"{store}\n")
+            other.stdin.flush()
+            return other.stdout.readline().strip()
+
+        yield met
 
 
-def test_one_lock_for_all_spellings_of_a_store(tmp_path: Path, monkeypatch: Any) -> None:
+def test_one_lock_for_all_spellings_of_a_store(
+    tmp_path: Path, monkeypatch: Any, lock_elsewhere: Callable[[Path], str]
+) -> None:
     """A second lock of this process, once given back, would end the first."""
     folder = tmp_path / "folder"
     folder.mkdir()
@@ -318,20 +329,22 @@ def test_one_lock_for_all_spellings_of_a_store(tmp_path: Path, monkeypatch: Any)
     for spelling in (Path("a.db"), tmp_path / "other" / "a.db", folder / ".." / "folder" / "a.db"):
         with pytest.raises(StoreLockedError):
             StoreLock(spelling)
-    assert _lock_elsewhere(folder / "a.db") == "StoreLockedError"
+    assert lock_elsewhere(folder / "a.db") == "StoreLockedError"
     lock.release()
     lock.release()
-    assert _lock_elsewhere(folder / "a.db") == "free"
+    assert lock_elsewhere(folder / "a.db") == "free"
     assert not list(folder.iterdir())
 
 
-def test_a_lock_where_no_file_can_have_two_names(tmp_path: Path, monkeypatch: Any) -> None:
+def test_a_lock_where_no_file_can_have_two_names(
+    tmp_path: Path, monkeypatch: Any, lock_elsewhere: Callable[[Path], str]
+) -> None:
     def refuse(*_: Any) -> None:
         raise PermissionError(1, "Operation not permitted")
 
     monkeypatch.setattr(os, "link", refuse)
     lock = StoreLock(tmp_path / "a.db")
-    assert _lock_elsewhere(tmp_path / "a.db") == "StoreLockedError"
+    assert lock_elsewhere(tmp_path / "a.db") == "StoreLockedError"
     lock.release()
     assert not list(tmp_path.iterdir())
 
@@ -520,25 +533,34 @@ def test_a_full_disk_is_called_full(
     assert error.value.kept == 7
 
 
-@pytest.mark.parametrize("most", [0, 60, 5_000, 40_000, 60_000])
-def test_a_file_that_may_not_grow_is_called_full_and_leaves_nothing(
-    tmp_path: Path, most: int
-) -> None:
-    """From the lock to the log: whatever cannot be written first."""
-    code = (
-        "import sys; from tests.sweep_studies import small_study\n"
-        "from hexapod_pin.sweep.runs import run_sweep\n"
-        "try: run_sweep(small_study(1), sys.argv[1], threads=1); print('done')\n"
-        "except Exception as error: print(type(error).__name__)"
-    )
+SIZES = (0, 60, 5_000, 40_000, 60_000)
+"""Of files, as large as they may be [bytes]: from the lock to the log, what cannot be written."""
+
+SHORT_FILES = """
+import resource, sys
+from tests.sweep_studies import small_study
+from hexapod_pin.sweep.runs import run_sweep
+for most in map(int, sys.argv[1:]):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, resource.RLIM_INFINITY))
+    try: run_sweep(small_study(1), f"{most}/a.db", threads=1); print("done")
+    except Exception as error: print(type(error).__name__)
+"""
+
+
+def test_a_file_that_may_not_grow_is_called_full_and_leaves_nothing(tmp_path: Path) -> None:
+    """One process meets one limit after the other, each in a folder of its own."""
+    sizes = [str(most) for most in SIZES]
+    for size in sizes:
+        (tmp_path / size).mkdir()
+    root = str(Path(__file__).parents[1])
     done = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path / "a.db")], check=True, text=True,
-        capture_output=True, timeout=PATIENCE, cwd=Path(__file__).parents[1],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most)),
-        env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},  # else modules are cut off at that size
+        [sys.executable, "-c", SHORT_FILES, *sizes], check=True, text=True,
+        capture_output=True, timeout=PATIENCE, cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": root,
+             "PYTHONDONTWRITEBYTECODE": "1"},  # else modules are cut off at that size
     )  # fmt: skip
-    assert done.stdout.strip() == "StoreFullError", done
-    assert not list(tmp_path.iterdir())
+    assert done.stdout.split() == ["StoreFullError"] * len(SIZES), done
+    assert [list((tmp_path / size).iterdir()) for size in sizes] == [[]] * len(SIZES)
 
 
 # damaged rows
@@ -558,13 +580,20 @@ VALUES = ("NULL", "5", "-9223372036854775808", "9223372036854775807", "2.5", "9e
 """A value of every type that SQLite knows, and some that are read as others."""
 
 
-def _damages(table: str) -> Iterator[str]:
-    """Yield what may be done to a table: to one row, to all of them, and to their keys."""
+def _damages(table: str, *, apart: bool = True) -> Iterator[str]:
+    """Yield what may be done to a table: to one row, to all of them, and to their keys.
+
+    Unless `apart`, each of the three cases gets a value of its own.
+    """
     yield f"DELETE FROM {table}"
     yield f"DELETE FROM {table} WHERE rowid = (SELECT max(rowid) FROM {table})" * (table != "meta")
     for column in TABLES[table]:
-        for value in VALUES:
+        keyed = apart or table != "cases" or column == "number"
+        for value in VALUES if keyed else ():
             yield f"UPDATE OR IGNORE {table} SET {column} = {value}"
+        for k in () if keyed else range(0, len(VALUES), 3):
+            whens = " ".join(f"WHEN {row} THEN {x}" for row, x in enumerate(VALUES[k : k + 3]))
+            yield f"UPDATE OR IGNORE cases SET {column} = CASE number {whens} ELSE {column} END"
         if table != "meta":
             yield f"UPDATE OR IGNORE {table} SET {column} = {column} || 'x' WHERE rowid = 1"
     if table == "meta":
@@ -613,18 +642,16 @@ def _recorded(outcomes: dict[int, Outcome]) -> Callable[..., Any]:
 
 def _require_right(found: SweepResult, whole: SweepResult) -> None:
     """Fail unless a store tells nothing wrong: cases are right, or named as damaged or not run."""
-    names = [name for name, array in whole.dataset.variables.items() if array.dtype.kind == "f"]
     assert list(found.dataset.coords) == list(whole.dataset.coords)
     for key in ("study", "study_digest", "study_name", "inputs", "versions"):
         assert found.dataset.attrs[key] == whole.dataset.attrs[key]
-    for index, reason in enumerate(found.dataset["reason"].values):
-        assert reason in ("", DAMAGED, NOT_RUN)
-        for name in names if reason == "" else ():
-            got, wanted = (one.dataset[name].isel(case=index) for one in (found, whole))
+    reasons = found.dataset["reason"].values
+    assert {*reasons} <= {"", DAMAGED, NOT_RUN}
+    right = np.flatnonzero(reasons == "")
+    for name, array in whole.dataset.variables.items():
+        if right.size and (array.dtype.kind == "f" or name == "verdict"):
+            got, wanted = (one.isel(case=right) for one in (found.dataset.variables[name], array))
             np.testing.assert_array_equal(got.values, wanted.values)
-        if reason == "":
-            one, other = (part.dataset["verdict"].values[index] for part in (found, whole))
-            assert one == other
 
 
 @pytest.mark.parametrize("table", TABLES)
@@ -635,7 +662,7 @@ def test_damage_of_any_kind_is_refused_named_or_run_again(
     monkeypatch.setattr(sys.modules[run_sweep_module.__module__], "case_outcomes",
                         _recorded(outcomes))  # fmt: skip
     path, repaired = tmp_path / "a.db", 0
-    for statement in filter(None, _damages(table)):
+    for statement in filter(None, _damages(table, apart=False)):
         path.write_bytes(whole.path.read_bytes())
         if not _damage(path, statement, forged=False):
             continue

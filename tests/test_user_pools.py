@@ -77,9 +77,7 @@ def failed(name: str, robot: hp.Robot, folder: Path) -> Any:
         "UrdfError": lambda: hp.load_robot(broken),
         "ParameterError": lambda: hp.Flat(height="high"),
         "StateError": lambda: robot.check_state(np.zeros(3), np.zeros(3)),
-        "GaitError": lambda: hp.KinematicControl(hp.Gait.tripod(stroke=0.9, cycle_time=1.0)).plan(
-            robot, 1.0
-        ),
+        "GaitError": lambda: hp.KinematicControl(hp.Gait.tetrapod(cycle_time=0.3)).plan(robot, 1.0),
         "TraceFileError": lambda: hp.load_trace(broken),
         "NotRecordedError": lambda: (
             hp.simulate(scene, still, duration=0.01, record=["motion"]).torque

@@ -37,11 +37,11 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-WORKERS = ("--processes", "2", "--chunk", "1")
+WORKER = ("--processes", "1", "--chunk", "1")
 
 
 def _started(
-    folder: Path, start: list[str], how: tuple[str, ...] = WORKERS, **environment: str
+    folder: Path, start: list[str], how: tuple[str, ...] = WORKER, **environment: str
 ) -> tuple[int, Path]:
     """Run a sweep in a folder; return the process and who ran its modules."""
     words = ["sweep", "study.toml", *how]
