@@ -58,7 +58,7 @@ has both parts with gains that follow from stated bandwidths (*assumed*). Here t
 `hp.KinematicControl`, with the same gains on all grounds. "All" adds touch-down by feel and
 levelling, which S1 does not have. This page and its figures are written by
 `python scripts/studies foot_control`; every number is in
-[the results](results/foot_control.md).
+[the results](foot_control.md).
 """
 
 CLAIMS = """
@@ -114,7 +114,7 @@ MORE = """
   lead with noise and with the drive, as in the ideal case. With a delay of 10 ms, or forces from
   torques, little is left of the suspension's gain; with forces from currents, which do not know
   of friction, touch-down by feel does harm on flat ground, and "both" is the best there.
-- [Results](results/foot_control.md): all metrics on all grounds, errors against a
+- [Results](foot_control.md): all metrics on all grounds, errors against a
   reference at 1e-8, and tuned gains on ground that they were not tuned on.
-- [What 200 Hz control costs](results/closed_loop_cost.md).
+- [What 200 Hz control costs](closed_loop_cost.md).
 """

@@ -7,19 +7,21 @@ S2 walks the hexapod of IIT Kharagpur in ADAMS: joint motions are prescribed by 
 feet meet the ground by IMPACT and ADAMS friction, and the paper shows the joint motions (figure
 3), the way of the aggregate centre of mass (figure 5), the joint torques (figure 6) and what
 stroke and cycle time do to them. Everything is regenerated here, with prescribed joints
-([docs/drive.md](drive.md)), and goes on to the paper's future work, the energy of gaits against
-speed.
+([docs/drive.md](../drive.md)), and goes on to the paper's future work, the energy of gaits
+against speed.
 
 ```
-python scripts/studies s2_study --out s2_study.nc   # all runs, one netCDF file
-python scripts/studies s2_motion s2_study.nc docs   # figure 3; s2_mass_center: 5; s2_torques: 6
-python scripts/studies s2_sweeps s2_study.nc docs   # stroke and cycle time; s2_energy: energy
-python scripts/studies s2_page s2_study.nc docs     # this page
+python scripts/studies s2_study --out s2_study.nc  # all runs, one netCDF file
+python scripts/studies s2_motion s2_study.nc docs/results  # figure 3
+python scripts/studies s2_mass_center s2_study.nc docs/results  # figure 5
+python scripts/studies s2_torques s2_study.nc docs/results  # figure 6
+python scripts/studies s2_sweeps s2_study.nc docs/results  # torque; s2_energy: energy
+python scripts/studies s2_page s2_study.nc docs/results  # this page
 ```
 
 S2 prints no torque numbers, and its motion leaves open whether coxae turn in stance at a
 constant rate or in one STEP: both are run. Hip positions, foot radius and the place of 0.631 kg
-are *assumed* ([urdf/README.md](../urdf/README.md)). Lengths in mm, torques in N m.
+are *assumed* ([urdf/README.md](../../urdf/README.md)). Lengths in mm, torques in N m.
 """
 
 CLAIMS = """
@@ -54,7 +56,7 @@ figure 6 is likely of total moments.
 
 VERDICTS = """
 Each peak computed again at ten times the accuracy, with contact twice as stiff and servos twice
-as stiff; it holds where all stay within 5 % ([peaks](peaks.md)).
+as stiff; it holds where all stay within 5 % ([peaks](../uncertainty.md)).
 """
 
 SLOW = """
@@ -90,6 +92,6 @@ limits.
 MORE = """
 Torques by phase and joint, p99, impulses, speeds and reasons of points that cannot be walked are
 in the file: `hp.load_study("s2_study.nc")`, or `xarray.open_dataset(path, group="torque_map",
-engine="h5netcdf")`. The tools are [hp.torque_map and hp.gait_energy](sweeps.md), [hp.stability
-and hp.joint_moments](stability.md), [hp.judge_peaks](peaks.md).
+engine="h5netcdf")`. The tools are [hp.torque_map and hp.gait_energy](../sweeps.md), [hp.stability
+and hp.joint_moments](../stability.md), [hp.judge_peaks](../uncertainty.md).
 """
