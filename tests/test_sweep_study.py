@@ -257,9 +257,9 @@ def test_a_case_that_cannot_be_is_refused_by_itself() -> None:
 
 
 def test_the_studies_of_the_page_and_of_the_examples_load() -> None:
-    """What docs/study_files.md shows is a study, and all inputs and distributions are in it."""
+    """What docs/sweeps.md shows is a study, and all inputs and distributions are in it."""
     root = Path(__file__).parents[1]
-    page = (root / "docs/study_files.md").read_text(encoding="utf-8")
+    page = (root / "docs/sweeps.md").read_text(encoding="utf-8")
     block = page.split("```toml\n")[1].split("```")[0]
     assert len(SweepStudy.from_toml(block)) == 3 * 256
     for name in (*INPUTS, *DISTRIBUTIONS, *KINDS, *BaseWalk.model_fields):

@@ -22,9 +22,9 @@ from hexapod_pin.validation.checks.maximal_checks import maximal_twin, position_
 from hexapod_pin.validation.tables import Table
 from hexapod_pin.view.figure_file import write_svg
 from studies.accuracy.solve_cost import solve_costs
-from studies.study import StudyReport
+from studies.study import RESULTS, StudyReport
 
-FIGURE = Path("docs") / "constraint_drift.svg"
+FIGURE = RESULTS / "constraint_drift.svg"
 STEPS = (4e-3, 2e-3, 1e-3)
 SAMPLE = 0.02
 

@@ -1,4 +1,4 @@
-"""The page of S2's study, docs/s2_study.md, from its file; peaks are computed again for it."""
+"""The page docs/results/s2_study.md, from the file of S2's study; computes its peaks again."""
 
 from __future__ import annotations
 
