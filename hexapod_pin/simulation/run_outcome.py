@@ -87,7 +87,8 @@ def run_summary(
 
 def run_numbers(run: RunState) -> dict[str, Any]:
     """Return the numbers of a run's summary so far."""
-    return dict.fromkeys(schema(Summary)) | run.rollout.summary()
+    gathered: dict[str, Any] = run.rollout.summary()
+    return dict.fromkeys(schema(Summary)) | gathered
 
 
 def plain_counters(run: RunState) -> dict[str, int | float]:
