@@ -276,7 +276,7 @@ def from_plain(
 
 def _array(where: str, value: Any, rule: Quantity, sizes: Mapping[str, int]) -> Array:
     """Return a nested list as an array, every number checked."""
-    if isinstance(value, np.ndarray | float):
+    if isinstance(value, np.ndarray):
         return np.array(value, dtype=float).reshape([sizes.get(axis, -1) for axis in rule.axes])
     shape = _require_numbers(where, value, rule.axes, rule, sizes)
     array: Array = np.array(value, dtype=float).reshape(shape)
@@ -302,7 +302,7 @@ def _require_numbers(
 
 
 def _require_number(where: str, value: Any, rule: Quantity) -> None:
-    if value is None and rule.nan:
+    if rule.nan and (value is None or value != value):  # noqa: PLR0124  # NaN
         return
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ParameterError(where, value, "a number")
