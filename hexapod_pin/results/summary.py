@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.arrays import Array
+from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.file_schema import Bound, FileData, Name, check_data
@@ -142,8 +142,12 @@ class Summary(Record):  # noqa: PLW1641  # no record has a hash
     def __post_init__(self) -> None:
         """Check shapes and make read-only."""
         super().__post_init__()
-        for name in ("counters", "errors"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+        errors = {
+            name: read_only(one) if schema(Summary)[name].axes else one
+            for name, one in self.errors.items()
+        }
+        for name, values in (("counters", dict(self.counters)), ("errors", errors)):
+            object.__setattr__(self, name, MappingProxyType(values))
 
     @classmethod
     def from_data(
