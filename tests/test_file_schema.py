@@ -99,9 +99,9 @@ FORGERIES: dict[tuple[str, ...], Callable[[dict[str, Any]], tuple[str, Any]]] = 
     ("run.limits.4.limit_time = -1.0",): with_json("run", "limits", 4, "limit_time", value=-1.0),
     ("run.events.0",): with_json("run", "events", value=[{"time": 0.0}]),
     ("summary.torque_rms.0 = -1.0",): with_json("summary", "torque_rms", 0, value=-1.0),
-    ("summary = {", "speed_rms"): with_json("summary", "speed_rms", 1, value=None),
+    ("summary.speed_rms = None", "known"): with_json("summary", "speed_rms", 1, value=None),
     ("summary.path.0 = [0.0, 0.0]", "4"): with_json("summary", "path", value=[[0.0, 0.0]]),
-    ("errors = {", "torque_rms"): with_json("errors", "torque_rms", value="x"),
+    ("errors.torque_rms = 'x'", "18"): with_json("errors", "torque_rms", value="x"),
     ("checkpoint.q = [", "[3:7]"): with_json("checkpoint", "q", 6, value=0.1),
     ("run.robot.velocity_limit.2 = 'x'",): with_json(
         "run", "robot", "velocity_limit", 2, value="x"
@@ -155,7 +155,7 @@ SUMMARIES = {
     "data.at_limit.0 = 2.0": ("data", "at_limit", 0, 2.0),
     "data.cycles = -1": ("data", "cycles", -1),
     "run.numerics.method = 3": ("run", "numerics", "method", 3),
-    "summary.errors = {": ("errors", "torque_rms", [1.0]),
+    "errors.torque_rms = [1.0]": ("errors", "torque_rms", [1.0]),
     "counters.steps = 'x'": ("counters", "steps", "x"),
     "summary.joint_names.0 = 3": ("joint_names", 0, 3),
     "summary.data = []": ("data", []),

@@ -10,8 +10,9 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, SweepInterrupted, TraceFileError, UnknownNameError
-from hexapod_pin.results.gait_energy import COSTS, LAYOUT
+from hexapod_pin.results.gait_energy import COSTS
 from hexapod_pin.results.result_files import netcdf_groups
+from hexapod_pin.results.schema import schema
 from hexapod_pin.sweep.grid_runs import walk_times
 from hexapod_pin.view import write_gait_energy_figure
 
@@ -144,7 +145,7 @@ def test_one_file_holds_the_whole_study(found: hp.GaitEnergy, tmp_path: Path) ->
     assert netcdf_groups(path) == tuple(sorted(parts))
     assert hp.load_study(path) == parts
     with xarray.open_dataset(path, group="gait_energy", engine="h5netcdf") as data:
-        for name in LAYOUT:
+        for name in schema(hp.GaitEnergy):
             assert {"units", "long_name"} <= set(data[name].attrs)
         assert data["cost_of_transport"].sel(gait="tripod", scene="s2").shape == (3,)
     assert hp.load_gait_energy(found.save(tmp_path / "alone.nc")) == found

@@ -181,6 +181,7 @@ def walking() -> NativeMotion:
 
 WRITTEN_BY = {
     "hard_cases": "hexapod-pin bench --hard",
+    "quantities": "python scripts/quantities.py",
     "rewritten_robots": "python scripts/studies rewritten_robots",
     "s1_comparison": "python scripts/studies foot_control",
     "s2_study": "python scripts/studies s2_page",

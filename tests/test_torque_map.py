@@ -11,8 +11,9 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.control import six_legs
 from hexapod_pin.errors import ParameterError, SweepInterrupted, TraceFileError, UnknownNameError
+from hexapod_pin.results.grid_columns import NOT_RUN
 from hexapod_pin.results.phase_torque import scheduled_phase_torque
-from hexapod_pin.results.torque_map import LAYOUT, NOT_RUN
+from hexapod_pin.results.schema import schema
 from hexapod_pin.sweep.grid_runs import walk_times
 from hexapod_pin.sweep.torque_map import PHASE_SAMPLES
 from hexapod_pin.view import write_torque_curves, write_torque_heat_map
@@ -206,7 +207,7 @@ def test_the_file_gives_every_bit_back(found: hp.TorqueMap, tmp_path: Path) -> N
     assert hp.load_torque_map(path) == found
     with xarray.open_dataset(path, engine="h5netcdf") as data:
         assert data["torque_peak"].dims == ("stroke", "cycle_time", "joint")
-        assert all({"units", "long_name"} <= set(data[name].attrs) for name in LAYOUT)
+        assert all({"units", "long_name"} <= set(data[name].attrs) for name in schema(hp.TorqueMap))
     assert found.run.scene == SCENE.to_toml() and "hexapod-pin" in found.run.versions
     with refused(TraceFileError, about=("hexapod_pin.torque_map", "hexapod_pin.gait_energy")):
         hp.load_gait_energy(path)

@@ -64,12 +64,12 @@ def scene_rows(comparison: Comparison, scene: str) -> list[list[str]]:
     """Return the cells of a scene's table, the head first."""
     names = comparison.controllers
     rows = [["", *names], ["runs that walked", *(_walked(comparison, scene, n) for n in names)]]
-    for metric, (unit, meaning) in METRICS.items():
+    for metric, one in METRICS.items():
         cells = [
             _cell(comparison.mean(scene, name, metric), comparison.change(scene, name, metric))
             for name in names
         ]
-        rows.append([f"{meaning} [{unit}]", *cells])
+        rows.append([f"{one.meaning} [{one.unit}]", *cells])
     return rows
 
 
@@ -354,7 +354,9 @@ class Comparison(Immutable):
             "schema_version": SCHEMA_VERSION,
             "baseline": self.baseline,
             "confidence": CONFIDENCE,
-            "metrics": {name: metric._asdict() for name, metric in METRICS.items()},
+            "metrics": {
+                name: {"unit": one.unit, "meaning": one.meaning} for name, one in METRICS.items()
+            },
             "runs": [run.to_dict() for run in self.runs],
             "means": self._estimates(self.mean),
             "changes": self._estimates(self.change),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.run_schema import LATEST_SAMPLE as LATEST
+from hexapod_pin.results.trace import LATEST_SAMPLE as LATEST
 from hexapod_pin.simulation.methods import MethodSettings, resolve_method
 from hexapod_pin.spec import Spec
 

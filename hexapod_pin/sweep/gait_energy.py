@@ -17,8 +17,8 @@ from hexapod_pin.control.gait import Gait, gaits_for
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.errors import ParameterError, SweepInterrupted
-from hexapod_pin.results.gait_energy import GRID, LAYOUT, GaitEnergy
-from hexapod_pin.results.grid_columns import GridRecord, empty_grid
+from hexapod_pin.results.gait_energy import GRID, GaitEnergy
+from hexapod_pin.results.grid_columns import GridRecord
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
@@ -151,7 +151,7 @@ def gait_energy(
         copper_loss=next(iter(loss.values())),
         check=found,
         run=_record(named, tables, copper_loss, accuracy, cycles, stroke, cycle_time),
-        **runs.arrays(empty_grid(LAYOUT, sizes), [sizes[name] for name in GRID]),
+        **runs.arrays(GaitEnergy.empty(sizes), [sizes[name] for name in GRID]),
     )
     if runs.interrupted:
         kept = sum(not isinstance(numbers, str) for numbers in runs.found.values())

@@ -18,9 +18,8 @@ from hexapod_pin.errors import (
     ReachError,
     SimulationInterrupted,
 )
-from hexapod_pin.results.grid_columns import AccuracyCheck, relative_change
+from hexapod_pin.results.grid_columns import NOT_RUN, AccuracyCheck, relative_change
 from hexapod_pin.results.summary import Summary
-from hexapod_pin.results.torque_map import NOT_RUN
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.batch import iterate_batch
 from hexapod_pin.simulation.case import Case

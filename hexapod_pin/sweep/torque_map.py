@@ -17,12 +17,12 @@ from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.errors import GaitError, ParameterError, SweepInterrupted
-from hexapod_pin.results.grid_columns import GridRecord, empty_grid
+from hexapod_pin.results.grid_columns import GridRecord
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.phase_torque import PHASES, scheduled_phase_torque
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_budget import torque_budget
-from hexapod_pin.results.torque_map import GRID, LAYOUT, TorqueMap
+from hexapod_pin.results.torque_map import GRID, TorqueMap
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
@@ -222,7 +222,7 @@ def _map(
         "stroke": len(axes[0]), "cycle_time": len(axes[1]), "joint": len(joints),
         "foot": len(feet), "phase": len(PHASES),
     }  # fmt: skip
-    filled = runs.arrays(empty_grid(LAYOUT, sizes), [sizes[name] for name in GRID])
+    filled = runs.arrays(TorqueMap.empty(sizes), [sizes[name] for name in GRID])
     return TorqueMap(
         stroke=axes[0], cycle_time=axes[1], joint_names=joints, foot_names=feet,
         joint_kinds=joint_kinds(joints, len(scene.robot.feet), told_kinds(scene.robot)),

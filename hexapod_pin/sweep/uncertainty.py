@@ -11,7 +11,8 @@ import numpy as np
 from hexapod_pin.arguments import checked, explain_methods
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.summary_layout import LAYOUT
+from hexapod_pin.results.schema import schema
+from hexapod_pin.results.summary import Summary
 from hexapod_pin.sweep.study.sweep_study import SweepStudy
 
 # Sobol indices from evaluations at Saltelli's points, with bootstrap intervals.
@@ -376,9 +377,8 @@ def _values(study: SweepStudy, values: Mapping[str, Any], quantity: str) -> tupl
             f"one number per case, of shape ({len(study)},)",
             "Take one number of a quantity per joint or foot, such as the largest of its sizes.",
         )  # fmt: skip
-    unit = getattr(found, "attrs", {}).get("units") or (
-        LAYOUT[quantity][1] if quantity in LAYOUT else ""
-    )
+    declared = schema(Summary).get(quantity)
+    unit = getattr(found, "attrs", {}).get("units") or (declared.unit if declared else "")
     return array, str(unit)
 
 

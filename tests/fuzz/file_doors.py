@@ -12,6 +12,7 @@ import hexapod_pin as hp
 from fuzz import material
 from fuzz.shown import require_finite
 from fuzz.values import odd_data, odd_text
+from hexapod_pin.results import RunRecord
 
 
 def urdf(rng: random.Random) -> None:
@@ -110,7 +111,7 @@ def forged_trace(rng: random.Random) -> None:
 def _forged(trace: hp.Trace, rng: random.Random) -> hp.Trace:
     """Return a trace with other numbers or texts."""
     if rng.random() < 0.5:
-        run = hp.results.RunRecord.from_dict(odd_data(trace.run.to_dict(), rng))
+        run = RunRecord.from_dict(odd_data(trace.run.to_dict(), rng))
         return replace(trace, run=run)
     name = rng.choice(("time", "q", "v", "torque", "foot_force", "foot_gap", "com"))
     array = getattr(trace, name).copy()

@@ -13,8 +13,8 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.results.joint_budget import joint_kinds
+from hexapod_pin.results.schema import pack, schema
 from hexapod_pin.results.summary import Summary
-from hexapod_pin.results.summary_layout import LAYOUT
 from hexapod_pin.results.torque_budget import energy_per_way
 from hexapod_pin.results.walk_verdict import SummaryVerdict, summary_verdict
 from hexapod_pin.simulation.case import Case
@@ -134,7 +134,11 @@ FOUND: Mapping[str, Quantity] = {
 
 def quantities() -> dict[str, Quantity]:
     """Return all quantities but the way, in the order of the stored doubles."""
-    own = {name: Quantity(*entry) for name, entry in LAYOUT.items() if name != PATH}
+    own = {
+        name: Quantity(one.axes, one.unit, one.meaning)
+        for name, one in schema(Summary).items()
+        if name != PATH
+    }
     return {**FOUND, **own}
 
 
@@ -159,10 +163,7 @@ def case_numbers(summary: Summary, verdict: SummaryVerdict) -> Array:
     found = {**_found(summary), "speed_share": verdict.speed_share,
              "turn_share": verdict.turn_share, "walks": _number(verdict.walks)}  # fmt: skip
     parts = [np.ravel(np.asarray(found[name], dtype=float)) for name in FOUND]
-    parts += [
-        np.ravel(np.asarray(getattr(summary, name), float)) for name in LAYOUT if name != PATH
-    ]
-    return np.concatenate([*parts, summary.path.ravel()])
+    return np.concatenate([*parts, pack(summary)])
 
 
 def _found(summary: Summary) -> dict[str, Any]:
