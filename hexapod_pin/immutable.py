@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from hexapod_pin.arguments import explain_methods
+from hexapod_pin.arguments import check_made, check_members
 
 Record = TypeVar("Record", bound="Immutable")
 
@@ -27,9 +27,11 @@ class Immutable:
     __slots__ = ()
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Let public methods name an argument of a wrong kind when they fail."""
+        """Check the arguments of the constructor and of public methods."""
         super().__init_subclass__(**options)
-        explain_methods(cls)
+        check_members(cls)
+        if "__init__" not in vars(cls):
+            check_made(cls)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return the fields, and the names of those that nothing can write to."""

@@ -129,9 +129,9 @@ def test_every_key_with_a_value_of_every_type(name: str) -> None:
     ("path", "value", "name"),
     [
         (("gravity",), 3, "scene.gravity"),
-        (("gravity",), [0.0, "x", 0.0], "scene.gravity.1"),
+        (("gravity",), [0.0, "x", 0.0], "scene.gravity[1]"),
         (("robot",), "kharagpur", "scene.robot"),
-        (("robot", "feet"), [[1.0]], "robot.feet.0"),
+        (("robot", "feet"), [[1.0]], "robot.feet[0]"),
         (("robot", "options"), {"mend": datetime.date(2020, 1, 1)}, "LoadOptions.mend"),
         (("terrain",), [], "scene.terrain"),
         (("terrain", "kind"), [], "terrain.kind"),

@@ -200,7 +200,7 @@ def _checked(joint: Any, given: Any) -> Any:
     try:
         return _FUNCTION.validate_python(given)
     except ValidationError as error:
-        raise parameter_error(f"JointMotion.motion[{joint}]", error) from error
+        raise parameter_error(f"JointMotion.motion[{joint}]", error, given) from error
 
 
 # Whether a quintic joint trajectory keeps the joints' ranges and velocity limits.

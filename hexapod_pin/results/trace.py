@@ -6,7 +6,7 @@ A `Trace` knows neither the simulator that made it nor the viewers that show it.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -106,6 +106,7 @@ class Trace(Immutable):
     gathered: Summary | None = None
 
     __hash__: ClassVar[None]  # type: ignore[assignment]  # equal by content, and contents are large
+    _may_be_none: ClassVar[Collection[str]] = GROUP_OF  # what was not recorded
 
     def __post_init__(self) -> None:
         """Check shapes, copy, and make read-only."""

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hexapod_pin.arguments import explain_methods
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.summary import Summary, path_error
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
 
@@ -50,9 +50,8 @@ METRICS: dict[str, Metric] = {
 """Name: unit and meaning of every number, in the order of tables."""
 
 
-@explain_methods
 @dataclass(frozen=True)
-class WalkMetrics:
+class WalkMetrics(Immutable):
     """One walk in the numbers by which controllers are compared; units and meanings: `METRICS`.
 
     Over the whole cycles of the summary's window. None stands for what a run does not have: way

@@ -261,6 +261,7 @@ def _robot_text(robot: Robot) -> str:
     return canonical_text(data)
 
 
+@checked
 def loaded_model(scene: Scene) -> pin.Model:
     """Return the robot's model with the masses of the scene: payloads on, factors, masses removed.
 

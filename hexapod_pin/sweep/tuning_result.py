@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.summary import Summary
 
 
@@ -67,9 +68,8 @@ class Scores:
         }  # fmt: skip
 
 
-@explain_methods
 @dataclass(frozen=True)
-class TuningResult:
+class TuningResult(Immutable):
     """Parameters that were tuned, with what they are worth.
 
     Attributes:

@@ -9,15 +9,12 @@ from fuzz.public_names import CONSTRUCTOR, PublicCall, public_calls
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.spec import Spec
 
-CORE = "stands between this package and its compiled core: only the package calls it"
-
 RUN = "called by a run with what the run made itself"
 
 LEFT_OUT: Mapping[str, str] = {
     "view.view": "opens a browser, and stays until Ctrl-C",
     "view.live_viewer": "starts a server that a browser connects to",
     "FeedbackController()": "a protocol: nothing is made of it",
-    "Checkpoint.from_native": CORE,
     "TorqueMap.from_group": "takes what a file was read into: the files have doors of their own",
     "GaitEnergy.from_group": "takes what a file was read into: the files have doors of their own",
     "Summary.from_data": "takes what a run or a file was read into",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hexapod_pin.arguments import checked
+from hexapod_pin.arguments import checked, every_step
 from hexapod_pin.arrays import digest
 from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.control.foot_control.law import law_settings, native_law
@@ -285,6 +285,7 @@ class FootControl(Immutable):
                 self._ready.popitem(last=False)
         return {"scene": key, "memory": self._ready[key].first_memory(batch)}
 
+    @every_step
     def update(
         self, time: float, measurement: Measurement, state: dict[str, Any]
     ) -> tuple[Command, dict[str, Any]]:
