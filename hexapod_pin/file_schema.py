@@ -16,9 +16,10 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo
 
-from hexapod_pin.arguments import FACTS, check_fields, check_members
+from hexapod_pin.arguments import check_fields, check_members
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import parameter_error, plain_errors
+from hexapod_pin.type_checks import FACTS
 
 LARGEST = 1e150
 """Largest size of a number in a file: its square is still a number."""

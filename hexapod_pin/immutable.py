@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import MISSING, fields
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -25,6 +26,8 @@ class Immutable:
     """
 
     __slots__ = ()
+    _may_be_none: ClassVar[Collection[str]] = ()
+    """Fields that may be None whatever their annotations say."""
 
     def __init_subclass__(cls, **options: Any) -> None:
         """Check the arguments of the constructor and of public methods."""

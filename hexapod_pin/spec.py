@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from hexapod_pin.arguments import PARAMETERS, check_fields, check_members
+from hexapod_pin.arguments import check_fields, check_members
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.type_checks import PARAMETERS
 
 if TYPE_CHECKING:
     from typing import Self

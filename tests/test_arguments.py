@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.arguments import checked
+from hexapod_pin.arguments import checked, every_step
 from hexapod_pin.errors import ParameterError
 
 SCENE = hp.Scene(hp.load_robot("kharagpur"))
