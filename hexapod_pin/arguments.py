@@ -18,7 +18,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar, overload
 
 from hexapod_pin.errors import HexapodError, ParameterError
@@ -60,7 +60,7 @@ def checked(public: Public | None = None, *, but: str = "") -> Any:
     if public is None:
         return functools.partial(checked, but=but)
     if not inspect.isclass(public):
-        return _checked(public, public.__name__, None, but)
+        return _checked(public, public.__qualname__.rpartition("<locals>.")[2], None, but)
     if "__init__" in vars(public):  # that of a dataclass is made from its fields
         constructor = _checked(vars(public)["__init__"], public.__name__, public, but)
         public.__init__ = constructor  # type: ignore[method-assign]
@@ -246,13 +246,19 @@ class _Arguments:
 def _explain(
     path: str, given: Mapping[str, Any], hints: Mapping[str, Any], failure: Exception
 ) -> None:
-    """Refuse arguments of the right type that a call has failed on: arrays, or by arithmetic.
+    """Refuse arguments of the right type that a call has failed on: texts, arrays, by arithmetic.
 
     Raises:
         ParameterError: there are such; its cause is the failure.
     """
     import numpy as np
 
+    if isinstance(failure, TypeError | UnicodeEncodeError):  # matplotlib's is a TypeError
+        for name, value in given.items():
+            for text in _texts(value, DEEPEST_TEXT):
+                if not _is_unicode(text) and "Path" not in str(hints.get(name)):
+                    allowed = "text without unpaired surrogates"
+                    raise ParameterError(f"{path}.{name}", text, allowed) from failure
     shapes = {}
     for name, value in given.items():
         hint = hints.get(name, Any)
@@ -273,3 +279,33 @@ def _explain(
         where = ".".join(filter(None, (path, ", ".join(named))))
         reason = f"{type(failure).__name__}: {failure}"
         raise ParameterError(where, shown, "such that it can be computed", reason) from failure
+
+
+DEEPEST_TEXT = 6
+"""Levels of records and lists in which a text is looked for."""
+
+
+def _texts(value: Any, depth: int) -> Iterator[str]:
+    """Yield the texts in a value: in lists, mappings, arrays and the package's own records."""
+    import numpy as np
+
+    if isinstance(value, str):
+        yield value
+        return
+    if isinstance(value, np.ndarray):
+        value = value.ravel().tolist() if value.dtype.kind in "OU" else ()
+    elif type(value).__module__.startswith("hexapod_pin."):
+        value = getattr(value, "__dict__", {})
+    if isinstance(value, Mapping):
+        value = [*value, *value.values()]
+    if depth and isinstance(value, list | tuple | set | frozenset):
+        for one in value:
+            yield from _texts(one, depth - 1)
+
+
+def _is_unicode(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True

@@ -159,15 +159,6 @@ def _is_int(value: Any) -> bool:
     return isinstance(value, numbers.Integral) and not isinstance(value, bool)
 
 
-def _text(value: Any) -> None:
-    if not isinstance(value, str):
-        raise WrongTypeError(value, "a str")
-    try:
-        value.isascii() or value.encode()
-    except UnicodeEncodeError:
-        raise WrongTypeError(value, "a str without unpaired surrogates") from None
-
-
 def _is_path(value: Any) -> bool:
     if not isinstance(value, str | os.PathLike):
         return False
@@ -196,7 +187,7 @@ _PLAIN: Mapping[Any, Check] = {
     type(None): _plain("None", lambda x: x is None),
     int: _plain("an int", _is_int),
     bool: _plain("a bool", lambda x: type(x) is bool or type(x).__name__ in ("bool", "bool_")),
-    str: _text,
+    str: _plain("a str", lambda x: isinstance(x, str)),
     Path: _plain("a path, without a null character", _is_path),
     os.PathLike: _plain("a path, without a null character", _is_path),
     "array": _plain("an array of numbers, all rows of one length", _is_array),

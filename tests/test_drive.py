@@ -144,10 +144,10 @@ def test_gains_by_kind_name_and_sequence(kharagpur: hp.Robot) -> None:
 @pytest.mark.parametrize(
     ("fields", "name", "value", "allowed"),
     [
-        ({"kp": {"coxa": 1.0, "femur": 2.0}}, "Servo.kp of joint lf_tibia_joint", None, ()),
-        ({"kp": {"hip": 1.0}}, "key of Servo.kp", "hip", ()),
+        ({"kp": {"coxa": 1.0, "femur": 2.0}}, "Servo.kp[lf_tibia_joint]", None, ()),
+        ({"kp": {"hip": 1.0}}, "Servo.kp[hip]", "hip", ()),
         ({"kp": [1.0, 2.0]}, "Servo.kp", (1.0, 2.0), (18,)),
-        ({"kp": 1.0, "motor": {"elbow": MOTOR}}, "key of Servo.motor", "elbow", ()),
+        ({"kp": 1.0, "motor": {"elbow": MOTOR}}, "Servo.motor[elbow]", "elbow", ()),
     ],
 )
 def test_errors_name_the_joint(

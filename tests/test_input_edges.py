@@ -271,9 +271,9 @@ def test_samples_before_a_time() -> None:
 
 @pytest.mark.parametrize(
     ("until", "name"),
-    [(1e17, "until"), (1e300, "until"), (-1.0, "until"), (math.nan, "advance.until"),
-     (math.inf, "advance.until"), ("1", "advance.until"), (None, "advance.until"),
-     (True, "advance.until")],
+    [(1e17, "until"), (1e300, "until"), (-1.0, "until"), (math.nan, "Session.advance.until"),
+     (math.inf, "Session.advance.until"), ("1", "Session.advance.until"),
+     (None, "Session.advance.until"), (True, "Session.advance.until")],
 )  # fmt: skip
 def test_a_session_does_not_advance_beyond_its_clock(until: Any, name: str) -> None:
     session = hp.Session(SCENE)

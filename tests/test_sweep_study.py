@@ -164,7 +164,7 @@ def test_a_supply_that_a_motor_is_not_made_for_is_refused() -> None:
     for index in (0, 2):
         with refused(
             hp.errors.ParameterError,
-            "voltage of AX-12A",
+            "voltage",
             allowed=(
                 9,
                 12,

@@ -72,7 +72,7 @@ def test_a_patch_must_have_an_area() -> None:
         ([[0.0, 0.0], [0.0, math.inf]], "HeightField.z[1, 1]", (FARTHEST_M,), ("inf",)),
         (
             [[0.0, 0.0, 0.2], [0.0, 0.0, 0.2]],
-            "slope of HeightField.z after [0, 1]",
+            "HeightField.z[0, 1]",
             (60,),
             ("63.4 deg",),
         ),

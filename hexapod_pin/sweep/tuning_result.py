@@ -229,5 +229,7 @@ class RelativeObjective:
     def _ratio(self, name: str, run: Summary, reference: Summary) -> float:
         over = self.value(name, reference)
         if not (math.isfinite(over) and over > 0.0):
-            raise ParameterError(f"{name} of the baseline", over, "positive and finite")
+            raise ParameterError(
+                f"RelativeObjective.{name}", over, "positive and finite for the baseline"
+            )
         return self.value(name, run) / over
