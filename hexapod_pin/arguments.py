@@ -21,6 +21,8 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar, overload
 
+import numpy as np
+
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.type_checks import (
     ANYTHING,
@@ -251,8 +253,6 @@ def _explain(
     Raises:
         ParameterError: there are such; its cause is the failure.
     """
-    import numpy as np
-
     if isinstance(failure, TypeError | UnicodeEncodeError):  # matplotlib's is a TypeError
         for name, value in given.items():
             for text in _texts(value, DEEPEST_TEXT):
@@ -287,8 +287,6 @@ DEEPEST_TEXT = 6
 
 def _texts(value: Any, depth: int) -> Iterator[str]:
     """Yield the texts in a value: in lists, mappings, arrays and the package's own records."""
-    import numpy as np
-
     if isinstance(value, str):
         yield value
         return

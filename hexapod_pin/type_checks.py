@@ -18,6 +18,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+import numpy.typing
+
 LARGEST_INT = 2**63
 """No larger int is a number of the machine."""
 
@@ -81,7 +84,7 @@ def check_of(kind: Any, rule: Rule) -> Check:
     if origin is tuple and parts[1:] != (...,):
         return _row([check_of(part, rule) for part in parts])
     if origin in (tuple, list, set, frozenset, abc.Sequence, abc.Collection, abc.Set):
-        return _each(check_of(parts[0], rule))
+        return _each(check_of(parts[0], rule), _exact(parts[0], rule))
     if origin in (abc.Iterable, abc.Iterator):
         return _each(check_of(parts[0], rule), stored=False)
     if origin in (dict, abc.Mapping):
@@ -103,9 +106,7 @@ def _of_numbers(parts: tuple[Any, ...]) -> bool:
 @functools.cache
 def _array_like_parts() -> set[Any]:
     """Return the types that NumPy's ArrayLike is a union of."""
-    from numpy.typing import ArrayLike
-
-    return set(typing.get_args(ArrayLike))
+    return set(typing.get_args(numpy.typing.ArrayLike))
 
 
 def takes_arrays(kind: Any) -> tuple[bool, bool]:
@@ -130,14 +131,23 @@ def _instance(kind: Any, rule: Rule) -> Check:
     if not isinstance(kind, type) or getattr(kind, "_is_protocol", False) or kind is _Unknown:
         return _PLAIN[Any]
     allowed = f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
-    if not (rule.tables and hasattr(kind, "model_fields")):
-        return _plain(allowed, lambda x: isinstance(x, kind))
-    return _plain(
-        allowed,
-        lambda x: (
-            isinstance(x, kind) or (isinstance(x, Mapping) and all(isinstance(k, str) for k in x))
-        ),
+    table = rule.tables and hasattr(kind, "model_fields")
+
+    def check(value: Any) -> None:
+        if isinstance(value, kind):
+            return
+        if not (table and isinstance(value, Mapping) and all(isinstance(k, str) for k in value)):
+            raise WrongTypeError(value, allowed)
+
+    return check
+
+
+def _exact(kind: Any, rule: Rule) -> type | None:
+    """Return the type all of whose own instances pass the check of a type; None where none does."""
+    passes = kind in (str, int, bool) or (
+        kind is float and not rule.finite and rule.largest == math.inf
     )
+    return kind if passes else None
 
 
 def _float(rule: Rule, value: Any) -> None:
@@ -168,8 +178,6 @@ def _is_path(value: Any) -> bool:
 
 def _is_array(value: Any) -> bool:
     """Tell whether something is an array of numbers, or makes one."""
-    import numpy as np
-
     try:
         return np.asarray(value).dtype.kind in "biuf"
     except (TypeError, ValueError, OverflowError):
@@ -217,10 +225,18 @@ def any_of(checks: list[Check]) -> Check:
     return check
 
 
-def _each(check: Check, *, stored: bool = True) -> Check:
-    """Return the check of a sequence; where it need not be stored, of what can be iterated."""
+def _each(check: Check, exact: type | None = None, *, stored: bool = True) -> Check:
+    """Return the check of a sequence; where it need not be stored, of what can be iterated.
+
+    Args:
+        check: of an item.
+        exact: type whose own instances pass, which are looked at together, for speed.
+        stored: whether it must be stored.
+    """
 
     def check_all(value: Any) -> None:
+        if type(value) in (tuple, list) and exact and set(map(type, value)) <= {exact}:
+            return
         items = _is_collection(value) and not isinstance(value, str | bytes | bytearray)
         if isinstance(value, Mapping) and not stored:
             value = list(value)
@@ -229,7 +245,7 @@ def _each(check: Check, *, stored: bool = True) -> Check:
         if not items or isinstance(value, Mapping):
             raise WrongTypeError(value, "a sequence")
         for index, one in enumerate(value):
-            _inside(check, one, f"[{index}]")
+            _inside(check, one, index)
 
     return check_all
 
@@ -242,7 +258,7 @@ def _row(checks: list[Check]) -> Check:
         if len(value) != len(checks):
             raise WrongTypeError(value, f"{len(checks)} values")
         for index, (check, one) in enumerate(zip(checks, value, strict=True)):
-            _inside(check, one, f"[{index}]")
+            _inside(check, one, index)
 
     return check_all
 
@@ -252,18 +268,18 @@ def _values(key_check: Check, check: Check) -> Check:
         if not isinstance(value, Mapping):
             raise WrongTypeError(value, "a mapping")
         for key, one in value.items():
-            _inside(key_check, key, f"[{key}]")
-            _inside(check, one, f"[{key}]")
+            _inside(key_check, key, key)
+            _inside(check, one, key)
 
     return check_all
 
 
-def _inside(check: Check, value: Any, where: str) -> None:
+def _inside(check: Check, value: Any, place: Any) -> None:
     """Check a part of an argument."""
     try:
         check(value)
     except WrongTypeError as error:
-        raise WrongTypeError(error.value, error.allowed, where + error.where) from None
+        raise WrongTypeError(error.value, error.allowed, f"[{place}]{error.where}") from None
 
 
 # What the names in annotations stand for, those imported for type checkers alone included.
@@ -305,8 +321,6 @@ class _Names(dict[str, Any]):
         self._modules = [sys.modules[name] for name in modules if name in sys.modules]
 
     def __missing__(self, name: str) -> Any:
-        import numpy.typing
-
         import hexapod_pin
         from hexapod_pin import arrays
 
