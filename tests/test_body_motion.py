@@ -58,7 +58,7 @@ def test_two_waypoints_are_joined_by_the_curve_of_least_jerk() -> None:
         (lambda: hp.Sine(amplitude=1.0, period=0.0), "Sine.period", 0.0, (0.0,)),
         (
             lambda: hp.Waypoints(time=(0.0,), value=(1.0,)),
-            "Waypoints lengths of time and value", (1, 1), (2.0,),
+            "Waypoints.time, value", (1, 1), (2.0,),
         ),
         (
             lambda: hp.Waypoints(time=(0.0, 0.0), value=(1.0, 2.0)),

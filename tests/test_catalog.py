@@ -118,7 +118,7 @@ def test_names_and_voltages() -> None:
     assert CATALOG.get("xm430-w350 at 11.1 v").stall_torque == 3.8
     for voltage in (None, 13.0):
         with refused(
-            ParameterError, "voltage of XM430-W350", voltage,
+            ParameterError, "voltage", voltage,
             allowed=(11.1, 12.0, 14.8), about=("'XM430-W350 at 11.1 V'",),
         ):  # fmt: skip
             CATALOG.get("XM430-W350", voltage)
@@ -131,7 +131,7 @@ def test_supply_between_the_rows() -> None:
     record, ratio = CATALOG.supplied("XM430-W350", 13.0)
     assert (record.voltage, ratio) == (12.0, pytest.approx(13 / 12, rel=1e-15))
     assert CATALOG.supplied("AX-12A", 12.0)[1] == 1.0
-    with refused(ParameterError, "voltage of XM430-W350", 7.4, allowed=(10.0, 14.8)):
+    with refused(ParameterError, "voltage", 7.4, allowed=(10.0, 14.8)):
         CATALOG.supplied("XM430-W350", 7.4)
 
 

@@ -338,9 +338,9 @@ def plan_fields(**changes: Any) -> dict[str, Any]:
     [
         ({"time": [0.0, 1.0, 1.0]}, "JointTrajectory.time", ANY),
         ({"time": [0.1, 1.0, 2.0]}, "JointTrajectory.time", ANY),
-        ({"time": [0.0, 1.0]}, "JointTrajectory shapes", ((2,), (3, 2), (3, 2))),
+        ({"time": [0.0, 1.0]}, "JointTrajectory.time, q, v", ((2,), (3, 2), (3, 2))),
         ({"q": np.full((3, 2), np.nan)}, "JointTrajectory.q[0, 0]", np.nan),
-        ({"v": np.zeros((3, 1))}, "JointTrajectory shapes", ((3,), (3, 2), (3, 1))),
+        ({"v": np.zeros((3, 1))}, "JointTrajectory.time, q, v", ((3,), (3, 2), (3, 1))),
     ],
 )
 def test_malformed_plan_is_refused(changes: dict[str, Any], name: str, value: Any) -> None:

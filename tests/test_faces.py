@@ -146,5 +146,5 @@ def test_a_checkpoint_without_faces_is_taken() -> None:
     with refused(hp.errors.StateError, about=("checkpoint.contacts",)):
         hp.Checkpoint.from_dict(mixed)
     short = {**kept, "contacts": [row[:5] for row in kept["contacts"]]}
-    with refused(hp.errors.ParameterError, "checkpoint.contacts.0", allowed=(10,)):
+    with refused(hp.errors.ParameterError, "checkpoint.contacts[0]", allowed=(10,)):
         hp.Checkpoint.from_dict(short)

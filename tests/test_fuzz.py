@@ -66,12 +66,12 @@ def session() -> hp.Session:
 PAST: dict[str, tuple[Callable[[], Any], str, Any]] = {
     "spacing of bytes": (
         lambda: hp.HeightField.from_array([[0.0, 0.0]] * 2, spacing=b"x"),
-        "from_array.spacing", b"x"),
-    "speeds by name": (lambda: session().command(v={"a": 1}), "command.v", {"a": 1}),
-    "a list for a time": (lambda: session().command(ramp=[1]), "command.ramp", [1]),
-    "a text for angles": (lambda: session().command(q=""), "command.q", ""),
-    "true for a time": (lambda: session().command(ramp=True), "command.ramp", True),
-    "beyond 64 bits": (lambda: session().command(ramp=2**70), "command.ramp", 2**70),
+        "HeightField.from_array.spacing", b"x"),
+    "speeds by name": (lambda: session().command(v={"a": 1}), "Session.command.v", {"a": 1}),
+    "a list for a time": (lambda: session().command(ramp=[1]), "Session.command.ramp", [1]),
+    "a text for angles": (lambda: session().command(q=""), "Session.command.q", ""),
+    "true for a time": (lambda: session().command(ramp=True), "Session.command.ramp", True),
+    "beyond 64 bits": (lambda: session().command(ramp=2**70), "Session.command.ramp", 2**70),
     "a scene without a robot's source": (
         lambda: hp.Scene.from_toml(re.sub(r'source = .*', "", material.scene().to_toml())),
         "robot.source", "None"),

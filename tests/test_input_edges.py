@@ -131,9 +131,9 @@ def test_every_key_with_a_value_of_every_type(name: str) -> None:
     ("path", "value", "name"),
     [
         (("gravity",), 3, "scene.gravity"),
-        (("gravity",), [0.0, "x", 0.0], "scene.gravity.1"),
+        (("gravity",), [0.0, "x", 0.0], "scene.gravity[1]"),
         (("robot",), "kharagpur", "scene.robot"),
-        (("robot", "feet"), [[1.0]], "robot.feet.0"),
+        (("robot", "feet"), [[1.0]], "robot.feet[0]"),
         (("robot", "options"), {"mend": datetime.date(2020, 1, 1)}, "LoadOptions.mend"),
         (("terrain",), [], "scene.terrain"),
         (("terrain", "kind"), [], "terrain.kind"),
@@ -273,9 +273,9 @@ def test_samples_before_a_time() -> None:
 
 @pytest.mark.parametrize(
     ("until", "name"),
-    [(1e17, "until"), (1e300, "until"), (-1.0, "until"), (math.nan, "advance.until"),
-     (math.inf, "advance.until"), ("1", "advance.until"), (None, "advance.until"),
-     (True, "advance.until")],
+    [(1e17, "until"), (1e300, "until"), (-1.0, "until"), (math.nan, "Session.advance.until"),
+     (math.inf, "Session.advance.until"), ("1", "Session.advance.until"),
+     (None, "Session.advance.until"), (True, "Session.advance.until")],
 )  # fmt: skip
 def test_a_session_does_not_advance_beyond_its_clock(until: Any, name: str) -> None:
     session = hp.Session(SCENE)

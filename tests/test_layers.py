@@ -17,8 +17,6 @@ else:
 ROOT = Path(__file__).parents[1]
 
 IMPORTED_BY_NAME = {
-    "hexapod_pin": "public names are imported on first use",
-    "hexapod_pin.value_kinds": "names of annotations are those of the module's own imports",
     "hexapod_pin.benchmark.engines.engine": "engines that need a package of their own",
     "hexapod_pin.validation.checks.registry": "the checks of `verify` are those of its folder",
 }

@@ -106,12 +106,12 @@ def test_stroke_sets_the_amplitude(robot: hp.Robot) -> None:
 
 
 def test_refusals(robot: hp.Robot) -> None:
-    with refused(ParameterError, "paper_motion amplitude", 0.3):
+    with refused(ParameterError, "paper_motion.amplitude", 0.3):
         hp.paper_motion(robot, stroke=0.1, amplitude=0.3)
     with refused(ParameterError, "paper_motion.stroke", float("nan")):
         hp.paper_motion(robot, stroke=float("nan"))
     for stroke in (0.0, 0.41):
-        with refused(ParameterError, "paper_motion stroke", stroke, allowed=(0, 0.4057)):
+        with refused(ParameterError, "paper_motion.stroke", stroke, allowed=(0, 0.4057)):
             hp.paper_motion(robot, stroke=stroke)
     with refused(ParameterError, "paper_motion.profile", "smooth"):
         hp.paper_motion(robot, profile="smooth")  # type: ignore[arg-type]

@@ -76,7 +76,7 @@ def test_infinite_limits_jump_and_zero_limits_refuse_to_move(robot: hp.Robot) ->
     velocity = robot.velocity_limit.copy()
     velocity[robot.joint_index("lf_coxa_joint")] = 0.0
     stuck = dataclasses.replace(robot, velocity_limit=velocity)
-    name = "SampledTrajectory.q of lf_coxa_joint at t = 1 s"
+    name = "SampledTrajectory.q[lf_coxa_joint]"
     with refused(ParameterError, name, 0.3, allowed=(0.0,), about=("0 rad/s",)):
         hp.SampledTrajectory([0.0, 1.0], q).plan(stuck, 2.0)
     still = hp.SampledTrajectory([0.0, 1.0], q[[0, 0]]).plan(stuck, 2.0)
@@ -86,7 +86,7 @@ def test_infinite_limits_jump_and_zero_limits_refuse_to_move(robot: hp.Robot) ->
 def test_a_set_point_outside_its_range_is_refused(robot: hp.Robot) -> None:
     q = stepped(robot, {"rr_tibia_joint": 9.0})
     row = robot.joint_index("rr_tibia_joint")
-    name = "SampledTrajectory.q of rr_tibia_joint at t = 0.5 s"
+    name = "SampledTrajectory.q[rr_tibia_joint]"
     limits = tuple(float(f"{limit[row]:.4f}") for limit in (robot.lower, robot.upper))
     with refused(ParameterError, name, q[1, row], allowed=limits):
         hp.SampledTrajectory([0.0, 0.5], q).plan(robot, 1.0)

@@ -199,7 +199,7 @@ RISE = hp.Step(start=0.0, end=0.5, initial=0.0, final=0.1)
         (lambda: hp.Periodic(function=0.3, period=1.0), "Periodic.function", 0.3, ()),
         (
             lambda: hp.Hermite(time=(0, 1), value=(0, 1), rate=(0,)),
-            "Hermite lengths of time, value and rate", (2, 2, 1), (2,),
+            "Hermite.time, value, rate", (2, 2, 1), (2,),
         ),
         (lambda: hp.Hermite(time=(1, 1), value=(0, 1), rate=(0, 0)), "Hermite.time", (1, 1), ()),
         (

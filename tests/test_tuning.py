@@ -216,7 +216,7 @@ def test_relative_objective_by_hand() -> None:
     ) / 4.5
     assert objective([other], [base]) == pytest.approx(expected, rel=1e-12)
     assert objective([base, other], [base, base]) == pytest.approx(0.5 + 0.5 * expected, rel=1e-12)
-    with refused(ParameterError, "none of the baseline", 0.0):
+    with refused(ParameterError, "RelativeObjective.none", 0.0):
         hp.RelativeObjective({"none": 1.0}, {"none": lambda run: 0.0})([other], [base])
     for weights in ({}, {"pitch_rms": -1.0}, {"pitch_rms": 0.0}):
         with refused(ParameterError, "RelativeObjective.weights", weights):
@@ -240,7 +240,7 @@ def test_relative_objective_by_hand() -> None:
         ({"penalty": math.inf}, "tune.penalty", math.inf),
         (
             {"objective": lambda found, baseline: math.nan},
-            "objective of the baseline",
+            "objective",
             math.nan,
         ),
         ({"duration": -1.0}, "duration", -1.0),

@@ -87,20 +87,6 @@ class Checkpoint(Immutable):
                 )
             object.__setattr__(self, name, array)
 
-    @classmethod
-    def from_native(cls, native: Any, loop: Any = None) -> Checkpoint:
-        """Return the checkpoint of a native run."""
-        return cls(
-            native.time,
-            native.q,
-            native.v,
-            native.contacts,
-            tuple(native.controller),
-            native.command,
-            native.impulse,
-            loop,
-        )
-
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON-able form; every digit is kept."""
         plain: dict[str, Any] = {"time": self.time, "controller": list(self.controller)}

@@ -10,10 +10,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hexapod_pin.arguments import explain_methods
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.foreign_text import csv_cell, encoded
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import check_ending, without_non_finite
 
 if TYPE_CHECKING:
@@ -174,9 +174,8 @@ class Confidence:
     values: tuple[float, ...] = ()
 
 
-@explain_methods
 @dataclass(frozen=True)
-class MotorSelection:
+class MotorSelection(Immutable):
     """Motors ranked for a robot.
 
     Attributes:

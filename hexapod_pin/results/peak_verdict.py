@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass
 from types import MappingProxyType
 from typing import Any, Protocol, TypeVar
 
-from hexapod_pin.arguments import explain_methods
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.joint_budget import aligned
@@ -147,9 +146,8 @@ class FootImpulse:
     impulse: Spread
 
 
-@explain_methods
 @dataclass(frozen=True)
-class PeakVerdicts:
+class PeakVerdicts(Immutable):
     """The peaks of a whole robot with their verdicts; `table()` prints them.
 
     Attributes:

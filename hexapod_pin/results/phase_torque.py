@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.joint_budget import aligned, joint_kinds
 from hexapod_pin.results.joint_moments import JointMoments, joint_moments
 from hexapod_pin.results.recorded_robot import RecordedRobot
@@ -98,9 +99,8 @@ class PhaseTorque:
     moment_rms: float | None  # [N m]
 
 
-@explain_methods
 @dataclass(frozen=True)
-class PhaseTorques:
+class PhaseTorques(Immutable):
     """All joints in both phases.
 
     Attributes:

@@ -297,7 +297,7 @@ def _require_numbers(
         raise ParameterError(where, value, f"{'' if size is None else f'{size} '}values in a list, "
                              f"one per {axes[0]}")  # fmt: skip
     for k, one in enumerate(value):
-        _require_numbers(f"{where}.{k}", one, axes[1:], rule, sizes)
+        _require_numbers(f"{where}[{k}]", one, axes[1:], rule, sizes)
     return (len(value), *(sizes[axis] for axis in axes[1:]))
 
 

@@ -14,8 +14,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.joint_budget import (
     JointBudget,
     KindBudget,
@@ -196,9 +197,8 @@ PEAK_CAVEAT = {
 }
 
 
-@explain_methods
 @dataclass(frozen=True)
-class TorqueBudget:
+class TorqueBudget(Immutable):
     """The budget of a whole robot; `table()` prints it.
 
     Attributes:

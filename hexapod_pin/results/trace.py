@@ -6,7 +6,7 @@ A `Trace` knows neither the simulator that made it nor the viewers that show it.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -113,6 +113,8 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
     error: ErrorEstimate | None = None
     gathered: Summary | None = None
     # fmt: on
+
+    _may_be_none: ClassVar[Collection[str]] = GROUP_OF  # what was not recorded
 
     def __post_init__(self) -> None:
         """Check shapes, copy, and make read-only."""

@@ -170,6 +170,7 @@ def _settings(planned: Sequence[PlannedRun]) -> tuple[str, ...]:
 # Scenes on random bumps, one per seed.
 
 
+@checked
 def random_bumps(
     scene: Scene,
     seeds: Iterable[int],

@@ -49,6 +49,7 @@ SPEEDS = tuple(0.03 * k for k in range(1, 11))
 """Speeds up to 0.3 m/s [m/s], *assumed*: kharagpur's wave 5/6 ends below 0.12."""
 
 
+@checked
 def study_gaits(legs: int = 6) -> dict[str, Gait]:
     """Return the gaits that are compared where none are given, by name, for a number of legs."""
     if legs != 6:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import DivergenceError, HexapodError, ParameterError, SimulationInterrupted
 from hexapod_pin.results.peak_judgement import judge_summaries
@@ -35,6 +36,7 @@ GIVEN_START = (
 )
 
 
+@checked
 def judge_peaks(
     run: Case | Trace,
     *,

@@ -269,7 +269,7 @@ class CandidateRuns:
         self.baseline = [run for run in runs if isinstance(run, Summary)]
         score = self.objective(self.baseline, self.baseline)
         if not math.isfinite(score):
-            raise ParameterError("objective of the baseline", score, "finite")
+            raise ParameterError("objective", score, "finite for the baseline")
 
     def __call__(self, points: Array) -> Array:
         """Return the scores of points of the unit cube: (N, S) -> (S,)."""

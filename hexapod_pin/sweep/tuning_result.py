@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.summary import Summary
 
 
@@ -67,9 +68,8 @@ class Scores:
         }  # fmt: skip
 
 
-@explain_methods
 @dataclass(frozen=True)
-class TuningResult:
+class TuningResult(Immutable):
     """Parameters that were tuned, with what they are worth.
 
     Attributes:
@@ -229,5 +229,7 @@ class RelativeObjective:
     def _ratio(self, name: str, run: Summary, reference: Summary) -> float:
         over = self.value(name, reference)
         if not (math.isfinite(over) and over > 0.0):
-            raise ParameterError(f"{name} of the baseline", over, "positive and finite")
+            raise ParameterError(
+                f"RelativeObjective.{name}", over, "positive and finite for the baseline"
+            )
         return self.value(name, run) / over

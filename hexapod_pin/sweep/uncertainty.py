@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.schema import schema
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.sweep.study.sweep_study import SweepStudy
@@ -32,7 +33,7 @@ LEAST_ROWS = 2
 
 
 @dataclass(frozen=True, eq=False)
-class SobolIndices:
+class SobolIndices(Immutable):
     """Indices of d inputs, each with the ends of its 95 % interval.
 
     Attributes:
@@ -108,6 +109,7 @@ class SobolIndices:
         return "\n".join(rows)
 
 
+@checked
 def sobol_indices(
     values: Array, names: Sequence[str], of: str = "the result", resamples: int = RESAMPLES
 ) -> SobolIndices:
@@ -162,9 +164,8 @@ LEVEL = 0.95
 """Probability of the interval of a share."""
 
 
-@explain_methods
 @dataclass(frozen=True, eq=False)
-class Uncertainty:
+class Uncertainty(Immutable):
     """One quantity of the walks of a study, over its uncertain inputs.
 
     Attributes:

@@ -24,7 +24,7 @@ from fuzz import material
 from fuzz.public_names import CONSTRUCTOR, PublicCall, public_classes
 from hexapod_pin.results.sizing.motor_budget import motor_ranking
 from hexapod_pin.results.sizing.trace_demand import joint_demand
-from hexapod_pin.value_kinds import resolved
+from hexapod_pin.type_checks import type_hints
 
 QUICK: Mapping[str, Any] = {"accuracy": 1e-3, "threads": 1}
 """Of every call that runs something."""
@@ -235,10 +235,14 @@ def argument(call: PublicCall, parameter: inspect.Parameter, rng: random.Random)
     for key in (f"{call.name}.{parameter.name}", parameter.name):
         if key in BY_NAME:
             return _made(BY_NAME[key])
-    annotation = parameter.annotation
-    if isinstance(annotation, typing.ForwardRef):
-        annotation = annotation.__forward_arg__
-    return _of_kind(resolved(annotation, call.target), rng)
+    function, owner = call.target, call.owner
+    if parameter.name == "obj":  # of `model_validate`
+        return instances(owner)[0]
+    if isinstance(owner, type) and call.kind == CONSTRUCTOR:
+        function = vars(owner).get("__init__", owner.__new__)
+    known = inspect.isroutine(function) and getattr(function, "__module__", None)
+    hints = type_hints(function, owner if isinstance(owner, type) else None) if known else {}
+    return _of_kind(hints.get(parameter.name, parameter.annotation), rng)
 
 
 def _made(entry: Any) -> Any:

@@ -72,7 +72,7 @@ class Catalog:
         if len(fits) == 1:
             return fits[0]
         raise ParameterError(
-            f"voltage of {found[0].model}", voltage, f"one of {_voltages(found)} V",
+            "voltage", voltage, f"one of {_voltages(found)} V for {found[0].model}",
             f"Write {found[0].name!r}, or the like, for one of them.",
         )  # fmt: skip
 
@@ -105,8 +105,10 @@ class Catalog:
         low = min(r.voltage_min or r.voltage for r in found)
         high = max(r.voltage_max or r.voltage for r in found)
         if not low <= voltage <= high:
-            allowed = f"from {low:g} to {high:g} V (data at {_voltages(found)} V)"
-            raise ParameterError(f"voltage of {nearest.model}", voltage, allowed)
+            allowed = (
+                f"from {low:g} to {high:g} V for {nearest.model} (data at {_voltages(found)} V)"
+            )
+            raise ParameterError("voltage", voltage, allowed)
         return nearest, voltage / nearest.voltage
 
     def _of(self, model: str) -> list[MotorRecord]:

@@ -10,10 +10,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.arguments import checked
 from hexapod_pin.drive.catalog import MotorRecord
 from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.joint_budget import aligned
 from hexapod_pin.results.sizing.demand import JointDemand
 from hexapod_pin.results.sizing.motor_use import (
@@ -34,9 +35,8 @@ NO_MOTOR = ("slide",)
 """Kinds of joints that no motor of a catalogue drives: they need a force."""
 
 
-@explain_methods
 @dataclass(frozen=True)
-class MotorBudget:
+class MotorBudget(Immutable):
     """Whether a motor carries the joints, and at what load; `table()` prints it.
 
     Attributes:
@@ -322,9 +322,8 @@ SHOWN = 15
 """Motors of the text table that do not pass."""
 
 
-@explain_methods
 @dataclass(frozen=True)
-class MotorRanking:
+class MotorRanking(Immutable):
     """Motors in their order for one run.
 
     Attributes:

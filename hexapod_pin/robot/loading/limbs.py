@@ -43,7 +43,7 @@ Chain = tuple[str, str, str]
 
 
 @dataclass(frozen=True)
-class Leg:
+class Leg(Immutable):
     """One leg.
 
     Attributes:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import UnknownNameError
@@ -37,7 +37,7 @@ ENDINGS = (*NETCDF, *CSV)
 """Of a dataset's file."""
 
 
-@explain_methods
+@checked
 class SweepResult:
     """What a store held when it was opened; a sweep under way may be looked at.
 

@@ -76,7 +76,8 @@ def motor_loads(
     """
     for record in motors.values():
         if record.mass is None:
-            raise ParameterError(f"{record.name}: mass", None, "known [kg]", "Give it in the file.")
+            allowed = f"known of {record.name} [kg]"
+            raise ParameterError("MotorRecord.mass", None, allowed, "Give it in the file.")
     mass = {kind: float(record.mass or 0.0) for kind, record in motors.items()}
     return mass_loads(robot, mass, contained)
 

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import Spec
@@ -103,6 +104,7 @@ class Truncated(Distribution):
         return low, math.inf if self.high is None else self.high
 
     @abstractmethod
+    @checked(but="value")
     def z(self, value: float) -> float:
         """Return the normal variable of a value."""
 
@@ -139,6 +141,7 @@ class Normal(Truncated):
     mean: Number
     deviation: Positive
 
+    @checked(but="value")  # may be infinite
     def z(self, value: float) -> float:
         """Return (x - mean) / deviation."""
         return (value - self.mean) / self.deviation
@@ -170,6 +173,7 @@ class LogNormal(Truncated):
         low, high = super().support
         return max(low, 0.0), high
 
+    @checked(but="value")  # may be infinite
     def z(self, value: float) -> float:
         """Return ln(x / median) / ln(factor)."""
         if value <= 0.0:
