@@ -22,7 +22,8 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.robot.description.urdf_file import read_urdf
+from hexapod_pin.robot.loading.load_options import LoadOptions
+from hexapod_pin.robot.loading.load_urdf import loaded_text
 from hexapod_pin.robot.robot import robot_of
 
 ADAPTIVE = {"extrapolated-euler": 1e-4, "ndf": 1e-5, "dop853": 1e-5}  # method: accuracy [m, rad]
@@ -131,7 +132,8 @@ def two_joint_legs(folder: Path) -> hp.Robot:
     path = folder / "table.urdf"
     path.write_text("".join([*text, "</robot>"]))
     feet = [f"{leg}_foot" for leg in places]  # in this order: legs are not looked for
-    return robot_of(read_urdf(path), "table", feet=feet, foot_radius=0.01)
+    options = LoadOptions(feet=tuple(feet), foot_radius=0.01)
+    return robot_of(loaded_text(path.read_text(), str(path), options), "table")
 
 
 def drop_other(method: str, preset: str) -> object:

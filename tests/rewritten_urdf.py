@@ -11,8 +11,8 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.robot.description.solids import rotation
 from hexapod_pin.robot.description.urdf_file import UrdfFile, origin, parse_urdf
+from hexapod_pin.robot.rotations import rotation
 
 
 class Rewritten:

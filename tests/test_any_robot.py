@@ -13,6 +13,7 @@ import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.loading.load_options import LoadOptions
+from hexapod_pin.robot.loading.load_urdf import loaded_text
 from hexapod_pin.robot.robot import Robot, robot_of, urdf_path
 
 FOREIGN = ConventionSet(
@@ -53,7 +54,7 @@ def test_what_is_inferred_is_said_and_stated(robot: Robot) -> None:
     """The text of the robot says all: read again without hints it infers nothing new."""
     assert any("forward" in text for text in robot.inferred)
     assert any("feet" in text for text in robot.inferred)
-    again = robot_of(parse_urdf(robot.urdf.encode(), "text"), "text")
+    again = robot_of(loaded_text(robot.urdf, "text", LoadOptions()), "text")
     same(robot, again)
     assert again.inferred == robot.inferred and again.digest == robot.digest
 
@@ -124,6 +125,18 @@ def test_arguments_go_before_hints_and_inference(file: Path, robot: Robot) -> No
     posed = hp.load_robot(file, posture=angle)
     changed = np.flatnonzero(posed.posture != robot.posture)
     assert [robot.joint_names[k] for k in changed] == list(angle)
+
+
+def test_hints_on_a_file_that_says_all_are_obeyed_and_kept_in_the_text() -> None:
+    """Nothing is inferred of a packaged robot: another front and other names still count."""
+    own = hp.load_robot("kharagpur")
+    turned = hp.load_robot("kharagpur", forward="-x")
+    assert turned.leg("lf").joints == own.leg("rr").joints
+    named = hp.load_robot("kharagpur", legs={f"leg {leg.name}": leg.joints for leg in own.legs})
+    assert named.leg("leg lf").joints == own.leg("lf").joints
+    for robot in (turned, named):
+        assert robot.inferred == ()
+        same(robot, robot_of(loaded_text(robot.urdf, "text", LoadOptions()), "text"))
 
 
 def forward_of(robot: Robot) -> np.ndarray:

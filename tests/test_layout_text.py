@@ -7,15 +7,11 @@ import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
 
+from hexapod_pin.robot.description.urdf_annotation import read_provenance, stated_places
 from hexapod_pin.robot.description.urdf_file import UrdfFile, read_urdf
-from hexapod_pin.robot.recognition.layout import (
-    LegLayout,
-    RobotLayout,
-    read_provenance,
-    roll_pitch_yaw,
-    stated,
-)
+from hexapod_pin.robot.recognition.layout import LegLayout, RobotLayout, annotate_urdf
 from hexapod_pin.robot.robot import urdf_path
+from hexapod_pin.robot.rotations import roll_pitch_yaw
 
 TURN = Rotation.from_euler("z", 37.0, degrees=True).as_matrix()
 
@@ -37,15 +33,15 @@ def layout(turn: np.ndarray = TURN) -> RobotLayout:
 
 
 def test_a_layout_without_inference_leaves_the_file_alone(file: UrdfFile) -> None:
-    assert stated(file, RobotLayout(turn=np.eye(3), legs=())) is file
+    assert annotate_urdf(file, RobotLayout(turn=np.eye(3), legs=())) is file
 
 
 def test_the_trunk_is_turned_by_a_new_root(file: UrdfFile) -> None:
     """A point of the old root at `turn`'s first column lies on the new x axis."""
-    text = stated(file, layout()).text
+    text = annotate_urdf(file, layout()).text
     model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
     old = model.frames[model.getFrameId("base_link")]
-    assert stated(file, layout()).base == "trunk_axes"
+    assert annotate_urdf(file, layout()).base == "trunk_axes"
     np.testing.assert_allclose(old.placement.rotation @ TURN[:, 0], [1, 0, 0], atol=1e-15)
     np.testing.assert_allclose(old.placement.translation, 0.0, atol=0)
 
@@ -54,7 +50,7 @@ def test_nothing_physical_changes(file: UrdfFile) -> None:
     """Mass matrix of the joints as before; the trunk's own inertia turned with its axes."""
     before, after = (
         pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
-        for text in (file.text, stated(file, layout()).text)
+        for text in (file.text, annotate_urdf(file, layout()).text)
     )
     q = np.concatenate([[0, 0, 0, 0, 0, 0, 1], np.linspace(-0.5, 0.5, 18)])
     first, second = (pin.crba(m, m.createData(), q) for m in (before, after))
@@ -63,7 +59,7 @@ def test_nothing_physical_changes(file: UrdfFile) -> None:
 
 
 def test_a_foot_becomes_a_link_with_its_sphere(file: UrdfFile) -> None:
-    made = stated(file, layout())
+    made = annotate_urdf(file, layout())
     model = pin.buildModelFromXML(made.text, pin.JointModelFreeFlyer())
     frame = model.frames[model.getFrameId("lf_new_foot")]
     tibia = model.frames[model.getFrameId("lf_tibia")]
@@ -74,9 +70,9 @@ def test_a_foot_becomes_a_link_with_its_sphere(file: UrdfFile) -> None:
 
 
 def test_the_statement_replaces_what_the_file_said(file: UrdfFile) -> None:
-    made = stated(file, layout())
+    made = annotate_urdf(file, layout())
     said = read_provenance(made)
-    assert said.posture == {"lf_femur_joint": -0.5}
+    assert stated_places(made, "posture") == {"lf_femur_joint": -0.5}
     assert said.inferred == ("forward is 37 deg from x",)
     assert said.assumed == read_provenance(file).assumed
     assert said.line == read_provenance(file).line

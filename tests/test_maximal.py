@@ -14,7 +14,7 @@ import hexapod_pin as hp
 from hexapod_pin.formulations.maximal import initial_state
 from hexapod_pin.formulations.maximal import model as equations
 from hexapod_pin.formulations.maximal import model as kinematics
-from hexapod_pin.formulations.maximal.rotation import JOINT_POINT, BodyFixedVectors
+from hexapod_pin.formulations.maximal.model import JOINT_POINT, BodyFixedVectors
 from hexapod_pin.validation.checks.maximal_checks import (
     compare_accelerations,
     maximal_twin,

@@ -9,8 +9,8 @@ from test_maximal_runs import flight, largest
 
 import hexapod_pin as hp
 from hexapod_pin.formulations import maximal
-from hexapod_pin.formulations.maximal.rotation import rotations
 from hexapod_pin.formulations.maximal.run import configuration
+from hexapod_pin.robot.rotations import rotations
 
 
 def drifting(

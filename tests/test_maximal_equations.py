@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import hexapod_pin as hp
 from hexapod_pin.formulations import maximal
 from hexapod_pin.formulations.maximal import MaximalState, initial_state
-from hexapod_pin.formulations.maximal.rotation import product, rotations, turned
+from hexapod_pin.robot.rotations import quaternion_products, rotations, turned_quaternions
 from hexapod_pin.validation.checks.maximal_checks import maximal_twin, pressed_states
 
 
@@ -34,14 +34,14 @@ def test_constraint_acceleration_equals_second_differences() -> None:
     bodies = maximal.read_bodies(hp.load_robot("kharagpur").urdf)
     model, n = maximal.MaximalModel(bodies), len(bodies.mass)
     closed = initial_state(model, np.r_[np.zeros(6), 1.0, rng.normal(size=18)], np.zeros(24))
-    quaternion = turned(closed.quaternion, 0.1 * rng.normal(size=(n, 3)))
+    quaternion = turned_quaternions(closed.quaternion, 0.1 * rng.normal(size=(n, 3)))
     velocity, rate = rng.normal(size=(2, n, 6))
 
     def violation(h: float) -> np.ndarray:
         """Phi at t = h: the commutator of w and w' enters only with h^3, and cancels."""
         shift = h * velocity + 0.5 * h * h * rate
         state = MaximalState(
-            closed.position + shift[:, :3], turned(quaternion, shift[:, 3:]), velocity
+            closed.position + shift[:, :3], turned_quaternions(quaternion, shift[:, 3:]), velocity
         )
         return model.constraints(state, model.kinematics(state)).violation
 
@@ -101,8 +101,8 @@ def test_rotation_algebra() -> None:
     q[:3] = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]
     known, other = Rotation.from_quat(q), Rotation.from_quat(q[::-1])
     assert np.abs(rotations(3.0 * q) - known.as_matrix()).max() < 1e-14
-    assert np.abs(product(q, q[::-1]) - (known * other).as_quat()).max() < 1e-14
-    quarter = turned(np.array([[0.0, 0, 0, 1]]), np.array([[0, 0, np.pi / 2]]))
+    assert np.abs(quaternion_products(q, q[::-1]) - (known * other).as_quat()).max() < 1e-14
+    quarter = turned_quaternions(np.array([[0.0, 0, 0, 1]]), np.array([[0, 0, np.pi / 2]]))
     assert np.abs(rotations(quarter)[0] @ [1, 0, 0] - [0, 1, 0]).max() < 1e-15
 
 

@@ -13,10 +13,9 @@ from rewritten_urdf import Rewritten, ball_triangles, stl_text
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
-from hexapod_pin.robot.loading.load_options import RobotHints
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.recognition.chains import tree_frames
-from hexapod_pin.robot.recognition.layout import RobotLayout
+from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
 from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.recognition.shape_points import Ball, fitted_ball, link_points, mesh_parts
 

@@ -16,11 +16,10 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.leg_names import leg_names
 from hexapod_pin.robot.description.urdf_file import parse_urdf
-from hexapod_pin.robot.loading.load_options import RobotHints
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.recognition.chains import tree_frames
 from hexapod_pin.robot.recognition.directions import middle_lines
-from hexapod_pin.robot.recognition.layout import RobotLayout
+from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
 from hexapod_pin.robot.recognition.recognise import recognise
 
 FINDER = ResourceFinder(Path("none.urdf"))

@@ -11,10 +11,9 @@ import pytest
 from leg_robots import joint, legged, link
 from rewritten_urdf import Rewritten
 
-from hexapod_pin.robot.loading.load_options import RobotHints
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.recognition.chains import Axis, axis_distance
-from hexapod_pin.robot.recognition.layout import RobotLayout
+from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
 from hexapod_pin.robot.recognition.recognise import recognise
 
 FEMUR, TIBIA = 0.05, 0.09  # [m]

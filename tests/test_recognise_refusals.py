@@ -12,9 +12,8 @@ from rewritten_urdf import Rewritten
 
 from hexapod_pin.errors import HexapodError, StateError, UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_file import parse_urdf
-from hexapod_pin.robot.loading.load_options import RobotHints
 from hexapod_pin.robot.reading.resources import ResourceFinder
-from hexapod_pin.robot.recognition.layout import RobotLayout
+from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
 from hexapod_pin.robot.recognition.recognise import recognise
 
 FINDER = ResourceFinder("none.urdf")

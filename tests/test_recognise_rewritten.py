@@ -14,10 +14,9 @@ import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
 from hexapod_pin.robot.description.urdf_file import parse_urdf
-from hexapod_pin.robot.loading.load_options import RobotHints
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.recognition.chains import tree_frames
-from hexapod_pin.robot.recognition.layout import RobotLayout
+from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
 from hexapod_pin.robot.recognition.recognise import recognise
 
 ROBOTS = {"kharagpur": 0.01, "athena": 0.02}  # radius of the feet [m]

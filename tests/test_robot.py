@@ -15,10 +15,11 @@ from refusals import refused
 from hexapod_pin.errors import ParameterError, StateError, UnknownNameError, UrdfError
 from hexapod_pin.robot.description.leg_names import LEG_NAMES, joint_role, leg_of_chain
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
-from hexapod_pin.robot.description.solids import body_inertia, rotation
+from hexapod_pin.robot.description.solids import body_inertia
 from hexapod_pin.robot.description.urdf_file import read_urdf
 from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
+from hexapod_pin.robot.rotations import rotation
 from hexapod_pin.validation.cases.robots import references, robot_file
 
 HARD_CASES: dict[str, Any] = references()

@@ -12,9 +12,8 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
 
 import hexapod_pin as hp
-from hexapod_pin.control import attitude
 from hexapod_pin.control.sensors import BLOCK_TICKS, QUANTITIES
-from hexapod_pin.robot.description.solids import rotation as urdf_rotation
+from hexapod_pin.robot import rotations
 from hexapod_pin.spec import read_toml
 
 VECTORS = tuple(name for name in QUANTITIES if name != "rotation")
@@ -140,7 +139,7 @@ def test_orientation_is_rounded_in_roll_pitch_and_yaw():
     turn = Rotation.from_euler("ZYX", [[2.93, -0.26, 0.14], [-3.04, 1.24, -1.58]]).as_matrix()
     sensors = hp.Sensors(rotation=hp.Sensor(quantisation=0.1))
     read = sensors.start([0, 1]).read(0, replace(still(2), rotation=turn)).rotation
-    expected = [urdf_rotation((0.1, -0.3, 2.9)), urdf_rotation((-1.6, 1.2, -3.0))]
+    expected = [rotations.rotation((0.1, -0.3, 2.9)), rotations.rotation((-1.6, 1.2, -3.0))]
     np.testing.assert_allclose(read, expected, atol=1e-15)
 
 
@@ -148,7 +147,7 @@ def test_orientation_is_rounded_in_roll_pitch_and_yaw():
 def test_roll_pitch_yaw_give_their_rotation_back(pitch: float):
     """Also where roll and yaw turn about one axis."""
     turn = Rotation.from_euler("ZYX", [0.7, pitch, -1.1]).as_matrix()
-    back = attitude.rotation_from_angles(attitude.roll_pitch_yaw(turn))
+    back = rotations.rotation_from_angles(rotations.roll_pitch_yaw(turn))
     np.testing.assert_allclose(back, turn, atol=1e-15)
 
 
@@ -156,7 +155,7 @@ def test_roll_pitch_yaw_give_their_rotation_back(pitch: float):
 def test_rotation_vectors_agree_with_scipy(size: float):
     vector = size * np.array([0.6, -0.64, 0.48])
     np.testing.assert_allclose(
-        attitude.rotation_from_vector(vector), Rotation.from_rotvec(vector).as_matrix(), atol=1e-15
+        rotations.rotation_from_vector(vector), Rotation.from_rotvec(vector).as_matrix(), atol=1e-15
     )
 
 

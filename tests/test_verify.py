@@ -19,7 +19,7 @@ from hexapod_pin.errors import MissingPackageError, SimulationInterrupted, Unkno
 from hexapod_pin.formulations.maximal import model as constraints
 from hexapod_pin.formulations.maximal import model as kinematics
 from hexapod_pin.formulations.maximal.bodies import parsed_robot
-from hexapod_pin.formulations.maximal.rotation import JOINT_POINT
+from hexapod_pin.formulations.maximal.model import JOINT_POINT
 from hexapod_pin.formulations.rigid import contact_events as impact
 from hexapod_pin.formulations.rigid import model
 from hexapod_pin.validation.case_result import CaseResult

@@ -111,8 +111,8 @@ def mend(
     nothing is written.
     """
     from hexapod_pin.commands.output_files import writable
-    from hexapod_pin.robot.loading.intake import read_file
     from hexapod_pin.robot.loading.load_options import read_hints
+    from hexapod_pin.robot.loading.load_urdf import read_file
     from hexapod_pin.robot.mending import MendOptions, mend_urdf
     from hexapod_pin.robot.mending.appearance import rebased
     from hexapod_pin.robot.mending.finding import finding_lines

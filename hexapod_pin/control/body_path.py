@@ -16,6 +16,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
+from hexapod_pin.robot.rotations import yawed
 
 RAMP_CYCLES = 1.25
 """Cycles over which the body speeds up from standing, and slows down to it.
@@ -147,7 +148,7 @@ class Footholds(Immutable):
     def under(self, pose: Array) -> Array:
         """Return the standing feet under poses (K, L, 3) of the body in the world, a leg each."""
         feet = np.broadcast_to(self.neutral_feet, pose.shape)
-        p_WF = turned(feet, pose[..., 2])
+        p_WF = yawed(feet, pose[..., 2])
         p_WF[..., :2] += pose[..., :2]
         return p_WF
 
@@ -179,13 +180,6 @@ class Footholds(Immutable):
         table = self.at(np.tile(first + np.arange(count)[:, None], (1, len(self.neutral_feet))))
         row, leg = (placement - first).astype(int), np.arange(len(self.neutral_feet))
         return table[row, leg], np.diff(table, axis=0)[row, leg]
-
-
-def turned(p: Array, yaw: Array) -> Array:
-    """Rotate points (..., 3) about z by angles that broadcast over (...) [rad]."""
-    c, s = np.cos(yaw), np.sin(yaw)
-    x, y = c * p[..., 0] - s * p[..., 1], s * p[..., 0] + c * p[..., 1]
-    return np.stack([x, y, p[..., 2]], axis=-1)
 
 
 # When a walk is steady, and when it can stop: the same for feet on straight paths and on arcs.

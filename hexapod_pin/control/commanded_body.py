@@ -23,10 +23,10 @@ from hexapod_pin.control.body_path import (
     PlanarMotion,
     last_motion,
     smooth_step,
-    turned,
 )
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.robot.rotations import yawed
 from hexapod_pin.spec import Spec
 
 # Speed and turn rate that change while walking, as data.
@@ -244,7 +244,7 @@ class CommandedBody:
         time = begin[:, None] + half * (s + 1.0)
         count = None if known is None else np.repeat(known[:, None], nodes, axis=1)
         velocity = np.append(self.twist(time, count)[..., :2], np.zeros((*time.shape, 1)), axis=-1)
-        along: Array = (turned(velocity, self.yaw(time, count)) * weight[:, None]).sum(axis=1)
+        along: Array = (yawed(velocity, self.yaw(time, count)) * weight[:, None]).sum(axis=1)
         return half * along[:, :2]
 
     def _grid(self, until: float) -> tuple[Array, Array]:

@@ -34,7 +34,6 @@ from hexapod_pin.control.body_path import (
     PlanarMotion,
     WalkSchedule,
     last_motion,
-    turned,
 )
 from hexapod_pin.control.commanded_body import CommandedBody, ForeseenFootholds
 from hexapod_pin.control.gait import Gait
@@ -53,6 +52,7 @@ from hexapod_pin.control.stances import (
 from hexapod_pin.errors import ParameterError, ReachError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.leg_geometry import joint_rates
+from hexapod_pin.robot.rotations import yawed
 
 if TYPE_CHECKING:
     from hexapod_pin.control.body_motion import BodyMotion, TrunkOffset
@@ -212,7 +212,7 @@ class FootPath(WalkSchedule, Immutable):
         pose, twist = self.body.pose_and_twist(t)
         yaw, (forward, lateral, turn) = -pose[:, 2, None], np.moveaxis(twist[:, None], -1, 0)
         p_WF[..., :2] -= pose[:, None, :2]
-        p, v = turned(p_WF, yaw), turned(v_WF, yaw)
+        p, v = yawed(p_WF, yaw), yawed(v_WF, yaw)
         v[..., 0] -= forward - turn * p[..., 1]
         v[..., 1] -= lateral + turn * p[..., 0]
         return (p, v) if self.motion is None else self.motion.offset(t[:, None]).motion_into(p, v)
@@ -350,12 +350,12 @@ class _Rolling:
         p_LF = np.repeat(pieces.foothold, POINTS, axis=1)
         p_LF[..., :2] -= pose[..., :2]
         trunk = None if path.motion is None else path.motion.offset(time)
-        return _Rolling(six, pose[..., 2], turned(p_LF, -pose[..., 2]), twist, trunk)
+        return _Rolling(six, pose[..., 2], yawed(p_LF, -pose[..., 2]), twist, trunk)
 
     def rate(self, d: Array) -> Array:
         """Return d' [m/s] of displacements d [m] in the world. Shapes (L, M, 2)."""
         legs, radius = self.six.kinematics, self.six.radius[:, None]
-        p = self.p_LF + turned(np.concatenate([d, np.zeros_like(d[..., :1])], axis=-1), -self.yaw)
+        p = self.p_LF + yawed(np.concatenate([d, np.zeros_like(d[..., :1])], axis=-1), -self.yaw)
         sole = p.copy()
         sole[..., 2] -= radius
         vx, vy, turn = np.moveaxis(self.twist, -1, 0)
@@ -374,11 +374,11 @@ class _Rolling:
         if self.trunk is not None:
             omega = self.trunk.turned_out(omega)
         roll = radius[..., None] * np.stack([omega[..., 1], -omega[..., 0], 0.0 * turn], axis=-1)
-        return turned(roll, self.yaw)[..., :2]
+        return yawed(roll, self.yaw)[..., :2]
 
     def require_reach(self, d: Array) -> None:
         """Raise ReachError if a leg cannot reach the displaced footholds."""
-        p = self.p_LF + turned(np.concatenate([d, np.zeros_like(d[..., :1])], axis=-1), -self.yaw)
+        p = self.p_LF + yawed(np.concatenate([d, np.zeros_like(d[..., :1])], axis=-1), -self.yaw)
         self.six.kinematics.inverse(p if self.trunk is None else self.trunk.into(p))
 
 

@@ -17,9 +17,9 @@ from pydantic_core.core_schema import ValidationInfo
 
 from hexapod_pin.arguments import checked, every_step
 from hexapod_pin.arrays import Array
-from hexapod_pin.control import attitude
 from hexapod_pin.control.feedback import Measurement
 from hexapod_pin.errors import ParameterError, StateError
+from hexapod_pin.robot import rotations
 from hexapod_pin.spec import Spec
 
 QUANTITIES = ("q", "v", "torque", "rotation", "angular_velocity", "acceleration", "foot_force")
@@ -220,12 +220,12 @@ class _RotationReadings:
             block = self._source.block(tick)
             if block != self._block:
                 vectors = np.ascontiguousarray(np.moveaxis(self._source.draw(block, 3), -1, 0))
-                self._turns, self._block = attitude.rotation_from_vector(vectors), block
+                self._turns, self._block = rotations.rotation_from_vector(vectors), block
             turn = self._turns[:, :, tick % self._turns.shape[2]]
-            rotation = attitude.orthonormalised(attitude.product(rotation, turn))
+            rotation = rotations.orthonormalised(rotations.product(rotation, turn))
         if self._step > 0.0:
-            angles = _rounded(attitude.roll_pitch_yaw(rotation), self._step)
-            rotation = attitude.rotation_from_angles(angles)
+            angles = _rounded(rotations.roll_pitch_yaw(rotation), self._step)
+            rotation = rotations.rotation_from_angles(angles)
         return np.ascontiguousarray(rotation.transpose(2, 0, 1))
 
 

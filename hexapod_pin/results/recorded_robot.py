@@ -13,7 +13,8 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.robot.description.urdf_file import parse_urdf
+from hexapod_pin.robot.loading.load_options import LoadOptions
+from hexapod_pin.robot.loading.load_urdf import loaded_text
 from hexapod_pin.robot.robot import Robot, robot_of
 from hexapod_pin.scene.loaded_model import models_by_mass, native_push
 from hexapod_pin.scene.loads import Push
@@ -142,7 +143,7 @@ def _build(trace: Trace, text: str) -> RecordedRobot:
 
 @lru_cache(maxsize=KEPT_ROBOTS)
 def _robot(text: str, feet: tuple[str, ...]) -> Robot:
-    return robot_of(parse_urdf(text.encode(), "Trace.run.robot.urdf"), "trace", feet=feet)
+    return robot_of(loaded_text(text, "Trace.run.robot.urdf", LoadOptions(feet=feet)), "trace")
 
 
 def _contact_joints(trace: Trace, robot: Robot, feet: Sequence[str]) -> tuple[int, ...]:

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.robot.description.urdf_annotation import moved_joints_above
 from hexapod_pin.robot.leg_kinematics import held_configuration
 from hexapod_pin.robot.link_shapes import LinkShape, link_shapes, urdf_of
-from hexapod_pin.robot.loading.limbs import Leg, moved_joints_above
 from hexapod_pin.robot.robot import once_per_robot
 from hexapod_pin.robot.serial_chain import axis_points
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from hexapod_pin.robot.description.urdf_file import Joint
-    from hexapod_pin.robot.loading.limbs import Foot
-    from hexapod_pin.robot.robot import Robot
+    from hexapod_pin.robot.loading.pin_model import Foot
+    from hexapod_pin.robot.robot import Leg, Robot
 
 RADIUS_SHARE = 0.1
 """Radius of a capsule over its length where the URDF gives the link no primitive (*assumed*)."""

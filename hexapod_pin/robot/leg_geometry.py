@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ReachError
 from hexapod_pin.immutable import Immutable
+from hexapod_pin.robot.rotations import cross
 from hexapod_pin.robot.serial_chain import SerialChain
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ class YawPitchPitch:
             origins: a point on each axis [m]. Shape (3, 3).
             foot: foot centre [m]. Shape (3,).
         """
-        skew = np.linalg.norm(_cross(axes[1], axes[2]))
+        skew = np.linalg.norm(cross(axes[1], axes[2]))
         tilt = abs(axes[0] @ axes[1])
         aside = abs((foot - origins[0]) @ axes[1])
         if max(skew, tilt, aside) > GEOMETRY_TOLERANCE:
@@ -82,8 +83,8 @@ class YawPitchPitch:
         z = axes[0] if axes[0][2] >= 0 else -axes[0]
         hip, knee = (o - ((o - origins[0]) @ axes[1]) * axes[1] for o in origins[1:])
         p_BH = origins[0] + ((hip - origins[0]) @ z) * z
-        x = _outward(hip - p_BH, _cross(axes[1], z), foot - p_BH)
-        r_BH = np.stack([x, _cross(z, x), z], axis=1)
+        x = _outward(hip - p_BH, cross(axes[1], z), foot - p_BH)
+        r_BH = np.stack([x, cross(z, x), z], axis=1)
         sign = np.sign([axes[0] @ z, axes[1] @ r_BH[:, 1], axes[2] @ r_BH[:, 1]])
         femur, tibia = (knee - hip) @ r_BH, (foot - knee) @ r_BH
         lengths = np.array([(hip - p_BH) @ x, np.linalg.norm(femur), np.linalg.norm(tibia)])
@@ -182,12 +183,6 @@ def _outward(hip: Array, sideways: Array, foot: Array) -> Array:
     if length > GEOMETRY_TOLERANCE:
         return hip / length
     return sideways if sideways @ foot >= 0 else -sideways
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """Return a x b of two vectors, ten times as fast as `np.cross`."""
-    (a1, a2, a3), (b1, b2, b3) = a, b
-    return np.array([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])
 
 
 # Geometry of one leg: foot position and Jacobian for any sign and zero convention.

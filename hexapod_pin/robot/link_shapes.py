@@ -20,7 +20,6 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import MeshError
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.robot.description.solids import rotation
 from hexapod_pin.robot.description.urdf_file import (
     LARGEST_LENGTH,
     UrdfFile,
@@ -34,6 +33,7 @@ from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.reading.mesh_file import read_mesh
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.robot import once_per_robot
+from hexapod_pin.robot.rotations import rotation
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot

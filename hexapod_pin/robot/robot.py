@@ -23,20 +23,13 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, digest, read_only
 from hexapod_pin.errors import UnknownNameError, UrdfError
 from hexapod_pin.immutable import Immutable, rebuilt
+from hexapod_pin.robot.description.leg_names import LEG_NAMES
+from hexapod_pin.robot.description.urdf_annotation import read_provenance
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, parse_urdf
-from hexapod_pin.robot.loading.intake import Intake, read_explicit
-from hexapod_pin.robot.loading.limbs import (
-    Foot,
-    Leg,
-    find_limbs,
-    place_feet,
-    stated_limbs,
-    stated_places,
-)
 from hexapod_pin.robot.loading.load_options import LoadOptions
-from hexapod_pin.robot.loading.pin_model import build_model, joints_in_order
-from hexapod_pin.robot.mending.find_all import check_urdf
-from hexapod_pin.robot.recognition.layout import read_provenance
+from hexapod_pin.robot.loading.load_urdf import LoadedUrdf, load_urdf
+from hexapod_pin.robot.loading.pin_model import Foot, build_model, joints_in_order, place_feet
+from hexapod_pin.robot.recognition.layout import RobotLayout
 from hexapod_pin.robot.state import (
     Posture,
     State,
@@ -55,6 +48,22 @@ PACKAGED = ("kharagpur", "athena")
 """Robots that come with the package."""
 
 Item = TypeVar("Item")
+
+
+@dataclass(frozen=True)
+class Leg(Immutable):
+    """One leg.
+
+    Attributes:
+        name: lf, lm, lr, rf, rm or rr where there are six; else as the file states it.
+        joints: names of the joints it walks with, proximal first: coxa, femur and tibia, or coxa
+            and femur. Two or three; other joints between trunk and foot are held.
+        foot: name of the foot link.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    foot: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,37 +241,37 @@ def load_robot(
     arguments = LoadOptions(**{key: value for key, value in named.items() if value is not None})
     if options is not None:
         arguments = arguments.over(options)
-    intake = read_explicit(_path(source), arguments)
-    return robot_of(
-        intake.file, _place(source), feet=intake.feet, foot_radius=intake.options.foot_radius,
-        posture=intake.options.posture if posture is None else posture, intake=intake,
-    )  # fmt: skip
+    robot = robot_of(load_urdf(_path(source), arguments), _place(source))
+    if posture is not None:
+        robot.posture_from(posture)  # refuses what is no posture: numbers that are not finite
+    return robot
 
 
-def robot_of(
-    file: UrdfFile,
-    source: str,
-    *,
-    feet: Sequence[str] | None = None,
-    foot_radius: float | None = None,
-    posture: Posture | None = None,
-    intake: Intake | None = None,
-) -> Robot:
-    """Return the robot of a URDF that says everything; arguments and errors as of `load_robot`."""
-    mended, notes, options = (
-        ((), _checked(file), {})
-        if intake is None
-        else (intake.mended, intake.notes, _given(intake.options))
-    )
-    limbs = stated_limbs(file, feet) or find_limbs(file, feet)
-    given = read_provenance(file)
+def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
+    """Return the robot of a URDF that is loaded: what walks is that of its layout.
+
+    Feet are where the annotated text has them, as Pinocchio reads it.
+
+    Args:
+        urdf: as of `load_urdf` or `loaded_text`.
+        source: name of a packaged robot, or absolute path of the file.
+
+    Raises:
+        UrdfError: Pinocchio refuses the text, or a foot's sphere is none.
+        ParameterError: a foot radius or a standing angle out of range.
+    """
+    file, layout, options = urdf.file, urdf.layout, urdf.options
     model = build_model(file)
     joints = joints_in_order(file, model)
-    placed, foot_notes = place_feet(file, model, limbs, foot_radius)
-    own = {**given.posture, **stated_places(file)}
-    angles, posture_notes = standing_angles(joints, own, posture)
+    legs = _legs(layout)
+    links: dict[str, str | None] = dict.fromkeys(layout.feet)
+    links |= {leg.foot: leg.name for leg in legs}
+    feet, foot_notes = place_feet(file, model, links, options.foot_radius)
+    own = {**layout.posture, **layout.held}
+    angles, posture_notes = standing_angles(joints, own, options.posture)
+    said = read_provenance(file)
     return Robot(
-        name=file.name, source=source, model=model, legs=limbs.legs, feet=placed,
+        name=file.name, source=source, model=model, legs=legs, feet=feet,
         joint_names=tuple(joint.name for joint in joints),
         lower=read_only([joint.limit("lower", 0.0) for joint in joints]),
         upper=read_only([joint.limit("upper", 0.0) for joint in joints]),
@@ -271,25 +280,19 @@ def robot_of(
         damping=read_only([joint.dynamics("damping") for joint in joints]),
         friction=read_only([joint.dynamics("friction") for joint in joints]),
         total_mass=math.fsum(link.mass or 0.0 for link in file.links),
-        posture=angles, provenance=given.line, assumed=given.assumed, inferred=given.inferred,
-        mended=mended,
-        notes=(*notes, *limbs.notes, *foot_notes, *posture_notes,
-               *_unused(file, placed)),
-        options=options,
-        urdf=file.text, digest=digest(file.text), held=_held(joints, angles, limbs.legs),
+        posture=angles, provenance=said.line, assumed=said.assumed, inferred=said.inferred,
+        mended=urdf.repaired,
+        notes=(*urdf.notes, *foot_notes, *posture_notes, *_unused(file, feet)),
+        options=_given(options),
+        urdf=file.text, digest=digest(file.text), held=_held(joints, angles, legs),
     )  # fmt: skip
 
 
-def _checked(file: UrdfFile) -> tuple[str, ...]:
-    """Return what is suspicious in a URDF.
-
-    Raises:
-        UrdfError: it cannot be used.
-    """
-    findings, notes = check_urdf(file)
-    if findings:
-        raise UrdfError(file.source, findings)
-    return tuple(notes)
+def _legs(layout: RobotLayout) -> tuple[Leg, ...]:
+    """Return the legs of a layout: six with the usual names in the usual order."""
+    legs = {leg.name: Leg(leg.name, leg.joints, leg.foot) for leg in layout.legs}
+    order = LEG_NAMES if set(legs) == {*LEG_NAMES} else legs
+    return tuple(legs[name] for name in order)
 
 
 def _given(options: LoadOptions) -> dict[str, Any]:

@@ -43,8 +43,14 @@ class JointAxis:
     def rotate(self, v: Array, cos: Array, sin: Array) -> Array:
         """Rotate vectors (..., 3) by angles given as cosines and sines (..., 1) (Rodrigues)."""
         along = (1.0 - cos) * (v @ np.swapaxes(self.row, -1, -2))
-        turned: Array = cos * v + sin * (v @ self.cross) + along @ self.row
-        return turned
+        rotated: Array = cos * v + sin * (v @ self.cross) + along @ self.row
+        return rotated
+
+    def turned(self, points: Array, angle: float | Array) -> Array:
+        """Return points (..., 3) turned about the axis by angles (...) [rad]."""
+        c, s = np.cos(angle)[..., None], np.sin(angle)[..., None]
+        moved: Array = self.origin + self.rotate(points - self.origin, c, s)
+        return moved
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,15 +12,14 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.description.urdf_file import UrdfFile
-from hexapod_pin.robot.loading.intake import SourceFile, explicit, read_file
-from hexapod_pin.robot.loading.limbs import Leg
 from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
+from hexapod_pin.robot.loading.load_urdf import SourceFile, loaded, read_file
 from hexapod_pin.robot.mending.find_all import check_urdf, find_all
 from hexapod_pin.robot.mending.finding import Finding, finding_lines, places_text
 from hexapod_pin.robot.mending.measures import LinkSolids, Measures
 from hexapod_pin.robot.recognition.layout import RobotLayout
 from hexapod_pin.robot.recognition.recognise import recognise
-from hexapod_pin.robot.robot import PACKAGED, Robot, robot_of, urdf_path
+from hexapod_pin.robot.robot import PACKAGED, Leg, Robot, robot_of, urdf_path
 
 
 @dataclass(frozen=True)
@@ -181,11 +180,7 @@ def judged(read: SourceFile, options: LoadOptions) -> UrdfReport:
     try:
         layout = recognise(file, finder, options)
         if sound:
-            intake = explicit(read, options)
-            robot = robot_of(
-                intake.file, file.source, feet=intake.feet, foot_radius=options.foot_radius,
-                posture=options.posture, intake=intake,
-            )  # fmt: skip
+            robot = robot_of(loaded(read, options, layout), file.source)
     except UrdfError as error:
         findings += [text for text in error.findings if text not in findings]
     except (ParameterError, UnknownNameError) as error:

@@ -14,10 +14,10 @@ import numpy.typing as npt
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import MeshError, ParameterError, ViewerError
-from hexapod_pin.robot.description.solids import rotation
 from hexapod_pin.robot.description.urdf_file import origin, triple
 from hexapod_pin.robot.reading.mesh_file import Mesh, read_mesh
 from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.robot.rotations import rotation
 from hexapod_pin.user_file import read_bytes
 from hexapod_pin.view.mesh_store import MeshStore
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.robot.rotations import skew
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
@@ -134,18 +135,11 @@ def _nudged(
         size = 3 if name == "rotation" else value.size
         step = nudges[:, at : at + size]
         if name == "rotation":
-            moved[name] = value @ (np.eye(3) + _crosses(step))
+            moved[name] = value @ (np.eye(3) + skew(step))
         else:
             moved[name] = value + step.reshape(rows, *value.shape)
         at += size
     return _tick(law, table, moved, settled + nudges[:, :count])
-
-
-def _crosses(vectors: Array) -> Array:
-    """Return the matrices of the cross products with vectors (K, 3). Shape (K, 3, 3)."""
-    x, y, z = vectors.T
-    none = np.zeros_like(x)
-    return np.moveaxis(np.array([[none, -z, y], [z, none, -x], [-y, x, none]]), 2, 0)
 
 
 def _to_joints(scene: Any, feet: Array) -> Array:

@@ -17,6 +17,7 @@ from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.formulations.inverse.stance import StanceLoad, stance_load
 from hexapod_pin.formulations.rigid.model import RigidGround, RigidModel
 from hexapod_pin.formulations.truncated_svd import pseudo_inverse
+from hexapod_pin.robot.rotations import perpendicular
 
 
 class ForceSplit(Protocol):
@@ -158,8 +159,7 @@ def pyramid(normal: Array, mu: float, sides: int = 8) -> Array:
     """
     if sides < FEWEST_SIDES:
         raise ParameterError("sides", sides, f"at least {FEWEST_SIDES}")
-    first = np.cross(normal, np.eye(3)[int(np.abs(normal).argmin())])
-    first /= np.linalg.norm(first)
+    first = perpendicular(normal)
     second = np.cross(normal, first)
     angle = 2.0 * math.pi * np.arange(sides) / sides
     outward = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second

@@ -17,9 +17,9 @@ import numpy as np
 
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.formulations.conserved import ConservedQuantities
-from hexapod_pin.formulations.maximal.model import world_inertia
-from hexapod_pin.formulations.maximal.rotation import AXIS, cross, rotations
+from hexapod_pin.formulations.maximal.model import AXIS, world_inertia
 from hexapod_pin.formulations.maximal.state import ContactEvaluation, RunMemory
+from hexapod_pin.robot.rotations import crosses, rotations
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
@@ -105,7 +105,7 @@ def _applied_forces(
 def gyroscopic_moment(inertia: Array, spin: Array) -> Array:
     """Return -w x I w (nb, 3) [N m]."""
     momentum = np.matmul(inertia, spin[:, :, None])[:, :, 0]
-    return -cross(spin, momentum)
+    return -crosses(spin, momentum)
 
 
 # The multipliers of S1 eq. 1 as bearing loads: force and moment of every joint.

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.maximal.rotation import cross
 from hexapod_pin.formulations.maximal.state import (
     NO_CONTACT_GAP_M,
     ContactEvaluation,
@@ -27,6 +26,7 @@ from hexapod_pin.ground.contact import (
     TanhCoulomb,
 )
 from hexapod_pin.ground.terrain import PatchedGround, Plane, Polyline, ShakingGround
+from hexapod_pin.robot.rotations import crosses
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -89,7 +89,7 @@ class GroundContact:
         gap, normal = self._under(time, centers)
         lever = lever - self._radius[:, None] * normal
         velocity = state.velocity[self._body]
-        u = velocity[:, :3] + cross(velocity[:, 3:], lever) - self._ground.velocity(time)
+        u = velocity[:, :3] + crosses(velocity[:, 3:], lever) - self._ground.velocity(time)
         approach = -np.einsum("ij,ij->i", normal, u)
         slip = u + approach[:, None] * normal
         idle = np.zeros_like(u)
@@ -97,7 +97,7 @@ class GroundContact:
         if (gap < 0.0).any():
             factors = self._ground.factors(centers)
             found = self._with_forces(found, factors, normal, slip, state.bristles, memory)
-        on_feet = np.concatenate([found.force, cross(lever, found.force)], axis=1)
+        on_feet = np.concatenate([found.force, crosses(lever, found.force)], axis=1)
         return self._contacts_on_body @ on_feet, found
 
     def gaps(self, time: float, position: Array, rotation: Array) -> Array:

@@ -4,24 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hexapod_pin.formulations.maximal.model_parts import Baumgarte, JointActuators, RootConstraint
-from hexapod_pin.formulations.maximal.rotation import (
-    AXIS,
-    JOINT_POINT,
-    NORMAL_A,
-    NORMAL_B,
-    BodyFixedVectors,
-    local_vectors,
-    normalised,
-    product,
-    rotations,
-    skew,
-)
 from hexapod_pin.formulations.maximal.state import MaximalState, RunMemory
+from hexapod_pin.robot.rotations import quaternion_products, rotations, skew, unit_quaternions
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -134,7 +124,7 @@ def _joint_quaternions(bodies: Bodies, angles: Array) -> Array:
         return np.empty((0, 4))
     fixed = Rotation.from_matrix(bodies.attitude).as_quat()
     moved = np.column_stack([np.sin(angles / 2)[:, None] * bodies.axis, np.cos(angles / 2)])
-    return product(fixed, moved)
+    return quaternion_products(fixed, moved)
 
 
 def _place_children(
@@ -142,7 +132,9 @@ def _place_children(
 ) -> None:
     """Fill in the children of the joints of one level."""
     parent, child = bodies.parent[level], slice(level.start + 1, level.stop + 1)
-    state.quaternion[child] = normalised(product(state.quaternion[parent], local[level]))
+    state.quaternion[child] = unit_quaternions(
+        quaternion_products(state.quaternion[parent], local[level])
+    )
     on_parent, on_child = rotations(state.quaternion[parent]), rotations(state.quaternion[child])
     s_i = np.einsum("nij,nj->ni", on_parent, bodies.place[level])
     s_j = np.einsum("nij,nj->ni", on_child, bodies.child_place[level])
@@ -369,3 +361,50 @@ def _solve_root(mass: Array, force: Array, rows: Array, target: Array) -> tuple[
     rate, across = free[:, 0], free[:, 1:]
     support = np.linalg.solve(rows @ across, target - rows @ rate)
     return np.asarray(rate + across @ support), np.asarray(support)
+
+
+# Vectors of the joints that turn with a body, in world axes: what S1 eqs 2-3 are made of.
+
+JOINT_POINT, AXIS, NORMAL_A, NORMAL_B = 0, 1, 2, 3
+"""Columns of the parent's vectors; the child has its joint point, then a and b."""
+
+
+@dataclass(frozen=True, eq=False)
+class BodyFixedVectors:
+    """Vectors fixed to one body of each joint.
+
+    Attributes:
+        value: world axes. Shape (nj, 3, k).
+        spin: angular velocity w of the body, world axes [rad/s]. Shape (nj, 3).
+    """
+
+    value: Array
+    spin: Array
+
+    @cached_property
+    def _spin_matrix(self) -> Array:
+        return skew(self.spin)
+
+    @cached_property
+    def rate(self) -> Array:
+        """First time derivatives, w x s."""
+        return np.asarray(np.matmul(self._spin_matrix, self.value))
+
+    @cached_property
+    def second(self) -> Array:
+        """Part of the second time derivatives without w', w x (w x s)."""
+        return np.asarray(np.matmul(self._spin_matrix, self.rate))
+
+
+def local_vectors(bodies: Bodies) -> tuple[Array, Array]:
+    """Return the vectors in their bodies' axes.
+
+    The parent has s_i, the axis and, for the angle, a and b at zero angle (nj, 3, 4); the child
+    has s_j, a_j and b_j (nj, 3, 3).
+    """
+    a, b = bodies.across
+    on_parent = [np.einsum("nij,nj->ni", bodies.attitude, x) for x in (bodies.axis, a, b)]
+    return (
+        np.stack([bodies.place, *on_parent], axis=-1),
+        np.stack([bodies.child_place, a, b], axis=-1),
+    )

@@ -10,8 +10,8 @@ import numpy as np
 from pydantic import NonNegativeFloat
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.maximal.rotation import skew
 from hexapod_pin.formulations.servo import servo_torque
+from hexapod_pin.robot.rotations import skew
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ import numpy as np
 
 from hexapod_pin.errors import DivergenceError, ParameterError, UserCodeError
 from hexapod_pin.formulations.maximal.derivative import derivative
-from hexapod_pin.formulations.maximal.rotation import quaternion_rate, rotations, turned
 from hexapod_pin.formulations.maximal.state import RunMemory
+from hexapod_pin.robot.rotations import quaternion_rates, rotations, turned_quaternions
 from hexapod_pin.user_code import UserCode
 
 if TYPE_CHECKING:
@@ -186,7 +186,7 @@ class OdeSystem:
         wanted, wanted_rate = self._set_points(time)
         servo = self.model.actuators.servo_torque
         found = derivative(self.model, state, lambda q, v: servo(q, v, wanted, wanted_rate), time)
-        turning = quaternion_rate(state.quaternion, state.velocity[:, 3:])
+        turning = quaternion_rates(state.quaternion, state.velocity[:, 3:])
         parts = [state.velocity[:, :3].ravel(), turning.ravel(), found.acceleration.ravel()]
         if state.bristles is not None and found.contacts is not None:
             parts.append(found.contacts.bristle_rate.ravel())
@@ -367,7 +367,7 @@ def project_positions(model: MaximalModel, state: MaximalState) -> MaximalState:
         state = replace(
             state,
             position=state.position + step[:, :3],
-            quaternion=turned(state.quaternion, step[:, 3:]),
+            quaternion=turned_quaternions(state.quaternion, step[:, 3:]),
         )
     return state
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.formulations.maximal.rotation import normalised
+from hexapod_pin.robot.rotations import unit_quaternions
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -140,4 +140,4 @@ class MaximalState:
 
     def with_unit_quaternions(self) -> MaximalState:
         """Return the state with quaternions of unit length."""
-        return replace(self, quaternion=normalised(self.quaternion))
+        return replace(self, quaternion=unit_quaternions(self.quaternion))

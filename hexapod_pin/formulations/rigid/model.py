@@ -17,7 +17,7 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.formulations.conserved import ConservedQuantities
 
 if TYPE_CHECKING:
-    from hexapod_pin.robot.loading.limbs import Foot
+    from hexapod_pin.robot.loading.pin_model import Foot
     from hexapod_pin.robot.robot import Robot
     from hexapod_pin.robot.state import State
 

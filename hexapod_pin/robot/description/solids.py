@@ -10,6 +10,7 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.description.urdf_file import LARGEST_LENGTH, Link, UrdfFile
+from hexapod_pin.robot.rotations import rotation
 
 Vector = tuple[float, float, float]
 
@@ -86,18 +87,6 @@ def principal_moments(inertia: Array) -> Array:
     if not np.all(np.isfinite(inertia)):
         return np.full(3, math.nan)
     return np.asarray(np.linalg.eigvalsh(inertia), dtype=float)
-
-
-def rotation(rpy: tuple[float, ...]) -> Array:
-    """Return the (3, 3) rotation Rz(yaw) Ry(pitch) Rx(roll)."""
-    (sr, sp, sy), (cr, cp, cy) = map(math.sin, rpy), map(math.cos, rpy)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
 
 
 def body_inertia(file: UrdfFile, group: list[str]) -> Array:

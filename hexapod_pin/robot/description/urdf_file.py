@@ -39,6 +39,8 @@ MAX_LINKS = 2000
 
 MOVED = ("revolute", "continuous", "prismatic", "planar", "floating")
 JOINT_TYPES = (*MOVED, "fixed")
+TURNING = ("revolute", "continuous")
+"""Kinds of joints that legs walk with."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,10 @@ class Sphere:
 
     radius: float
     centre: tuple[float, ...]
+
+
+POINT = Sphere(0.0, (0.0, 0.0, 0.0))
+"""The foot of a link that has no collision sphere."""
 
 
 @dataclass(frozen=True)
@@ -177,6 +183,21 @@ class UrdfFile:
     def base(self) -> str:
         """The root link: the first one that is no joint's child."""
         return self.roots[0]
+
+    def foot_sphere(self, link: str) -> Sphere | None:
+        """Return the sphere with which a link touches the ground; None for a point at its frame.
+
+        Raises:
+            UrdfError: the numbers of the link's first collision sphere are impossible.
+        """
+        sphere = self.link_by_name[link].collision_sphere
+        if sphere is None or (
+            all(map(math.isfinite, (sphere.radius, *sphere.centre))) and sphere.radius >= 0
+        ):
+            return sphere
+        text = f"link {link!r}: collision sphere of radius {sphere.radius:g} m at {sphere.centre}"
+        allowed = f"must be numbers up to {LARGEST_LENGTH:g} m, the radius not negative"
+        raise UrdfError(self.source, [f"{text}; {allowed}"])
 
     def rigid_group(self, link: str) -> list[str]:
         """Return `link` and every link fixed to it, directly or through other fixed joints."""

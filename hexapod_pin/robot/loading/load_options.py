@@ -16,35 +16,9 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.robot.recognition.directions import across_up
-from hexapod_pin.robot.recognition.layout import RobotLayout
-from hexapod_pin.spec import Spec, read_toml
+from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
+from hexapod_pin.spec import read_toml
 from hexapod_pin.user_file import read_text, user_path
-
-# What a user says about a robot that its URDF does not: it goes before everything inferred.
-
-Names = tuple[str, ...]
-
-
-class RobotHints(Spec):
-    """Overrides of what would be inferred; None leaves it to be inferred.
-
-    Attributes:
-        forward: direction of travel in the root link's frame: "x", "-y", ... or an angle about the
-            trunk's upward axis from the root link's x axis [degrees].
-        legs: leg name -> its joints from the trunk outwards, or one joint or link of it.
-        feet: foot links, one per leg.
-        foot_radius: of all foot spheres [m].
-        posture: standing angles by joint name, or in joint order [rad].
-        held: places of joints that do not walk, by name [rad or m].
-    """
-
-    forward: float | str | None = None
-    legs: dict[str, Names] | None = None
-    feet: Names | None = None
-    foot_radius: float | None = None
-    posture: dict[str, float] | tuple[float, ...] | None = None
-    held: dict[str, float] | None = None
-
 
 # How a robot's file is read: hints about the robot, where its meshes are, whether it is mended.
 

@@ -1,16 +1,18 @@
-"""Pinocchio's model of a checked URDF is built here, also with added, removed or scaled masses."""
+"""Pinocchio's model of a checked URDF: feet in it, and the model with other masses."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hexapod_pin.arrays import Array
+from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
-from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
+from hexapod_pin.immutable import Immutable
+from hexapod_pin.robot.description.urdf_file import LARGEST_RADIUS, POINT, Joint, UrdfFile
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -62,6 +64,59 @@ def placement(model: pin.Model, link: str) -> tuple[str, pin.SE3]:
         raise UnknownNameError("link", link, known)
     frame = model.frames[model.getFrameId(link, pin.FrameType.BODY)]
     return str(model.names[frame.parentJoint]), frame.placement
+
+
+# Feet: spheres fixed to links, the only parts of a robot that touch the ground.
+
+
+@dataclass(frozen=True, eq=False)
+class Foot(Immutable):
+    """A sphere fixed to a link that may touch the ground.
+
+    Attributes:
+        name: name of its link.
+        leg: name of its leg; None where the robot has no legs of three joints.
+        joint: name of the joint that moves it ("root_joint" where it is fixed to the base).
+        offset: (3,) centre of the sphere in that joint's frame [m].
+        radius: radius [m]; 0 is a point foot.
+    """
+
+    name: str
+    leg: str | None
+    joint: str
+    offset: Array
+    radius: float
+
+
+def place_feet(
+    file: UrdfFile, model: pin.Model, links: Mapping[str, str | None], radius: float | None = None
+) -> tuple[tuple[Foot, ...], list[str]]:
+    """Return the feet with their spheres, and notes on feet that have none.
+
+    Args:
+        file: the URDF.
+        model: its model.
+        links: foot link -> its leg, None for a robot without legs.
+        radius: radius of all feet [m]; None takes each link's collision sphere, else a point.
+
+    Raises:
+        ParameterError: a radius out of range.
+        UrdfError: a collision sphere whose numbers are.
+    """
+    if radius is not None and not 0.0 <= radius <= LARGEST_RADIUS:
+        raise ParameterError("foot_radius", radius, f"from 0 to {LARGEST_RADIUS:g} m")
+    feet, points = [], []
+    for name, leg in links.items():
+        sphere = file.foot_sphere(name)
+        if sphere is None and radius is None:
+            points.append(name)
+        sphere = sphere or POINT
+        joint, place = placement(model, name)
+        centre = read_only(place.act(np.array(sphere.centre)))
+        size = sphere.radius if radius is None else float(radius)
+        feet.append(Foot(name, leg, joint, centre, size))
+    note = f"no collision sphere on {', '.join(points)}: point feet (or give foot_radius)"
+    return tuple(feet), [note] if points else []
 
 
 # A model with other masses: bodies fixed to links for good, taken from them, or scaled.

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
+from hexapod_pin.robot.description.urdf_annotation import ANNOTATION, PLACES, stated_leg_faults
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, attribute
-from hexapod_pin.robot.loading.limbs import stated_leg_faults
 from hexapod_pin.robot.mending.appearance import appearance_findings
 from hexapod_pin.robot.mending.finding import Draft, Finding, Severity
 from hexapod_pin.robot.mending.inertias import inertia_findings
@@ -22,7 +22,6 @@ from hexapod_pin.robot.mending.masses import SCALE_FIRST, whole_findings
 from hexapod_pin.robot.mending.measures import LinkSolids, Measures, MeshFinder
 from hexapod_pin.robot.mending.structure import structure_findings
 from hexapod_pin.robot.mending.units import joint_length_slip
-from hexapod_pin.robot.recognition.layout import STATEMENT
 
 
 def find_all(file: UrdfFile, finder: MeshFinder | None) -> list[Finding]:
@@ -66,9 +65,6 @@ def check_urdf(file: UrdfFile) -> UrdfCheck:
 
 # What a URDF states of itself in <hexapod_pin> and does not fit its links: found, and dropped.
 
-PLACES = {"posture": "angle", "held": "position"}
-"""Elements that state where a joint is, and the attribute with the place."""
-
 
 class BadStatement(NamedTuple):
     """A finding, and the elements whose removal repairs it."""
@@ -79,7 +75,7 @@ class BadStatement(NamedTuple):
 
 def bad_statements(file: UrdfFile) -> list[BadStatement]:
     """Return every stated leg, posture and held place that does not fit the links and joints."""
-    own = file.root.find(STATEMENT)
+    own = file.root.find(ANNOTATION)
     if own is None:
         return []
     found = [x for tag, place in PLACES.items() for x in _places(file, own, tag, place)]
@@ -103,7 +99,7 @@ def bad_statements(file: UrdfFile) -> list[BadStatement]:
 
 def mend_statement(draft: Draft) -> None:
     """Drop statements that do not fit the file as it is now."""
-    own = draft.root.find(STATEMENT)
+    own = draft.root.find(ANNOTATION)
     for finding, elements in bad_statements(draft.file):
         for element in elements:
             if own is not None and element in own:

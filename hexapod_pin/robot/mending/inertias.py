@@ -18,7 +18,6 @@ from hexapod_pin.robot.description.solids import (
     body_inertia,
     inertia_matrix,
     principal_moments,
-    rotation,
 )
 from hexapod_pin.robot.description.urdf_file import Link
 from hexapod_pin.robot.mending import rules
@@ -27,6 +26,7 @@ from hexapod_pin.robot.mending.measures import Measures
 from hexapod_pin.robot.mending.rules import FLATNESS
 from hexapod_pin.robot.mending.structure import tree_of, trunk_root
 from hexapod_pin.robot.mending.units import gyration, inertia_slip, readable
+from hexapod_pin.robot.rotations import rotation
 
 NEGLIGIBLE_INERTIA_SHARE = 1e-3
 """Share of its body's largest moment below which one fixed link's impossible inertia is a note."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import HexapodError
-from hexapod_pin.robot.description.solids import box_inertia, rod_inertia, rotation
+from hexapod_pin.robot.description.solids import box_inertia, rod_inertia
 from hexapod_pin.robot.description.urdf_file import (
     Joint,
     Link,
@@ -28,6 +28,7 @@ from hexapod_pin.robot.description.urdf_file import (
 )
 from hexapod_pin.robot.mending.rules import GRAVITY, MASS_PER_SPAN, SLENDERNESS, SPAN, TORQUE_FACTOR
 from hexapod_pin.robot.reading.mesh_file import read_mesh
+from hexapod_pin.robot.rotations import rotation
 
 SUPPORT_SHARE = 1.0 / 3.0
 """Share of the weight on one foot: a tripod."""

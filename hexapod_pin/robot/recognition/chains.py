@@ -12,8 +12,8 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UrdfError
-from hexapod_pin.robot.description.solids import rotation
-from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
+from hexapod_pin.robot.description.urdf_file import TURNING, Joint, UrdfFile
+from hexapod_pin.robot.rotations import rotation
 from hexapod_pin.robot.serial_chain import JointAxis
 
 MOST_JOINTS = 5
@@ -195,7 +195,6 @@ def _carrier(file: UrdfFile, link: str) -> Joint:
 # Poses of all links and joints in the root link's frame, from a URDF's tree alone.
 
 SLIDING = ("prismatic",)
-TURNING = ("revolute", "continuous")
 
 
 class Pose(NamedTuple):
@@ -226,6 +225,10 @@ class Axis(NamedTuple):
         offset = points - self.origin
         across: Array = offset - (offset @ self.unit)[..., None] * self.unit
         return across
+
+    def turned(self, points: Array, angle: float) -> Array:
+        """Return points (..., 3) turned about the axis by an angle [rad]."""
+        return JointAxis.of(self.unit, self.origin).turned(points, angle)
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,14 +268,6 @@ def tree_frames(file: UrdfFile, places: Mapping[str, float] = MappingProxyType({
             links[joint.child] = pose
             reached.append(joint.child)
     return TreeFrames(links, axes)
-
-
-def turned_about(axis: Axis, points: Array, angle: float) -> Array:
-    """Return points (..., 3) turned about an axis by an angle [rad]."""
-    joint = JointAxis.of(axis.unit, axis.origin)
-    c, s = np.cos([angle]), np.sin([angle])
-    moved: Array = axis.origin + joint.rotate(points - axis.origin, c, s)
-    return moved
 
 
 def check_tree(file: UrdfFile) -> None:
@@ -325,7 +320,7 @@ def _moved(joint: Joint, axis: Axis, pose: Pose, place: float) -> Pose:
         return pose
     if joint.kind in SLIDING:
         return Pose(pose.rotation, pose.position + place * axis.unit)
-    columns = turned_about(Axis(np.zeros(3), axis.unit), pose.rotation.T, place)
+    columns = Axis(np.zeros(3), axis.unit).turned(pose.rotation.T, place)
     return Pose(columns.T, pose.position)
 
 

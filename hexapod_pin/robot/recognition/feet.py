@@ -10,11 +10,12 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UrdfError
-from hexapod_pin.robot.description.urdf_file import LARGEST_LENGTH, Sphere, UrdfFile
-from hexapod_pin.robot.loading.limbs import FOOT_WORDS
+from hexapod_pin.robot.description.urdf_file import POINT, UrdfFile
 from hexapod_pin.robot.recognition.chains import Pose, TreeFrames
+from hexapod_pin.robot.recognition.layout import FOOT_WORDS, foot_word, named_foot
 from hexapod_pin.robot.recognition.legs import BodySphere, LegBody
 from hexapod_pin.robot.recognition.shape_points import Ball, fitted_ball
+from hexapod_pin.robot.rotations import perpendicular
 
 AT_TIP = 0.15
 """A frame further from the tip than this share of the last link is not the foot (*assumed*)."""
@@ -61,22 +62,9 @@ def shape_foot(body: LegBody, down: Array) -> FoundFoot:
 
 def frame_foot(file: UrdfFile, frames: TreeFrames, link: str, rule: str) -> FoundFoot:
     """Return the foot that a link is: its first collision sphere, else a point at its frame."""
-    sphere = file.link_by_name[link].collision_sphere or Sphere(0.0, (0.0, 0.0, 0.0))
-    if not np.isfinite([sphere.radius, *sphere.centre]).all() or sphere.radius < 0:
-        text = f"link {link!r}: collision sphere of radius {sphere.radius:g} m at {sphere.centre}"
-        raise UrdfError(
-            file.source,
-            [f"{text}; must be numbers up to {LARGEST_LENGTH:g} m, the radius not negative"],
-        )
+    sphere = file.foot_sphere(link) or POINT
     centre = frames.links[link].act(np.array(sphere.centre))
     return FoundFoot(link, True, centre, sphere.radius, rule, settled=True)
-
-
-def named_foot(file: UrdfFile, body: LegBody) -> str | None:
-    """Return the link fixed to a leg's last one that is called a foot; an earlier word wins."""
-    fixed = file.rigid_group(body.chain.body[0])[1:]
-    ranked = [(foot_word(name), -k, name) for k, name in enumerate(fixed)]
-    return min(((r, k, n) for r, k, n in ranked if r is not None), default=(0, 0, None))[2]
 
 
 def bare_foot(file: UrdfFile, frames: TreeFrames, body: LegBody, leg: str) -> FoundFoot:
@@ -123,7 +111,7 @@ def trusted_frames(
     Links called feet that have no shape and end where the shapes do say it themselves; and where
     shapes' tips differ from leg to leg, frames that agree are better.
     """
-    named = {body.chain.label: named_foot(file, body) for body in bodies}
+    named = {body.chain.label: named_foot(file, body.chain.body[0]) for body in bodies}
     links = {label: link for label, link in named.items() if link is not None}
     if len(links) < len(bodies) or any(body.empty for body in bodies):
         return None
@@ -198,11 +186,6 @@ class Tip:
     surface: Array
     stated: bool
     rule: str
-
-
-def foot_word(name: str) -> int | None:
-    """Return the rank of the word for a foot in a link's name; None where it has none."""
-    return next((k for k, word in enumerate(FOOT_WORDS) if word in name.lower()), None)
 
 
 def tip_towards(body: LegBody, down: Array) -> Tip:
@@ -284,7 +267,7 @@ def _middle(near: Array, down: Array, side: Array) -> tuple[Array, float]:
     """Return the middle of points across a direction [m] and their mean width there [m]."""
     first = side - (side @ down) * down
     size = float(np.linalg.norm(first))
-    first = first / size if size > 1e-6 else _any_across(down)
+    first = first / size if size > 1e-6 else perpendicular(down)
     second = np.cross(down, first)
     middle, widths = (near[0] @ down) * down, []
     for unit in (first, second):
@@ -292,10 +275,3 @@ def _middle(near: Array, down: Array, side: Array) -> tuple[Array, float]:
         middle = middle + 0.5 * (along.max() + along.min()) * unit
         widths.append(float(along.max() - along.min()))
     return middle, 0.5 * sum(widths)
-
-
-def _any_across(direction: Array) -> Array:
-    """Return a unit vector across a direction."""
-    across = np.cross(direction, np.eye(3)[int(np.abs(direction).argmin())])
-    unit: Array = across / np.linalg.norm(across)
-    return unit

@@ -10,7 +10,7 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_file import LARGEST_RADIUS, Joint, UrdfFile
-from hexapod_pin.robot.recognition.chains import Axis, turned_about
+from hexapod_pin.robot.recognition.chains import Axis
 from hexapod_pin.robot.recognition.feet import (
     SAME,
     FoundFoot,
@@ -165,7 +165,7 @@ def _unturned(joints: Sequence[Joint], legs: Legs, angles: Array, down: Array) -
     for joint, angle in zip(joints, angles, strict=True):
         unit = legs.frames.axes[joint.name].unit
         moved = float(angle) - legs.places.get(joint.name, 0.0)
-        down = turned_about(Axis(np.zeros(3), unit), down, -moved)
+        down = Axis(np.zeros(3), unit).turned(down, -moved)
     return down
 
 

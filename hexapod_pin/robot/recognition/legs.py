@@ -10,7 +10,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UrdfError
-from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
+from hexapod_pin.robot.description.urdf_file import UrdfFile
 from hexapod_pin.robot.recognition.chains import (
     LEG_COUNTS,
     MOST_JOINTS,
@@ -24,6 +24,7 @@ from hexapod_pin.robot.recognition.chains import (
     similar_chains,
     tree_frames,
 )
+from hexapod_pin.robot.recognition.layout import held_place
 from hexapod_pin.robot.recognition.shape_points import FlatEnd, link_shapes
 
 if TYPE_CHECKING:
@@ -200,15 +201,6 @@ def choose_legs(
         tuple(chains), tuple(bodies[chain.label] for chain in chains), tips,
         tree_frames(file, places), places, None if given is None else tuple(given),
     )  # fmt: skip
-
-
-def held_place(joint: Joint, held: Mapping[str, float]) -> float:
-    """Return where a joint is held: as asked, else zero moved into its limits [rad or m]."""
-    if joint.name in held:
-        return float(held[joint.name])
-    lower, upper = joint.limit("lower", 0.0), joint.limit("upper", 0.0)
-    bounded = joint.kind != "continuous" and np.isfinite([lower, upper]).all() and lower <= upper
-    return float(min(max(0.0, lower), upper)) if bounded else 0.0
 
 
 def _far(body: LegBody, frames: TreeFrames) -> Array:

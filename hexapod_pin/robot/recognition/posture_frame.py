@@ -65,13 +65,6 @@ class StandingPosture:
     reason: str
 
 
-def turned(axis: JointAxis, points: Array, angle: float | Array) -> Array:
-    """Return points (..., 3) turned about an axis by angles (...) [rad]."""
-    c, s = np.cos(angle)[..., None], np.sin(angle)[..., None]
-    moved: Array = axis.origin + axis.rotate(points - axis.origin, c, s)
-    return moved
-
-
 def with_joint_at(leg: LegFrame, index: int, angle: float) -> LegFrame:
     """Return the leg with one joint at an angle [rad] and no longer a joint.
 
@@ -81,9 +74,9 @@ def with_joint_at(leg: LegFrame, index: int, angle: float) -> LegFrame:
     c, s = np.cos([angle]), np.sin([angle])
     axes, origins = leg.axes.copy(), leg.origins.copy()
     axes[index + 1 :] = axis.rotate(axes[index + 1 :], c, s)
-    origins[index + 1 :] = turned(axis, origins[index + 1 :], angle)
+    origins[index + 1 :] = axis.turned(origins[index + 1 :], angle)
     if leg.ankle is not None:
-        ankle: Array | None = turned(axis, leg.ankle, angle)
+        ankle: Array | None = axis.turned(leg.ankle, angle)
     else:
         ankle = axis_points(leg)[index] if index == len(axes) - 1 else None
     left = [k for k in range(len(axes)) if k != index]
@@ -91,7 +84,7 @@ def with_joint_at(leg: LegFrame, index: int, angle: float) -> LegFrame:
         leg,
         axes=axes[left],
         origins=origins[left],
-        tip=turned(axis, leg.tip, angle),
+        tip=axis.turned(leg.tip, angle),
         ankle=ankle,
         lower=leg.lower[left],
         upper=leg.upper[left],

@@ -12,11 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array, read_only
-from hexapod_pin.errors import ReachError, UnknownNameError, UrdfError
+from hexapod_pin.errors import ReachError, UrdfError
 from hexapod_pin.robot.description.leg_names import leg_names, leg_of_chain
-from hexapod_pin.robot.description.urdf_file import Joint, Sphere, UrdfFile
-from hexapod_pin.robot.loading.limbs import Leg, stated_limbs, stated_places
-from hexapod_pin.robot.loading.load_options import RobotHints
+from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.recognition.chains import check_tree, walking_joints
 from hexapod_pin.robot.recognition.directions import (
     Forward,
@@ -28,13 +26,21 @@ from hexapod_pin.robot.recognition.directions import (
 )
 from hexapod_pin.robot.recognition.feet import FoundFoot, local
 from hexapod_pin.robot.recognition.foot_choice import feet_text, provisional_feet, standing_feet
-from hexapod_pin.robot.recognition.layout import LegLayout, RobotLayout, read_provenance
-from hexapod_pin.robot.recognition.legs import Legs, choose_legs, held_place
+from hexapod_pin.robot.recognition.layout import (
+    LegLayout,
+    RobotHints,
+    RobotLayout,
+    known_places,
+    known_posture,
+    layout_named,
+    layout_of_feet,
+    layout_stated,
+)
+from hexapod_pin.robot.recognition.legs import Legs, choose_legs
 from hexapod_pin.robot.recognition.posture_frame import LegFrame, with_joint_at
 from hexapod_pin.robot.recognition.posture_search import standing_posture
 from hexapod_pin.robot.recognition.shape_points import link_points
 from hexapod_pin.robot.recognition.up import Up, find_up
-from hexapod_pin.robot.state import joint_angles
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.reading.resources import ResourceFinder
@@ -56,11 +62,10 @@ def recognise(file: UrdfFile, finder: ResourceFinder, hints: RobotHints) -> Robo
         ParameterError: a foot radius out of range.
     """
     check_tree(file)
-    own = read_provenance(file).posture
-    stated = stated_posture(file, own, hints.posture)
-    held = stated_places(file) | _checked_held(file, hints.held or {})
-    if (said := stated_layout(file, hints, stated, held)) is not None:
-        return said
+    stated, held = known_posture(file, hints), known_places(file, hints)
+    free = hints.legs is None and hints.forward is None  # the file is taken at its word
+    if free and (own := layout_stated(file, hints)) is not None:
+        return own
     legs: Legs | None = None
     try:
         legs = choose_legs(file, finder, hints.legs, held)
@@ -68,7 +73,7 @@ def recognise(file: UrdfFile, finder: ResourceFinder, hints: RobotHints) -> Robo
     except UrdfError:
         if not _may_only_stand(file, hints, legs):
             raise
-        return RobotLayout(read_only(np.eye(3)), (), posture=stated)
+        return layout_named(file, hints) or layout_of_feet(file, hints)
 
 
 def _may_only_stand(file: UrdfFile, hints: RobotHints, legs: Legs | None) -> bool:
@@ -174,15 +179,6 @@ def _moved(before: Sequence[FoundFoot], after: Sequence[FoundFoot]) -> bool:
     )
 
 
-def _checked_held(file: UrdfFile, held: Mapping[str, float]) -> dict[str, float]:
-    """Return the places that the user gives, of joints that exist."""
-    moved = [joint.name for joint in file.joints if joint.moves]
-    for name in held:
-        if name not in moved:
-            raise UnknownNameError("moved joint", name, moved)
-    return {name: float(place) for name, place in held.items()}
-
-
 def _layout(
     file: UrdfFile, legs: Legs, names: Sequence[str], feet: Sequence[FoundFoot],
     walking: Sequence[int], turn: Array, standing: Standing, texts: Sequence[str],
@@ -210,6 +206,9 @@ def _layout(
         name for name in held if name not in {j for leg in leg_layouts for j in leg.held}
     ]:
         texts = [*texts, f"held in place, as they are in no leg: {', '.join(outside)}"]
+    held, posture = (
+        {name: place + 0.0 for name, place in places.items()} for places in (held, posture)
+    )
     return RobotLayout(read_only(turn), tuple(leg_layouts), held, posture, tuple(texts))
 
 
@@ -230,42 +229,6 @@ class Standing:
 
     angles: tuple[Array, ...]
     reason: str
-
-
-def stated_posture(
-    file: UrdfFile, own: Mapping[str, float], given: Sequence[float] | Mapping[str, float] | None
-) -> dict[str, float]:
-    """Return the angles [rad] that the file or the user states by joint name, the user's first.
-
-    Args:
-        file: the URDF.
-        own: what the file states.
-        given: by name, or of all moved joints in the order of `joint_order`.
-
-    Raises:
-        UnknownNameError: a joint that does not exist.
-        StateError: a sequence of another length, or values that are not finite.
-    """
-    if given is None:
-        return dict(own)
-    names = joint_order(file)
-    if isinstance(given, Mapping):
-        joint_angles(names, np.zeros(len(names)), given)
-        return {**own, **{name: float(angle) for name, angle in given.items()}}
-    angles = joint_angles(names, np.zeros(len(names)), given)
-    return dict(zip(names, angles.tolist(), strict=True))
-
-
-def joint_order(file: UrdfFile) -> list[str]:
-    """Return the moved joints in the order of the loaded robot: depth first, siblings by name."""
-    order, stack = [], [file.base]
-    while stack:
-        item = stack.pop()
-        below = sorted(file.joints_below[item], key=lambda joint: joint.name, reverse=True)
-        stack += [joint.child for joint in below]
-        order.append(item)
-    carriers = {joint.child: joint for joint in file.joints}
-    return [carriers[n].name for n in order if n in carriers and carriers[n].moves]
 
 
 def stand(
@@ -356,49 +319,3 @@ def _no_range(joint: Joint) -> str:
 def _place(legs: Legs, stated: Mapping[str, float], joint: Joint) -> float:
     """Return a stated angle; of a joint that is not stated its place, else zero [rad]."""
     return float(stated.get(joint.name, legs.places.get(joint.name, 0.0)))
-
-
-# A file that states its legs is taken at its word: nothing is inferred.
-
-
-def stated_layout(
-    file: UrdfFile, hints: RobotHints, stated: Mapping[str, float], held: Mapping[str, float]
-) -> RobotLayout | None:
-    """Return the robot as its file states it; None where it states no legs, or hints oppose.
-
-    Args:
-        file: the URDF; the root link has x forward, y left, z up.
-        hints: what the user says; another direction or other legs go before the file.
-        stated: standing angles by joint name [rad].
-        held: places of joints by name [rad or m].
-
-    Raises:
-        UrdfError: statements that do not fit the file.
-    """
-    if hints.legs is not None or hints.forward is not None:
-        return None
-    limbs = stated_limbs(file, hints.feet)
-    if limbs is None:
-        return None
-    walking = {joint for leg in limbs.legs for joint in leg.joints}
-    places = {
-        joint.name: held_place(joint, held)
-        for joint in file.joints
-        if joint.moves and joint.name not in walking
-    }
-    legs = tuple(_leg(file, leg, places, hints.foot_radius) for leg in limbs.legs)
-    angles = {joint: angle for joint, angle in stated.items() if joint in walking}
-    return RobotLayout(read_only(np.eye(3)), legs, places, angles)
-
-
-def _leg(file: UrdfFile, leg: Leg, places: Mapping[str, float], radius: float | None) -> LegLayout:
-    """Return one stated leg; its foot is the link's first collision sphere, else a point."""
-    carriers = {joint.child: joint for joint in file.joints}
-    above, link = [], leg.foot
-    while link in carriers:
-        above.append(carriers[link].name)
-        link = carriers[link].parent
-    held = tuple(name for name in reversed(above) if name in places)
-    sphere = file.link_by_name[leg.foot].collision_sphere or Sphere(0.0, (0.0, 0.0, 0.0))
-    size = sphere.radius if radius is None else float(radius)
-    return LegLayout(leg.name, leg.joints, held, leg.foot, leg.foot, read_only(sphere.centre), size)

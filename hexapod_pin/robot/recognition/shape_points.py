@@ -11,7 +11,6 @@ from xml.etree import ElementTree
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.robot.description.solids import rotation
 from hexapod_pin.robot.description.urdf_file import (
     LARGEST_LENGTH,
     UrdfFile,
@@ -21,6 +20,7 @@ from hexapod_pin.robot.description.urdf_file import (
     triple,
 )
 from hexapod_pin.robot.reading.mesh_file import read_mesh
+from hexapod_pin.robot.rotations import rotation
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.reading.resources import ResourceFinder

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.robot.recognition.chains import Axis, Chain, TreeFrames, turned_about
+from hexapod_pin.robot.recognition.chains import Axis, Chain, TreeFrames
 
 COMMON = 0.8
 """Least share of the first axes' squares along one direction (27 deg off it) (*assumed*)."""
@@ -155,7 +155,7 @@ def _sign(
 def _placed(axes: Sequence[Axis], tip: Array, angles: Sequence[float]) -> Array:
     """Return a tip with its joints at angles [m]."""
     for axis, angle in zip(reversed(axes), reversed(angles), strict=True):
-        tip = turned_about(axis, tip, angle)
+        tip = axis.turned(tip, angle)
     return tip
 
 

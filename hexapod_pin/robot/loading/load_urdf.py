@@ -1,8 +1,7 @@
-"""From a robot's file to a URDF that says everything: read, mend if asked, recognise, state."""
+"""A robot's file is read, repaired if asked, checked, recognised and annotated, each once."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,66 +11,87 @@ from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
 from hexapod_pin.robot.mending.find_all import check_urdf
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.reading.robot_text import read_robot_text
-from hexapod_pin.robot.recognition.layout import RobotLayout, stated
+from hexapod_pin.robot.recognition.layout import (
+    RobotLayout,
+    annotate_urdf,
+    layout_named,
+    layout_of_feet,
+    layout_stated,
+)
 from hexapod_pin.robot.recognition.recognise import recognise
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.mending.finding import MendOptions
 
 
-@dataclass(frozen=True)
-class Intake:
+class LoadedUrdf(NamedTuple):
     """A robot's file as it is used.
 
     Attributes:
-        file: the URDF that says everything.
-        layout: what was found in it.
+        file: the URDF with its layout stated in it.
+        layout: the robot in it.
         options: how it was read, hints included.
-        mended: what was changed to mend it.
+        repaired: what was changed to repair it.
         notes: what was assumed in reading it, and what is suspicious in it.
     """
 
     file: UrdfFile
     layout: RobotLayout
     options: LoadOptions
-    mended: tuple[str, ...] = ()
+    repaired: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
-    @property
-    def feet(self) -> tuple[str, ...] | None:
-        """Foot links as given; None where the file states its legs."""
-        return None if self.layout.inferred else self.options.feet
 
+def load_urdf(path: Path, options: LoadOptions) -> LoadedUrdf:
+    """Read a robot's file, repair it if asked, check it, recognise the robot and annotate the file.
 
-def read_explicit(path: Path, arguments: LoadOptions) -> Intake:
-    """Read a robot's file and state in it what its geometry and its hints say.
+    Args:
+        path: of a URDF or xacro file; its hints file adds to the options.
+        options: how it is read, and what goes before what would be inferred.
 
     Raises:
         UrdfError: the file cannot be used; all findings at once.
         ParameterError: a hint out of range.
         UnknownNameError: a hint names no link or joint.
     """
-    options = arguments.over(read_hints(path))
-    return explicit(read_file(path, options), options)
+    options = options.over(read_hints(path))
+    return loaded(read_file(path, options), options)
 
 
-def explicit(read: SourceFile, options: LoadOptions) -> Intake:
-    """State in a robot's file, as read, what its geometry and its hints say; as `read_explicit`."""
+def loaded(read: SourceFile, options: LoadOptions, layout: RobotLayout | None = None) -> LoadedUrdf:
+    """Return a robot's file, as read, as it is used; `layout` if it is known; as `load_urdf`."""
     file, finder, _, notes = read
-    mended: tuple[str, ...] = ()
+    repaired: tuple[str, ...] = ()
     if options.mend:
         from hexapod_pin.robot.mending.mend_urdf import mend_urdf
 
         done = mend_urdf(file, finder, _mend_options(options))
-        file, mended = done.file, done.changes
+        file, repaired = done.file, done.changes
         notes = (*notes, *done.notes)
     findings, suspicious = check_urdf(file)
     if findings:
         endless = all("continuous joint" in text for text in findings)
         more = _unrecognised(file, finder, options) if endless else []
         raise UrdfError(file.source, [*findings, *more])
-    layout = recognise(file, finder, options)
-    return Intake(stated(file, layout), layout, options, mended, (*notes, *suspicious))
+    layout = layout or recognise(file, finder, options)
+    file = annotate_urdf(file, layout)
+    return LoadedUrdf(file, layout, options, repaired, (*notes, *suspicious))
+
+
+def loaded_text(text: str, source: str, options: LoadOptions) -> LoadedUrdf:
+    """Return the text of a loaded robot, `Robot.urdf`, as it is used: nothing is recognised.
+
+    Raises:
+        UrdfError: the text cannot be used, or states neither legs nor feet.
+        UnknownNameError: a hint names no link or joint.
+    """
+    file = parse_urdf(text.encode(), source)
+    findings, suspicious = check_urdf(file)
+    if findings:
+        raise UrdfError(source, findings)
+    layout = layout_stated(file, options) or layout_named(file, options)
+    layout = layout or layout_of_feet(file, options)
+    return LoadedUrdf(file, layout, options, (), tuple(suspicious))
 
 
 def _unrecognised(file: UrdfFile, finder: ResourceFinder, options: LoadOptions) -> list[str]:
