@@ -28,6 +28,7 @@ from hexapod_pin.results.grid_columns import (
 from hexapod_pin.results.result_files import Column, Group, read_netcdf, write_netcdf
 from hexapod_pin.results.torque_map import NOT_RUN
 from hexapod_pin.results.trace_layout import described
+from hexapod_pin.text_table import Table
 
 SCHEMA = ("hexapod_pin.gait_energy", 1)
 
@@ -262,19 +263,25 @@ class GaitEnergy(Immutable):
             UnknownNameError: there is no such cost or scene.
         """
         values, best = self.of(cost, scene), self.cheapest(cost, scene)
-        width = max(12, *(len(name) + 2 for name in self.gaits))
-        lines = [
+        title = (
             f"{LAYOUT[cost][2]} [{LAYOUT[cost][1]}], {scene or self.scenes[0]}; "
-            f"* cheapest, or as cheap within {self.tie(cost, scene):.2g}",
-            "speed [m/s]" + "".join(f"{name:>{width}}" for name in self.gaits),
-        ]
-        for row, column in zip(best, values.T, strict=True):
-            cells = [
-                f"{value:.4g}{'*' if name in row.gaits else ' '}" if np.isfinite(value) else "- "
-                for name, value in zip(self.gaits, column, strict=True)
+            f"* cheapest, or as cheap within {self.tie(cost, scene):.2g}"
+        )
+        rows = [
+            [
+                f"{row.speed:.4g}",
+                *(
+                    f"{value:.4g}{'*' if name in row.gaits else ' '}"
+                    if np.isfinite(value)
+                    else "- "
+                    for name, value in zip(self.gaits, column, strict=True)
+                ),
             ]
-            lines.append(f"{row.speed:11.4g}" + "".join(f"{cell:>{width}}" for cell in cells))
-        return "\n".join(lines)
+            for row, column in zip(best, values.T, strict=True)
+        ]
+        wide = max(10, *map(len, self.gaits))
+        table = Table(title, ("speed [m/s]", *self.gaits), rows, ">", rule=False, least=wide)
+        return "\n".join(table.lines())
 
     def group(self) -> Group:
         """Return everything as columns and attributes of a file."""

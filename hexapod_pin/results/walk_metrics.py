@@ -15,6 +15,7 @@ import numpy as np
 from hexapod_pin.arguments import explain_methods
 from hexapod_pin.results.summary import Summary, path_error
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
+from hexapod_pin.text_table import labelled
 
 
 class Metric(NamedTuple):
@@ -133,11 +134,7 @@ class WalkMetrics:
     def table(self) -> str:
         """Return a plain text table with units."""
         rows = [(m.meaning, getattr(self, name), m.unit) for name, m in METRICS.items()]
-        width = max(len(meaning) for meaning, _, _ in rows)
-        return "\n".join(
-            f"{meaning:{width}}  {'-' if value is None else f'{value:.4g}'} {unit}"
-            for meaning, value, unit in rows
-        )
+        return "\n".join(labelled(rows))
 
 
 def _feet(summary: Summary, budget: TorqueBudget) -> dict[str, float | None]:
