@@ -8,6 +8,7 @@ import math
 import os
 import re
 import sys
+from contextlib import closing
 from dataclasses import replace
 from html.parser import HTMLParser
 
@@ -300,9 +301,9 @@ def test_seventy_motors_with_long_names_fit_the_page(tmp_path):
     s = selection(candidates=ranked, choice=ranked[0], demands={}, confidence=None)
     blocks = list(selection_blocks(s, None))
     tables = [block for block in blocks if isinstance(block, Table)]
-    paper = Paper("motors")
-    found = [paper.fitted(table) for table in tables]
-    assert all(sum(widths) == pytest.approx(paper.epw) for _, widths in found)
+    with closing(Paper("motors")) as paper:
+        found = [paper.fitted(table) for table in tables]
+        assert all(sum(widths) == pytest.approx(paper.epw) for _, widths in found)
     assert all(min(widths) > 2.0 * size for size, widths in found)
     assert sum(isinstance(block, Picture) for block in blocks) == 1
     assert write_selection_report(s, tmp_path / "a.pdf").stat().st_size < 2_000_000
@@ -342,10 +343,10 @@ def test_numbers_and_uses_as_text():
 def test_a_long_word_is_broken_within_the_page():
     """As texts are of a robot's file: of any length, without a space."""
     text = "a robot " * 30 + "x" * 200
-    paper = Paper("Robot")
-    paper.set_font(FONT, size=8.0)
-    lines = paper.multi_cell(100.0, 10.0, paper.plain(text), dry_run=True, output="LINES")
-    assert all(paper.get_string_width(line) <= 100.0 for line in lines)
+    with closing(Paper("Robot")) as paper:
+        paper.set_font(FONT, size=8.0)
+        lines = paper.multi_cell(100.0, 10.0, paper.plain(text), dry_run=True, output="LINES")
+        assert all(paper.get_string_width(line) <= 100.0 for line in lines)
     assert "".join(lines).replace(" ", "") == "arobot" * 30 + "x" * 200
 
 

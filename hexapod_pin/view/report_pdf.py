@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from datetime import datetime, timezone
 from itertools import zip_longest
 from pathlib import Path
@@ -11,7 +12,7 @@ from textwrap import wrap
 from typing import Any
 
 from fpdf import FPDF
-from fpdf.fonts import FontFace
+from fpdf.fonts import FontFace, TTFFont
 from matplotlib import get_data_path
 
 from hexapod_pin.foreign_text import visible
@@ -23,16 +24,22 @@ LEADING = 1.28
 PAD = 3.0
 """Room on either side of a cell [pt]."""
 
-SIZES = (7.0, 6.5, 6.0, 5.5, 5.0, 4.5)
-"""Sizes of type, of which the first is taken in which a table fits the page's width [pt]."""
+SMALLEST = 4.5
+"""Size of type of tables that do not fit the page's width in a larger one [pt]."""
 
-SHORT = 100.0
-"""Width that a column of texts has where its texts are as wide [pt]."""
+SHORT = 14.0
+"""Width that a column of texts has where its texts are as wide, over the size of type [-]."""
 
 WITH_TITLE = 110.0
 """Room for what introduces a table or figure, and for the table's first rows [pt]."""
 
+WITH_TEXT = 40.0
+"""Room for some lines of anything else [pt]."""
+
 FONT = "DejaVu Sans"
+
+COUNT = "‡‡"
+"""Stands for it until the file is complete."""
 
 EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 """Date of creation in every file, which fpdf2 cannot leave out: the same report, the same bytes."""
@@ -40,12 +47,12 @@ EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 
 def pdf_bytes(title: str, blocks: Sequence[Block]) -> bytes:
     """Return the file of a report; no clock is read."""
-    paper = Paper(title)
-    for block, after in zip(blocks, (*blocks[1:], None), strict=True):
-        if isinstance(after, Table):
-            paper.room(WITH_TITLE)
-        block.print(paper)
-    return bytes(paper.output())
+    with closing(Paper(title)) as paper:
+        for block, after in zip(blocks, (*blocks[1:], None), strict=True):
+            if not isinstance(block, Table):
+                paper.room(WITH_TITLE if isinstance(after, Table) else WITH_TEXT)
+            block.print(paper)
+        return bytes(paper.output())
 
 
 class Paper(FPDF):
@@ -63,11 +70,21 @@ class Paper(FPDF):
         fonts = Path(get_data_path()) / "fonts" / "ttf"
         self.add_font(FONT, "", fonts / "DejaVuSans.ttf")
         self.add_font(FONT, "B", fonts / "DejaVuSans-Bold.ttf")
-        self.letters: Any = getattr(self.fonts[FONT.lower()], "cmap", {})
-        self.footline = self.plain(title)
-        self.set_title(self.footline)
+        regular = self.fonts[FONT.lower()]
+        self.letters = regular.cmap if isinstance(regular, TTFFont) else {}
+        self.set_title(self.plain(title))
         self.set_creation_date(EPOCH)
+        self.alias_nb_pages(COUNT)
         self.add_page()
+        self._style(SMALL)
+        lines: Any = self.multi_cell(400.0, text=self.plain(title), dry_run=True, output="LINES")
+        self.footline: str = lines[0] if lines else ""
+
+    def close(self) -> None:
+        """Close the files of the fonts, which fpdf2 leaves open."""
+        for font in self.fonts.values():
+            if isinstance(font, TTFFont):
+                font.ttfont.close()
 
     def file_id(self) -> None:
         """Return no number of the file: it would be of its time."""
@@ -77,7 +94,7 @@ class Paper(FPDF):
         self.set_y(-32.0)
         self._style(SMALL, False, LIGHT)
         self.cell(400.0, 10.0, self.footline)
-        self.cell(0.0, 10.0, f"page {self.page_no()} of {{nb}}", align="R")
+        self.cell(0.0, 10.0, f"page {self.page_no()} of {COUNT}", align="R")
 
     def plain(self, text: str) -> str:
         """Return a text in one line, with a box for what the font lacks."""
@@ -204,23 +221,22 @@ class Paper(FPDF):
 
     def fitted(self, table: Table) -> tuple[float, list[float]]:
         """Return the size of type and the widths of columns that fill the page's width."""
-        for size in SIZES:
-            least = [self._width(table, k, size, whole=False) for k in range(len(table.columns))]
-            if sum(least) <= self.epw:
-                break
-        widths, spare = list(least), max(self.epw - sum(least), 0.0)
-        more = [self._width(table, k, size, whole=True) - least[k] for k in range(len(least))]
+        self._style(1.0, bold=True)
+        least, more = [], []  # over the size: what must not be broken, and what else is there
+        for k, column in enumerate(table.columns):
+            texts = [self.plain(row[k].text) for row in table.rows]
+            words = [word for text in texts for word in text.split()] if column.wide else texts
+            word, whole = (
+                max(1.0, *map(self.get_string_width, parts))
+                for parts in ((*words, *column.title.split()), (*texts, column.title))
+            )
+            least.append(min(word, SHORT) if column.wide else word)
+            more.append(whole - least[-1])
+        across = self.epw - 2.0 * PAD * len(least)
+        size = max(min(SMALL, across / sum(least)), SMALLEST)
+        spare = max(across / size - sum(least), 0.0)
+        widths = list(least)
         for left, k in enumerate(sorted(range(len(least)), key=more.__getitem__)):
             given = min(more[k], spare / (len(least) - left))
             widths[k], spare = widths[k] + given, spare - given
-        return size, [width * self.epw / sum(widths) for width in widths]
-
-    def _width(self, table: Table, k: int, size: float, whole: bool) -> float:
-        """Return the width of a column: of its whole texts, or of what must not be broken."""
-        texts = [self.plain(row[k].text) for row in table.rows]
-        wide = table.columns[k].wide
-        words = table.columns[k].title.split()
-        words += texts if whole or not wide else [word for text in texts for word in text.split()]
-        self._style(size, bold=True)
-        width = max(map(self.get_string_width, words), default=0.0)
-        return 2.0 * PAD + (min(width, SHORT) if wide and not whole else width)
+        return size, [across * width / sum(widths) + 2.0 * PAD for width in widths]
