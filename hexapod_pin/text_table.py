@@ -27,8 +27,8 @@ class Table:
 
     Example:
         >>> print(Table("", ("joint", "peak\n[N m]"), [("coxa", 1.25)], align="<>").text(), end="")
-        joint   peak
-               [N m]
+                peak
+        joint  [N m]
         ------------
         coxa    1.25
     """
