@@ -224,6 +224,19 @@ def test_a_row_higher_than_a_page_goes_over_pages():
     assert all("Motor Notes" in one.extract_text() for one in pages)
 
 
+def test_a_figure_higher_than_a_page_is_made_smaller():
+    """It stands on one page with its caption: 20 inches do not fit A4."""
+    picture = Picture(lambda figure: figure.subplots().plot([0.0, 1.0]), 20.0, "Figure 1. High")
+    pages = PdfReader(io.BytesIO(report_bytes((Title("Robot"), picture), ".pdf"))).pages
+    place = re.findall(
+        r"q ([\d.]+) 0 0 ([\d.]+) ", pages[-1].get_contents().get_data().decode("latin-1")
+    )
+    assert [len(one.images) for one in pages] == [0, 1]
+    assert "Figure 1. High" in pages[-1].extract_text()
+    ((width, height),) = [(float(a), float(b)) for a, b in place]
+    assert height < 762.0 and width / height == pytest.approx(7.3 / 20.0, rel=1e-2)
+
+
 def test_without_fpdf2_a_pdf_is_a_typed_error_and_a_page_is_written(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "fpdf", None)
     small = selection(demands={}, confidence=None)

@@ -185,12 +185,15 @@ class Paper(FPDF):
         self.ln(20.0)
 
     def picture(self, png: io.BytesIO, height: float, caption: str) -> None:
-        """Print a figure over the whole width, with its caption below."""
+        """Print a figure over the whole width, or the whole height, with its caption below."""
         from PIL import Image
 
-        self.room(height + 4.0 * LEADING * SMALL)
+        below = 8.0 * LEADING * SMALL
+        height = min(height, self.eph - below)
+        self.room(height + below)
         with Image.open(png) as drawn:
-            self.image(drawn.convert("RGB"), w=self.epw, h=height, alt_text=self.plain(caption))
+            self.image(drawn.convert("RGB"), w=self.epw, h=height, keep_aspect_ratio=True,
+                       alt_text=self.plain(caption))  # fmt: skip
         self.ln(2.0)
         self.paragraph(caption, SMALL, color=GREY, after=8.0)
 
