@@ -28,7 +28,7 @@ from hexapod_pin import native
 from hexapod_pin.benchmark.engines.mujoco_engine import CONES, MujocoSettings
 from hexapod_pin.robot.robot import urdf_path
 from hexapod_pin.simulation.plant import native_plant
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 
 ROOT = Path(__file__).resolve().parents[1]
 STEP = 1e-3

@@ -59,8 +59,11 @@ def select(
     from hexapod_pin.commands.progress import progress_bar
     from hexapod_pin.commands.terminal import NONE_PASSES, fail, interrupted_status
     from hexapod_pin.sweep.selection import select_motors
+    from hexapod_pin.view.report import require_report
 
     report = None if no_html else writable("--html", html, (".html", ".pdf"), drawn=True)
+    if report is not None:
+        require_report(f"--html {html}", report.suffix.lower())
     table = None if csv is None else writable("--csv", csv, (".csv",))
     text, folder = study_text(robot, study, catalog, voltage, motor_mass, mend)
     with progress_bar("motors") as bar:

@@ -14,6 +14,7 @@ from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.results.grid_columns import GridResult
 from hexapod_pin.results.result_files import read_netcdf
 from hexapod_pin.results.schema import quantity, schema
+from hexapod_pin.text_table import Table
 
 GRID = ("scene", "gait", "speed")
 POINT = "scene gait speed"
@@ -196,19 +197,25 @@ class GaitEnergy(GridResult):
         """
         values, best = self.of(cost, scene), self.cheapest(cost, scene)
         about = schema(GaitEnergy)[cost]
-        width = max(12, *(len(name) + 2 for name in self.gaits))
-        lines = [
+        title = (
             f"{about.meaning} [{about.unit}], {scene or self.scenes[0]}; "
-            f"* cheapest, or as cheap within {self.tie(cost, scene):.2g}",
-            "speed [m/s]" + "".join(f"{name:>{width}}" for name in self.gaits),
-        ]
-        for row, column in zip(best, values.T, strict=True):
-            cells = [
-                f"{value:.4g}{'*' if name in row.gaits else ' '}" if np.isfinite(value) else "- "
-                for name, value in zip(self.gaits, column, strict=True)
+            f"* cheapest, or as cheap within {self.tie(cost, scene):.2g}"
+        )
+        rows = [
+            [
+                f"{row.speed:.4g}",
+                *(
+                    f"{value:.4g}{'*' if name in row.gaits else ' '}"
+                    if np.isfinite(value)
+                    else "- "
+                    for name, value in zip(self.gaits, column, strict=True)
+                ),
             ]
-            lines.append(f"{row.speed:11.4g}" + "".join(f"{cell:>{width}}" for cell in cells))
-        return "\n".join(lines)
+            for row, column in zip(best, values.T, strict=True)
+        ]
+        wide = max(10, *map(len, self.gaits))
+        table = Table(title, ("speed [m/s]", *self.gaits), rows, ">", rule=False, least=wide)
+        return "\n".join(table.lines())
 
 
 @checked

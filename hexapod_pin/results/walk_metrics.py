@@ -15,6 +15,7 @@ import numpy as np
 from hexapod_pin.results.schema import Record, quantity, schema
 from hexapod_pin.results.summary import Summary, path_error
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
+from hexapod_pin.text_table import labelled
 
 
 class WalkMetrics(Record):
@@ -87,11 +88,7 @@ class WalkMetrics(Record):
     def table(self) -> str:
         """Return a plain text table with units."""
         rows = [(m.meaning, getattr(self, name), m.unit) for name, m in METRICS.items()]
-        width = max(len(meaning) for meaning, _, _ in rows)
-        return "\n".join(
-            f"{meaning:{width}}  {'-' if value is None else f'{value:.4g}'} {unit}"
-            for meaning, value, unit in rows
-        )
+        return "\n".join(labelled(rows))
 
 
 METRICS = schema(WalkMetrics)

@@ -13,6 +13,7 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.summary import Summary
+from hexapod_pin.text_table import Cell, Table
 
 
 @dataclass(frozen=True)
@@ -116,38 +117,39 @@ class TuningResult(Immutable):
 
     def table(self) -> str:
         """Return parameters and scores as two tables (Markdown)."""
-        lines = ["| parameter | start | best | bounds |", "|---|---:|---:|---|"]
+        parameters = []
         for name, value in self.best.items():
             low, high = self.bounds[name]
             scale = ", log" if name in self.logarithmic else ""
-            lines.append(
-                f"| {name} | {self.start[name]:.6g} | {value:.6g} | {low:g}..{high:g}{scale} |"
-            )
-        lines += ["", "| scenes | baseline | start | best | gain |", "|---|---:|---:|---:|---:|"]
-        lines += _rows("tuned on", self.tuned)
+            parameters.append((name, self.start[name], value, f"{low:g}..{high:g}{scale}"))
+        scores = _rows("tuned on", self.tuned)
         if self.held_out is None:
-            lines.append("| held out | | | | not run: interrupted |")
+            scores.append(("held out", "", "", "", "not run: interrupted"))
         else:
-            lines += _rows("held out", self.held_out)
+            scores += _rows("held out", self.held_out)
+        head = ("parameter", "start", "best", "bounds")
+        of_parameters = Table("", head, parameters, "<>><", number=".6g")
+        of_scores = Table("", ("scenes", "baseline", "start", "best", "gain"), scores, "<>")
         counts = f"{len(self.history)} candidates, {self.failed} failed (score {self.penalty:g})"
-        return "\n".join([*lines, "", f"Less is better. {counts}, seed {self.seed}."])
+        last = f"Less is better. {counts}, seed {self.seed}."
+        return "\n".join([of_parameters.markdown(), of_scores.markdown(), last])
 
 
 def _gain(baseline: float, best: float) -> float:
     return 1.0 - best / baseline if baseline > 0.0 else math.nan
 
 
-def _rows(label: str, scores: Scores) -> list[str]:
+def _rows(label: str, scores: Scores) -> list[tuple[Cell, ...]]:
     """Return the rows of a set of scenes: all together, then each."""
     rows = [_row(f"**{label}**", (scores.baseline, scores.start, scores.best))]
     return rows + [_row(f"{label}: {name}", row) for name, row in scores.by_scene.items()]
 
 
-def _row(label: str, values: tuple[float, float, float]) -> str:
+def _row(label: str, values: tuple[float, float, float]) -> tuple[Cell, ...]:
     baseline, start, best = values
     gain = _gain(baseline, best)
     text = f"{100.0 * gain:+.1f} %" if math.isfinite(gain) else "-"
-    return f"| {label} | {baseline:.4g} | {start:.4g} | {best:.4g} | {text} |"
+    return label, baseline, start, best, text
 
 
 # Objectives of tuning: what a set of runs is worth against the same runs of a baseline.

@@ -15,6 +15,7 @@ from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.schema import schema
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.sweep.study.sweep_study import SweepStudy
+from hexapod_pin.text_table import Table
 
 # Sobol indices from evaluations at Saltelli's points, with bootstrap intervals.
 #
@@ -95,18 +96,21 @@ class SobolIndices(Immutable):
 
     def table(self) -> str:
         """Return the indices with their intervals, the largest total index first."""
-        wide = max(len("input"), *(len(name) for name in self.names))
-        rows = [f"{'input':<{wide}}  first order            total"]
-        for k in self.order:
-            first, total = (
-                f"{value:6.3f} ({low:.3f} to {high:.3f})"
-                for value, (low, high) in (
-                    (self.first[k], self.first_interval[k]),
-                    (self.total[k], self.total_interval[k]),
-                )
-            )
-            rows.append(f"{self.names[k]:<{wide}}  {first:<22} {total}")
-        return "\n".join(rows)
+        rows = [
+            [
+                self.names[k],
+                *(
+                    f"{value:6.3f} ({low:.3f} to {high:.3f})"
+                    for value, (low, high) in (
+                        (self.first[k], self.first_interval[k]),
+                        (self.total[k], self.total_interval[k]),
+                    )
+                ),
+            ]
+            for k in self.order
+        ]
+        table = Table("", ("input", " first order", " total"), rows, rule=False)
+        return "\n".join(table.lines())
 
 
 @checked
@@ -250,9 +254,9 @@ class Uncertainty(Immutable):
     def table(self) -> str:
         """Return percentiles, the share that passes, and indices as text."""
         unit = f" [{self.unit}]" if self.unit else ""
-        names = "  ".join(f"{f'p{p}':>9}" for p in self.percentiles)
-        numbers = "  ".join(f"{value:9.4g}" for value in self.percentiles.values())
-        lines = [f"{self.quantity}{unit}, {self.finished} of {self.walks} walks", names, numbers]
+        title = f"{self.quantity}{unit}, {self.finished} of {self.walks} walks"
+        head, row = [f"p{p}" for p in self.percentiles], list(self.percentiles.values())
+        lines = Table(title, head, [row], ">", rule=False, least=9).lines()
         for title, found in (("passing", self.pass_indices), (self.quantity, self.indices)):
             if found is not None and found.varies:
                 lines += ["", f"Sobol indices of {title} (95 % interval)", found.table()]

@@ -24,6 +24,7 @@ from hexapod_pin.errors import (
     UnknownNameError,
 )
 from hexapod_pin.foreign_text import csv_cell
+from hexapod_pin.text_table import Table
 from hexapod_pin.user_file import user_path
 
 SAME_VOLTAGE = 1e-6
@@ -161,8 +162,8 @@ def catalog_table(records: Sequence[MotorRecord]) -> str:
     models: dict[str, list[MotorRecord]] = {}
     for record in records:
         models.setdefault(record.model, []).append(record)
-    rows = [HEAD, ("---",) * len(HEAD), *(_row(model, found) for model, found in models.items())]
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+    rows = [_row(model, found) for model, found in models.items()]
+    return Table("", HEAD, rows).markdown().rstrip("\n")
 
 
 def _row(model: str, found: list[MotorRecord]) -> tuple[str, ...]:

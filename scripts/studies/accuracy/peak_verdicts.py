@@ -10,7 +10,7 @@ import hexapod_pin as hp
 from hexapod_pin.control.feasible_gait import feasible_gait
 from hexapod_pin.errors import GaitError
 from hexapod_pin.results.peak_verdict import ACCURACY, CONTACT, SERVO, PeakVerdict, PeakVerdicts
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport
 
 ROBOTS = ("kharagpur", "athena")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import hexapod_pin as hp
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.cost.native_motion import NativeMotion
 from studies.cost.step_entries import STEP
 from studies.cost.timing import interleaved

@@ -9,7 +9,7 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.engines.mujoco_engine import CONES, MujocoSettings
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.cost.mujoco_twin import SAMPLE, MujocoTwin
 from studies.cost.step_entries import STEP
 from studies.study import StudyReport

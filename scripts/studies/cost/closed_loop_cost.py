@@ -14,7 +14,7 @@ import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.control import FootPath, SixLegs, six_legs
 from hexapod_pin.simulation.session import lock_step_runs
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.cost.timing import Quartiles, interleaved
 from studies.study import StudyReport
 

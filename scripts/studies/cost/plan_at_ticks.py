@@ -11,7 +11,7 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.joint_trajectory import JointTrajectory, trajectory_curve
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport
 
 PERIODS = (0.04, 0.02, 0.01, 0.005, 0.0025, 0.00125)

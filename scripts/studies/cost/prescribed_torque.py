@@ -10,7 +10,7 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.feasible_gait import feasible_gait
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 
 CYCLE = 2.4
 """[s], as [S2]."""

@@ -19,7 +19,7 @@ from hexapod_pin.control.foot_control.stability import (
     stable_range,
     with_parameter,
 )
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from hexapod_pin.view.figure_file import write_svg
 from studies.foot_control.standing_growth import (
     STAND,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from hexapod_pin.view.figure_file import write_svg
 
 if TYPE_CHECKING:

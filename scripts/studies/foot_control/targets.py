@@ -10,7 +10,7 @@ import hexapod_pin as hp
 from hexapod_pin.control.foot_control.controller import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.walk_metrics import Estimate
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.foot_control.scenes import Size, percent
 
 SLIP_CUT, BUMP_CUT, ENERGY_RISE = 0.4, 0.3, 0.1

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import hexapod_pin as hp
 from hexapod_pin.sweep.tuning_result import TuningResult
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.foot_control.ranking import ROBUST
 from studies.foot_control.scenes import Size, ground, uneven
 

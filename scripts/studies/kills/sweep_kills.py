@@ -21,7 +21,7 @@ from hexapod_pin.sweep.runs.run_sweep import Distribution
 from hexapod_pin.sweep.runs.store import SweepStore
 from hexapod_pin.sweep.runs.workers import WorkerProcesses
 from hexapod_pin.sweep.study import SweepStudy
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport, verdict
 from studies.sweeps.loopback_cluster import loopback_cluster
 

@@ -14,7 +14,7 @@ from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.sweep.selection.evaluation import Evaluation, LightestChoice
 from hexapod_pin.sweep.selection.motor_cases import motor_counts
 from hexapod_pin.sweep.selection.selecting import required_walks
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport
 
 if TYPE_CHECKING:

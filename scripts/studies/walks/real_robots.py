@@ -12,7 +12,7 @@ from pathlib import Path
 
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.robot.robot import load_robot
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport
 
 WALKS, REFUSED = 0, 2

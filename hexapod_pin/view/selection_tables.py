@@ -1,212 +1,201 @@
-"""The report of a motor selection has sections with tables."""
+"""A motor selection in words, numbers and tables, as its report and its figures have them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from importlib.metadata import version
-from itertools import zip_longest
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from hexapod_pin.results.motor_selection import USES
-from hexapod_pin.view.report_blocks import (
-    UNKNOWN,
-    Block,
-    Cell,
-    Column,
-    Facts,
-    Heading,
-    Items,
-    Paragraph,
-    SignatureFields,
-    Table,
-    Title,
-    Verdict,
-    margin_text,
-    number,
-    use_text,
-    with_unit,
-)
-from hexapod_pin.view.selection_figures import pictures
-from hexapod_pin.view.selection_words import (
-    deciding,
-    mass_change,
-    price_text,
-    verdict_level,
-    verdict_texts,
-    verdict_word,
-)
+from hexapod_pin.view.report import Cell, Column, Table
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.catalog import MotorRecord
     from hexapod_pin.results.motor_selection import KindUse, MotorCandidate, MotorSelection
 
+UNKNOWN = "unknown"
+"""Stands for every number that nobody knows."""
 
-FAILING = 10
-"""Motors that do not pass and are shown with all numbers; of the others, the largest use."""
-
-REASONS = 3
-"""Reasons that are given for each motor; how many more there are is said."""
-
-
-def selection_blocks(s: MotorSelection, date: str | None) -> Iterator[Block]:
-    """Return the whole report."""
-    yield Title(f"Motor selection: {s.robot_name}")
-    yield Facts(_facts(s, date))
-    yield Verdict(verdict_word(s), verdict_texts(s), verdict_level(s))
-    yield from _choice(s)
-    yield from _ranking(s)
-    yield from pictures(s)
-    yield from _simulated(s)
-    yield from _grounds(s)
-    yield from _sources(s)
-    yield SignatureFields(("Prepared by", "Checked by", "Approved by"))
+WORDS = {
+    "peak_use": "peak torque",
+    "continuous_use": "RMS torque",
+    "holding_use": "holding torque",
+    "speed_use": "speed",
+}
+"""What each use is of."""
 
 
-def _facts(s: MotorSelection, date: str | None) -> tuple[tuple[str, str], ...]:
-    share = f"of it motors of {1e3 * s.contained:.3g} g each, which are replaced"
-    return (
-        ("Robot", f"{s.robot_name}, {number(s.total_mass)} kg as its file says ({share})"),
-        ("Walks to be carried", "; ".join(s.walks) or UNKNOWN),
-        (
-            "Motors",
-            f"{len(s.candidates)} judged, {sum(c.passes for c in s.candidates)} of them pass on "
-            f"all joints; {len(s.unusable)} could not be judged. Catalogue: {s.catalog}",
-        ),
-        (
-            "Allowed",
-            f"{s.derating.peak:g} of the torque-speed line at {s.derating.voltage:g} of the rated "
-            f"voltage; for ever the published rated torque, else {s.derating.continuous:g} of the "
-            "stall torque",
-        ),
-        ("Made by", f"hexapod-pin {version('hexapod-pin')}" + (f", {date}" if date else "")),
-    )
+HIGH_CONFIDENCE = 0.95
+"""Share of sampled walks from which on a result is taken to be certain [-]."""
 
 
-def _choice(s: MotorSelection) -> Iterator[Block]:
-    best = s.best
-    what = "Choice" if s.choice is not None else "No choice; the first in rank"
-    yield Heading(f"1. {what}")
-    yield choice_table(best)
-    yield Facts(
-        (
-            ("Robot with these motors", mass_change(s, best)),
-            ("Motors in all", with_unit(best.motor_mass, "kg")),
-            ("Price of all", price_text(best)),
-            ("Battery current (estimate)", _battery(best)),
-            *((("Of the masses", "; ".join(best.notes)),) if best.notes else ()),
+class Deciding(NamedTuple):
+    """The largest use of a set of motors: what decides whether it passes.
+
+    Attributes:
+        use: need over what is allowed [-]; NaN where nothing is known.
+        kind: of joint.
+        name: of `results.motor_selection.USES`; empty where nothing is known.
+        walk: in which it is reached; empty where that is not known.
+    """
+
+    use: float
+    kind: str
+    name: str
+    walk: str
+
+    @property
+    def text(self) -> str:
+        """What decides, in words."""
+        if not self.name:
+            return UNKNOWN
+        return f"{WORDS[self.name]} of the {self.kind} joints" + (
+            f" ({self.walk})" if self.walk else ""
         )
-    )
-    if s.iterations:
-        yield Paragraph(
-            "Lightest motor for each kind of joint, the motors' masses, rotors and lines fed back "
-            "into the simulation until masses and choice agree:"
-        )
-        yield iteration_table(s.iterations)
 
 
-def _battery(best: MotorCandidate) -> str:
-    peak, mean = (
-        with_unit(best.battery_current_peak, "A"),
-        with_unit(best.battery_current_mean, "A"),
-    )
-    return peak if peak == mean == UNKNOWN else f"{peak} peak, {mean} mean; hardest walks"
+def deciding(uses: tuple[KindUse, ...]) -> Deciding:
+    """Return the largest of the known uses of some kinds of joints."""
+    found = [
+        Deciding(getattr(use, name), use.kind, name, use.walk.get(name, ""))
+        for use in uses
+        for name in USES
+        if not math.isnan(getattr(use, name))
+    ]
+    return max(found, key=lambda item: item.use, default=Deciding(math.nan, "", "", ""))
 
 
-def _ranking(s: MotorSelection) -> Iterator[Block]:
-    passing = [c for c in s.candidates if c.passes]
-    others = [c for c in s.candidates if not c.passes]
-    yield Heading("2. Ranking: one motor on all joints")
-    yield Paragraph(f"{USE_NOTE} Battery peaks are estimates.", small=True)
-    if passing:
-        yield Paragraph(f"Motors that pass ({len(passing)}), the lightest first:")
-        yield from ranking_tables(s, passing)
+def unknown_uses(candidate: MotorCandidate) -> list[str]:
+    """Return which uses are unknown for some kind of joint, in words."""
+    return [
+        f"{WORDS[name]} ({', '.join(kinds)})"
+        for name in USES
+        if (kinds := [u.kind for u in candidate.uses if math.isnan(getattr(u, name))])
+    ]
+
+
+def verdict_word(s: MotorSelection) -> str:
+    """Return the result in a word or two."""
+    if not s.best.passes:
+        word = "NO MOTOR PASSES"
     else:
-        yield Paragraph("No motor passes on all joints.")
-    if others:
-        near = others[:FAILING]
-        yield Paragraph(f"Motors that fail: the nearest {len(near)} of {len(others)}:")
-        yield from ranking_tables(s, near)
-        yield _reasons(near)
-    if others[FAILING:]:
-        rest = (f"{c.name} ({use_text(deciding(c.uses).use)})" for c in others[FAILING:])
-        yield Paragraph(f"Fail as well, with their largest use [-]: {', '.join(rest)}.", small=True)
-    if s.unusable:
-        yield Paragraph("Could not be judged:", small=True)
-        yield Items(tuple(f"{name}: {why}" for name, why in s.unusable))
+        word = "PASSES WHAT COULD BE JUDGED" if unknown_uses(s.best) else "PASSES"
+        if _doubtful(s):
+            word += f", WITH {_share(s)} CONFIDENCE"
+    return f"INTERRUPTED, {word} SO FAR" if s.interrupted else word
 
 
-def _reasons(candidates: Sequence[MotorCandidate]) -> Table:
-    rows = []
-    for c in candidates:
-        found = _varied_reasons(c)
-        more = len(found) - REASONS
-        found = found[:REASONS] or [UNKNOWN]
-        found += [f"and {more} more reason{'s' * (more > 1)}"] if more > 0 else []
-        rows.append((Cell(c.name), Cell("; ".join(found))))
-    return Table((Column("Motor", wide=True), Column("Why it is rejected", wide=True)), tuple(rows))
+def verdict_level(s: MotorSelection) -> str:
+    """Return how good the result is: "good", "open" where something is not known, or "bad"."""
+    if not s.best.passes:
+        return "bad"
+    doubts = (s.interrupted, unknown_uses(s.best), voltages(s.best)[1:], _doubtful(s))
+    return "open" if any(doubts) else "good"
 
 
-def _varied_reasons(candidate: MotorCandidate) -> list[str]:
-    """Return all reasons: the first of each kind of joint and of the walks, then the second."""
-    groups = [[f"{u.kind}: {reason}" for reason in u.reasons] for u in candidate.uses]
-    groups.append([f"{run.walk}: {run.text}" for run in candidate.runs if not run.walks])
-    rows = zip_longest(*groups)
-    return [reason for row in rows for reason in row if reason is not None]
+def _share(s: MotorSelection) -> str:
+    share = math.nan if s.confidence is None else s.confidence.share
+    return UNKNOWN if math.isnan(share) else f"{100.0 * share:.0f} %"
 
 
-def _simulated(s: MotorSelection) -> Iterator[Block]:
-    yield Heading("4. What was simulated")
-    yield Paragraph(f"With {s.best.name}, their masses, rotors and torque-speed lines acting:")
-    rows = [(Cell(run.walk), result_cell(run.walks), Cell(run.text)) for run in s.best.runs]
-    columns = (Column("Walk", wide=True), Column("Walks"), Column("Verdict", wide=True))
-    yield Table(columns, tuple(rows) or ((Cell(UNKNOWN), Cell(UNKNOWN), Cell(UNKNOWN)),))
-    if s.confidence is not None:
-        yield Paragraph(f"Inputs sampled for the confidence, in the walk {s.confidence.walk}:")
-        yield Items(s.confidence.inputs or (UNKNOWN,))
+def _doubtful(s: MotorSelection) -> bool:
+    """Tell whether it was computed that the confidence is not high."""
+    return s.confidence is not None and not s.confidence.share >= HIGH_CONFIDENCE
 
 
-def _grounds(s: MotorSelection) -> Iterator[Block]:
-    yield Heading("5. Derating, assumptions and notes")
-    yield Paragraph("Derating and its evidence:")
-    yield Items(s.derating.evidence or (UNKNOWN,))
-    yield Paragraph("Assumed, because no source gives it:")
-    yield Items(_assumed(s) or ("nothing",))
-    notes = dict.fromkeys(note for d in s.demands.values() for note in d.notes)
-    yield Paragraph("Notes:")
-    yield Items(tuple(dict.fromkeys([*s.notes, *notes])) or ("none",))
+def voltages(candidate: MotorCandidate) -> list[float]:
+    """Return the voltages that a set of motors needs, each once, rising [V]."""
+    return sorted({record.voltage for record in candidate.motors.values()})
 
 
-def _assumed(s: MotorSelection) -> tuple[str, ...]:
-    """Return what is assumed; of the motors, where it is to be found."""
-    of_motors = {line for record in _records(s) for line in record.assumed}
-    found = [line for line in s.assumed if line not in of_motors]
-    if of_motors:
-        found.append("of motors (rotor inertias): see each motor's row in section 6")
-    return tuple(found)
+def verdict_texts(s: MotorSelection) -> tuple[str, ...]:
+    """Return the verdict: the choice with its margin, how sure it is, and what is missing."""
+    best, most = s.best, deciding(s.best.uses)
+    walks = "the walk" if len(s.walks) == 1 else f"all {len(s.walks)} walks"
+    if best.passes:
+        texts = [
+            f"{_subject(s)}: {best.name}. They carry every joint on {walks}. The largest use of "
+            f"what the derated motors may give is {use_text(most.use)}, a margin of "
+            f"{margin_text(most.use)}; what decides is the {most.text}."
+        ]
+    else:
+        texts = [
+            f"No set of motors that was looked at carries every joint on {walks}. The nearest is "
+            f"{best.name}: its largest use of what the derated motors may give is "
+            f"{use_text(most.use)} (at most 1.00 is allowed), set by the {most.text}."
+        ]
+        texts += [f"Why it does not pass: {best.reasons[0]}."] if best.reasons else []
+    texts.append(_certainty(s))
+    if len(volts := voltages(best)) > 1:
+        listed = " and ".join(f"{volt:g} V" for volt in volts)
+        texts.append(f"These motors need {listed}: one battery alone does not serve them.")
+    if missing := unknown_uses(best):
+        texts.append(f"Not judged, because unknown: {'; '.join(missing)}.")
+    if s.interrupted:
+        texts.append("The run was interrupted: only what was done until then is reported.")
+    return tuple(texts)
 
 
-def _records(s: MotorSelection) -> list[MotorRecord]:
-    """Return all motors of the report, those of the choice first."""
-    listed = [s.best, *s.iterations, *s.candidates]
-    return list({r.name: r for c in listed for r in c.motors.values()}.values())
+def _subject(s: MotorSelection) -> str:
+    if s.choice is None:
+        return "No choice for each kind of joint was reached; first in rank on all joints"
+    return "Choice"
 
 
-def _sources(s: MotorSelection) -> Iterator[Block]:
-    yield Heading("6. Motors: data and sources")
-    used = list({record.name: record for record in s.best.motors.values()}.values())
-    yield Paragraph("Published data of the motors of section 1:")
-    yield data_sheet_table(used)
-    yield Paragraph("Sources, assumptions, flags and notes of all motors that were judged:")
-    columns = (Column("Motor", wide=True), Column("Source", wide=True),
-               Column("Assumed, flags, notes", wide=True))  # fmt: skip
-    yield Table(columns, tuple(_source_row(record) for record in _records(s)))
+def _certainty(s: MotorSelection) -> str:
+    if s.confidence is None:
+        return "How uncertain inputs change this was not computed: no confidence is stated."
+    return s.confidence.sentence
 
 
-def _source_row(record: MotorRecord) -> tuple[Cell, ...]:
-    remarks = [f"assumed: {line}" for line in record.assumed]
-    remarks += [*record.flags, *([record.note] if record.note else [])]
-    return Cell(record.name), Cell(record.source or UNKNOWN), Cell("; ".join(remarks) or "none")
+def mass_change(s: MotorSelection, candidate: MotorCandidate) -> str:
+    """Return the robot's mass with motors, and by how much that differs from its file."""
+    change = candidate.total_mass - s.total_mass
+    return f"{number(candidate.total_mass)} kg ({change:+.2f} kg against its file)"
+
+
+def price_text(candidate: MotorCandidate) -> str:
+    """Return the price of all motors, where it is known in one currency."""
+    currencies = {record.currency for record in candidate.motors.values()}
+    if candidate.price is None or math.isnan(candidate.price):
+        return UNKNOWN
+    return f"{candidate.price:.0f} {currencies.pop()}" if len(currencies) == 1 else UNKNOWN
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """Return a number as text: `digits` significant ones, "unknown" of None and NaN."""
+    if value is None or math.isnan(value):
+        return UNKNOWN
+    if math.isinf(value):
+        return "∞" if value > 0.0 else "-∞"
+    if value != 0.0 and 1.0 <= abs(value) < 1e6:
+        return f"{value:.{max(0, digits - 1 - math.floor(math.log10(abs(value))))}f}"
+    return f"{value:.{digits}g}"
+
+
+def with_unit(value: float | None, unit: str, digits: int = 3) -> str:
+    """Return a number with its unit; "unknown" alone of None and NaN."""
+    text = number(value, digits)
+    return text if text == UNKNOWN else f"{text} {unit}"
+
+
+def use_text(use: float) -> str:
+    """Return need over allowed: two decimals, none above 10, enough of them near 1."""
+    if math.isnan(use) or math.isinf(use):
+        return number(use)
+    if use != 1.0 and abs(use - 1.0) < 0.01:  # never "1.00" of what is not 1
+        return f"{use:.{min(-math.floor(math.log10(abs(use - 1.0))), 9)}f}"
+    return f"{use:.2f}" if use < 10.0 else f"{use:.0f}"
+
+
+def margin_text(use: float) -> str:
+    """Return how much of what is allowed is left, 1 - use, as a percentage."""
+    if math.isnan(use):
+        return UNKNOWN
+    if math.isinf(use):
+        return "-∞"
+    left = 100.0 * (1.0 - use)
+    return f"{left:.1f} %" if abs(left) < 10.0 else f"{left:.0f} %"
 
 
 # The tables of a motor selection's report: ranking, choice, iteration, data sheets.
