@@ -17,7 +17,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.commands.app import main
 from hexapod_pin.control import six_legs
-from hexapod_pin.errors import GaitError, ParameterError, SimulationInterrupted, UnknownNameError
+from hexapod_pin.errors import GaitError, ParameterError, StudyInterrupted, UnknownNameError
 from hexapod_pin.results.comparison import ComparedRun, Outcome
 from hexapod_pin.results.walk_metrics import METRICS
 from hexapod_pin.sweep import random_bumps
@@ -167,14 +167,15 @@ def test_nothing_to_compare_is_refused(
 
 
 def test_ctrl_c_keeps_what_was_done() -> None:
-    with pytest.raises(SimulationInterrupted) as caught:
+    with pytest.raises(StudyInterrupted) as caught:
         hp.compare(
             {"bumps": BUMPS},
             {"plain": PLAIN, "fast": FAST},
             duration=DURATION,
+            threads=1,
             progress=lambda _: signal.raise_signal(signal.SIGINT),
         )
-    kept = caught.value.comparison
+    kept = caught.value.result
     assert not kept.finished and len(kept.runs) == 6
     outcomes = [run.outcome for run in kept.runs]
     assert outcomes.count(Outcome.WALKED) == 1 and outcomes.count(Outcome.NOT_RUN) == 5

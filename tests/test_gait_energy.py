@@ -9,7 +9,7 @@ import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.errors import ParameterError, SweepInterrupted, TraceFileError, UnknownNameError
+from hexapod_pin.errors import ParameterError, StudyInterrupted, TraceFileError, UnknownNameError
 from hexapod_pin.results.gait_energy import COSTS
 from hexapod_pin.results.result_files import netcdf_groups
 from hexapod_pin.results.schema import schema
@@ -183,6 +183,6 @@ def test_an_interrupted_study_keeps_what_is_done() -> None:
     def stop(fraction: float) -> None:
         raise KeyboardInterrupt
 
-    with pytest.raises(SweepInterrupted) as caught:
+    with pytest.raises(StudyInterrupted) as caught:
         hp.gait_energy(SCENES["s2"], GAITS, [0.1], stroke=0.06, accuracy=1e-3, progress=stop)
     assert np.isfinite(caught.value.result.cost_of_transport).sum() == 1

@@ -17,6 +17,7 @@ else:
 ROOT = Path(__file__).parents[1]
 
 IMPORTED_BY_NAME = {
+    "hexapod_pin.sweep.runs.measure": "a measure of a user's own, in a worker process",
     "hexapod_pin.benchmark.engines.engine": "engines that need a package of their own",
     "hexapod_pin.validation.checks.registry": "the checks of `verify` are those of its folder",
 }
@@ -35,6 +36,7 @@ READERS = {
     "hexapod_pin.results.trace_file": "a trace's file",
     "hexapod_pin.simulation.case": "a case's file",
     "hexapod_pin.spec": "TOML files of users",
+    "hexapod_pin.sweep.runs.measure": "the rows of a store",
     "hexapod_pin.sweep.runs.outcome": "what a worker process returns",
     "hexapod_pin.sweep.runs.store_schema": "a store's tables",
     "hexapod_pin.sweep.runs.task": "the study that a worker process is given",

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from studies.s2 import page as s2_page
 from studies.s2.claims import FAILS, HOLDS, claims
-from studies.s2.runs import StudyInterrupted, study_cases, study_parts
+from studies.s2.runs import PartsInterrupted, study_cases, study_parts
 
 import hexapod_pin as hp
 
@@ -66,7 +66,7 @@ def test_ctrl_c_keeps_what_is_done() -> None:
             raise KeyboardInterrupt
         yield lambda fraction: None
 
-    with pytest.raises((StudyInterrupted, KeyboardInterrupt)) as caught:
+    with pytest.raises((PartsInterrupted, KeyboardInterrupt)) as caught:
         study_parts(bar, every=11)
-    assert isinstance(caught.value, StudyInterrupted)
+    assert isinstance(caught.value, PartsInterrupted)
     assert set(caught.value.parts) == set(study_cases())

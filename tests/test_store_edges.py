@@ -31,7 +31,7 @@ from hexapod_pin.errors import (
     WorkersError,
 )
 from hexapod_pin.sweep.runs import SweepResult, run_sweep, store_guard, store_lock
-from hexapod_pin.sweep.runs import run_sweep as run_sweep_module
+from hexapod_pin.sweep.runs import runner as runner_module
 from hexapod_pin.sweep.runs import store as store_module
 from hexapod_pin.sweep.runs.outcome import Outcome
 from hexapod_pin.sweep.runs.store import SweepStore
@@ -659,8 +659,7 @@ def test_damage_of_any_kind_is_refused_named_or_run_again(
     tmp_path: Path, whole: SweepResult, outcomes: Any, monkeypatch: Any, table: str
 ) -> None:
     """Every column of every table, with values of every type; rows that are gone."""
-    monkeypatch.setattr(sys.modules[run_sweep_module.__module__], "case_outcomes",
-                        _recorded(outcomes))  # fmt: skip
+    monkeypatch.setattr(runner_module, "case_outcomes", _recorded(outcomes))
     path, repaired = tmp_path / "a.db", 0
     for statement in filter(None, _damages(table, apart=False)):
         path.write_bytes(whole.path.read_bytes())
@@ -678,8 +677,7 @@ def test_damage_of_any_kind_is_refused_named_or_run_again(
 def test_rows_whose_checksums_were_made_to_fit_raise_typed_errors(
     tmp_path: Path, whole: SweepResult, outcomes: Any, monkeypatch: Any, table: str
 ) -> None:
-    monkeypatch.setattr(sys.modules[run_sweep_module.__module__], "case_outcomes",
-                        _recorded(outcomes))  # fmt: skip
+    monkeypatch.setattr(runner_module, "case_outcomes", _recorded(outcomes))
     path = tmp_path / "a.db"
     for statement in filter(None, _damages(table)):
         path.write_bytes(whole.path.read_bytes())

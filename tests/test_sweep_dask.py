@@ -17,7 +17,7 @@ import hexapod_pin as hp
 from hexapod_pin.errors import WorkersError
 from hexapod_pin.sweep.runs import run_sweep
 from hexapod_pin.sweep.runs import workers as executors
-from hexapod_pin.sweep.runs.run_sweep import Distribution
+from hexapod_pin.sweep.runs.distribution import Distribution
 from hexapod_pin.sweep.runs.store import SweepStore
 from hexapod_pin.sweep.runs.workers import DaskWorkers
 from tests.sweep_studies import require_same_bits, small_study

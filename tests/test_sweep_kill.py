@@ -18,7 +18,7 @@ import pytest
 import hexapod_pin as hp
 from hexapod_pin.errors import SweepStoreError
 from hexapod_pin.sweep.runs import SweepResult, run_sweep
-from hexapod_pin.sweep.runs.run_sweep import Distribution
+from hexapod_pin.sweep.runs.distribution import Distribution
 from hexapod_pin.sweep.runs.store import SweepStore
 from hexapod_pin.sweep.runs.workers import WorkerProcesses
 from tests.sweep_studies import require_same_bits, small_study, write_study_file

@@ -18,10 +18,10 @@ import xarray
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.errors import ParameterError, SweepInterrupted, TraceFileError, WorkersError
+from hexapod_pin.errors import ParameterError, StudyInterrupted, TraceFileError, WorkersError
 from hexapod_pin.results.walk_verdict import summary_verdict
 from hexapod_pin.sweep.runs import SweepResult, run_sweep
-from hexapod_pin.sweep.runs.run_sweep import Distribution
+from hexapod_pin.sweep.runs.distribution import Distribution
 from hexapod_pin.sweep.runs.store import SweepStore
 from hexapod_pin.sweep.runs.task import run_task, task_of
 from hexapod_pin.sweep.runs.workers import PoolWorkers
@@ -150,7 +150,7 @@ def test_ctrl_c_keeps_what_is_done_and_resume_gives_the_same_bits(
             if fraction >= 0.4:
                 signal.raise_signal(signal.SIGINT)
 
-        with refused(SweepInterrupted, about=("12", str(path), "--resume")) as caught:
+        with refused(StudyInterrupted, about=("12", str(path), "--resume")) as caught:
             run_sweep(STUDY, path, progress=interrupt, **how)
         kept = caught.value.result.done
         assert 5 <= kept < 12 and hp.open_sweep(path).done == kept

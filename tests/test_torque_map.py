@@ -10,7 +10,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.control import six_legs
-from hexapod_pin.errors import ParameterError, SweepInterrupted, TraceFileError, UnknownNameError
+from hexapod_pin.errors import ParameterError, StudyInterrupted, TraceFileError, UnknownNameError
 from hexapod_pin.results.grid_columns import NOT_RUN
 from hexapod_pin.results.phase_torque import scheduled_phase_torque
 from hexapod_pin.results.schema import schema
@@ -193,7 +193,7 @@ def test_an_interrupted_map_keeps_what_is_done() -> None:
     def stop(fraction: float) -> None:
         raise KeyboardInterrupt
 
-    with refused(SweepInterrupted, about=("1", "2")) as caught:
+    with refused(StudyInterrupted, about=("1", "2")) as caught:
         hp.torque_map(SCENE, strokes=[0.06], cycle_times=[0.8, 0.9], accuracy=1e-3, progress=stop)
     kept = caught.value.result
     assert not kept.finished and sorted(kept.reason[0]) == ["", NOT_RUN]

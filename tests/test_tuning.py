@@ -12,7 +12,7 @@ import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.errors import DivergenceError, ParameterError, TuningInterrupted
+from hexapod_pin.errors import DivergenceError, ParameterError, StudyInterrupted
 
 ROBOT = hp.load_robot("kharagpur")
 FEMUR = [k for k, name in enumerate(ROBOT.joint_names) if "femur" in name]
@@ -190,7 +190,7 @@ def test_ctrl_c_keeps_the_best_so_far() -> None:
         if len(calls) == 21:  # in the third generation
             raise KeyboardInterrupt
 
-    with refused(TuningInterrupted, about=("40",)) as caught:
+    with refused(StudyInterrupted, about=("40",)) as caught:
         crouched(progress=interrupt)
     kept = caught.value.result
     assert len(kept.history) in (20, 21) and f" {len(kept.history)} " in str(caught.value)
@@ -198,7 +198,7 @@ def test_ctrl_c_keeps_the_best_so_far() -> None:
     assert list(kept.history[:16]) == list(plain().history[:16])
     assert kept.tuned.best == min(one.score for one in kept.history)
     assert calls == sorted(calls)
-    with pytest.raises(TuningInterrupted) as caught:
+    with pytest.raises(StudyInterrupted) as caught:
         crouched(objective=lambda found, baseline: (_ for _ in ()).throw(KeyboardInterrupt))
     assert caught.value.result is None
 

@@ -109,7 +109,7 @@ def bumpy(
             number out of range.
     """
     from hexapod_pin.ground.terrain.ground import FARTHEST_M
-    from hexapod_pin.sweep.compare import random_bumps
+    from hexapod_pin.sweep import random_bumps
 
     name, first = next(iter(cases.items()))
     if amplitude is None:

@@ -113,7 +113,7 @@ def run_and_report(study: SweepStudy, files: SweepFiles, **how: Any) -> None:
     """Run a study with its progress on stderr, write its files and print what it came to.
 
     Raises:
-        SweepInterrupted, StoreFullError, ...: as of `run_sweep`.
+        StudyInterrupted, StoreFullError, ...: as of `run_sweep`.
     """
     from hexapod_pin.sweep.runs import run_sweep
 

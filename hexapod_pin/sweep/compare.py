@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.errors import ParameterError, SimulationInterrupted
-from hexapod_pin.ground.terrain import HeightField
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.comparison import ComparedRun, Comparison
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.scene.scene import Scene
-from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
+from hexapod_pin.sweep.runs.measure import SUMMARY
+from hexapod_pin.sweep.runs.runner import Runner, RunOptions, run_study
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from hexapod_pin.control.feedback import FeedbackController
     from hexapod_pin.control.joint_trajectory import Controller
 
@@ -48,8 +50,7 @@ def compare(
     accuracy: float | None = None,
     method: str | None = None,
     step: float | None = None,
-    threads: int = 1,
-    progress: Callable[[float], None] | None = None,
+    **how: Unpack[RunOptions],
 ) -> Comparison:
     """Run every controller on every scene and compare their walks; the first is the baseline.
 
@@ -63,13 +64,13 @@ def compare(
         accuracy: as in `simulate` [m and rad].
         method: as in `simulate`.
         step: as in `simulate` [s].
-        threads: as in `simulate_batch`.
-        progress: called with the finished fraction (0..1) as runs finish.
+        **how: store, threads, workers, progress: see `RunOptions`.
 
     Raises:
         ParameterError: no scene or controller, or a setting out of range. What goes wrong in one
             run is told in its row.
-        SimulationInterrupted: Ctrl-C; `.comparison` holds what was done.
+        StudyInterrupted: Ctrl-C; `.result` is the comparison of what was done.
+        HexapodError: as of `run_study`.
 
     Example:
         >>> scenes = {"flat": Scene(robot), "bumps": random_bumps(...)}
@@ -80,7 +81,7 @@ def compare(
         scenes, controllers,
         duration=duration, accuracy=accuracy, method=method, step=step,
     )  # fmt: skip
-    return compare_runs(planned, threads=threads, progress=progress)
+    return run_study(compared, planned, **how)
 
 
 def plan_runs(
@@ -103,20 +104,9 @@ def plan_runs(
     ]
 
 
-def compare_runs(
-    planned: Sequence[PlannedRun],
-    *,
-    threads: int = 1,
-    progress: Callable[[float], None] | None = None,
-) -> Comparison:
-    """Run and compare; returns and raises as `compare`. Cases have settings of their own."""
-    cases = [run.case for run in planned]
-    try:
-        results = simulate_batch(cases, threads=threads, keep="summary", progress=progress)
-    except SimulationInterrupted as error:
-        found = _comparison(planned, error.results or [None] * len(planned))
-        raise SimulationInterrupted(str(error), None, error.results, found) from None
-    return _comparison(planned, results)
+def compared(run: Runner, planned: Sequence[PlannedRun]) -> Comparison:
+    """Run and compare. Cases have settings of their own."""
+    return _comparison(planned, run.rows([plan.case for plan in planned], SUMMARY))
 
 
 def _by_name(
@@ -165,42 +155,3 @@ def _settings(planned: Sequence[PlannedRun]) -> tuple[str, ...]:
         text = f"{robot.name}, {settings.duration:g} s, {choice.method.name}, {how}"
         lines[text] = None
     return tuple(lines)
-
-
-# Scenes on random bumps, one per seed.
-
-
-@checked
-def random_bumps(
-    scene: Scene,
-    seeds: Iterable[int],
-    *,
-    amplitude: float,
-    wavelength: float,
-    length: float,
-    flat_radius: float = 0.0,
-) -> list[Scene]:
-    """Return the scene on a new random ground for each seed.
-
-    Args:
-        scene: the robot and all else; its terrain is replaced.
-        seeds: one per scene; the same seed gives the same ground.
-        amplitude: largest height and depth [m].
-        wavelength: typical distance between bumps [m].
-        length: way to be walked from the origin, in any direction [m]; the ground is 1 m larger.
-        flat_radius: the ground is level up to this distance from the origin [m].
-
-    Raises:
-        ParameterError: a length is not positive, the bumps are steeper than 60 degrees, or the
-            ground has too many points (a longer wavelength has fewer).
-    """
-    size = 2.0 * (length + 1.0)
-    return [
-        replace(
-            scene,
-            terrain=HeightField.random(
-                seed, amplitude=amplitude, wavelength=wavelength, size=size, flat_radius=flat_radius
-            ),
-        )
-        for seed in seeds
-    ]

@@ -16,7 +16,7 @@ from hexapod_pin.control.feasible_gait import DEFAULT_STROKE
 from hexapod_pin.control.gait import Gait, gaits_for
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.six_legs import six_legs
-from hexapod_pin.errors import ParameterError, SweepInterrupted
+from hexapod_pin.errors import ParameterError, StudyInterrupted
 from hexapod_pin.results.gait_energy import GRID, GaitEnergy
 from hexapod_pin.results.grid_columns import GridRecord
 from hexapod_pin.results.summary import Summary
@@ -109,7 +109,7 @@ def gait_energy(
         ParameterError: an argument is out of range, or both a stroke and a cycle time are given. A
             point that cannot be walked is NaN.
         GaitError: a robot without legs that a gait can move, or a gait for another number of legs.
-        SweepInterrupted: Ctrl-C; `.result` holds what was done.
+        StudyInterrupted: Ctrl-C; `.result` holds what was done.
 
     Example:
         >>> found = gait_energy(Scene(load_robot("kharagpur")), speeds=[0.05, 0.1])
@@ -156,7 +156,7 @@ def gait_energy(
     )
     if runs.interrupted:
         kept = sum(not isinstance(numbers, str) for numbers in runs.found.values())
-        raise SweepInterrupted(f"interrupted after {kept} of {len(cases)} points", result)
+        raise StudyInterrupted(f"interrupted after {kept} of {len(cases)} points", result)
     return result
 
 

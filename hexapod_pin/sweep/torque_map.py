@@ -16,7 +16,7 @@ from hexapod_pin.control.feasible_gait import default_gait, named_gait
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.six_legs import six_legs
-from hexapod_pin.errors import GaitError, ParameterError, SweepInterrupted
+from hexapod_pin.errors import GaitError, ParameterError, StudyInterrupted
 from hexapod_pin.results.grid_columns import GridRecord
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.phase_torque import PHASES, scheduled_phase_torque
@@ -93,7 +93,7 @@ def torque_map(
 
     Raises:
         ParameterError: an argument is out of range. A point that cannot be walked is NaN.
-        SweepInterrupted: Ctrl-C; `.result` holds what was done.
+        StudyInterrupted: Ctrl-C; `.result` holds what was done.
 
     Example:
         >>> scene = Scene(load_robot("kharagpur"), contact=Contact.preset("s2"))
@@ -122,7 +122,7 @@ def torque_map(
     result = _map(scene, axes, runs, found, _record(scene, walk, controllers, accuracy, cycles))
     if runs.interrupted:
         kept = sum(not isinstance(numbers, str) for numbers in runs.found.values())
-        raise SweepInterrupted(f"interrupted after {kept} of {len(cases)} points", result)
+        raise StudyInterrupted(f"interrupted after {kept} of {len(cases)} points", result)
     return result
 
 

@@ -14,7 +14,7 @@ from hexapod_pin.errors import (
     HexapodError,
     ParameterError,
     SimulationInterrupted,
-    TuningInterrupted,
+    StudyInterrupted,
     UserCodeError,
 )
 from hexapod_pin.results.summary import Summary
@@ -85,7 +85,7 @@ def tune(
 
     Raises:
         ParameterError: what is given does not fit together, or is out of range.
-        TuningInterrupted: Ctrl-C; `.result` holds the best so far.
+        StudyInterrupted: Ctrl-C; `.result` holds the best so far.
         HexapodError: a run of the baseline failed: its error.
     """
     space = SearchSpace.of(start, bounds)
@@ -117,7 +117,7 @@ def tune(
     except (KeyboardInterrupt, SimulationInterrupted):
         done = result(None) if search.history else None
         text = f"tuning interrupted after {len(search.history)} of {budget} candidates"
-        raise TuningInterrupted(text, done) from None
+        raise StudyInterrupted(text, done) from None
     return result(other.scores(best=1))
 
 

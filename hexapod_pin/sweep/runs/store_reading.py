@@ -24,6 +24,7 @@ from hexapod_pin.sweep.runs.store_schema import (
     checked_meta,
     checked_number,
     checked_numbers,
+    is_of_rows,
     read_inputs,
     read_json,
     read_meta,
@@ -106,6 +107,8 @@ def read_store(path: Path) -> StoredSweep:
             meta = read_meta(connection)
             if not meta:
                 raise nothing_yet(path)
+            if is_of_rows(meta):
+                raise SweepStoreError(str(path), "holds rows of other studies, and no sweep.")
             if meta.get("sum") != study_sum(connection):
                 raise SweepStoreError(
                     str(path), "what it holds of its study (tables meta, inputs) is damaged: run "

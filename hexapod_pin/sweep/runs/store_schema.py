@@ -242,16 +242,23 @@ def _text(connection: sqlite3.Connection, text: str | None, known: dict[str, int
     return known[text]
 
 
-def stored_rows(connection: sqlite3.Connection) -> Iterator[tuple[CaseRow, bool]]:
-    """Yield the rows in the order of their cases, and whether each is what was written."""
-    texts = dict(connection.execute("SELECT id, text FROM texts"))
+def stored_rows(
+    connection: sqlite3.Connection, number: int | None = None
+) -> Iterator[tuple[CaseRow, bool]]:
+    """Yield the rows in the order of their cases, and whether each is what was written.
+
+    Args:
+        connection: to the store.
+        number: of the only one to yield; None: all.
+    """
+    only = "" if number is None else f" WHERE number = {number:d}"
     rows = connection.execute(
-        "SELECT number, digest, state, reason, verdict, labels, assumed, counters, numbers, "
-        "wall_time, sum FROM cases ORDER BY number"
+        "SELECT number, digest, state, reason, verdict, first.text, second.text, counters, "
+        "numbers, wall_time, sum FROM cases LEFT JOIN texts AS first ON first.id = labels "
+        f"LEFT JOIN texts AS second ON second.id = assumed{only} ORDER BY number"
     )
     for *values, total in rows:
         row = CaseRow._make(values)
-        row = row._replace(labels=texts.get(values[5]), assumed=texts.get(values[6]))
         yield row, checksum(*row) == total
 
 
@@ -305,11 +312,18 @@ def write_study(connection: sqlite3.Connection, study: SweepStudy, meta: Mapping
         study: whose inputs are written.
         meta: the texts of table `meta`, but for their checksum.
     """
+    write_meta(connection, meta, input_columns(study))
+
+
+def write_meta(
+    connection: sqlite3.Connection, meta: Mapping[str, str], inputs: Sequence[InputColumn] = ()
+) -> None:
+    """Write the texts of table `meta` and the inputs of a study, in place of what stands there."""
     with connection:
         connection.execute("BEGIN IMMEDIATE")
         connection.execute("DELETE FROM meta")
         connection.execute("DELETE FROM inputs")
-        for place, (about, values) in enumerate(input_columns(study)):
+        for place, (about, values) in enumerate(inputs):
             text = values.dtype == object
             numbers = None if text else values.astype("<f8").tobytes()
             words = json.dumps(values.tolist()) if text else None
@@ -333,6 +347,15 @@ def study_sum(connection: sqlite3.Connection) -> str:
 def read_meta(connection: sqlite3.Connection) -> dict[str, str]:
     """Return the texts that stand for the whole store."""
     return dict(connection.execute("SELECT key, value FROM meta"))
+
+
+ROWS = {"name": "rows of studies"}
+"""Table `meta` of a store that holds rows of any studies, and no sweep."""
+
+
+def is_of_rows(meta: Mapping[str, str]) -> bool:
+    """Tell whether a store holds rows of any studies by its table `meta`."""
+    return "digest" not in meta and meta.get("name") == ROWS["name"]
 
 
 def read_inputs(connection: sqlite3.Connection, count: int) -> list[InputColumn]:

@@ -1,17 +1,23 @@
-"""A task is a piece of a sweep for a worker, whose cases run on threads of the native core."""
+"""A task is a piece of a study for a worker, whose cases run on threads of the native core."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator
-from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+import json
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hexapod_pin.simulation.batch import BatchRuns
 from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.case_data import case_from_dict, case_to_dict
 from hexapod_pin.simulation.run_outcome import package_versions
+from hexapod_pin.sweep.runs.measure import Measure, measure_named, pack_error, unpack_error
 from hexapod_pin.sweep.runs.outcome import Outcome, failure, outcome_of, to_bytes
 
 if TYPE_CHECKING:
+    from hexapod_pin.results.summary import Summary
+    from hexapod_pin.results.trace import Trace
     from hexapod_pin.sweep.study import SweepStudy
 
 
@@ -20,6 +26,83 @@ REFUSAL = b"!"
 
 KEPT_STUDIES = 4
 """Studies that a worker keeps ready."""
+
+NO_ROW = "the measure failed"
+"""`Outcome.verdict` of a case that was run, but whose row could not be made: a fault of the
+study, which is raised and not stored."""
+
+
+@dataclass(frozen=True)
+class CaseList:
+    """Cases that a study asks for, each with what is kept of it.
+
+    Attributes:
+        cases: what is run.
+        measures: of each case.
+    """
+
+    cases: Sequence[Case]
+    measures: Sequence[Measure[Any]]
+
+    @cached_property
+    def keys(self) -> list[str]:
+        """What identifies the row of each case.
+
+        Raises:
+            ParameterError: a controller cannot be written as data.
+        """
+        pairs = zip(self.cases, self.measures, strict=True)
+        return [measure.key(case.digest) for case, measure in pairs]
+
+    @property
+    def record(self) -> bool:
+        """Whether a measure needs samples."""
+        return any(measure.keep == "trace" for measure in self.measures)
+
+    def case(self, index: int) -> Case:
+        """Return a case."""
+        return self.cases[index]
+
+    def outcome(self, index: int, case: Case, result: Trace | Summary | Exception) -> Outcome:
+        """Return what became of a case, as a store holds it."""
+        measure, key = self.measures[index], self.keys[index]
+        verdict = ""
+        if not isinstance(result, Exception):
+            try:
+                text, numbers = measure.pack(measure.measured(case, result))
+                time = result.run.wall_time or 0.0
+                return Outcome(index, key, "", labels=text, numbers=numbers, wall_time=time)
+            except Exception as error:
+                result, verdict = error, NO_ROW
+        return Outcome(index, key, failure(result), verdict, counters=pack_error(result))
+
+    def row(self, index: int, outcome: Outcome) -> Any:
+        """Return the row that an outcome holds, or the error that its run has failed with."""
+        if outcome.reason:
+            return unpack_error(outcome.counters)
+        return self.measures[index].unpack(self.cases[index], outcome.labels, outcome.numbers)
+
+    def to_text(self, indices: list[int]) -> str:
+        """Return some of the cases as JSON text.
+
+        Raises:
+            ParameterError: a controller cannot be written as data.
+        """
+        return json.dumps(
+            [
+                [case_to_dict(self.cases[k]), self.measures[k].name, self.measures[k].settings,
+                 self.keys[k]]
+                for k in indices
+            ]
+        )  # fmt: skip
+
+    @classmethod
+    def from_text(cls, text: str) -> tuple[CaseList, list[str]]:
+        """Return the cases of a text, and their keys where they were written."""
+        rows = json.loads(text)
+        measures = [measure_named(name, settings) for _, name, settings, _ in rows]
+        cases = [case_from_dict(Case, data) for data, *_ in rows]
+        return cls(cases, measures), [key for *_, key in rows]
 
 
 class Task(NamedTuple):
@@ -31,11 +114,14 @@ class Task(NamedTuple):
     versions: dict[str, str]  # of the packages that results depend on
     indices: list[int]  # of the cases
     threads: int  # of the native core
+    cases: str = ""  # the cases themselves, where they are not those of a `SweepStudy`
 
 
-def task_of(study: SweepStudy, indices: list[int], threads: int) -> Task:
-    """Return the task of running some cases of a study."""
-    return Task(study.text, study.folder, study.digest, package_versions(), indices, threads)
+def task_of(work: SweepStudy | CaseList, indices: list[int], threads: int) -> Task:
+    """Return the task of running some cases."""
+    if isinstance(work, CaseList):
+        return Task("", "", "", package_versions(), indices, threads, work.to_text(indices))
+    return Task(work.text, work.folder, work.digest, package_versions(), indices, threads)
 
 
 def run_task(
@@ -45,12 +131,15 @@ def run_task(
     versions: dict[str, str],
     indices: list[int],
     threads: int = 1,
+    cases: str = "",
 ) -> bytes:
     """Run some cases and return what became of them, in a worker; errors are returned too."""
     try:
         own = package_versions()
         if own != versions:
             return REFUSAL + f"it has {own}, the sweep {versions}".encode()
+        if cases:
+            return _run_list(cases, indices, threads)
         study = _study(text, folder)
         if study.digest != digest:
             words = f"the study has the digest {study.digest} there, {digest} here: the robot's or "
@@ -58,6 +147,16 @@ def run_task(
         return to_bytes(sorted(case_outcomes(study, indices, threads), key=lambda o: o.index))
     except Exception as error:
         return REFUSAL + failure(error).encode()
+
+
+def _run_list(text: str, indices: list[int], threads: int) -> bytes:
+    """Run the cases of a text; they are numbered by `indices` where they come from."""
+    listed, keys = CaseList.from_text(text)
+    if listed.keys != keys:
+        return REFUSAL + b"the cases have other digests there: a robot's file or the study differs"
+    found = case_outcomes(listed, range(len(keys)), threads)
+    numbered = [replace(one, index=indices[one.index]) for one in found]
+    return to_bytes(sorted(numbered, key=lambda one: one.index))
 
 
 @lru_cache(maxsize=KEPT_STUDIES)
@@ -68,36 +167,40 @@ def _study(text: str, folder: str) -> SweepStudy:
     return SweepStudy.from_toml(text, folder)
 
 
-# Cases of a study on threads of the native core, made as they are needed.
+# Cases on threads of the native core, made as they are needed.
 
 
 def case_outcomes(
-    study: SweepStudy, indices: Iterable[int], threads: int
+    work: SweepStudy | CaseList, indices: Iterable[int], threads: int
 ) -> Generator[Outcome, None, None]:
     """Yield what becomes of cases, as they finish; a case that cannot be is an outcome too.
 
     Args:
-        study: makes the cases.
+        work: makes the cases.
         indices: of the cases to run.
         threads: of the native core.
     """
+    listed = work if isinstance(work, CaseList) else None
     under_way: dict[int, tuple[int, Case | Exception]] = {}
 
     def cases() -> Iterator[Case | Exception]:
         for place, index in enumerate(indices):
-            case = _case(study, index)
+            case = _case(work, index)
             under_way[place] = (index, case)
             yield case
 
-    runs = BatchRuns(cases(), threads, record=False)
+    runs = BatchRuns(cases(), threads, record=listed is not None and listed.record)
     for place, result in runs.results():
         index, case = under_way.pop(place)
-        yield outcome_of(index, case, result)
+        if listed is not None and isinstance(case, Case):
+            yield listed.outcome(index, case, result)
+        else:
+            yield outcome_of(index, case, result)
 
 
-def _case(study: SweepStudy, index: int) -> Case | Exception:
+def _case(work: SweepStudy | CaseList, index: int) -> Case | Exception:
     """Return a case, or why it cannot be: whatever that is, it concerns no other case."""
     try:
-        return study.case(index)
+        return work.case(index)
     except Exception as error:
         return error.with_traceback(None)

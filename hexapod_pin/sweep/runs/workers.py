@@ -306,3 +306,20 @@ class WorkerProcesses:
         for worker in self.workers:
             worker.kill()  # started in the meantime
             worker.let_go()
+
+
+def workers_of(
+    processes: int | None,
+    executor: Executor | Callable[[], Executor] | None,
+    scheduler: str | None,
+) -> Workers:
+    """Return what runs cases elsewhere; one of the three is given.
+
+    Raises:
+        ParameterError, WorkersError: as of `DaskWorkers`.
+    """
+    if scheduler is not None:
+        return DaskWorkers(scheduler)
+    if executor is not None:
+        return PoolWorkers(executor)
+    return WorkerProcesses(processes or 1)

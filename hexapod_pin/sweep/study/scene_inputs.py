@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.drive.catalog import Catalog, MotorRecord, load_catalog
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import GaitError, ParameterError
 from hexapod_pin.ground.contact import Contact
-from hexapod_pin.ground.terrain import AnyTerrain, Flat
+from hexapod_pin.ground.terrain import AnyTerrain, Flat, HeightField
 from hexapod_pin.scene.loads import Load, MassFactor, Payload
 from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.sweep.compare import random_bumps
 from hexapod_pin.sweep.study.base_case import gait_of
 from hexapod_pin.sweep.study.fields import suggestion
 from hexapod_pin.sweep.study.study_file import StudyInput
@@ -235,3 +235,42 @@ def _packaged() -> Catalog:
 def _is_voltage(value: object) -> bool:
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return number and 0.0 < value < float("inf")  # type: ignore[operator]
+
+
+# Scenes on random bumps, one per seed.
+
+
+@checked
+def random_bumps(
+    scene: Scene,
+    seeds: Iterable[int],
+    *,
+    amplitude: float,
+    wavelength: float,
+    length: float,
+    flat_radius: float = 0.0,
+) -> list[Scene]:
+    """Return the scene on a new random ground for each seed.
+
+    Args:
+        scene: the robot and all else; its terrain is replaced.
+        seeds: one per scene; the same seed gives the same ground.
+        amplitude: largest height and depth [m].
+        wavelength: typical distance between bumps [m].
+        length: way to be walked from the origin, in any direction [m]; the ground is 1 m larger.
+        flat_radius: the ground is level up to this distance from the origin [m].
+
+    Raises:
+        ParameterError: a length is not positive, the bumps are steeper than 60 degrees, or the
+            ground has too many points (a longer wavelength has fewer).
+    """
+    size = 2.0 * (length + 1.0)
+    return [
+        replace(
+            scene,
+            terrain=HeightField.random(
+                seed, amplitude=amplitude, wavelength=wavelength, size=size, flat_radius=flat_radius
+            ),
+        )
+        for seed in seeds
+    ]

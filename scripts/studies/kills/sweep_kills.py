@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.errors import SweepStoreError
 from hexapod_pin.sweep.runs import open_sweep, run_sweep
-from hexapod_pin.sweep.runs.run_sweep import Distribution
+from hexapod_pin.sweep.runs.distribution import Distribution
 from hexapod_pin.sweep.runs.store import SweepStore
 from hexapod_pin.sweep.runs.workers import WorkerProcesses
 from hexapod_pin.sweep.study import SweepStudy
