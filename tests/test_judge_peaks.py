@@ -6,14 +6,14 @@ import math
 import signal
 from dataclasses import replace
 from functools import cache
-from importlib import import_module
 
 import numpy as np
 import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
+from hexapod_pin.errors import DivergenceError, ParameterError, StudyInterrupted
+from hexapod_pin.sweep.runs.runner import Rows, Runner
 
 GAITS = {
     "tripod": hp.Gait.tripod,
@@ -181,7 +181,7 @@ def test_a_run_without_a_whole_cycle_is_refused_and_says_how_long() -> None:
             hp.judge_peaks(run)
     with refused(ParameterError, "Case.duration", None):
         hp.judge_peaks(replace(case, duration=None))
-    with refused(ParameterError, "run", "str"):
+    with refused(ParameterError, "judge_peaks.run", "walk.nc"):
         hp.judge_peaks("walk.nc")
 
 
@@ -258,14 +258,13 @@ def test_foot_control_keeps_its_gains_and_refuses_stiffer_servos() -> None:
 
 
 def test_divergence_is_a_verdict_but_not_of_the_run_itself(monkeypatch) -> None:
-    module = import_module("hexapod_pin.sweep.judge_peaks")
-    real, lost = module.simulate_batch, {2}
+    real, lost = Runner.rows, {2}
 
-    def losing(cases, **settings):
-        results = real(cases, **settings)
-        return [DivergenceError("far", None) if k in lost else r for k, r in enumerate(results)]
+    def losing(runner, cases, measure):
+        rows = real(runner, cases, measure)
+        return Rows([DivergenceError("far", None) if k in lost else r for k, r in enumerate(rows)])
 
-    monkeypatch.setattr(module, "simulate_batch", losing)
+    monkeypatch.setattr(Runner, "rows", losing)
     case = hp.Case(calm_scene(), hp.HoldPosture(), duration=0.2, **QUICK)
     row = hp.judge_peaks(case).kind("femur")
     assert row.text.startswith("range unknown: doubled contact stiffness diverged (")
@@ -291,6 +290,6 @@ def test_a_given_start_is_noted() -> None:
 
 
 def test_ctrl_c_is_a_typed_error() -> None:
-    with refused(SimulationInterrupted, trace=None, about=("peaks",)) as caught:
+    with refused(StudyInterrupted, trace=None, about=("peaks",)) as caught:
         hp.judge_peaks(walk(calm_scene()), progress=lambda _: signal.raise_signal(signal.SIGINT))
-    assert caught.value.results is not None and len(caught.value.results) == 4
+    assert len(caught.value.result) == 4 and not caught.value.result.complete

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import tomli_w
@@ -16,7 +16,7 @@ from hexapod_pin.control.feasible_gait import DEFAULT_STROKE
 from hexapod_pin.control.gait import Gait, gaits_for
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.six_legs import six_legs
-from hexapod_pin.errors import ParameterError, StudyInterrupted
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.gait_energy import GRID, GaitEnergy
 from hexapod_pin.results.grid_columns import GridRecord
 from hexapod_pin.results.summary import Summary
@@ -28,14 +28,18 @@ from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
 from hexapod_pin.simulation.run_outcome import package_versions
 from hexapod_pin.sweep.grid_runs import (
     GridRuns,
-    Numbers,
+    Place,
     check_counts,
     grid_axis,
     walk_times,
 )
+from hexapod_pin.sweep.runs.measure import Measure
+from hexapod_pin.sweep.runs.runner import Runner, RunOptions, run_study
 from hexapod_pin.sweep.torque_map import CHECKED_POINTS
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from hexapod_pin.control.feedback import FeedbackController
     from hexapod_pin.control.joint_trajectory import Controller
 
@@ -76,9 +80,8 @@ def gait_energy(
     make_controller: Callable[[Gait], AnyController] = KinematicControl,
     cycles: int = 1,
     accuracy: float = DEFAULT_ACCURACY,
-    threads: int = 2,
     check: int = CHECKED_POINTS,
-    progress: Callable[[float], None] | None = None,
+    **how: Unpack[RunOptions],
 ) -> GaitEnergy:
     """Run every gait at every speed on every scene, and return what it costs.
 
@@ -100,10 +103,9 @@ def gait_energy(
         make_controller: makes the controller of a gait.
         cycles: whole cycles after the start-up.
         accuracy: as in `simulate` [m and rad].
-        threads: how many run at a time.
         check: points of each scene that are run again at a tenth of the accuracy: the stated error,
             and by it which gaits tie.
-        progress: called with the finished fraction (0..1).
+        **how: store, threads, workers, progress: see `RunOptions`.
 
     Raises:
         ParameterError: an argument is out of range, or both a stroke and a cycle time are given. A
@@ -125,7 +127,7 @@ def gait_energy(
         own.fitted(table)
     axis = grid_axis("speeds", speeds)
     loss = {name: _copper_losses(scene, copper_loss) for name, scene in named.items()}
-    cases: dict[tuple[int, ...], Case | Exception] = {}
+    cases: dict[Place, Case | Exception] = {}
     for g, table in enumerate(tables.values()):
         for k, speed in enumerate(axis):
             gait = _at_speed(table, float(speed), lift, stroke, cycle_time)
@@ -135,29 +137,34 @@ def gait_energy(
                 cases[s, g, k] = Case(
                     scene, control, accuracy=accuracy, duration=duration, sample=sample
                 )
-    losses = {id(scene): loss[name] for name, scene in named.items()}
+    record = _record(named, tables, copper_loss, accuracy, cycles, stroke, cycle_time)
+    return run_study(_walked, named, tables, axis, loss, cases, float(lift), check, record, **how)
+
+
+def _walked(
+    run: Runner, scenes: dict[str, Scene], gaits: dict[str, Gait], speeds: Array,
+    loss: dict[str, Array], cases: dict[Place, Case | Exception], lift: float, check: int,
+    record: GridRecord,
+) -> GaitEnergy:  # fmt: skip
+    """Run every gait at every speed; the study behind `gait_energy`."""
+    measures = [COSTS.with_settings(copper_loss=one.tolist()) for one in loss.values()]
     runs = GridRuns(
-        cases, lambda case, run: _numbers(case, run, losses[id(case.scene)]),
-        "summary", threads, progress, extra=check * len(named),
-    )  # fmt: skip
+        run, cases, {place: measures[place[0]] for place in cases}, extra=check * len(scenes)
+    )
     runs.run()
-    found = runs.check(check, lambda place: (place[0], float(axis[place[2]])))
-    sizes = dict(zip(GRID, (len(named), len(tables), len(axis)), strict=True))
-    result = GaitEnergy(
-        scenes=tuple(named),
-        gaits=tuple(tables),
-        duty=np.array([gait.duty for gait in tables.values()]),
-        speed=axis,
-        lift=float(lift),
+    found = runs.check(check, lambda place: (place[0], float(speeds[place[2]])))
+    sizes = dict(zip(GRID, (len(scenes), len(gaits), len(speeds)), strict=True))
+    return GaitEnergy(
+        scenes=tuple(scenes),
+        gaits=tuple(gaits),
+        duty=np.array([gait.duty for gait in gaits.values()]),
+        speed=speeds,
+        lift=lift,
         copper_loss=next(iter(loss.values())),
         check=found,
-        run=_record(named, tables, copper_loss, accuracy, cycles, stroke, cycle_time),
+        run=record,
         **runs.arrays(GaitEnergy.empty(sizes), [sizes[name] for name in GRID]),
     )
-    if runs.interrupted:
-        kept = sum(not isinstance(numbers, str) for numbers in runs.found.values())
-        raise StudyInterrupted(f"interrupted after {kept} of {len(cases)} points", result)
-    return result
 
 
 def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
@@ -209,7 +216,7 @@ def _copper_losses(scene: Scene, given: float | None) -> Array:
     return found
 
 
-def _numbers(case: Case, run: Trace | Summary, copper_loss: Array) -> Numbers:
+def _numbers(case: Case, run: Trace | Summary, copper_loss: list[float]) -> dict[str, Any]:
     """Return the numbers of a run."""
     assert isinstance(run, Summary)
     budget = torque_budget(run)
@@ -218,7 +225,7 @@ def _numbers(case: Case, run: Trace | Summary, copper_loss: Array) -> Numbers:
         run.torque_rms**2 * run.window_time / (run.cycles or 1)
     )  # integral of torque^2, per cycle
     way = budget.distance if budget.distance is not None and budget.distance > 0.0 else np.nan
-    electrical = budget.net_energy + float(copper_loss @ square)
+    electrical = budget.net_energy + float(np.array(copper_loss) @ square)
     return {
         "cost_of_transport": budget.cost_of_transport,
         "cost_of_transport_positive": budget.cost_of_transport_positive,
@@ -232,6 +239,10 @@ def _numbers(case: Case, run: Trace | Summary, copper_loss: Array) -> Numbers:
         "stroke": gait.stroke,
         "cycle_time": gait.cycle_time,
     }
+
+
+COSTS = Measure("hexapod_pin.sweep.gait_energy:COSTS", 1, "summary", dict, _numbers)
+"""What a gait costs at a speed."""
 
 
 def _record(

@@ -16,13 +16,11 @@ from hexapod_pin.errors import (
     GaitError,
     ParameterError,
     ReachError,
-    SimulationInterrupted,
 )
 from hexapod_pin.results.grid_columns import NOT_RUN, AccuracyCheck, relative_change
-from hexapod_pin.results.summary import Summary
-from hexapod_pin.results.trace import Trace
-from hexapod_pin.simulation.batch import iterate_batch
 from hexapod_pin.simulation.case import Case
+from hexapod_pin.sweep.runs.measure import Measure
+from hexapod_pin.sweep.runs.runner import Runner
 
 Place = tuple[int, ...]
 """An index per axis of the grid."""
@@ -62,48 +60,37 @@ class GridRuns:
     """Runs of a grid under way.
 
     Attributes:
+        runner: runs the cases.
         cases: what is run, or why it cannot be, by its place.
-        read: returns the numbers of a run; the run itself is let go.
-        keep: "trace" or "summary", as of `simulate_batch`.
-        threads: as of `simulate_batch`.
-        progress: called with the finished fraction (0..1).
+        measure: gives the numbers of a run, or of the run at each place.
         extra: runs that will come after these, for the progress.
         found: the numbers of each place, or why there are none.
-        interrupted: whether Ctrl-C ended the runs.
     """
 
+    runner: Runner
     cases: Mapping[Place, Case | Exception]
-    read: Callable[[Case, Trace | Summary], Numbers]
-    keep: str = "summary"
-    threads: int = 2
-    progress: Callable[[float], None] | None = None
+    measure: Measure[Any] | Mapping[Place, Measure[Any]]
     extra: int = 0
     found: dict[Place, Numbers | str] = field(default_factory=dict)
-    interrupted: bool = False
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended the runs."""
+        return self.runner.interrupted
 
     def run(self) -> None:
         """Run all cases; Ctrl-C leaves the rest "not run"."""
-        self.found |= {place: NOT_RUN for place in self.cases}
-        places = [place for place, case in self.cases.items() if isinstance(case, Case)]
-        total, done = len(self.cases) + self.extra, 0
-        try:
-            for place, case in self.cases.items():
-                if not isinstance(case, Case):
-                    self.found[place] = _reason(case)
-                    done += 1
-            runs = [case for case in self.cases.values() if isinstance(case, Case)]
-            for index, result in iterate_batch(runs, threads=self.threads, keep=self.keep):
-                place = places[index]
-                self.found[place] = (
-                    _reason(result)
-                    if isinstance(result, Exception)
-                    else self.read(runs[index], result)
-                )
-                done += 1
-                if self.progress is not None:
-                    self.progress(done / total)
-        except (KeyboardInterrupt, SimulationInterrupted):
-            self.interrupted = True
+        total = len(self.cases) + self.extra
+        self.found |= self._rows(self.cases, (0.0, len(self.cases) / max(1, total)))
+
+    def _rows(
+        self, cases: Mapping[Place, Case | Exception], span: tuple[float, float]
+    ) -> dict[Place, Numbers | str]:
+        """Return the numbers of cases, or why there are none."""
+        one = self.measure
+        measures = one if isinstance(one, Measure) else [one[place] for place in cases]
+        rows = self.runner.rows(cases.values(), measures, span=span)
+        return {place: _numbers(row) for place, row in zip(cases, rows, strict=True)}
 
     def check(
         self, count: int, order: Callable[[Place], tuple[int, float]]
@@ -134,17 +121,10 @@ class GridRuns:
             case = self.cases[place]
             if isinstance(case, Case) and case.accuracy is not None:
                 cases[place] = replace(case, accuracy=TIGHTER * case.accuracy)
-        again = GridRuns(cases, self.read, self.keep, self.threads, self._later)
-        again.run()
-        self.interrupted = again.interrupted
-        pairs = [(p, self.found[p], found) for p, found in again.found.items()]
-        return None if again.interrupted else _check(pairs, cases)
-
-    def _later(self, fraction: float) -> None:
-        """Tell the progress of repeated runs."""
-        if self.progress is not None:
-            done = len(self.cases) + fraction * self.extra
-            self.progress(done / (len(self.cases) + self.extra))
+        first = len(self.cases) / (len(self.cases) + self.extra)
+        again = self._rows(cases, (first, 1.0))
+        pairs = [(p, self.found[p], found) for p, found in again.items()]
+        return None if self.interrupted else _check(pairs, cases)
 
     def arrays(self, empty: Mapping[str, Array], shape: Sequence[int]) -> dict[str, Any]:
         """Return the arrays of the grid, filled, and `reason`."""
@@ -180,11 +160,20 @@ def _change(value: Any, other: Any) -> float:
     return float("nan") if value is None or other is None else relative_change(value, other)
 
 
-def _reason(error: Exception) -> str:
-    """Return why a point cannot be walked, or raise what is no such reason."""
-    if isinstance(error, UNWALKABLE):
-        return f"{type(error).__name__}: {error}"
-    raise error
+def _numbers(row: Any) -> Numbers | str:
+    """Return the numbers of a row, or why a point cannot be walked; raise what is no such reason.
+
+    Raises:
+        Exception: a mistake in the call.
+    """
+    if row is None:
+        return NOT_RUN
+    if not isinstance(row, Exception):
+        numbers: Numbers = row
+        return numbers
+    if isinstance(row, UNWALKABLE):
+        return f"{type(row).__name__}: {row}"
+    raise row
 
 
 def grid_axis(name: str, values: Any) -> Array:

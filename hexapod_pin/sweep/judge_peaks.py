@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import DivergenceError, HexapodError, ParameterError, SimulationInterrupted
+from hexapod_pin.errors import DivergenceError, HexapodError, ParameterError
 from hexapod_pin.results.peak_judgement import judge_summaries
 from hexapod_pin.results.peak_verdict import (
     ACCURACY,
@@ -26,9 +25,13 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_verdict import LEAST_SHARE
 from hexapod_pin.scene.scene import Scene
-from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.methods import METHODS, MethodSettings
+from hexapod_pin.sweep.runs.measure import SUMMARY
+from hexapod_pin.sweep.runs.runner import Runner, RunOptions, run_study
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 GIVEN_START = (
     "The run starts from a given state: with another stiffness the robot is not at rest there, "
@@ -37,12 +40,7 @@ GIVEN_START = (
 
 
 @checked
-def judge_peaks(
-    run: Case | Trace,
-    *,
-    threads: int = 1,
-    progress: Callable[[float], None] | None = None,
-) -> PeakVerdicts:
+def judge_peaks(run: Case | Trace, **how: Unpack[RunOptions]) -> PeakVerdicts:
     """Compute the peak torques of a run again and return which of them hold.
 
     The run is repeated at ten times the accuracy (fixed steps: a tenth of the step), and from there
@@ -53,30 +51,36 @@ def judge_peaks(
 
     Args:
         run: a case, or the trace of one: then the run itself is not repeated.
-        threads: as in `simulate_batch`.
-        progress: called with the finished fraction (0..1) as runs finish.
+        **how: store, threads, workers, progress: see `RunOptions`.
 
     Raises:
         ParameterError: no case, a case without duration, a trace that ends before its case does,
             or no whole cycle of steady walking; says how long to simulate.
         UrdfError: the robot's file of a trace is no longer usable.
         DivergenceError: the run itself diverges; or whatever else it is refused with.
-        SimulationInterrupted: Ctrl-C; `.results` holds what was done.
+        StudyInterrupted: Ctrl-C; `.result` holds the rows of what was done.
+        HexapodError: as of `run_study`.
 
     Example:
         >>> print(judge_peaks(trace).table())
     """
+    return run_study(judged, run, **how)
+
+
+def judged(runner: Runner, run: Case | Trace) -> PeakVerdicts:
+    """Compute the peak torques of a run again; the study behind `judge_peaks`."""
     case, summaries = _case_of(run)
     variants = peak_variants(case)
     planned = [(change.name, variant) for change, variant in variants if variant is not None]
     if RUN not in summaries:
         planned.insert(0, (RUN, case))
-    results = _run_all([variant for _, variant in planned], threads, progress)
+    rows = runner.rows([variant for _, variant in planned], SUMMARY)
+    results = rows.require_complete("no verdict on the peaks")
     failures: dict[str, str] = {}
     for (name, _), result in zip(planned, results, strict=True):
         if isinstance(result, Summary) and (name == RUN or _has_window(result)):
             summaries[name] = result
-        elif name == RUN:
+        elif name == RUN and isinstance(result, Exception):
             raise result
         else:
             failures[name] = _failure(result)
@@ -101,16 +105,6 @@ def _case_of(run: Case | Trace) -> tuple[Case, dict[str, Summary]]:
         return case, {}
     summary_window(run.summary)
     return case, {RUN: run.summary}
-
-
-def _run_all(
-    cases: list[Case], threads: int, progress: Callable[[float], None] | None
-) -> list[Any]:
-    try:
-        return list(simulate_batch(cases, threads=threads, keep="summary", progress=progress))
-    except SimulationInterrupted as error:
-        text = f"no verdict on the peaks: {error}"
-        raise SimulationInterrupted(text, None, error.results) from None
 
 
 def _has_window(summary: Summary) -> bool:
@@ -285,37 +279,33 @@ class StiffnessEffect:
         return text
 
 
-def servo_stiffness(
-    case: Case,
-    trace: Trace,
-    *,
-    threads: int = 1,
-    progress: Callable[[float], None] | None = None,
-) -> StiffnessEffect:
+@checked
+def servo_stiffness(case: Case, trace: Trace, **how: Unpack[RunOptions]) -> StiffnessEffect:
     """Run a case twice more, with half and with twice the servo stiffness.
 
     Args:
         case: what was run.
         trace: what came of it.
-        threads: as in `simulate_batch`.
-        progress: called with the finished fraction (0..1) as runs finish.
+        **how: store, threads, workers, progress: see `RunOptions`.
 
     Raises:
         ParameterError: the run has no whole cycle, or no servo stiffness to change.
-        SimulationInterrupted: Ctrl-C.
+        StudyInterrupted: Ctrl-C.
+        HexapodError: as of `run_study`.
     """
+    return run_study(stiffness_effect, case, trace, **how)
+
+
+def stiffness_effect(run: Runner, case: Case, trace: Trace) -> StiffnessEffect:
+    """Run a case twice more; the study behind `servo_stiffness`."""
     base = trace.summary
     summary_window(base)
     if case.scene.prescribed or not case.scene.servos.gains(case.scene.robot)[0].any():
         raise ParameterError("case", "no servo stiffness", "one whose servos have a stiffness")
-    cases = [with_servos(case, factor) for factor in FACTORS]
-    try:
-        results = simulate_batch(cases, threads=threads, keep="summary", progress=progress)
-    except SimulationInterrupted as error:
-        text = f"the stiffness of the servos was not varied: {error}"
-        raise SimulationInterrupted(text, None, error.results) from None
-    rows = [_changes(base, result) for result in results]
-    peak, p99, speed, failures = zip(*rows, strict=True)
+    rows = run.rows([with_servos(case, factor) for factor in FACTORS], SUMMARY)
+    results = rows.require_complete("the stiffness of the servos was not varied")
+    changes = [_changes(base, result) for result in results]
+    peak, p99, speed, failures = zip(*changes, strict=True)
     return StiffnessEffect(peak, p99, speed, failures)
 
 

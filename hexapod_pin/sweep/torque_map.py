@@ -16,7 +16,7 @@ from hexapod_pin.control.feasible_gait import default_gait, named_gait
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.six_legs import six_legs
-from hexapod_pin.errors import GaitError, ParameterError, StudyInterrupted
+from hexapod_pin.errors import GaitError, ParameterError
 from hexapod_pin.results.grid_columns import GridRecord
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.phase_torque import PHASES, scheduled_phase_torque
@@ -35,8 +35,12 @@ from hexapod_pin.sweep.grid_runs import (
     grid_axis,
     walk_times,
 )
+from hexapod_pin.sweep.runs.measure import Measure
+from hexapod_pin.sweep.runs.runner import Runner, RunOptions, run_study
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from hexapod_pin.control.feedback import FeedbackController
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.robot.robot import Robot
@@ -67,9 +71,8 @@ def torque_map(
     cycle_times: ArrayLike = CYCLE_TIMES,
     cycles: int = 1,
     accuracy: float = DEFAULT_ACCURACY,
-    threads: int = 2,
     check: int = CHECKED_POINTS,
-    progress: Callable[[float], None] | None = None,
+    **how: Unpack[RunOptions],
 ) -> TorqueMap:
     """Run a walk at every stroke and cycle time, and return its joint torques.
 
@@ -87,9 +90,8 @@ def torque_map(
         cycle_times: ascending [s].
         cycles: whole cycles after the start-up.
         accuracy: as in `simulate` [m and rad].
-        threads: how many run at a time.
         check: points that are run again at a tenth of the accuracy: the map's stated error.
-        progress: called with the finished fraction (0..1).
+        **how: store, threads, workers, progress: see `RunOptions`.
 
     Raises:
         ParameterError: an argument is out of range. A point that cannot be walked is NaN.
@@ -103,6 +105,15 @@ def torque_map(
     check_counts(cycles, check)
     axes = (grid_axis("strokes", strokes), grid_axis("cycle_times", cycle_times))
     make = _maker(scene.robot, walk, gait)
+    named = walk if isinstance(walk, str) else getattr(walk, "__name__", type(walk).__name__)
+    return run_study(_mapped, scene, make, axes, named, cycles, accuracy, check, **how)
+
+
+def _mapped(
+    run: Runner, scene: Scene, make: Callable[[float, float], AnyController],
+    axes: tuple[Array, Array], walk: str, cycles: int, accuracy: float, check: int,
+) -> TorqueMap:  # fmt: skip
+    """Run a walk at every point; the study behind `torque_map`."""
     controllers = {
         (i, j): _made(make, float(stroke), float(period))
         for i, stroke in enumerate(axes[0])
@@ -116,14 +127,10 @@ def torque_map(
             if isinstance(control, Exception)
             else Case(scene, control, accuracy=accuracy, duration=duration, sample=sample)
         )
-    runs = GridRuns(cases, _numbers, "trace", threads, progress, extra=check)
+    runs = GridRuns(run, cases, POINT, extra=check)
     runs.run()
     found = runs.check(check, lambda place: (0, axes[0][place[0]] / axes[1][place[1]]))
-    result = _map(scene, axes, runs, found, _record(scene, walk, controllers, accuracy, cycles))
-    if runs.interrupted:
-        kept = sum(not isinstance(numbers, str) for numbers in runs.found.values())
-        raise StudyInterrupted(f"interrupted after {kept} of {len(cases)} points", result)
-    return result
+    return _map(scene, axes, runs, found, _record(scene, walk, controllers, accuracy, cycles))
 
 
 def _maker(
@@ -166,7 +173,7 @@ def _made(
         return error
 
 
-def _numbers(case: Case, run: Trace | Summary) -> Numbers:
+def _numbers(case: Case, run: Trace | Summary) -> dict[str, Any]:
     """Return the numbers of a run."""
     assert isinstance(run, Trace)
     summary = run.summary
@@ -186,6 +193,10 @@ def _numbers(case: Case, run: Trace | Summary) -> Numbers:
         "cost_of_transport_positive": budget.cost_of_transport_positive,
         **_phases(case, run),
     }
+
+
+POINT = Measure("hexapod_pin.sweep.torque_map:POINT", 1, "trace", dict, _numbers)
+"""The numbers of a point of the map."""
 
 
 def _phases(case: Case, trace: Trace) -> Numbers:
@@ -230,13 +241,12 @@ def _map(
     )  # fmt: skip
 
 
-def _record(scene: Scene, walk: Any, controllers: Any, accuracy: float, cycles: int) -> GridRecord:
+def _record(scene: Scene, walk: str, controllers: Any, accuracy: float, cycles: int) -> GridRecord:
     """Return how a map came about."""
     first = next((c for c in controllers.values() if hasattr(c, "to_dict")), None)
-    named = walk if isinstance(walk, str) else getattr(walk, "__name__", type(walk).__name__)
     return GridRecord(
         robot=scene.robot.name,
-        walk=named,
+        walk=walk,
         scene=scene.to_toml(),
         controller="" if first is None else tomli_w.dumps(first.to_dict()),
         accuracy=accuracy,

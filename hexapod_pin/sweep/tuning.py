@@ -13,16 +13,18 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.errors import (
     HexapodError,
     ParameterError,
-    SimulationInterrupted,
     StudyInterrupted,
     UserCodeError,
 )
 from hexapod_pin.results.summary import Summary
-from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
+from hexapod_pin.sweep.runs.measure import SUMMARY
+from hexapod_pin.sweep.runs.runner import Rows, Runner, RunOptions, run_study
 from hexapod_pin.sweep.tuning_result import Candidate, Objective, Scores, TuningResult
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from hexapod_pin.arrays import Array
     from hexapod_pin.scene.scene import Scene
 
@@ -51,8 +53,7 @@ def tune(
     accuracy: float | None = None,
     method: str | None = None,
     step: float | None = None,
-    threads: int = 1,
-    progress: Callable[[float], None] | None = None,
+    **how: Unpack[RunOptions],
 ) -> TuningResult:
     """Return the parameters with the smallest objective, and what they are worth elsewhere.
 
@@ -80,8 +81,7 @@ def tune(
         accuracy: as in `simulate` [m and rad].
         method: as in `simulate`.
         step: as in `simulate` [s].
-        threads: as in `simulate_batch`.
-        progress: called with the share of the budget that is used (0..1).
+        **how: store, threads, workers, progress: see `RunOptions`.
 
     Raises:
         ParameterError: what is given does not fit together, or is out of range.
@@ -92,29 +92,36 @@ def tune(
     size = CANDIDATES_PER_PARAMETER * len(space.names) if population is None else population
     size = max(size, SMALLEST_POPULATION) if population is None else size
     _check(scenes, held_out, size, budget, penalty, seed)
-    settings = {
-        "duration": duration, "accuracy": accuracy, "method": method, "step": step,
-        "threads": threads,
-    }  # fmt: skip
+    settings = {"duration": duration, "accuracy": accuracy, "method": method, "step": step}
     reference = make_controller(dict(start)) if baseline is None else baseline
-    search = CandidateRuns(
-        space, make_controller, scenes, objective, settings, penalty, budget, progress
-    )
-    other = CandidateRuns(space, make_controller, held_out, objective, settings, penalty, 2, None)
+    return run_study(
+        _tuned, space, (make_controller, objective, settings, penalty), (scenes, held_out),
+        reference, dict(bounds), size, budget, seed, **how,
+    )  # fmt: skip
+
+
+def _tuned(
+    run: Runner, space: SearchSpace,
+    candidates: tuple[MakeController, Objective, dict[str, Any], float],
+    scenes: tuple[Mapping[str, Scene], Mapping[str, Scene]], reference: Any,
+    bounds: dict[str, tuple[float, float]], size: int, budget: int, seed: int,
+) -> TuningResult:  # fmt: skip
+    """Search, and run start and best on the held-out scenes; the study behind `tune`."""
+    search, other = (CandidateRuns(run, space, one, *candidates, budget) for one in scenes)
 
     def result(others: Scores | None) -> TuningResult:
         return TuningResult(
-            start=dict(start), best=search.best.values, bounds=dict(bounds),
+            start=space.start, best=search.best.values, bounds=bounds,
             logarithmic=space.logarithmic, tuned=search.scores(), held_out=others,
-            history=tuple(search.history), penalty=penalty, seed=seed,
+            history=tuple(search.history), penalty=search.penalty, seed=seed,
         )  # fmt: skip
 
     try:
         for one in (search, other):
             one.run_baseline(reference)
         _evolve(search, size, budget // size - 1, seed)
-        other.try_all([dict(start), search.best.values])
-    except (KeyboardInterrupt, SimulationInterrupted):
+        other.try_all([space.start, search.best.values])
+    except (KeyboardInterrupt, StudyInterrupted):
         done = result(None) if search.history else None
         text = f"tuning interrupted after {len(search.history)} of {budget} candidates"
         raise StudyInterrupted(text, done) from None
@@ -214,6 +221,11 @@ class SearchSpace:
         first = np.array([float(value) for value in start.values()])
         return SearchSpace(tuple(start), first, lowest, highest, wide)
 
+    @property
+    def start(self) -> dict[str, float]:
+        """The parameters at the start, to the bit."""
+        return dict(zip(self.names, self.first.tolist(), strict=True))
+
     def values(self, unit: Array) -> dict[str, float]:
         """Return the parameters at a point (N,) of the unit cube."""
         found = {}
@@ -238,14 +250,14 @@ class SearchSpace:
 class CandidateRuns:
     """Candidates on a set of scenes, with the runs of the baseline and of the best so far."""
 
+    run: Runner
     space: SearchSpace
-    make_controller: MakeController
     scenes: Mapping[str, Scene]
+    make_controller: MakeController
     objective: Objective
     settings: Mapping[str, Any]
     penalty: float
     budget: int
-    progress: Callable[[float], None] | None
     baseline: list[Summary] = field(default_factory=list)
     history: list[Candidate] = field(default_factory=list)
     generation: int = 0
@@ -264,9 +276,10 @@ class CandidateRuns:
         Raises:
             ParameterError: the objective of the baseline is not finite.
         """
-        cases = [Case(scene, controller) for scene in self.scenes.values()]
-        runs = simulate_batch(cases, keep="summary", errors="raise", **self.settings)
-        self.baseline = [run for run in runs if isinstance(run, Summary)]
+        for row in self._rows([controller], (0.0, 0.0)).require_complete():
+            if isinstance(row, Exception):
+                raise row
+            self.baseline.append(row)
         score = self.objective(self.baseline, self.baseline)
         if not math.isfinite(score):
             raise ParameterError("objective", score, "finite for the baseline")
@@ -275,8 +288,8 @@ class CandidateRuns:
         """Return the scores of points of the unit cube: (N, S) -> (S,)."""
         first = points[:, 0] if not self.history else None
         values = [self.space.values(point) for point in points.T]
-        if first is not None:  # to the bit, without the way through the unit cube
-            values[0] = dict(zip(self.space.names, self.space.first.tolist(), strict=True))
+        if first is not None:
+            values[0] = self.space.start
         try:
             return np.array(self.try_all(values))
         except (TypeError, ValueError) as error:  # SciPy would take it for its own
@@ -291,35 +304,33 @@ class CandidateRuns:
                 made.append(self.make_controller(dict(one)))
             except HexapodError as error:
                 made.append(error)
-        alive = [controller for controller in made if not isinstance(controller, HexapodError)]
-        cases = [Case(scene, one) for one in alive for scene in self.scenes.values()]
-        interrupted = None
-        try:
-            runs = simulate_batch(
-                cases, keep="summary", progress=self._tell(len(values)), **self.settings
-            )
-        except SimulationInterrupted as error:
-            interrupted, runs = error, error.results or []
-        queue, count = iter(runs), len(self.scenes)
-        for one, controller in zip(values, made, strict=True):
-            if isinstance(controller, HexapodError):
-                found: list[Any] = [controller] * count
-            else:
-                found = [next(queue, None) for _ in range(count)]
-            if all(run is not None for run in found):
+        before = len(self.history)
+        span = tuple(min(1.0, k / self.budget) for k in (before, before + len(values)))
+        rows = self._rows(made, span)
+        count = len(self.scenes)
+        for k, one in enumerate(values):
+            found = rows[k * count : (k + 1) * count]
+            if all(row is not None for row in found):
                 self._note(one, found)
             elif not self.history:
                 break  # without the start there is nothing to compare with
-        if interrupted is not None:
-            raise interrupted
+        rows.require_complete()
         self.generation += 1
         return [one.score for one in self.history[len(self.history) - len(values) :]]
 
-    def _tell(self, count: int) -> Callable[[float], None] | None:
-        if self.progress is None:
-            return None
-        before, tell = len(self.history), self.progress
-        return lambda share: tell(min(1.0, (before + share * count) / self.budget))
+    def _rows(self, controllers: Sequence[Any], span: tuple[float, ...]) -> Rows[Summary]:
+        """Run controllers on all scenes; one that could not be made has its error in their place.
+
+        Args:
+            controllers: or errors.
+            span: fractions of the budget that are used before and after.
+        """
+        cases = [
+            one if isinstance(one, HexapodError) else Case(scene, one, **self.settings)
+            for one in controllers
+            for scene in self.scenes.values()
+        ]
+        return self.run.rows(cases, SUMMARY, span=(span[0], span[1]))
 
     def _note(self, values: Values, found: Sequence[Any]) -> None:
         """Score one candidate from the summaries or errors of its runs."""

@@ -72,10 +72,10 @@ class Measure(Generic[Row]):
     @cached_property
     def _identity(self) -> str:
         """What a row depends on besides its case."""
-        named: Any = [*schema(Summary), *sorted(RunRecord.model_fields)] if self.row is Summary else [
-            [kind.__name__, *(one.name for one in fields(kind))]
-            for kind in (self.row, *self.parts) if is_dataclass(kind)
-        ]  # fmt: skip
+        kinds = [kind for kind in (self.row, *self.parts) if is_dataclass(kind)]
+        named: Any = [[kind.__name__, *(one.name for one in fields(kind))] for kind in kinds]
+        if self.row is Summary:
+            named = [*schema(Summary), *sorted(RunRecord.model_fields)]
         parts = [self.name, self.version, self.settings, package_versions(), named]
         return json.dumps(parts, sort_keys=True)
 

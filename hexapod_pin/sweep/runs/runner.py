@@ -101,16 +101,20 @@ class Rows(Sequence[Any], Generic[Row]):
         """Whether every case was run."""
         return all(one is not None for one in self._found)
 
-    def require_complete(self) -> Rows[Row]:
-        """Return the rows; of a study that cannot go on without all of them.
+    def require_complete(self, lost: str = "") -> list[Row | Exception]:
+        """Return what became of all cases, for a study that cannot go on without.
+
+        Args:
+            lost: what there is none of for this, in words.
 
         Raises:
-            StudyInterrupted: a case was not run.
+            StudyInterrupted: a case was not run; `.result` holds the rows.
         """
-        if not self.complete:
-            kept = sum(one is not None for one in self._found)
-            raise StudyInterrupted(f"interrupted after {kept} of {len(self)} cases", None)
-        return self
+        found = [one for one in self._found if one is not None]
+        if len(found) < len(self):
+            text = f"interrupted after {len(found)} of {len(self)} cases"
+            raise StudyInterrupted(f"{lost}: {text}" if lost else text, self)
+        return found
 
 
 class Runner:
@@ -375,18 +379,17 @@ def _finished(
     Raises:
         StudyInterrupted: Ctrl-C.
     """
-    result = None
+    result, text = None, ""
     try:
         result = study(run, *args, **settings)
     except StudyInterrupted as error:
-        result = error.result
-        run.interrupted = True
+        result, text, run.interrupted = error.result, str(error), True
     except KeyboardInterrupt:
         run.interrupted = True
     if run.interrupted:
-        text = f"interrupted after {run.finished} of {run.asked} cases"
+        text = text or f"interrupted after {run.finished} of {run.asked} cases"
         if run.store is not None:
-            text += f", which are kept in {run.store.path}; go on with --resume (resume=True)"
+            text += f"; they are kept in {run.store.path}, go on with --resume (resume=True)"
         raise StudyInterrupted(text, result)
     return cast("Result", result)
 

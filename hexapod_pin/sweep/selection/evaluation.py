@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from hexapod_pin.errors import HexapodError, SimulationInterrupted
+from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.motor_selection import USES, KindUse, MotorCandidate, WalkRun
-from hexapod_pin.results.sizing import joint_demand, motor_budget
-from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.sizing import JointDemand, joint_demand, motor_budget
 from hexapod_pin.results.walk_verdict import walk_verdict
-from hexapod_pin.simulation.batch import iterate_batch
+from hexapod_pin.sweep.runs.measure import Measure
+from hexapod_pin.sweep.runs.runner import Runner
 from hexapod_pin.sweep.selection.motor_cases import (
     Motors,
     motor_counts,
@@ -24,7 +24,8 @@ from hexapod_pin.sweep.selection.motor_cases import (
 if TYPE_CHECKING:
     from hexapod_pin.drive.catalog import MotorRecord
     from hexapod_pin.drive.catalog.motor_record import Derating
-    from hexapod_pin.results.sizing import BatteryLoad, JointDemand, MotorBudget, MotorUse
+    from hexapod_pin.results.sizing import BatteryLoad, MotorBudget, MotorUse
+    from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.robot import Robot
     from hexapod_pin.simulation.case import Case
 
@@ -50,15 +51,18 @@ class Evaluation:
         walks: the walks, without motors.
         contained: mass of each motor that the robot's file contains [kg].
         derating: what motors may be asked for.
-        threads: as of `simulate_batch`.
-        interrupted: whether Ctrl-C ended the runs.
+        run: runs the cases.
     """
 
     walks: Walks
     contained: float
     derating: Derating
-    threads: int = 2
-    interrupted: bool = False
+    run: Runner = field(default_factory=Runner)
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended the runs."""
+        return self.run.interrupted
 
     @property
     def robot(self) -> Robot:
@@ -66,24 +70,20 @@ class Evaluation:
         return next(iter(self.walks.values())).scene.robot
 
     def of(
-        self, candidates: Sequence[Motors], progress: Callable[[float], None] | None = None
+        self, candidates: Sequence[Motors], span: tuple[float, float] = (0.0, 1.0)
     ) -> list[MotorCandidate]:
         """Return what each set of motors comes to; after Ctrl-C, of those that were done.
 
         Args:
             candidates: a motor for each kind of joint, each.
-            progress: called with the finished fraction (0..1).
+            span: fractions of the study that are finished before and after.
         """
-        budgets: dict[Place, tuple[Uses, BatteryLoad]] = {}
-
-        def take(place: Place, trace: Trace) -> None:
-            motors = candidates[place[0]]
-            demand = joint_demand(trace, postures=POSTURES)
-            budget = motor_budget(demand, motors, self.derating)
-            budgets[place] = uses_of(budget), budget.battery
-
         loads = [motor_loads(self.robot, motors, self.contained) for motors in candidates]
-        runs = self._simulate(candidates, loads, take, progress)
+        runs, demands = self._simulate(candidates, loads, span)
+        budgets: dict[Place, tuple[Uses, BatteryLoad]] = {}
+        for place, demand in demands.items():
+            budget = motor_budget(demand, candidates[place[0]], self.derating)
+            budgets[place] = uses_of(budget), budget.battery
         done = [k for k in range(len(candidates)) if all((k, w) in runs for w in self.walks)]
         return [
             self._candidate(
@@ -110,55 +110,45 @@ class Evaluation:
                 with_motors(case, motors, loads, voltage, line=False)
                 for case in self.walks.values()
             ]
-        names = list(self.walks)
-        for index, result in iterate_batch(cases, threads=self.threads):
-            if isinstance(result, Trace):
-                found[names[index]] = joint_demand(result, postures=POSTURES)
+        for name, row in zip(self.walks, self.run.rows(cases, DEMAND), strict=True):
+            if isinstance(row, JointDemand):
+                found[name] = row
         return found
 
     def _simulate(
-        self,
-        candidates: Sequence[Motors],
-        loads: Sequence[Any],
-        take: Callable[[Place, Trace], None],
-        progress: Callable[[float], None] | None,
-    ) -> dict[Place, WalkRun]:
+        self, candidates: Sequence[Motors], loads: Sequence[Any], span: tuple[float, float]
+    ) -> tuple[dict[Place, WalkRun], dict[Place, JointDemand]]:
         """Run all with their lines; where a line acts, again without, for what is asked for."""
         runs: dict[Place, WalkRun] = {}
+        demands: dict[Place, JointDemand] = {}
         again: list[Place] = []
         places = [(k, name) for k in range(len(candidates)) for name in self.walks]
-        try:
-            for line in (True, False):
-                chosen = places if line else again
-                for place, result in self._results(candidates, loads, chosen, line, progress):
-                    if line:
-                        runs[place] = _walk_run(place[1], result)
-                    if line and not (isinstance(result, Trace) and not _line_acts(result)):
-                        again.append(place)
-                    elif isinstance(result, Trace):
-                        take(place, result)
-        except (KeyboardInterrupt, SimulationInterrupted):
-            self.interrupted = True
-        return runs
+        middle = 0.5 * (span[0] + span[1])
+        cases = [self._case(candidates, loads, place, line=True) for place in places]
+        rows = self.run.rows(cases, WALK, span=(span[0], middle))
+        for place, row in zip(places, rows, strict=True):
+            if row is None:
+                continue
+            runs[place] = _walk_run(place[1], row)
+            demand = row.demand if isinstance(row, WalkRow) else None
+            if demand is None:
+                again.append(place)
+            else:
+                demands[place] = demand
+        cases = [self._case(candidates, loads, place, line=False) for place in again]
+        found = self.run.rows(cases, DEMAND, span=(middle, span[1]))
+        for place, asked in zip(again, found, strict=True):
+            if isinstance(asked, JointDemand):
+                demands[place] = asked
+        return runs, demands
 
-    def _results(
-        self,
-        candidates: Sequence[Motors],
-        loads: Sequence[Any],
-        places: Sequence[Place],
-        line: bool,
-        progress: Callable[[float], None] | None,
-    ) -> Iterator[tuple[Place, Any]]:
-        cases = [
-            with_motors(self.walks[name], candidates[k], loads[k][0], self.derating.voltage,
-                        line=line)
-            for k, name in places
-        ]  # fmt: skip
-        runs = iterate_batch(cases, threads=self.threads)
-        for done, (index, result) in enumerate(runs, start=1):
-            yield places[index], result
-            if progress is not None:
-                progress((0.0 if line else 0.5) + 0.5 * done / len(cases))
+    def _case(
+        self, candidates: Sequence[Motors], loads: Sequence[Any], place: Place, *, line: bool
+    ) -> Case:
+        """Return a walk with motors."""
+        k, name = place
+        voltage = self.derating.voltage
+        return with_motors(self.walks[name], candidates[k], loads[k][0], voltage, line=line)
 
     def _candidate(
         self,
@@ -192,19 +182,52 @@ def _largest(values: Sequence[float | None]) -> float:
     return max(known) if known and len(known) == len(values) else math.nan
 
 
-def _line_acts(trace: Trace) -> bool:
-    """Tell whether any motor reached its line: then the run is not what the walk asks for."""
-    use = trace.summary.limit_use
-    return bool(float(max(use)) >= LINE_ACTS)
+def _walk_run(name: str, row: WalkRow | Exception) -> WalkRun:
+    if isinstance(row, WalkRow):
+        return WalkRun(name, row.walks, row.text)
+    kind = "refused" if isinstance(row, HexapodError) else type(row).__name__
+    return WalkRun(name, False, f"{kind}: {str(row).splitlines()[0]}")
 
 
-def _walk_run(name: str, result: Any) -> WalkRun:
-    if isinstance(result, Trace):
-        verdict = walk_verdict(result)
-        text = verdict.line if verdict.walks else verdict.reason
-        return WalkRun(name, verdict.walks, text)
-    kind = "refused" if isinstance(result, HexapodError) else type(result).__name__
-    return WalkRun(name, False, f"{kind}: {str(result).splitlines()[0]}")
+# What is kept of each run.
+
+
+@dataclass(frozen=True)
+class WalkRow:
+    """What a walk with motors comes to.
+
+    Attributes:
+        walks: whether it walks as planned.
+        text: the verdict.
+        demand: what the joints need; None where a motor reached its line: then the run is not what
+            the walk asks for.
+    """
+
+    walks: bool
+    text: str
+    demand: JointDemand | None
+
+
+def _demanded(case: Case, trace: Trace) -> JointDemand:
+    return joint_demand(trace, postures=POSTURES)
+
+
+def _walked(case: Case, trace: Trace) -> WalkRow:
+    verdict = walk_verdict(trace)
+    text = verdict.line if verdict.walks else verdict.reason
+    acts = float(max(trace.summary.limit_use)) >= LINE_ACTS
+    return WalkRow(bool(verdict.walks), text, None if acts else _demanded(case, trace))
+
+
+DEMAND = Measure(
+    "hexapod_pin.sweep.selection.evaluation:DEMAND", 1, "trace", JointDemand, _demanded
+)
+"""What the joints need in a walk."""
+
+WALK = Measure(
+    "hexapod_pin.sweep.selection.evaluation:WALK", 1, "trace", WalkRow, _walked, (JointDemand,)
+)
+"""Whether a walk with motors walks, and what its joints need."""
 
 
 # The worst use of a kind of joint over all walks.

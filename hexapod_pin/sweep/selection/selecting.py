@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,14 +16,15 @@ import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.control.body_path import TRANSIENT_CYCLES
-from hexapod_pin.errors import SimulationInterrupted
+from hexapod_pin.errors import StudyInterrupted
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.motor_selection import USES, Confidence, MotorCandidate, MotorSelection
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.walk_verdict import summary_verdict
-from hexapod_pin.simulation.batch import iterate_batch
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.sweep.assumed_inputs import assumed_inputs
+from hexapod_pin.sweep.runs.measure import SUMMARY
+from hexapod_pin.sweep.runs.runner import Runner, RunOptions, run_study
 from hexapod_pin.sweep.selection.evaluation import Evaluation, LightestChoice, lightest_choice
 from hexapod_pin.sweep.selection.motor_cases import (
     MOTOR_SHARE,
@@ -39,8 +41,11 @@ from hexapod_pin.sweep.uncertainty import Uncertainty, uncertainty
 from hexapod_pin.user_file import read_text, user_path
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from hexapod_pin.drive.catalog.motor_record import Derating
     from hexapod_pin.sweep.selection.motor_cases import Motors
+    from hexapod_pin.sweep.selection.motor_study import Candidates
 
 
 Stage = Callable[[str], Callable[[float], None]]
@@ -52,9 +57,9 @@ def select_motors(
     text: str,
     folder: str | Path | None = None,
     *,
-    threads: int = 2,
     samples: int | None = None,
     stage: Stage | None = None,
+    **how: Unpack[RunOptions],
 ) -> MotorSelection:
     """Rank the motors of a catalogue for a robot and its walks.
 
@@ -68,44 +73,62 @@ def select_motors(
             `derating`. Inputs on a grid are the walks that must be carried; those with a
             distribution are uncertain. Without any, *assumed* ones are taken.
         folder: where its relative paths start, if not here.
-        threads: as in `simulate_batch`.
         samples: of the uncertain inputs, 0 for none; None: as the study says, else 64.
-        stage: called with the title of each stage, and returns what takes its progress.
+        stage: called with the title of each stage, and returns what is told its progress.
+        **how: store, threads, workers, progress: see `RunOptions`.
 
     Raises:
         ParameterError: the study is not usable; names the place in it.
         CatalogError: the catalogue is not.
         UrdfError, UnknownNameError, GaitError: its robot, a motor or a gait is not.
-        SimulationInterrupted: Ctrl-C before any motor was done. Later, the result holds what was
-            done, and `interrupted` says so.
+        StudyInterrupted: Ctrl-C; `.result` holds what was done, None before any motor was.
+        HexapodError: as of `run_study`.
 
     Example:
         >>> found = select_motors(*load_motor_study("study.toml"))
         >>> print(found.table())
     """
     file, place = read_motor_study(text), user_path(folder or ".").absolute()
-    begin = stage or (lambda title: lambda fraction: None)
     motors = candidates(file.choice, place)
     walks = required_walks(file.sweep, place)
     first = next(iter(walks.values()))
-    robot = first.scene.robot
     inputs = None if samples == 0 else UncertainInputs.of(file.sweep, first, samples)
     contained = file.choice.motor_mass
     if contained is None:
-        contained = assumed_motor_mass(robot)
-    evaluation = Evaluation(walks, contained, file.derating, threads)
+        contained = assumed_motor_mass(first.scene.robot)
+    begun = partial(Evaluation, walks, contained, file.derating)
+    return run_study(_selected, begun, motors, inputs, file.choice.motor_mass, stage, **how)
+
+
+def _selected(
+    run: Runner, begun: Callable[[Runner], Evaluation], motors: Candidates,
+    inputs: UncertainInputs | None, motor_mass: float | None, stage: Stage | None,
+) -> MotorSelection:  # fmt: skip
+    """Rank, find the lightest choice, sample its inputs; the study behind `select_motors`."""
+    evaluation = begun(run)
+    walks, robot, contained = evaluation.walks, evaluation.robot, evaluation.contained
     kinds = tuple(motor_counts(robot))
     sets = [dict.fromkeys(kinds, record) for record in motors.records]
-    ranked = ranked_candidates(evaluation.of(sets, begin(f"{len(sets)} motors")))
+
+    def begin(title: str, *shares: float) -> tuple[float, float]:
+        """Begin a stage; return its part of the whole."""
+        if stage is None:
+            return shares[0], shares[1]
+        run.progress = stage(title)
+        return 0.0, 1.0
+
+    ranked = ranked_candidates(evaluation.of(sets, begin(f"{len(sets)} motors", 0.0, 0.6)))
     if not ranked:
-        raise SimulationInterrupted("interrupted before any motor was done", None)
-    begin("lightest motors")
+        raise StudyInterrupted("interrupted before any motor was done", None)
+    begin("lightest motors", 0.6, 0.7)
+    run.progress, progress = None, run.progress  # how many steps it takes is not known
     search, others = lightest_choice(evaluation, motors.records, kinds)
+    run.progress = progress
     selection = MotorSelection(
         robot_name=robot.name, total_mass=robot.total_mass, contained=contained, walks=tuple(walks),
         candidates=ranked, unusable=motors.unusable, choice=search.choice,
-        iterations=tuple(search.steps), confidence=None, derating=file.derating,
-        catalog=motors.source, assumed=_assumed(walks, file.choice.motor_mass, contained, ranked),
+        iterations=tuple(search.steps), confidence=None, derating=evaluation.derating,
+        catalog=motors.source, assumed=_assumed(walks, motor_mass, contained, ranked),
         notes=(*others, *_notes(search, ranked)), interrupted=evaluation.interrupted,
     )  # fmt: skip
     if evaluation.interrupted:
@@ -114,7 +137,7 @@ def select_motors(
     selection = replace(selection, demands=evaluation.demands(best.motors))
     if inputs is None or not best.passes:
         return selection
-    found = confidence_of(best, inputs, evaluation, begin("uncertain inputs"))
+    found = confidence_of(best, inputs, evaluation, begin("uncertain inputs", 0.7, 1.0))
     return replace(selection, confidence=found, interrupted=evaluation.interrupted)
 
 
@@ -221,7 +244,7 @@ def confidence_of(
     chosen: MotorCandidate,
     inputs: UncertainInputs,
     evaluation: Evaluation,
-    progress: Callable[[float], None] | None = None,
+    span: tuple[float, float] = (0.0, 1.0),
 ) -> Confidence | None:
     """Sample the uncertain inputs of the walk that asks most of chosen motors.
 
@@ -232,7 +255,7 @@ def confidence_of(
         chosen: motors that pass.
         inputs: what is sampled.
         evaluation: walks, masses and derating.
-        progress: called with the finished fraction (0..1).
+        span: fractions of the study that are finished before and after.
 
     Returns:
         None after Ctrl-C.
@@ -245,16 +268,12 @@ def confidence_of(
     study = SweepStudy.of_case(case, inputs.vary, inputs.design)
     values = np.full(len(study), np.nan)
     cases = [study.case(k) for k in range(len(study))]
-    runs = iterate_batch(cases, threads=evaluation.threads, keep="summary")
-    try:
-        for done, (index, result) in enumerate(runs, start=1):
-            if isinstance(result, Summary):
-                values[index] = _use(result, chosen.motors, evaluation.derating)
-            if progress is not None:
-                progress(done / len(cases))
-    except (KeyboardInterrupt, SimulationInterrupted):
-        evaluation.interrupted = True
+    rows = evaluation.run.rows(cases, SUMMARY, span=span)
+    if not rows.complete:
         return None
+    for index, row in enumerate(rows):
+        if isinstance(row, Summary):
+            values[index] = _use(row, chosen.motors, evaluation.derating)
     found = uncertainty(study, {USE: values}, USE, LIMIT)
     return _confidence(chosen, walk, found, values, inputs.words)
 
