@@ -13,7 +13,17 @@ from refusals import refused
 import hexapod_pin as hp
 
 HEAVY = (
-    *("pinocchio", "scipy", "xarray", "meshcat", "yourdfpy", "matplotlib", "h5py", "pydantic"),
+    *(
+        "pinocchio",
+        "scipy",
+        "xarray",
+        "meshcat",
+        "yourdfpy",
+        "matplotlib",
+        "fpdf",
+        "h5py",
+        "pydantic",
+    ),
     *("trimesh", "collada", "xacro", "PIL"),
 )
 
@@ -90,7 +100,7 @@ def test_importing_loads_nothing_heavy(statement: str):
 def test_simulation_loads_no_viewer():
     """A torque run never pays for meshcat, yourdfpy or matplotlib."""
     loaded = _loaded_after("import hexapod_pin as hp; hp.simulate, hp.torque_budget, hp.load_robot")
-    assert not loaded & {"meshcat", "yourdfpy", "matplotlib", "xarray"}
+    assert not loaded & {"meshcat", "yourdfpy", "matplotlib", "fpdf", "xarray"}
 
 
 def test_controllers_load_no_scipy():

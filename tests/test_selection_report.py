@@ -315,7 +315,7 @@ def test_seventy_motors_with_long_names_fit_the_page(tmp_path):
     blocks = list(selection_blocks(s, None))
     tables = [block for block in blocks if isinstance(block, Table)]
     with closing(Paper("motors")) as paper:
-        found = [paper.fitted(table) for table in tables]
+        found = [paper.fitted(table.columns, table.rows) for table in tables]
         assert all(sum(widths) == pytest.approx(paper.epw) for _, widths in found)
     assert all(min(widths) > 2.0 * size for size, widths in found)
     assert sum(isinstance(block, Picture) for block in blocks) == 1

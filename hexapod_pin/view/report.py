@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
 from html import escape
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
@@ -24,11 +25,9 @@ WIDTH = 7.3
 DPI = 200
 """Of figures in a PDF file, and of the rasterized parts of those in a page."""
 
-BODY, SMALL = 8.5, 7.0
-"""Sizes of type on paper [pt]."""
+WITH_TABLE, WITH_TEXT = 110.0, 40.0
+"""Room on paper for what introduces a table, with its first rows, and for any other block [pt]."""
 
-INK, GREY, LIGHT = "#1a1a1a", "#333333", "#555555"
-COLORS = {"bad": "#9c1f17", "good": "#2e6b34", "": INK}
 LEVELS = {
     "good": ("#2e6b34", "#f2f8f2"),
     "open": ("#8a6100", "#fdf8ec"),
@@ -105,11 +104,21 @@ def report_bytes(blocks: Sequence[Block], ending: str) -> bytes:
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(style)
         if ending == ".pdf":
-            from hexapod_pin.view.report_pdf import pdf_bytes
-
-            return pdf_bytes(title, blocks)
+            return _printed(title, blocks)
         body = "\n".join(block.html() for block in blocks)
         return encoded(_PAGE.format(title=escape(title), style=_CSS, body=body))
+
+
+def _printed(title: str, blocks: Sequence[Block]) -> bytes:
+    """Return the PDF file of a report."""
+    from hexapod_pin.view.report_pdf import Paper
+
+    with closing(Paper(title)) as paper:
+        for block, after in zip(blocks, (*blocks[1:], None), strict=True):
+            if not isinstance(block, Table):
+                paper.room(WITH_TABLE if isinstance(after, Table) else WITH_TEXT)
+            block.print(paper)
+        return bytes(paper.output())
 
 
 @dataclass(frozen=True)
@@ -124,7 +133,7 @@ class Title:
 
     def print(self, paper: Paper) -> None:
         """Print the title."""
-        paper.paragraph(self.text, 17.0, bold=True, after=6.0)
+        paper.title_line(self.text)
 
 
 @dataclass(frozen=True)
@@ -156,8 +165,7 @@ class Paragraph:
 
     def print(self, paper: Paper) -> None:
         """Print the text."""
-        size, color = (SMALL, GREY) if self.small else (BODY, INK)
-        paper.paragraph(self.text, size, color=color, after=4.0)
+        paper.paragraph(self.text, small=self.small)
 
 
 @dataclass(frozen=True)
@@ -199,7 +207,7 @@ class Facts:
 
     def print(self, paper: Paper) -> None:
         """Print labels and texts side by side."""
-        paper.pairs(self.rows, 120.0, BODY)
+        paper.pairs(self.rows, 120.0)
 
 
 @dataclass(frozen=True)
@@ -214,7 +222,7 @@ class Items:
 
     def print(self, paper: Paper) -> None:
         """Print a list."""
-        paper.pairs([("•", text) for text in self.texts], 13.0, SMALL)
+        paper.pairs([("•", text) for text in self.texts], 13.0, small=True)
 
 
 @dataclass(frozen=True)
@@ -289,9 +297,9 @@ class Table:
 
     def print(self, paper: Paper) -> None:
         """Print the table, its titles again on each page, and its note."""
-        paper.grid(self)
+        paper.grid(self.columns, self.rows, self.groups)
         if self.note:
-            paper.paragraph(self.note, SMALL, color=GREY, after=6.0)
+            paper.paragraph(self.note, small=True)
 
 
 def _html_cell(column: Column, cell: Cell) -> str:

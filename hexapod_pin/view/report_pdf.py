@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Sequence
-from contextlib import closing
 from datetime import datetime, timezone
 from itertools import zip_longest
 from pathlib import Path
@@ -16,7 +15,6 @@ from fpdf.fonts import FontFace, TTFFont
 from matplotlib import get_data_path
 
 from hexapod_pin.foreign_text import visible
-from hexapod_pin.view.report import BODY, COLORS, GREY, INK, LIGHT, SMALL, Block, Table
 
 LEADING = 1.28
 """Distance of lines over the size of the type [-]."""
@@ -31,10 +29,17 @@ SHORT = 14.0
 """Width that a column of texts has where its texts are as wide, over the size of type [-]."""
 
 WITH_TITLE = 110.0
-"""Room for what introduces a table or figure, and for the table's first rows [pt]."""
+"""Room for the title of a section and for the beginning of what follows [pt]."""
 
-WITH_TEXT = 40.0
-"""Room for some lines of anything else [pt]."""
+BODY, SMALL = 8.5, 7.0
+"""Sizes of type [pt]."""
+
+INK, GREY, LIGHT = "#1a1a1a", "#333333", "#555555"
+COLORS = {"bad": "#9c1f17", "good": "#2e6b34", "": INK}
+"""Of the cells of a table, by their marks."""
+
+Columns = Sequence[tuple[str, bool]]
+Rows = Sequence[Sequence[tuple[str, str]]]
 
 FONT = "DejaVu Sans"
 
@@ -43,16 +48,6 @@ COUNT = "‡‡"
 
 EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 """Date of creation in every file, which fpdf2 cannot leave out: the same report, the same bytes."""
-
-
-def pdf_bytes(title: str, blocks: Sequence[Block]) -> bytes:
-    """Return the file of a report; no clock is read."""
-    with closing(Paper(title)) as paper:
-        for block, after in zip(blocks, (*blocks[1:], None), strict=True):
-            if not isinstance(block, Table):
-                paper.room(WITH_TITLE if isinstance(after, Table) else WITH_TEXT)
-            block.print(paper)
-        return bytes(paper.output())
 
 
 class Paper(FPDF):
@@ -111,15 +106,22 @@ class Paper(FPDF):
         self.set_font(FONT, "B" if bold else "", size)
         self.set_text_color(color)
 
-    def paragraph(
-        self, text: str, size: float, *, bold: bool = False, color: str = INK, after: float = 0.0,
-        **options: Any,
-    ) -> None:  # fmt: skip
-        """Print a text in as many lines as it takes, and leave room after it."""
+    def title_line(self, text: str) -> None:
+        """Print the title of the report."""
+        self._write(text, 17.0, bold=True)
+        self.ln(6.0)
+
+    def paragraph(self, text: str, *, small: bool = False) -> None:
+        """Print a text in as many lines as it takes."""
+        self._write(text, *((SMALL, False, GREY) if small else (BODY, False, INK)))
+        self.ln(4.0)
+
+    def _write(
+        self, text: str, size: float, bold: bool = False, color: str = INK, **options: Any
+    ) -> None:
         self._style(size, bold, color)
         self.multi_cell(0.0, LEADING * size, self.plain(text), align="L", new_x="LMARGIN",
                         new_y="NEXT", **options)  # fmt: skip
-        self.ln(after)
 
     def heading(self, text: str) -> None:
         """Print the title of a section, which stays with what follows."""
@@ -127,7 +129,8 @@ class Paper(FPDF):
         self.ln(9.0)
         self.start_section(self.plain(text))
         self._line(0.8, INK)
-        self.paragraph(text, 11.0, bold=True, after=6.0, border="B", padding=(0.0, 0.0, 2.0))
+        self._write(text, 11.0, bold=True, border="B", padding=(0.0, 0.0, 2.0))
+        self.ln(6.0)
 
     def _line(self, width: float, color: str) -> None:
         self.set_line_width(width)
@@ -139,14 +142,15 @@ class Paper(FPDF):
         self._line(6.0, edge)
         self.set_fill_color(fill)
         look: dict[str, Any] = {"border": "L", "fill": True}
-        self.paragraph(word, 11.0, bold=True, padding=(6.0, 8.0, 2.0, 12.0), **look)
+        self._write(word, 11.0, bold=True, padding=(6.0, 8.0, 2.0, 12.0), **look)
         for text in texts:
-            self.paragraph(text, BODY, padding=(2.0, 8.0, 4.0, 12.0), **look)
+            self._write(text, BODY, padding=(2.0, 8.0, 4.0, 12.0), **look)
         self.set_fill_color(255)
         self.ln(6.0)
 
-    def pairs(self, rows: Sequence[tuple[str, str]], left: float, size: float) -> None:
+    def pairs(self, rows: Sequence[tuple[str, str]], left: float, *, small: bool = False) -> None:
         """Print labels of a width, and texts beside them."""
+        size = SMALL if small else BODY
         look: dict[str, Any] = {
             "borders_layout": "NONE", "first_row_as_headings": False, "text_align": "L",
             "v_align": "T", "padding": (0.0, 4.0, 1.5, 0.0), "line_height": LEADING * size,
@@ -195,45 +199,51 @@ class Paper(FPDF):
             self.image(drawn.convert("RGB"), w=self.epw, h=height, keep_aspect_ratio=True,
                        alt_text=self.plain(caption))  # fmt: skip
         self.ln(2.0)
-        self.paragraph(caption, SMALL, color=GREY, after=8.0)
+        self.paragraph(caption, small=True)
+        self.ln(4.0)
 
-    def grid(self, table: Table) -> None:
-        """Print a table over the whole width; its titles stand on each page."""
-        size, widths = self.fitted(table)
+    def grid(self, columns: Columns, rows: Rows, groups: Sequence[tuple[str, int]] = ()) -> None:
+        """Print a table over the whole width; its titles stand on each page.
+
+        Args:
+            columns: titles, and whether texts of the column may be broken into lines.
+            rows: texts of cells, and their marks: one of `COLORS`.
+            groups: titles above the columns, with how many columns each spans.
+        """
+        size, widths = self.fitted(columns, rows)
         self._style(size)
         self._line(0.3, "#bbbbbb")
-        sides = ["L" if column.wide else "R" for column in table.columns]
+        sides = ["L" if wide else "R" for _, wide in columns]
         with self.table(
             col_widths=widths, text_align=sides, v_align="T", line_height=LEADING * size,
             borders_layout="HORIZONTAL_LINES", padding=(1.0, PAD, 2.0, PAD),
-            num_heading_rows=2 if table.groups else 1,
+            num_heading_rows=2 if groups else 1,
         ) as printed:  # fmt: skip
-            if table.groups:
+            if groups:
                 above = printed.row()
-                for title, count in table.groups:
+                for title, count in groups:
                     above.cell(self.plain(title), colspan=count, align="C")
-            printed.row([self.plain(column.title) for column in table.columns], v_align="B")
-            for row in table.rows:
-                marks = [cell.mark for cell in row]
-                for texts in self._parts([cell.text for cell in row], widths, size):
+            printed.row([self.plain(title) for title, _ in columns], v_align="B")
+            for row in rows:
+                for texts in self._parts([text for text, _ in row], widths, size):
                     cells = printed.row()
-                    for text, mark in zip(texts, marks, strict=True):
+                    for text, (_, mark) in zip(texts, row, strict=True):
                         bold = "BOLD" if mark == "bad" else ""
                         cells.cell(text, style=FontFace(emphasis=bold, color=COLORS[mark]))
         self.ln(4.0)
 
-    def fitted(self, table: Table) -> tuple[float, list[float]]:
+    def fitted(self, columns: Columns, rows: Rows) -> tuple[float, list[float]]:
         """Return the size of type and the widths of columns that fill the page's width."""
         self._style(1.0, bold=True)
         least, more = [], []  # over the size: what must not be broken, and what else is there
-        for k, column in enumerate(table.columns):
-            texts = [self.plain(row[k].text) for row in table.rows]
-            words = [word for text in texts for word in text.split()] if column.wide else texts
+        for k, (title, wide) in enumerate(columns):
+            texts = [self.plain(row[k][0]) for row in rows]
+            words = [word for text in texts for word in text.split()] if wide else texts
             word, whole = (
                 max(1.0, *map(self.get_string_width, parts))
-                for parts in ((*words, *column.title.split()), (*texts, column.title))
+                for parts in ((*words, *title.split()), (*texts, title))
             )
-            least.append(min(word, SHORT) if column.wide else word)
+            least.append(min(word, SHORT) if wide else word)
             more.append(whole - least[-1])
         across = self.epw - 2.0 * PAD * len(least)
         size = max(min(SMALL, across / sum(least)), SMALLEST)
