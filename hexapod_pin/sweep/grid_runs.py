@@ -21,15 +21,13 @@ from hexapod_pin.results.grid_columns import NOT_RUN, AccuracyCheck, relative_ch
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.sweep.runs.measure import Measure
 from hexapod_pin.sweep.runs.runner import Runner
+from hexapod_pin.sweep.study.base_case import LONGEST_SAMPLE
 
 Place = tuple[int, ...]
 """An index per axis of the grid."""
 
 Numbers = Mapping[str, Any]
 """What a run comes to: a number or an array for each quantity."""
-
-LONGEST_SAMPLE = 5e-3
-"""Largest time between samples [s]; steps end there, so a shorter one is dearer, not better."""
 
 SAMPLES_PER_CYCLE = 120
 """Samples of a cycle are a multiple of this: duty and phases of named gaits fall on samples."""

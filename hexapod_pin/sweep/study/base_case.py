@@ -32,7 +32,6 @@ from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.case_data import case_from_dict
 from hexapod_pin.simulation.methods import METHODS
 from hexapod_pin.spec import Spec
-from hexapod_pin.sweep.grid_runs import LONGEST_SAMPLE
 from hexapod_pin.sweep.study.fields import (
     Number,
     known_name,
@@ -50,6 +49,9 @@ CARRIED = ("stroke", "cycle_time", "lift", "heading", "turn_rate")
 
 LEAST_DURATION = 5.0
 """Simulated time where none is given, at least [s]."""
+
+LONGEST_SAMPLE = 5e-3
+"""Largest time between samples [s]; steps end there, so a shorter one is dearer, not better."""
 
 WALKED_CYCLES = 4
 """Cycles that it holds at least: two to start and two steady ones."""
