@@ -181,7 +181,7 @@ def test_a_run_without_a_whole_cycle_is_refused_and_says_how_long() -> None:
             hp.judge_peaks(run)
     with refused(ParameterError, "Case.duration", None):
         hp.judge_peaks(replace(case, duration=None))
-    with refused(ParameterError, "run", "str"):
+    with refused(ParameterError, "judge_peaks.run"):
         hp.judge_peaks("walk.nc")
 
 

@@ -146,7 +146,7 @@ def test_motors_by_kind_of_joint() -> None:
         hp.motor_budget(demand(), {"femur": strong}, kinds=["femur", "tibia"])
     with pytest.raises(UnknownNameError):
         mixed.kind("wheel")
-    with refused(ParameterError, "M at 12 V: no_load_speed", None):
+    with refused(ParameterError, "MotorRecord.no_load_speed", None):
         hp.motor_budget(demand(), record(no_load_speed=None))
 
 
