@@ -16,7 +16,7 @@ import typing
 from collections import abc
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing
@@ -26,6 +26,9 @@ LARGEST_INT = 2**63
 
 LARGEST_NUMBER = 1e30
 """In SI units: powers and products of larger parameters leave double precision."""
+
+Unbounded = Annotated[float, "may be infinite"]
+"""A float that may be infinite, in the annotations of functions."""
 
 Check = Callable[[Any], None]
 """Raises a `WrongTypeError` of a value that will not do."""
@@ -65,7 +68,8 @@ def check_of(kind: Any, rule: Rule) -> Check:
     """Return the check of a type."""
     origin, parts = typing.get_origin(kind), typing.get_args(kind)
     if origin is typing.Annotated:
-        return check_of(parts[0], rule)
+        finite = rule.finite and parts[1] != "may be infinite"
+        return check_of(parts[0], rule._replace(finite=finite))
     if kind is float:
         return functools.partial(_float, rule)
     if kind in _PLAIN:
@@ -237,12 +241,9 @@ def _each(check: Check, exact: type | None = None, *, stored: bool = True) -> Ch
     def check_all(value: Any) -> None:
         if type(value) in (tuple, list) and exact and set(map(type, value)) <= {exact}:
             return
-        items = _is_collection(value) and not isinstance(value, str | bytes | bytearray)
-        if isinstance(value, Mapping) and not stored:
-            value = list(value)
-        if not items and not stored and isinstance(value, abc.Iterator):
+        if not stored and isinstance(value, abc.Iterator):
             return  # its items are made as they are taken
-        if not items or isinstance(value, Mapping):
+        if not _is_collection(value) or isinstance(value, str | bytes | bytearray | Mapping):
             raise WrongTypeError(value, "a sequence")
         for index, one in enumerate(value):
             _inside(check, one, index)
@@ -294,7 +295,7 @@ def type_hints(annotated: Any, owner: Any = None) -> dict[str, Any]:
     """
     bases = owner.__mro__ if owner is not None else ()
     modules = dict.fromkeys([annotated.__module__, *(base.__module__ for base in bases)])
-    return typing.get_type_hints(annotated, localns=_Names(modules))
+    return typing.get_type_hints(annotated, localns=_Names(modules), include_extras=True)
 
 
 class _UnknownType(type):

@@ -64,7 +64,7 @@ def test_two_waypoints_are_joined_by_the_curve_of_least_jerk() -> None:
             lambda: hp.Waypoints(time=(0.0, 0.0), value=(1.0, 2.0)),
             "Waypoints.time", (0.0, 0.0), (),
         ),
-        (lambda: hp.BodyMotion(height=np.nan), "BodyMotion.height.float", np.nan, ()),
+        (lambda: hp.BodyMotion(height=np.nan), "BodyMotion.height", np.nan, ()),
         (lambda: hp.VelocityCommand(time=()), "VelocityCommand.time", (), (0.0,)),
         (
             lambda: hp.VelocityCommand(time=(-1.0,), forward=0.1),

@@ -53,7 +53,7 @@ def test_what_is_doubtful_or_missing_is_said() -> None:
     lame = CATALOG.get("HerkuleX DRS-0201")
     assert {"no no-load speed is known", "no mass is known"} <= set(lame.flags)
     assert "no torque-speed line" in str(lame.unusable)
-    with refused(ParameterError, f"{lame.name}: no_load_speed", None):
+    with refused(ParameterError, "MotorRecord.no_load_speed", None):
         lame.motor()
     assert "no mass" in str(CATALOG.get("STS3250").unusable)
     assert CATALOG.get("STS3250").motor().stall_torque == 4.903

@@ -238,7 +238,7 @@ def test_settings_of_the_wrong_kind_are_named(field, value, about):
         (lambda: hp.TouchDown(earliest=2.0), "TouchDown.earliest", 2.0, ("1",)),
         (lambda: hp.Levelling(limit=2.0), "Levelling.limit", 2.0, ("0.7853981633974483",)),
         (lambda: hp.VirtualSuspension(load=-1.0), "VirtualSuspension.load", -1.0, ('"split"', "0")),
-        (lambda: hp.VirtualSuspension(load="even"), "VirtualSuspension.load", "even", ('"split"',)),
+        (lambda: hp.VirtualSuspension(load="even"), "VirtualSuspension.load", "even", ("'split'",)),
         (lambda: hp.FootForceSensing(source="eye"), "FootForceSensing.source", "eye", ("'foot'",)),
     ],
 )

@@ -177,7 +177,7 @@ def test_kinks_that_differ_by_rounding_are_one_knot(robot: hp.Robot) -> None:
         ),
         (
             {"lf_coxa_joint": hp.Sine(amplitude=0.1, period=1e-6)},
-            "JointMotion.plan duration", 2.0, (1_000_000,),
+            "JointMotion.plan.duration", 2.0, (1_000_000,),
         ),
     ],
 )  # fmt: skip
@@ -237,7 +237,7 @@ def fields(plan: JointTrajectory, **changes: Any) -> dict[str, Any]:
         ({"acceleration": None}, "acceleration", None, "'quintic'"),
         ({"kind": "linear"}, "acceleration", (3, 2, 18), "'linear'"),
         ({"kind": "held"}, "acceleration", (3, 2, 18), "'held'"),
-        ({"acceleration": np.zeros((3, 2, 17))}, "acceleration shape", (3, 2, 17), "(3, 2, 18)"),
+        ({"acceleration": np.zeros((3, 2, 17))}, "acceleration", (3, 2, 17), "(3, 2, 18)"),
         (
             {"acceleration": np.full((3, 2, 18), np.inf)},
             "acceleration[0, 0, 0]", np.inf, "finite",

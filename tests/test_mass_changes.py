@@ -73,7 +73,7 @@ def test_two_points_less_one_is_the_other():
     [(5.0, (0.0, 0.0, 0.0), "kg are left"), (0.1, (0.2, 0.0, 0.0), "principal moments")],
 )
 def test_more_than_the_link_has_is_refused(robot, mass, place, left):
-    with refused(hp.errors.ParameterError, "mass removed from lf_tibia", mass) as found:
+    with refused(hp.errors.ParameterError, "RemovedMass.mass[lf_tibia]", mass) as found:
         hp.Scene(robot, loads=[hp.RemovedMass(LINK, mass, place)])
     assert LINK in str(found.value) and "other side of the joint" in str(found.value)
 

@@ -99,11 +99,15 @@ def test_elastic_and_dead() -> None:
         ParameterError, "Restitution.restitution", 0.0, allowed=(0.0, 1.0), about=("0.01",)
     ):
         hp.Restitution(stiffness=1e6, restitution=0.0)
-    for wrong in (0.0, 1.0000001, math.nan):
+    for wrong in (0.0, 1.0000001):
         with refused(ParameterError, "restitution", wrong, allowed=(0.0, 1.0), about=("0.01",)):
             exact_damping_ratio(wrong)
-    for wrong in (-1e-9, math.inf, math.nan):
-        with refused(ParameterError, "eta", wrong):
+    with refused(ParameterError, "exact_damping_ratio.restitution", math.nan):
+        exact_damping_ratio(math.nan)
+    with refused(ParameterError, "eta", -1e-9):
+        delivered_restitution(-1e-9)
+    for wrong in (math.inf, math.nan):
+        with refused(ParameterError, "delivered_restitution.eta", wrong):
             delivered_restitution(wrong)
 
 

@@ -192,7 +192,7 @@ def test_clearance_of_places_beyond_any_ground(name: str, function: str, value: 
 
 @pytest.mark.parametrize("points", ["abc", [[0, 0, 0], [0, 0]], [[0, 0, "x"]]])
 def test_clearance_of_what_is_no_array_of_numbers(points: object) -> None:
-    with refused(ParameterError, "points"):
+    with refused(ParameterError, "Ground.clearance.points"):
         hp.Flat().clearance(points)  # type: ignore[arg-type]
 
 

@@ -113,7 +113,8 @@ def test_what_has_no_law_is_refused() -> None:
     with refused(ParameterError, "load", 30.0):
         hp.Contact.soil("clay", radius=0.005, load=30.0)
     for wrong in (0.0, math.nan):
-        with refused(ParameterError, "radius", wrong, allowed=(1e-6, 1e3)):
+        name, allowed = ("radius", (1e-6, 1e3)) if wrong == 0.0 else ("Contact.soil.radius", ())
+        with refused(ParameterError, name, wrong, allowed=allowed):
             hp.Contact.soil(radius=wrong)
     with refused(ParameterError, "load", -1.0, allowed=(1e-9, 1e9)):
         hp.Contact.soil(load=-1.0)

@@ -92,5 +92,6 @@ def test_stiffer_servos_keep_kd_over_kp_limits_and_motor(gain) -> None:
 def test_a_factor_is_positive_and_finite(factor: float) -> None:
     servo = hp.Servo(kp=1.0, kd=0.1)
     for part in (*NORMAL_LAWS.values(), hp.Contact.s1(), hp.Contact.accurate().friction, servo):
-        with refused(ParameterError, "factor", factor):
+        with refused(ParameterError, value=factor) as caught:
             part.stiffer(factor)
+        assert caught.value.name.rpartition(".")[2] == "factor"

@@ -94,9 +94,10 @@ def test_random_hills_keep_their_bits_and_their_place() -> None:
     assert np.ptp(ratio) < 1e-9
     with refused(ParameterError, "flat_radius", 3.0):
         hp.HeightField.random(5, size=1.0, flat_radius=3.0)
-    for name, value in (("flat_radius", -1.0), ("centre", (math.nan, 0.0))):
-        with refused(ParameterError, name, value):
-            hp.HeightField.random(5, **{name: value})
+    with refused(ParameterError, "flat_radius", -1.0):
+        hp.HeightField.random(5, flat_radius=-1.0)
+    with refused(ParameterError, "HeightField.random.centre[0]", math.nan):
+        hp.HeightField.random(5, centre=(math.nan, 0.0))
 
 
 @pytest.mark.parametrize("robot", ["kharagpur", "athena"])

@@ -317,7 +317,7 @@ def test_a_text_that_no_file_can_hold_is_refused() -> None:
     """An unpaired surrogate: SQLite and every file would refuse it in the middle of a sweep."""
     with pytest.raises(ParameterError) as caught:
         SweepStudy.from_toml(f'schema = 1\nname = "a\ud800"\n{BASE}{SAMPLED}')
-    assert caught.value.name == "SweepStudy.from_toml.text"
+    assert caught.value.name == "TOML text"
 
 
 def test_numbers_of_numpy_are_numbers() -> None:

@@ -190,11 +190,11 @@ RISE = hp.Step(start=0.0, end=0.5, initial=0.0, final=0.1)
         (lambda: hp.Sum(terms=()), "Sum.terms", (), ()),
         (
             lambda: hp.Periodic(function=RISE, period=1.0),
-            "Periodic.function value at its period", 0.1, (0, -0.1),
+            "Periodic.function.value", 0.1, (0, -0.1),
         ),
         (
             lambda: hp.Periodic(function=hp.Sine(amplitude=1, period=1), period=0.5),
-            "Periodic.function rate at its period", ANY, (6.28318531, 12.6),
+            "Periodic.function.rate", ANY, (6.28318531, 12.6),
         ),
         (lambda: hp.Periodic(function=0.3, period=1.0), "Periodic.function", 0.3, ()),
         (

@@ -69,10 +69,13 @@ def named_law(name: str, words: Sequence[str] = ()) -> Law:
             raise ParameterError(name, " ".join(words), "named alone: a preset has its numbers")
         return Contact.preset(name)
     law = known[name]
-    static = given.get("mu", given.get("mu_static"))
-    if isinstance(law, FrictionLaw) and static is not None:
-        law = law.with_mu(_number("mu", static))
-    return type(law)(**{**law.model_dump(), **given})
+    names = type(law).model_fields  # a model of restitution is a name, all others are numbers
+    values = {key: x if key == "model" or key not in names else _number(key, x)
+              for key, x in given.items()}  # fmt: skip
+    static = values.get("mu", values.get("mu_static"))
+    if isinstance(law, FrictionLaw) and isinstance(static, float):
+        law = law.with_mu(static)
+    return type(law)(**{**law.model_dump(), **values})
 
 
 def _split(word: str) -> tuple[str, str]:
@@ -86,7 +89,7 @@ def _number(name: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise ParameterError(name, text, "a number") from None
+        raise ParameterError(name, text, "a float") from None
 
 
 def restitution_table() -> str:

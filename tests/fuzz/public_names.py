@@ -82,7 +82,7 @@ def _calls_of(room: ModuleType, prefix: str, seen: set[int]) -> Iterator[PublicC
         elif inspect.isclass(value):
             yield PublicCall(f"{dotted}()", CONSTRUCTOR, value)
             yield PublicCall(f"{dotted} (copies)", COPIES, value)
-            yield from _members_of(value, dotted)
+            yield from members_of(value, dotted)
         elif callable(value):
             yield PublicCall(dotted, FUNCTION, room, name)
 
@@ -98,7 +98,8 @@ def _names_of(room: ModuleType) -> list[str]:
     ]  # fmt: skip
 
 
-def _members_of(owner: type, dotted: str) -> Iterator[PublicCall]:
+def members_of(owner: type, dotted: str) -> Iterator[PublicCall]:
+    """Yield the methods and properties of a class that the package defines."""
     for name, value in inspect.getmembers_static(owner):
         if name.startswith("_") or not _is_ours(owner, name):
             continue

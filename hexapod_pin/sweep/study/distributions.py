@@ -10,11 +10,11 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import Spec
 from hexapod_pin.sweep.study.fields import Number
+from hexapod_pin.type_checks import Unbounded
 
 # What every distribution of an uncertain input is: quantiles of points of the unit interval.
 
@@ -104,8 +104,7 @@ class Truncated(Distribution):
         return low, math.inf if self.high is None else self.high
 
     @abstractmethod
-    @checked(but="value")
-    def z(self, value: float) -> float:
+    def z(self, value: Unbounded) -> float:
         """Return the normal variable of a value."""
 
     def _shares(self) -> tuple[float, float]:
@@ -141,8 +140,7 @@ class Normal(Truncated):
     mean: Number
     deviation: Positive
 
-    @checked(but="value")  # may be infinite
-    def z(self, value: float) -> float:
+    def z(self, value: Unbounded) -> float:
         """Return (x - mean) / deviation."""
         return (value - self.mean) / self.deviation
 
@@ -173,8 +171,7 @@ class LogNormal(Truncated):
         low, high = super().support
         return max(low, 0.0), high
 
-    @checked(but="value")  # may be infinite
-    def z(self, value: float) -> float:
+    def z(self, value: Unbounded) -> float:
         """Return ln(x / median) / ln(factor)."""
         if value <= 0.0:
             return -math.inf
