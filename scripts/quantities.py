@@ -17,8 +17,13 @@ from hexapod_pin.results.schema import Record, schema
 PAGE = Path(__file__).parents[1] / "docs" / "results" / "quantities.md"
 
 RECORDS: tuple[type[Record], ...] = (
-    hp.Trace, hp.Summary, hp.WalkMetrics, hp.TorqueMap, hp.GaitEnergy, hp.JointDemand,
-)  # fmt: skip
+    hp.Trace,
+    hp.Summary,
+    hp.study.WalkMetrics,
+    hp.study.TorqueMap,
+    hp.study.GaitEnergy,
+    hp.sizing.JointDemand,
+)
 
 HEAD = """# Numbers of results
 

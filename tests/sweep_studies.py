@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from xarray import Dataset
 
-from hexapod_pin.sweep.study import SweepStudy
+from hexapod_pin.study.sweep import SweepStudy
 
 BASE = """
 schema = 1

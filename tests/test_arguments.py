@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
+from public_surface import surface
 from refusals import refused
 
 import hexapod_pin as hp
@@ -134,13 +135,13 @@ NAMES_OF_CLASSES = {"State", "Scene", "Case", "Session", "HoldPosture", "Kinemat
 
 def functions() -> list[str]:
     """Return the names of all public functions."""
-    return [n for n in hp.__all__ if inspect.isfunction(getattr(hp, n, None)) and n[0].islower()]
+    return [name for name, value in surface().items() if inspect.isfunction(value)]
 
 
 @pytest.mark.parametrize("name", [*functions(), *sorted(NAMES_OF_CLASSES)])
 def test_every_public_call_refuses_an_object_of_no_kind(name: str):
     """The first argument that it requires is checked first."""
-    public = getattr(hp, name)
+    public = surface()[name]
     required = [
         parameter.name
         for parameter in inspect.signature(public).parameters.values()
@@ -149,12 +150,12 @@ def test_every_public_call_refuses_an_object_of_no_kind(name: str):
     if required:
         with pytest.raises(ParameterError) as caught:
             public(**dict.fromkeys(required, object()))
-        assert caught.value.name == f"{name}.{required[0]}"
+        assert caught.value.name == f"{public.__name__}.{required[0]}"
 
 
 METHODS = {
     "class method": (
-        lambda: hp.Segment.rod(None, 0.1, 0.01, (0.0, 1.0), 1.0, 1.0),
+        lambda: hp.robot.Segment.rod(None, 0.1, 0.01, (0.0, 1.0), 1.0, 1.0),
         "Segment.rod.mass",
     ),
     "static method": (lambda: hp.Contact.preset([]), "Contact.preset.name"),
@@ -162,7 +163,7 @@ METHODS = {
     "record": (lambda: hp.load_catalog().get(3), "Catalog.get.model"),
     "path": (lambda: hp.load_catalog().save(b"x"), "Catalog.save.path"),
     "list for an array": (
-        lambda: hp.Sine(amplitude=1.0, period=1.0).value_and_rate([0.0]),
+        lambda: hp.motion.Sine(amplitude=1.0, period=1.0).value_and_rate([0.0]),
         "Sine.value_and_rate.time",
     ),
     "ragged": (lambda: hp.Flat().height_at([[1.0, 2.0], [3.0]], 0.0), "height_at.x"),
@@ -180,7 +181,7 @@ def test_a_method_names_the_argument_that_made_it_fail(kind: str) -> None:
 
 
 def test_a_generator_checks_its_arguments_when_it_is_called() -> None:
-    command = hp.VelocityCommand(time=[0.0], forward=[0.1])
+    command = hp.motion.VelocityCommand(time=[0.0], forward=[0.1])
     with pytest.raises(ParameterError) as caught:
         command.gaits(3)
     assert caught.value.name == "VelocityCommand.gaits.gait"

@@ -130,7 +130,7 @@ def test_what_cannot_be_planned_is_a_result_too() -> None:
 
 def test_results_come_as_they_finish_and_may_be_left() -> None:
     cases = [walk(0.02, duration=600.0), *(walk(0.02 + 1e-3 * k) for k in range(4))]
-    done = hp.iterate_batch(cases, threads=2)
+    done = hp.simulation.iterate_batch(cases, threads=2)
     first, _ = next(done)
     assert first != 0  # the long one does not hold up the others
     done.close()
@@ -190,7 +190,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
 def test_what_a_generator_gives_is_looked_at_when_it_is_taken() -> None:
     """No call looks into a generator; one that gives no cases, or no motors, is named."""
     with refused(ParameterError, "cases", 3):
-        list(hp.iterate_batch(one for one in [3]))  # type: ignore[misc]
+        list(hp.simulation.iterate_batch(one for one in [3]))  # type: ignore[misc]
     trace = hp.simulate(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.1)
     with refused(ParameterError, "motor_ranking.records", "AX-12A"):
-        hp.motor_ranking(trace, (one for one in ["AX-12A"]))  # type: ignore[misc]
+        hp.sizing.motor_ranking(trace, (one for one in ["AX-12A"]))  # type: ignore[misc]

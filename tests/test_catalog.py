@@ -137,14 +137,14 @@ def test_supply_between_the_rows() -> None:
 
 def test_derating() -> None:
     """A fifth of stall, or the rated torque where the maker publishes one; evidence for each."""
-    derating = hp.Derating()
+    derating = hp.sizing.Derating()
     assert (derating.peak, derating.continuous, derating.voltage) == (0.8, 0.2, 0.9)
     assert derating.continuous_torque(CATALOG.get("AX-12A")) == pytest.approx(0.3, rel=1e-12)
     rated = CATALOG.get("STS3215-C018")
     assert derating.continuous_torque(rated) == rated.rated_torque == 0.981
     assert any("1/5" in line and "e-Manual" in line for line in derating.evidence)
     assert sum("*assumed*" in line for line in derating.evidence) == 2
-    mine = hp.Derating(continuous=0.5)
+    mine = hp.sizing.Derating(continuous=0.5)
     assert "continuous 0.5: stated by the user" in mine.evidence
     assert not any("1/5" in line for line in mine.evidence)
     assert mine.continuous_torque(CATALOG.get("AX-12A")) == 0.75
@@ -154,7 +154,7 @@ def test_derating() -> None:
 @pytest.mark.parametrize("value", [0.0, -0.1, 1.1, float("nan")])
 def test_derating_is_a_share(field: str, value: float) -> None:
     with refused(ParameterError, f"Derating.{field}", value):
-        hp.Derating(**{field: value})
+        hp.sizing.Derating(**{field: value})
 
 
 def test_the_page_shows_the_catalogue() -> None:

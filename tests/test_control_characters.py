@@ -32,7 +32,7 @@ from hexapod_pin.results.motor_selection import (
     write_selection_csv,
 )
 from hexapod_pin.results.result_files import Column
-from hexapod_pin.sweep.runs.sweep_result import sweep_csv
+from hexapod_pin.study.runs.sweep_result import sweep_csv
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.view import html
 from hexapod_pin.view.figure_file import figure_bytes, settle_layout
@@ -291,8 +291,8 @@ def test_a_layout_is_settled_whatever_the_names_are(name: str) -> None:
     assert figure.axes[0].get_title() == NAMES[name]
 
 
-def costs(name: str) -> hp.GaitEnergy:
+def costs(name: str) -> hp.study.GaitEnergy:
     """Return the energy of a gait that is called so."""
     gait = {name: hp.Gait.tripod()}
     scene = hp.Scene(hp.load_robot("kharagpur"))
-    return hp.gait_energy(scene, gait, (0.05,), accuracy=1e-3, check=0)
+    return hp.study.gait_energy(scene, gait, (0.05,), accuracy=1e-3, check=0)

@@ -199,8 +199,8 @@ def test_a_checkpoint_that_breaks_its_schema_is_refused(
 ) -> None:
     data = copy.deepcopy(trace.checkpoint.to_dict()) | changes
     with refused(ParameterError, name, value, allowed=allowed):
-        hp.Checkpoint.from_dict(data)
-    assert hp.Checkpoint.from_dict(trace.checkpoint.to_dict()).time == trace.time[-1]
+        hp.results.Checkpoint.from_dict(data)
+    assert hp.results.Checkpoint.from_dict(trace.checkpoint.to_dict()).time == trace.time[-1]
 
 
 @pytest.mark.parametrize(
@@ -226,8 +226,8 @@ def test_an_array_of_a_checkpoint_that_is_none_is_refused(
 ) -> None:
     data = copy.deepcopy(trace.checkpoint.to_dict()) | changes
     with refused(StateError, about=about):
-        hp.Checkpoint.from_dict(data)
-    assert hp.Checkpoint.from_dict(trace.checkpoint.to_dict()).time == trace.time[-1]
+        hp.results.Checkpoint.from_dict(data)
+    assert hp.results.Checkpoint.from_dict(trace.checkpoint.to_dict()).time == trace.time[-1]
 
 
 @pytest.mark.parametrize("text", ["terrain = 3", "contact = 3", "loads = [1]", "servo = 1"])

@@ -48,7 +48,7 @@ def texts() -> dict[str, dict[str, Any]]:
     """Return the tables of a scene with loads, of cases of every kind, and of a study."""
     loads = [
         hp.Payload("base_link", 1.0), hp.Push("lf_tibia", force=(1, 0, 0), start=0.1, duration=0.1),
-        hp.LostLeg("lf", 0.5), hp.MassFactor(1.1),
+        hp.LostLeg("lf", 0.5), hp.loads.MassFactor(1.1),
     ]  # fmt: skip
     stairs = hp.Stairs(rise=0.02, run=0.2, count=3)
     walk = hp.KinematicControl(GAIT)
@@ -57,7 +57,7 @@ def texts() -> dict[str, dict[str, Any]]:
     cases = {
         "walk": hp.Case(SCENE, walk, duration=0.02, accuracy=1e-3, record=["motion"]),
         "feedback": hp.Case(SCENE, control, checkpoint, duration=0.02),
-        "arc": hp.Case(SCENE, hp.ArcWalk(GAIT), duration=0.02),
+        "arc": hp.Case(SCENE, hp.motion.ArcWalk(GAIT), duration=0.02),
         "hold": hp.Case(SCENE, hp.HoldPosture(), ROBOT.stand(), method="robust", step=1e-3),
     }
     study = {
@@ -80,7 +80,7 @@ def texts() -> dict[str, dict[str, Any]]:
 
 
 READERS: dict[str, Callable[[str], Any]] = {
-    "scene": hp.Scene.from_toml, "study": hp.SweepStudy.from_toml,
+    "scene": hp.Scene.from_toml, "study": hp.study.SweepStudy.from_toml,
     **dict.fromkeys(("walk", "feedback", "arc", "hold"), hp.Case.from_toml),
 }  # fmt: skip
 
@@ -165,7 +165,7 @@ def test_what_is_no_text_of_a_scene_is_refused(text: Any) -> None:
     """A key of 50 000 parts took 40 s."""
     readers: list[Callable[[Any], Any]] = [hp.Scene.from_toml, hp.Case.from_toml]
     begin = time.process_time()
-    for read in (*readers, hp.SweepStudy.from_toml):
+    for read in (*readers, hp.study.SweepStudy.from_toml):
         with pytest.raises(ParameterError):
             read(text)
     assert time.process_time() - begin < 10.0
@@ -194,7 +194,7 @@ def test_bench_refuses_what_is_no_scene(run: Run, tmp_path: Path, wrong: bytes, 
 
 
 @cache
-def stood() -> hp.Checkpoint:
+def stood() -> hp.results.Checkpoint:
     """Return where a robot stands that has held its posture."""
     return hp.simulate(SCENE, hp.HoldPosture(), duration=0.01).checkpoint
 
@@ -207,15 +207,19 @@ class Hold:
     def start(self, scene: hp.Scene, batch: int) -> None:
         """Remember nothing."""
 
-    def update(self, time: float, m: hp.Measurement, state: Any) -> tuple[hp.Command, Any]:
+    def update(
+        self, time: float, m: hp.feedback.Measurement, state: Any
+    ) -> tuple[hp.feedback.Command, Any]:
         """Return the posture."""
-        return hp.Command(np.tile(ROBOT.posture, (len(m.q), 1)), ramp=True), state
+        return hp.feedback.Command(np.tile(ROBOT.posture, (len(m.q), 1)), ramp=True), state
 
 
 @pytest.mark.parametrize("late", [1e17, 1e300, 1e13, -1e17, -1e-3, math.nan, math.inf, "0", None])
 def test_no_checkpoint_is_at_such_a_time(late: Any) -> None:
-    for make in (lambda: replace(stood(), time=late),
-                 lambda: hp.Checkpoint.from_dict({**stood().to_dict(), "time": late})):  # fmt: skip
+    for make in (
+        lambda: replace(stood(), time=late),
+        lambda: hp.results.Checkpoint.from_dict({**stood().to_dict(), "time": late}),
+    ):
         with pytest.raises(ParameterError) as caught:
             make()
         assert caught.value.name.lower() == "checkpoint.time"

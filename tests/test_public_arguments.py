@@ -27,13 +27,13 @@ from fuzz.public_names import (
     members_of,
     public_calls,
 )
+from public_surface import surface
 
-import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.results import run_record
 from hexapod_pin.type_checks import _Unknown, type_hints
 
-ROOMS = "robot drive control scene simulation results sweep ground.contact ground.terrain".split()
+ROOMS = "robot drive control scene simulation results study ground.contact ground.terrain".split()
 
 AT_EVERY_STEP = {
     "Command()", "Measurement()", "FootControl.update", "control.SensorReader.read",
@@ -56,11 +56,11 @@ def calls() -> dict[str, PublicCall]:
     for prefix, room, names in (*listed, ("run_record", run_record, facts)):
         for name in names:
             value, dotted = getattr(room, name), f"{prefix}.{name}"
-            if inspect.isclass(value) and value not in classes:
+            if inspect.isclass(value) and not typing.is_typeddict(value) and value not in classes:
                 classes.add(value)
                 found[f"{dotted}()"] = PublicCall(f"{dotted}()", CONSTRUCTOR, value)
                 found |= {call.name: call for call in members_of(value, dotted)}
-            elif inspect.isfunction(value) and name not in hp.__all__:
+            elif inspect.isfunction(value) and value not in surface().values():
                 found[dotted] = PublicCall(dotted, FUNCTION, room, name)
     return {
         name: call for name, call in found.items()

@@ -170,8 +170,8 @@ GROUNDS = {
     "flat": hp.Flat(),
     "slope": hp.Slope(angle=0.2),
     "stairs": hp.Stairs(rise=0.1, run=0.3, count=5),
-    "groove": hp.Groove(angle_left=0.3, angle_right=0.3),
-    "ledge": hp.Ledge(height=0.1),
+    "groove": hp.terrain.Groove(angle_left=0.3, angle_right=0.3),
+    "ledge": hp.terrain.Ledge(height=0.1),
 }
 
 

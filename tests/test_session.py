@@ -174,7 +174,7 @@ def test_a_session_goes_on_from_its_checkpoint_to_the_same_bits(scene, method):
     last = 20 if method == "dop853" else 60
     whole = lead(hp.Session(scene, **how), range(last))
     first = lead(hp.Session(scene, **how), range(last // 2))
-    restored = hp.Checkpoint.from_dict(first.checkpoint().to_dict())
+    restored = hp.results.Checkpoint.from_dict(first.checkpoint().to_dict())
     second = lead(hp.Session(scene, initial=restored, **how), range(last // 2, last))
     a, b = whole.checkpoint(), second.checkpoint()
     assert a.time == b.time
@@ -185,7 +185,7 @@ def test_a_session_goes_on_from_its_checkpoint_to_the_same_bits(scene, method):
 
 
 def test_noise_of_sensors_is_drawn_anew_and_kept_by_checkpoints(scene):
-    sensors = hp.Sensors(q=hp.Sensor(noise=1e-3), seed=3)
+    sensors = hp.sensors.Sensors(q=hp.sensors.Sensor(noise=1e-3), seed=3)
     session = hp.Session(scene, accuracy=1e-4, sensors=sensors)
     first, second = session.measure().q, session.measure().q
     error = np.concatenate([first, second]) - np.tile(scene.robot.posture, 2)
@@ -193,4 +193,4 @@ def test_noise_of_sensors_is_drawn_anew_and_kept_by_checkpoints(scene):
     again = hp.Session(scene, accuracy=1e-4, sensors=sensors, initial=session.checkpoint())
     assert np.array_equal(again.measure().q, session.measure().q)
     with refused(hp.errors.ParameterError, "sensors.delay", 0.01):
-        hp.Session(scene, sensors=hp.Sensors(delay=0.01))
+        hp.Session(scene, sensors=hp.sensors.Sensors(delay=0.01))

@@ -30,16 +30,16 @@ from hexapod_pin.errors import (
     SweepStoreError,
     WorkersError,
 )
-from hexapod_pin.sweep.runs import SweepResult, run_sweep, store_guard, store_lock
-from hexapod_pin.sweep.runs import runner as runner_module
-from hexapod_pin.sweep.runs import store as store_module
-from hexapod_pin.sweep.runs.outcome import Outcome
-from hexapod_pin.sweep.runs.store import SweepStore
-from hexapod_pin.sweep.runs.store_file import store_errors
-from hexapod_pin.sweep.runs.store_lock import StoreLock
-from hexapod_pin.sweep.runs.store_reading import DAMAGED, NOT_RUN
-from hexapod_pin.sweep.runs.store_schema import MetaTexts, checksum, stored_rows, study_sum
-from hexapod_pin.sweep.runs.task import case_outcomes
+from hexapod_pin.study.runs import SweepResult, run_sweep, store_guard, store_lock
+from hexapod_pin.study.runs import runner as runner_module
+from hexapod_pin.study.runs import store as store_module
+from hexapod_pin.study.runs.outcome import Outcome
+from hexapod_pin.study.runs.store import SweepStore
+from hexapod_pin.study.runs.store_file import store_errors
+from hexapod_pin.study.runs.store_lock import StoreLock
+from hexapod_pin.study.runs.store_reading import DAMAGED, NOT_RUN
+from hexapod_pin.study.runs.store_schema import MetaTexts, checksum, stored_rows, study_sum
+from hexapod_pin.study.runs.task import case_outcomes
 from tests.sweep_studies import require_same_bits, small_study
 
 STUDY = small_study(1)
@@ -177,7 +177,7 @@ def test_a_store_that_is_read_waits_for_nothing_and_changes_nothing(
         store.write_bytes(whole.path.read_bytes())
     THINGS[thing](store.with_name(store.name + name), precious.path)
     before = _shown(folder)
-    assert isinstance(_raised(lambda: hp.open_sweep(store)), SweepStoreError)
+    assert isinstance(_raised(lambda: hp.study.open_sweep(store)), SweepStoreError)
     assert _shown(folder) == before
     precious.require_untouched(2 if thing == "hard link" else 1)
 
@@ -188,14 +188,14 @@ def test_a_link_to_a_store_is_read(tmp_path: Path) -> None:
     link.symlink_to(path)
     with SweepStore(path, STUDY) as store:
         store.add(case_outcomes(STUDY, [1], 1))
-        assert hp.open_sweep(link).done == 1
-    assert hp.open_sweep(link).done == 1
+        assert hp.study.open_sweep(link).done == 1
+    assert hp.study.open_sweep(link).done == 1
 
 
 @pytest.mark.parametrize("path", ["a\0b", "", ".", "..", "/", "x" * 300, "none/a.db", "/dev/null"])
 def test_names_that_no_store_can_have(tmp_path: Path, monkeypatch: Any, path: str) -> None:
     monkeypatch.chdir(tmp_path)
-    for call in (lambda: run_sweep(STUDY, path), lambda: hp.open_sweep(path)):
+    for call in (lambda: run_sweep(STUDY, path), lambda: hp.study.open_sweep(path)):
         assert isinstance(_raised(call), SweepStoreError | ParameterError)
     assert not list(tmp_path.iterdir())
 
@@ -256,7 +256,7 @@ def test_what_takes_a_name_during_a_sweep_is_left_alone(tmp_path: Path) -> None:
     for name in ("-lock", "-journal"):
         assert store.with_name(store.name + name).read_bytes() == b"keys"
         store.with_name(store.name + name).unlink()
-    assert hp.open_sweep(store).done == 3
+    assert hp.study.open_sweep(store).done == 3
 
 
 MARKS = {
@@ -275,7 +275,7 @@ def test_what_sqlite_leaves_when_it_is_killed_is_taken_for_its_own(
     for content in [*contents, MARKS[name][:3]] if name == "-shm" else contents:
         store.write_bytes(whole.path.read_bytes())
         store.with_name(store.name + name).write_bytes(content)
-        require_same_bits(hp.open_sweep(store).dataset, whole.dataset)
+        require_same_bits(hp.study.open_sweep(store).dataset, whole.dataset)
         store.with_name(store.name + name).write_bytes(content)
         require_same_bits(run_sweep(STUDY, store, resume=True).dataset, whole.dataset)
 
@@ -289,7 +289,7 @@ def test_readers_of_this_process_keep_the_locks_of_sqlite(tmp_path: Path) -> Non
         locks = Path("/proc/locks")
         inode = f":{path.with_name('a.db-shm').stat().st_ino} "
         mine = [line for line in locks.read_text().splitlines() if inode in line + " "]
-        assert hp.open_sweep(path).done == 1
+        assert hp.study.open_sweep(path).done == 1
         after = [line for line in locks.read_text().splitlines() if inode in line + " "]
         assert len(after) == len(mine) > 0
 
@@ -299,7 +299,7 @@ def lock_elsewhere() -> Iterator[Callable[[Path], str]]:
     """What another process meets that wants to write to a store."""
     code = (
         "import sys; from pathlib import Path\n"
-        "from hexapod_pin.sweep.runs.store_lock import StoreLock\n"
+        "from hexapod_pin.study.runs.store_lock import StoreLock\n"
         "for line in sys.stdin:\n"
         "    try: StoreLock(Path(line[:-1])).release(); print('free', flush=True)\n"
         "    except Exception as error: print(type(error).__name__, flush=True)"
@@ -353,7 +353,7 @@ LOCK_AND_SIGNAL = """
 import os, signal, sys
 from pathlib import Path
 from hexapod_pin import stop_signals
-from hexapod_pin.sweep.runs.store_lock import StoreLock
+from hexapod_pin.study.runs.store_lock import StoreLock
 
 stop_signals.install()
 stop_signals.begin()
@@ -418,7 +418,7 @@ def test_an_empty_file_that_was_there_is_never_removed(tmp_path: Path, monkeypat
 
 def _refusing(monkeypatch: Any) -> Callable[[], ThreadPoolExecutor]:
     """Return what makes a pool whose workers refuse the study."""
-    monkeypatch.setattr("hexapod_pin.sweep.runs.workers.run_task", lambda *task: b"!no")
+    monkeypatch.setattr("hexapod_pin.study.runs.workers.run_task", lambda *task: b"!no")
     return lambda: ThreadPoolExecutor(1)
 
 
@@ -472,10 +472,10 @@ def test_a_store_that_fails_later_is_kept(tmp_path: Path, monkeypatch: Any) -> N
     with pytest.raises(RuntimeError), SweepStore(path, STUDY) as store:
         store.add(case_outcomes(STUDY, [0], 1))
         raise RuntimeError
-    assert hp.open_sweep(path).done == 1
+    assert hp.study.open_sweep(path).done == 1
     with pytest.raises(WorkersError):
         run_sweep(STUDY, path, executor=_refusing(monkeypatch), resume=True)
-    assert hp.open_sweep(path).done == 1
+    assert hp.study.open_sweep(path).done == 1
 
 
 def test_a_sweep_that_was_killed_before_its_first_case_can_be_begun_again(tmp_path: Path) -> None:
@@ -539,7 +539,7 @@ SIZES = (0, 60, 5_000, 40_000, 60_000)
 SHORT_FILES = """
 import resource, sys
 from tests.sweep_studies import small_study
-from hexapod_pin.sweep.runs import run_sweep
+from hexapod_pin.study.runs import run_sweep
 for most in map(int, sys.argv[1:]):
     resource.setrlimit(resource.RLIMIT_FSIZE, (most, resource.RLIM_INFINITY))
     try: run_sweep(small_study(1), f"{most}/a.db", threads=1); print("done")
@@ -666,7 +666,7 @@ def test_damage_of_any_kind_is_refused_named_or_run_again(
         if not _damage(path, statement, forged=False):
             continue
         with contextlib.suppress(SweepStoreError):
-            _require_right(hp.open_sweep(path), whole)
+            _require_right(hp.study.open_sweep(path), whole)
         with contextlib.suppress(SweepStoreError):
             require_same_bits(run_sweep(STUDY, path, resume=True).dataset, whole.dataset)
             repaired += 1
@@ -684,7 +684,7 @@ def test_rows_whose_checksums_were_made_to_fit_raise_typed_errors(
         if not _damage(path, statement, forged=True):
             continue
         with contextlib.suppress(SweepStoreError):
-            assert hp.open_sweep(path).dataset is not None
+            assert hp.study.open_sweep(path).dataset is not None
         with contextlib.suppress(SweepStoreError):
             assert run_sweep(STUDY, path, resume=True).dataset is not None
 
@@ -696,7 +696,7 @@ def test_inputs_that_are_missing_are_refused_and_written_again(
     path.write_bytes(whole.path.read_bytes())
     assert _damage(path, "DELETE FROM inputs", forged=False)
     with pytest.raises(SweepStoreError):
-        hp.open_sweep(path)
+        hp.study.open_sweep(path)
     require_same_bits(run_sweep(STUDY, path, resume=True).dataset, whole.dataset)
 
 
@@ -720,7 +720,7 @@ def test_tables_of_another_make_are_refused(
     connection.executescript(statements)
     connection.close()
     before = path.read_bytes()
-    assert isinstance(_raised(lambda: hp.open_sweep(path)), SweepStoreError)
+    assert isinstance(_raised(lambda: hp.study.open_sweep(path)), SweepStoreError)
     assert isinstance(_raised(lambda: run_sweep(STUDY, path, resume=True)), SweepStoreError)
     assert path.read_bytes() == before
 

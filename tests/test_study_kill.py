@@ -15,10 +15,10 @@ from typing import Any
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.sweep.judge_peaks import servo_stiffness
-from hexapod_pin.sweep.runs import runner
-from hexapod_pin.sweep.runs.store import RowStore
-from hexapod_pin.sweep.runs.task import case_outcomes
+from hexapod_pin.study.judge_peaks import servo_stiffness
+from hexapod_pin.study.runs import runner
+from hexapod_pin.study.runs.store import RowStore
+from hexapod_pin.study.runs.task import case_outcomes
 
 ROOT = Path(__file__).parents[1]
 QUICK: dict[str, Any] = {"accuracy": 1e-2}
@@ -60,7 +60,7 @@ def _compare(**how: Any) -> Any:
 
 
 def _peaks(**how: Any) -> Any:
-    return hp.judge_peaks(walk(), **how).to_dict()
+    return hp.study.judge_peaks(walk(), **how).to_dict()
 
 
 def _stiffness(**how: Any) -> Any:
@@ -76,7 +76,9 @@ def _torque_map(**how: Any) -> Any:
 
 def _gait_energy(**how: Any) -> Any:
     gaits = {"tripod": hp.Gait.tripod(), "ripple": hp.Gait.ripple()}
-    return plain(hp.gait_energy(scene(), gaits, [0.1, 0.2], stroke=0.03, check=1, **QUICK, **how))
+    return plain(
+        hp.study.gait_energy(scene(), gaits, [0.1, 0.2], stroke=0.03, check=1, **QUICK, **how)
+    )
 
 
 def _tune(**how: Any) -> Any:

@@ -21,12 +21,12 @@ from hexapod_pin.drive.catalog import load_catalog
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.scene.loads import MassFactor
 from hexapod_pin.simulation.case_data import case_to_dict
-from hexapod_pin.sweep import random_bumps
-from hexapod_pin.sweep.study import SweepStudy, load_sweep
-from hexapod_pin.sweep.study.base_case import BaseWalk
-from hexapod_pin.sweep.study.design import KINDS
-from hexapod_pin.sweep.study.distributions import DISTRIBUTIONS
-from hexapod_pin.sweep.study.study_file import INPUTS
+from hexapod_pin.study import random_bumps
+from hexapod_pin.study.sweep import SweepStudy, load_sweep
+from hexapod_pin.study.sweep.base_case import BaseWalk
+from hexapod_pin.study.sweep.design import KINDS
+from hexapod_pin.study.sweep.distributions import DISTRIBUTIONS
+from hexapod_pin.study.sweep.study_file import INPUTS
 
 BASE = '[base]\nrobot = "kharagpur"\ngait = "tripod"\nduration = 1.0\n'
 SAMPLED = (
@@ -91,7 +91,7 @@ def test_what_each_input_changes() -> None:
             scene,
             contact=hp.Contact(
                 normal=scene.contact.normal,
-                friction=hp.StickSlip(mu=0.7, stiffness=2e4, damping=30.0),
+                friction=hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=30.0),
                 assumed=scene.contact.assumed,
             ),
         ),

@@ -8,7 +8,7 @@ import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.sweep.study import SweepStudy, load_sweep
+from hexapod_pin.study.sweep import SweepStudy, load_sweep
 
 HEAD = "schema = 1\n"
 BASE = '[base]\nrobot = "kharagpur"\ngait = "tripod"\n'

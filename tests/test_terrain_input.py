@@ -58,7 +58,7 @@ def test_bad_parameters_are_named(data: dict, name: str, value: object) -> None:
 
 def test_a_patch_must_have_an_area() -> None:
     with refused(ParameterError, "Patch", about=("(0.0, 0.0)", "(1.0, 0.0)")):
-        hp.Patch(low=(0.0, 0.0), high=(1.0, 0.0))
+        hp.terrain.Patch(low=(0.0, 0.0), high=(1.0, 0.0))
 
 
 @pytest.mark.parametrize(

@@ -60,18 +60,20 @@ class Breaks:
     def start(self, scene: hp.Scene, batch: int) -> None:
         """Nothing to remember."""
 
-    def update(self, time: float, m: hp.Measurement, state: None) -> tuple[hp.Command, None]:
+    def update(
+        self, time: float, m: hp.feedback.Measurement, state: None
+    ) -> tuple[hp.feedback.Command, None]:
         """Hold the angles, then fail."""
         if time > 0.055:
             raise ZeroDivisionError("a gain")
-        return hp.Command(m.q), None
+        return hp.feedback.Command(m.q), None
 
 
 def failed(name: str, robot: hp.Robot, folder: Path) -> Any:
     """What a public call raises."""
     scene, still = hp.Scene(robot), hp.HoldPosture()
     loose = hp.Scene(robot, servo=hp.Servo(kp=1e7, kd=0.0, limited=False))
-    broken, limits = folder / "broken.urdf", hp.WorkLimits(evaluations=300)
+    broken, limits = folder / "broken.urdf", hp.simulation.WorkLimits(evaluations=300)
     calls: dict[str, Callable[[], Any]] = {
         "UnknownNameError": lambda: hp.load_robot("nope"),
         "UrdfError": lambda: hp.load_robot(broken),

@@ -32,8 +32,8 @@ from hexapod_pin.errors import DivergenceError, ParameterError, StudyInterrupted
 
 if TYPE_CHECKING:
     from hexapod_pin.results.comparison import Comparison
-    from hexapod_pin.sweep.compare import PlannedRun
-    from hexapod_pin.sweep.runs.runner import RunOptions
+    from hexapod_pin.study.compare import PlannedRun
+    from hexapod_pin.study.runs.runner import RunOptions
 
 
 def compare(
@@ -177,7 +177,7 @@ def compare_and_report(
     """Run and compare; print tables; write files. After Ctrl-C, what was done is printed and kept.
 
     Args:
-        planned: from `hexapod_pin.sweep.compare.plan_runs`, or runs of one's own.
+        planned: from `hexapod_pin.study.compare.plan_runs`, or runs of one's own.
         files: what to write.
         how: where and how cases are run.
         markdown: print Markdown.
@@ -187,8 +187,8 @@ def compare_and_report(
         StudyInterrupted: Ctrl-C.
     """
     from hexapod_pin.commands.progress import progress_bar
-    from hexapod_pin.sweep.compare import compared
-    from hexapod_pin.sweep.runs.runner import run_study
+    from hexapod_pin.study.compare import compared
+    from hexapod_pin.study.runs.runner import run_study
 
     if files.figure is not None and len({plan.controller for plan in planned}) < 2:
         raise ParameterError("--figure", str(files.figure), "given with two cases or more")

@@ -72,7 +72,7 @@ def select(
     from hexapod_pin.commands.output_files import writable
     from hexapod_pin.commands.progress import progress_bar
     from hexapod_pin.commands.terminal import NONE_PASSES, fail, interrupted_status
-    from hexapod_pin.sweep.selection import select_motors
+    from hexapod_pin.study.selection import select_motors
     from hexapod_pin.view.report import require_report
 
     report = None if no_html else writable("--html", html, (".html", ".pdf"), drawn=True)
@@ -117,7 +117,7 @@ def study_text(
     import tomli_w
 
     from hexapod_pin.spec import read_toml
-    from hexapod_pin.sweep.selection import load_motor_study
+    from hexapod_pin.study.selection import load_motor_study
 
     if study is None:
         text, folder = _default(robot, mend), Path.cwd()
@@ -150,7 +150,7 @@ def _default(robot: str, mend: bool) -> str:
     from hexapod_pin.control.feasible_gait import default_gait
     from hexapod_pin.control.gait import gaits_for
     from hexapod_pin.robot.robot import load_robot
-    from hexapod_pin.sweep.selection import default_study
+    from hexapod_pin.study.selection import default_study
 
     loaded = load_robot(_source(robot), mend=mend)
     names = [default_gait(loaded)]

@@ -11,7 +11,7 @@ import typer
 from hexapod_pin.commands.options import OptionalPath, OptionalText
 
 if TYPE_CHECKING:
-    from hexapod_pin.sweep.runs.runner import RunOptions
+    from hexapod_pin.study.runs.runner import RunOptions
 
 OptionalInt = Optional[int]  # noqa: UP045
 

@@ -174,7 +174,7 @@ def checked_answer(call: str, time: float, answer: Any) -> tuple[Command, Any]:
         raise ParameterError(
             call, type(answer[0] if pair else answer).__name__,
             f"a pair{at_time(time)}: a Command, and the state after it",
-            "Return hp.Command(q), state.",
+            "Return hp.feedback.Command(q), state.",
         )  # fmt: skip
     if not isinstance(answer[0].ramp, bool | np.bool_):
         raise ParameterError(f"{call}.ramp", answer[0].ramp, f"a bool{at_time(time)}")

@@ -69,8 +69,8 @@ class JointMotion:
             of range.
 
     Example:
-        >>> lift = hp.Step(start=0.5, end=1.0, initial=0.0, final=0.1)
-        >>> plan = hp.JointMotion({"lf_coxa_joint": lift}).plan(robot, 2.0)
+        >>> lift = hp.motion.Step(start=0.5, end=1.0, initial=0.0, final=0.1)
+        >>> plan = hp.motion.JointMotion({"lf_coxa_joint": lift}).plan(robot, 2.0)
     """
 
     motion: Mapping[str, float | MotionFunction]

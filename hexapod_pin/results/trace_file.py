@@ -245,7 +245,7 @@ def _rules(arrays: Mapping[str, npt.NDArray[Any]], absent: Collection[str]) -> d
 
 # One file for all results of a study: a group for each.
 
-STUDY_SCHEMA, STUDY_SCHEMA_VERSION = "hexapod_pin.study", 1
+STUDY_SCHEMA, STUDY_SCHEMA_VERSION = "hexapod_pin.study_file", 1
 
 StudyPart = TorqueMap | GaitEnergy | Trace
 """What a study may hold."""

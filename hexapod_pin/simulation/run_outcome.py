@@ -248,7 +248,7 @@ def _ended(run: RunState, limit: str) -> str:
         f"the run was ended at t = {run.time:g} s: {reached} ({'; '.join(causes)}). Try another "
         f"method than {settings.method_settings.method.name!r}, a looser accuracy or softer "
         "contact, or raise "
-        f"limits=hp.WorkLimits({limit}=...); allow=True (--force) lifts all limits."
+        f"limits=hp.simulation.WorkLimits({limit}=...); allow=True (--force) lifts all limits."
     )
 
 

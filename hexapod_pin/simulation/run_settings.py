@@ -272,7 +272,7 @@ STEPS_PER_TICK = 10.0
 RUNS_IN_MEMORY = 3
 """Where the error is kept: two that are compared, and the next."""
 
-LIFT = "Or lift the limit: allow=True (--force), or limits=hp.WorkLimits(...)."
+LIFT = "Or lift the limit: allow=True (--force), or limits=hp.simulation.WorkLimits(...)."
 
 
 @dataclass(frozen=True)

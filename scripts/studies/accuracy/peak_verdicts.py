@@ -46,7 +46,7 @@ def peak_verdicts(
     for contact, robot, gait in walks:
         print("...", contact, robot, gait, file=sys.stderr, flush=True)
         case, stride = _walk(robot, gait, contact, cycle_time, cycles, accuracy)
-        found = hp.judge_peaks(case, threads=threads)
+        found = hp.study.judge_peaks(case, threads=threads)
         walk = [contact, robot, gait, f"{stride:.3g}"]
         rows += [[*walk, *_cells(row, found)] for row in found.kinds]
     head = [

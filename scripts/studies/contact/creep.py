@@ -19,10 +19,10 @@ LOAD_RATIOS = {"20 %": 0.2, "just below mu": 0.98 * MU, "just above mu": 1.02 * 
 """Side load over normal load."""
 
 LAWS: dict[str, Any] = {
-    "stick-slip": hp.StickSlip(mu=MU, stiffness=2e4, damping=60.0),
-    "tanh, kt 1000 s/m": hp.TanhCoulomb(mu=MU, slope=1e3),
-    "smooth step, vs 1 mm/s": hp.SmoothStep(mu_static=MU, mu_dynamic=MU, speed=1e-3),
-    "ADAMS, vs 1 mm/s": hp.AdamsCoulomb(
+    "stick-slip": hp.contact.StickSlip(mu=MU, stiffness=2e4, damping=60.0),
+    "tanh, kt 1000 s/m": hp.contact.TanhCoulomb(mu=MU, slope=1e3),
+    "smooth step, vs 1 mm/s": hp.contact.SmoothStep(mu_static=MU, mu_dynamic=MU, speed=1e-3),
+    "ADAMS, vs 1 mm/s": hp.contact.AdamsCoulomb(
         mu_static=MU, mu_dynamic=MU, stiction_speed=1e-3, transition_speed=1e-2
     ),
 }

@@ -28,7 +28,7 @@ def walk_of(robot: str, name: str) -> Any:
         gait, _ = feasible_gait(hp.load_robot(robot), name, None, cycle_time=CYCLE)
         return hp.KinematicControl(gait)
     profile = name.partition(" ")[2]
-    return hp.ArcWalk(hp.Gait.tetrapod(cycle_time=CYCLE), profile=profile)  # type: ignore[arg-type]
+    return hp.motion.ArcWalk(hp.Gait.tetrapod(cycle_time=CYCLE), profile=profile)  # type: ignore[arg-type]
 
 
 def torque_table(

@@ -9,7 +9,7 @@ from typing import Any
 
 from hexapod_pin.control.foot_control.controller import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
-from hexapod_pin.sweep.tuning_result import TuningResult
+from hexapod_pin.study.tuning_result import TuningResult
 from hexapod_pin.text_table import Table
 from studies.foot_control.accuracy import ErrorRow, error_table, errors
 from studies.foot_control.bounds import (

@@ -24,8 +24,8 @@ from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.sweep.gait_energy import SPEEDS, gait_energy
-from hexapod_pin.sweep.torque_map import CYCLE_TIMES, STROKES, torque_map
+from hexapod_pin.study.gait_energy import SPEEDS, gait_energy
+from hexapod_pin.study.torque_map import CYCLE_TIMES, STROKES, torque_map
 
 STROKE = 0.14
 """Of S2's study [m]."""

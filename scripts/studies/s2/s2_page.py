@@ -17,9 +17,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("study", type=Path, help="file of s2_study")
     parser.add_argument("out", type=Path, help="folder of the page")
     options = parser.parse_args(argv)
-    study = hp.load_study(options.study)
+    study = hp.study.load_study(options.study)
     verdicts = {
-        name: hp.judge_peaks(load_part(options.study, name, hp.Trace), threads=2) for name in WALKS
+        name: hp.study.judge_peaks(load_part(options.study, name, hp.Trace), threads=2)
+        for name in WALKS
     }
     print(write_page(options.out, study, verdicts))
     return 0

@@ -29,7 +29,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except PartsInterrupted as stop:
         parts, status = stop.parts, 130
     if parts:
-        hp.write_study(options.out, parts)
+        hp.study.write_study(options.out, parts)
     took = time.perf_counter() - begin
     print(f"{options.out}: {', '.join(parts) or 'nothing'} in {took:.1f} s")
     return status

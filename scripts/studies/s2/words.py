@@ -32,7 +32,7 @@ MOTION = """
 
 theta_1 is +-20.19 degrees for a stroke of 0.14 m, beta_2 0 to 6 degrees in swing, beta_3 90
 degrees; legs (2, 3), (1, 6), (4, 5) swing in turn for a third of the 2.4 s each.
-`hp.paper_motion(robot, stroke=0.14)`.
+`hp.motion.paper_motion(robot, stroke=0.14)`.
 """
 
 MASS_CENTER = """
@@ -90,7 +90,8 @@ limits.
 
 MORE = """
 Torques by phase and joint, p99, impulses, speeds and reasons of points that cannot be walked are
-in the file: `hp.load_study("s2_study.nc")`, or `xarray.open_dataset(path, group="torque_map",
-engine="h5netcdf")`. The tools are [hp.torque_map and hp.gait_energy](../sweeps.md), [hp.stability
-and hp.joint_moments](../stability.md), [hp.judge_peaks](../uncertainty.md).
+in the file: `hp.study.load_study("s2_study.nc")`, or `xarray.open_dataset(path, group="torque_map",
+engine="h5netcdf")`. The tools are [hp.torque_map and hp.study.gait_energy](../sweeps.md),
+[hp.stability
+and hp.results.joint_moments](../stability.md), [hp.study.judge_peaks](../uncertainty.md).
 """

@@ -11,12 +11,12 @@ from itertools import cycle
 from pathlib import Path
 from typing import Any
 
-from hexapod_pin.sweep.runs.distribution import Distribution
-from hexapod_pin.sweep.runs.outcome import Outcome, from_bytes, to_bytes
-from hexapod_pin.sweep.runs.store import SweepStore
-from hexapod_pin.sweep.runs.task import Task, task_of
-from hexapod_pin.sweep.runs.workers import DaskWorkers
-from hexapod_pin.sweep.study import SweepStudy
+from hexapod_pin.study.runs.distribution import Distribution
+from hexapod_pin.study.runs.outcome import Outcome, from_bytes, to_bytes
+from hexapod_pin.study.runs.store import SweepStore
+from hexapod_pin.study.runs.task import Task, task_of
+from hexapod_pin.study.runs.workers import DaskWorkers
+from hexapod_pin.study.sweep import SweepStudy
 from studies.sweeps.loopback_cluster import cluster_processes
 
 
