@@ -13,15 +13,13 @@ Example:
 
 from __future__ import annotations
 
-from typing import Any
-
 import lazy_loader
 
 _load, _names, __all__ = lazy_loader.attach_stub(__name__, __file__)
 __all__ += ["__version__"]  # noqa: PLE0605
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """Import a public name on first use (PEP 562)."""
     if name != "__version__":
         return _load(name)

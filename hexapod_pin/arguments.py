@@ -273,7 +273,8 @@ def _explain(
     if shapes and isinstance(failure, ValueError | IndexError | TypeError | AttributeError):
         where, allowed = f"{path}.{', '.join(shapes)}", "arrays of the shapes that are documented"
         raise ParameterError(where, tuple(shapes.values()), allowed) from failure
-    if isinstance(failure, ArithmeticError):
+    size = isinstance(failure, ValueError) and str(failure).startswith("Maximum allowed")
+    if size or isinstance(failure, ArithmeticError | MemoryError):
         named = {key: x for key, x in given.items() if isinstance(x, int | float)}
         values = list(named.values() or given.values())
         shown: Any = tuple(values) if len(named) > 1 else [*values, None][0]

@@ -281,7 +281,7 @@ def argument(call: PublicCall, parameter: inspect.Parameter, rng: random.Random)
             return _made(BY_NAME[key])
     function, owner = call.target, call.owner
     if parameter.name == "obj":  # of `model_validate`
-        return instances(owner)[0]
+        return (instances(owner) or [{}])[0]
     if isinstance(owner, type) and call.kind == CONSTRUCTOR:
         function = vars(owner).get("__init__", owner.__new__)
     known = inspect.isroutine(function) and getattr(function, "__module__", None)
