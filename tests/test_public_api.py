@@ -88,7 +88,7 @@ def test_controllers_load_no_scipy():
 
 
 ROOMS = """
-robot drive control simulation results sweep view ground ground.contact ground.terrain
+robot drive control simulation results study view ground ground.contact ground.terrain
 """.split()
 
 

@@ -186,11 +186,18 @@ class GridResult(Record):
 
     @classmethod
     def empty(cls, sizes: Mapping[str, int]) -> dict[str, Array]:
-        """Return an array of NaN for each quantity of the points."""
+        """Return an array of NaN for each quantity of the points; `sizes`: of all axes.
+
+        Raises:
+            ParameterError: the size of an axis is missing.
+        """
+        points = {k: one for k, one in schema(cls).items() if one.axes[: len(cls.GRID)] == cls.GRID}
+        missing = {axis for one in points.values() for axis in one.axes} - sizes.keys()
+        if missing:
+            raise ParameterError("sizes", sorted(sizes), f"with {', '.join(sorted(missing))}")
         return {
             name: np.full(tuple(sizes[axis] for axis in one.axes), np.nan)
-            for name, one in schema(cls).items()
-            if one.axes[: len(cls.GRID)] == cls.GRID
+            for name, one in points.items()
         }
 
     @property
