@@ -52,6 +52,7 @@ from .simulation.case import simulate as simulate
 from .simulation.session import Session as Session
 from .study.compare import compare as compare
 from .study.runs.run_sweep import run_sweep as run_sweep
+from .study.runs.runner import run_study as run_study
 from .study.selection import select_motors as select_motors
 from .study.sweep import load_sweep as load_sweep
 from .study.torque_map import torque_map as torque_map

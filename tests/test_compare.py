@@ -280,6 +280,18 @@ def test_own_scenes_and_bumps(run: Run) -> None:
     assert runs[4]["metrics"] == hp.study.WalkMetrics.of(expected).to_dict()
 
 
+def test_the_command_goes_on_with_a_store(run: Run) -> None:
+    words = ("plain.toml", "fast.toml", "--store", "rows.db", "--json", "numbers.json")
+    first = run(*words)
+    assert first.status == 0, first.err
+    again = run(*words)
+    assert again.status == 2 and "--resume" in again.err
+    resumed = run(*words, "--resume", "--threads", "1")
+    assert (resumed.status, resumed.out) == (0, first.out)
+    refused_too = run(*words[:2], "--resume")
+    assert refused_too.status == 2 and "store" in refused_too.err
+
+
 @pytest.mark.parametrize(
     ("words", "culprit"),
     [

@@ -178,6 +178,20 @@ def test_robot_from_dimensions(run) -> None:
     assert budget.measured_speed == pytest.approx(0.12, rel=0.05)
 
 
+def test_own_study(run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """It runs, and goes on, on threads and on worker processes, with the same bits."""
+    angle, torque = run("own_study")
+    assert 0.2 < angle < 0.5 and 1.0 < torque < 10.0
+    monkeypatch.syspath_prepend(ROOT / "examples")
+    own = importlib.import_module("own_study")
+    walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.08, cycle_time=0.4))
+    for how in ({"processes": 1}, {"threads": 1, "resume": True}):
+        found = hp.run_study(
+            own.steepest, hp.load_robot("kharagpur"), walk, store=tmp_path / "a.db", **how
+        )
+        assert found == (angle, torque)
+
+
 def test_the_first_code_block_of_the_readme_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

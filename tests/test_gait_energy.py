@@ -13,7 +13,7 @@ from hexapod_pin.errors import ParameterError, StudyInterrupted, TraceFileError,
 from hexapod_pin.results.gait_energy import COSTS
 from hexapod_pin.results.result_files import netcdf_groups
 from hexapod_pin.results.schema import schema
-from hexapod_pin.study.grid_runs import walk_times
+from hexapod_pin.study.sweep.base_case import walk_times
 from hexapod_pin.view import write_gait_energy_figure
 
 ROBOT = hp.load_robot("kharagpur")

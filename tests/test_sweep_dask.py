@@ -20,6 +20,7 @@ from hexapod_pin.study.runs import workers as executors
 from hexapod_pin.study.runs.distribution import Distribution
 from hexapod_pin.study.runs.store import SweepStore
 from hexapod_pin.study.runs.workers import DaskWorkers
+from tests.runner_studies import STUDIES
 from tests.sweep_studies import require_same_bits, small_study
 
 distributed = pytest.importorskip("distributed")
@@ -45,6 +46,15 @@ def test_two_workers_give_the_same_bits(cluster: str, tmp_path: Path) -> None:
     with distributed.Client(cluster, set_as_default=False) as client:
         again = run_sweep(STUDY, tmp_path / "c.db", executor=client.get_executor())
     require_same_bits(again.dataset, here.dataset)
+
+
+def test_studies_on_the_workers_give_the_same_bits(cluster: str, tmp_path: Path) -> None:
+    """Also an adaptive one, and one that goes on here."""
+    for name in ("compared", "mapped", "tuned"):
+        store = tmp_path / f"{name}.db"
+        expected = STUDIES[name]()
+        assert STUDIES[name](scheduler=cluster, store=store) == expected
+        assert STUDIES[name](store=store, resume=True) == expected
 
 
 def test_a_worker_that_is_killed_loses_nothing(cluster: str, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from hexapod_pin.errors import ParameterError, StudyInterrupted, TraceFileError,
 from hexapod_pin.results.grid_columns import NOT_RUN
 from hexapod_pin.results.phase_torque import scheduled_phase_torque
 from hexapod_pin.results.schema import schema
-from hexapod_pin.study.grid_runs import walk_times
+from hexapod_pin.study.sweep.base_case import walk_times
 from hexapod_pin.study.torque_map import PHASE_SAMPLES
 from hexapod_pin.view import write_torque_curves, write_torque_heat_map
 

@@ -79,21 +79,21 @@ def select(
     if report is not None:
         require_report(f"--html {html}", report.suffix.lower())
     table = None if csv is None else writable("--csv", csv, (".csv",))
-    how = run_options(store, resume, retry_failed, threads, processes, scheduler)
     text, folder = study_text(robot, study, catalog, voltage, motor_mass, mend)
-    interruption = ""
-    with progress_bar("motors") as bar:
-        try:
-            samples = 0 if quick else None
-            found = select_motors(text, folder, samples=samples, stage=bar.stage, **how)
-        except StudyInterrupted as error:
-            if error.result is None:
-                raise
-            found, interruption = error.result, str(error)
+    how = run_options(store, resume, retry_failed, threads, processes, scheduler)
+    try:
+        with progress_bar("motors") as bar:
+            found = select_motors(
+                text, folder, samples=0 if quick else None, stage=bar.stage, **how
+            )
+    except StudyInterrupted as error:
+        if error.result is None:
+            raise
+        found = error.result
     print_selection(found, json)
     write_files(found, report, table)
-    if interruption:
-        fail(f"{interruption}; what was done is listed above", interrupted_status())
+    if found.interrupted:
+        fail("interrupted; what was done is listed above", interrupted_status())
     if not found.best.passes:
         fail("no motor of the catalogue carries every joint on every walk", NONE_PASSES)
 

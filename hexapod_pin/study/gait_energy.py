@@ -21,20 +21,23 @@ from hexapod_pin.results.gait_energy import GRID, GaitEnergy
 from hexapod_pin.results.grid_columns import GridRecord
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_budget import torque_budget
-from hexapod_pin.results.trace import Trace
 from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
 from hexapod_pin.simulation.run_outcome import package_versions
 from hexapod_pin.study.grid_runs import (
-    GridRuns,
+    Cases,
+    Numbers,
     Place,
     check_counts,
+    grid_arrays,
     grid_axis,
-    walk_times,
+    grid_rows,
+    repeat_tighter,
 )
 from hexapod_pin.study.runs.measure import Measure
 from hexapod_pin.study.runs.runner import Runner, RunOptions, run_study
+from hexapod_pin.study.sweep.base_case import walk_times
 from hexapod_pin.study.torque_map import CHECKED_POINTS
 
 if TYPE_CHECKING:
@@ -112,6 +115,7 @@ def gait_energy(
             point that cannot be walked is NaN.
         GaitError: a robot without legs that a gait can move, or a gait for another number of legs.
         StudyInterrupted: Ctrl-C; `.result` holds what was done.
+        HexapodError: as of `run_study`.
 
     Example:
         >>> found = gait_energy(Scene(load_robot("kharagpur")), speeds=[0.05, 0.1])
@@ -127,7 +131,7 @@ def gait_energy(
         own.fitted(table)
     axis = grid_axis("speeds", speeds)
     loss = {name: _copper_losses(scene, copper_loss) for name, scene in named.items()}
-    cases: dict[Place, Case | Exception] = {}
+    cases: dict[tuple[int, ...], Case | Exception] = {}
     for g, table in enumerate(tables.values()):
         for k, speed in enumerate(axis):
             gait = _at_speed(table, float(speed), lift, stroke, cycle_time)
@@ -137,34 +141,42 @@ def gait_energy(
                 cases[s, g, k] = Case(
                     scene, control, accuracy=accuracy, duration=duration, sample=sample
                 )
-    record = _record(named, tables, copper_loss, accuracy, cycles, stroke, cycle_time)
-    return run_study(_walked, named, tables, axis, loss, cases, float(lift), check, record, **how)
+    by_scene = [COSTS.with_settings(copper_loss=loss[name].tolist()) for name in named]
+    found = {
+        "scenes": tuple(named),
+        "gaits": tuple(tables),
+        "duty": np.array([gait.duty for gait in tables.values()]),
+        "speed": axis,
+        "lift": float(lift),
+        "copper_loss": next(iter(loss.values())),
+        "run": _record(named, tables, copper_loss, accuracy, cycles, stroke, cycle_time),
+    }
+    return run_study(costed, cases, {place: by_scene[place[0]] for place in cases}, check, found,
+                     **how)  # fmt: skip
 
 
-def _walked(
-    run: Runner, scenes: dict[str, Scene], gaits: dict[str, Gait], speeds: Array,
-    loss: dict[str, Array], cases: dict[Place, Case | Exception], lift: float, check: int,
-    record: GridRecord,
+def costed(
+    run: Runner, cases: Cases, measures: Mapping[Place, Measure[Numbers]], check: int,
+    about: dict[str, Any],
 ) -> GaitEnergy:  # fmt: skip
-    """Run every gait at every speed; the study behind `gait_energy`."""
-    measures = [COSTS.with_settings(copper_loss=one.tolist()) for one in loss.values()]
-    runs = GridRuns(
-        run, cases, {place: measures[place[0]] for place in cases}, extra=check * len(scenes)
-    )
-    runs.run()
-    found = runs.check(check, lambda place: (place[0], float(speeds[place[2]])))
-    sizes = dict(zip(GRID, (len(scenes), len(gaits), len(speeds)), strict=True))
-    return GaitEnergy(
-        scenes=tuple(scenes),
-        gaits=tuple(gaits),
-        duty=np.array([gait.duty for gait in gaits.values()]),
-        speed=speeds,
-        lift=lift,
-        copper_loss=next(iter(loss.values())),
-        check=found,
-        run=record,
-        **runs.arrays(GaitEnergy.empty(sizes), [sizes[name] for name in GRID]),
-    )
+    """Run the points of a grid of gaits; the study behind `gait_energy`.
+
+    Args:
+        run: runs them.
+        cases: by their places.
+        measures: by their places.
+        check: points of each scene that are run again.
+        about: what of the result is known before.
+    """
+    sizes = [len(about["scenes"]), len(about["gaits"]), len(about["speed"])]
+    extra = check * sizes[0]
+    found = grid_rows(run, cases, measures, extra)
+    changes = repeat_tighter(
+        run, cases, measures, found, check,
+        lambda place: (place[0], float(about["speed"][place[2]])), extra,
+    )  # fmt: skip
+    empty = GaitEnergy.empty(dict(zip(GRID, sizes, strict=True)))
+    return GaitEnergy(**about, check=changes, **grid_arrays(found, empty, sizes))
 
 
 def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
@@ -216,9 +228,8 @@ def _copper_losses(scene: Scene, given: float | None) -> Array:
     return found
 
 
-def _numbers(case: Case, run: Trace | Summary, copper_loss: list[float]) -> dict[str, Any]:
+def _numbers(case: Case, run: Summary, copper_loss: list[float]) -> Numbers:
     """Return the numbers of a run."""
-    assert isinstance(run, Summary)
     budget = torque_budget(run)
     gait: Gait = case.controller.gait  # type: ignore[union-attr]  # made of one
     square = (
@@ -242,7 +253,7 @@ def _numbers(case: Case, run: Trace | Summary, copper_loss: list[float]) -> dict
 
 
 COSTS = Measure("hexapod_pin.study.gait_energy:COSTS", 1, "summary", dict, _numbers)
-"""What a gait costs at a speed."""
+"""What a walk costs; its setting is the electrical loss of each joint."""
 
 
 def _record(

@@ -279,7 +279,6 @@ class StiffnessEffect:
         return text
 
 
-@checked
 def servo_stiffness(case: Case, trace: Trace, **how: Unpack[RunOptions]) -> StiffnessEffect:
     """Run a case twice more, with half and with twice the servo stiffness.
 

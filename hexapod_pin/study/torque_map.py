@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,15 +28,18 @@ from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
 from hexapod_pin.simulation.run_outcome import contact_names, package_versions, told_kinds
 from hexapod_pin.study.grid_runs import (
-    GridRuns,
+    Cases,
     Numbers,
     Place,
     check_counts,
+    grid_arrays,
     grid_axis,
-    walk_times,
+    grid_rows,
+    repeat_tighter,
 )
 from hexapod_pin.study.runs.measure import Measure
 from hexapod_pin.study.runs.runner import Runner, RunOptions, run_study
+from hexapod_pin.study.sweep.base_case import walk_times
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -96,6 +99,7 @@ def torque_map(
     Raises:
         ParameterError: an argument is out of range. A point that cannot be walked is NaN.
         StudyInterrupted: Ctrl-C; `.result` holds what was done.
+        HexapodError: as of `run_study`.
 
     Example:
         >>> scene = Scene(load_robot("kharagpur"), contact=Contact.preset("s2"))
@@ -105,15 +109,6 @@ def torque_map(
     check_counts(cycles, check)
     axes = (grid_axis("strokes", strokes), grid_axis("cycle_times", cycle_times))
     make = _maker(scene.robot, walk, gait)
-    named = walk if isinstance(walk, str) else getattr(walk, "__name__", type(walk).__name__)
-    return run_study(_mapped, scene, make, axes, named, cycles, accuracy, check, **how)
-
-
-def _mapped(
-    run: Runner, scene: Scene, make: Callable[[float, float], AnyController],
-    axes: tuple[Array, Array], walk: str, cycles: int, accuracy: float, check: int,
-) -> TorqueMap:  # fmt: skip
-    """Run a walk at every point; the study behind `torque_map`."""
     controllers = {
         (i, j): _made(make, float(stroke), float(period))
         for i, stroke in enumerate(axes[0])
@@ -127,10 +122,21 @@ def _mapped(
             if isinstance(control, Exception)
             else Case(scene, control, accuracy=accuracy, duration=duration, sample=sample)
         )
-    runs = GridRuns(run, cases, POINT, extra=check)
-    runs.run()
-    found = runs.check(check, lambda place: (0, axes[0][place[0]] / axes[1][place[1]]))
-    return _map(scene, axes, runs, found, _record(scene, walk, controllers, accuracy, cycles))
+    record = _record(scene, walk, controllers, accuracy, cycles)
+    return run_study(mapped, scene, axes, cases, check, record, **how)
+
+
+def mapped(
+    run: Runner, scene: Scene, axes: tuple[Array, Array], cases: Cases, check: int,
+    record: GridRecord,
+) -> TorqueMap:  # fmt: skip
+    """Run the points of a map; the study behind `torque_map`."""
+    found = grid_rows(run, cases, MAP_POINT, extra=check)
+    changes = repeat_tighter(
+        run, cases, MAP_POINT, found, check,
+        lambda place: (0, axes[0][place[0]] / axes[1][place[1]]), extra=check,
+    )  # fmt: skip
+    return _map(scene, axes, found, changes, record)
 
 
 def _maker(
@@ -173,7 +179,7 @@ def _made(
         return error
 
 
-def _numbers(case: Case, run: Trace | Summary) -> dict[str, Any]:
+def _numbers(case: Case, run: Trace | Summary) -> Numbers:
     """Return the numbers of a run."""
     assert isinstance(run, Trace)
     summary = run.summary
@@ -195,8 +201,8 @@ def _numbers(case: Case, run: Trace | Summary) -> dict[str, Any]:
     }
 
 
-POINT = Measure("hexapod_pin.study.torque_map:POINT", 1, "trace", dict, _numbers)
-"""The numbers of a point of the map."""
+MAP_POINT = Measure("hexapod_pin.study.torque_map:MAP_POINT", 1, "trace", dict, _numbers)
+"""The numbers of a point of a map."""
 
 
 def _phases(case: Case, trace: Trace) -> Numbers:
@@ -226,14 +232,15 @@ def _legs(robot: Robot) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
 
 
 def _map(
-    scene: Scene, axes: tuple[Array, Array], runs: GridRuns, check: Any, record: GridRecord
-) -> TorqueMap:
+    scene: Scene, axes: tuple[Array, Array], found: Mapping[Place, Numbers | str], check: Any,
+    record: GridRecord,
+) -> TorqueMap:  # fmt: skip
     joints, feet = scene.robot.joint_names, contact_names(scene)
     sizes = {
         "stroke": len(axes[0]), "cycle_time": len(axes[1]), "joint": len(joints),
         "foot": len(feet), "phase": len(PHASES),
     }  # fmt: skip
-    filled = runs.arrays(TorqueMap.empty(sizes), [sizes[name] for name in GRID])
+    filled = grid_arrays(found, TorqueMap.empty(sizes), [sizes[name] for name in GRID])
     return TorqueMap(
         stroke=axes[0], cycle_time=axes[1], joint_names=joints, foot_names=feet,
         joint_kinds=joint_kinds(joints, len(scene.robot.feet), told_kinds(scene.robot)),
@@ -241,12 +248,13 @@ def _map(
     )  # fmt: skip
 
 
-def _record(scene: Scene, walk: str, controllers: Any, accuracy: float, cycles: int) -> GridRecord:
+def _record(scene: Scene, walk: Any, controllers: Any, accuracy: float, cycles: int) -> GridRecord:
     """Return how a map came about."""
     first = next((c for c in controllers.values() if hasattr(c, "to_dict")), None)
+    named = walk if isinstance(walk, str) else getattr(walk, "__name__", type(walk).__name__)
     return GridRecord(
         robot=scene.robot.name,
-        walk=walk,
+        walk=named,
         scene=scene.to_toml(),
         controller="" if first is None else tomli_w.dumps(first.to_dict()),
         accuracy=accuracy,

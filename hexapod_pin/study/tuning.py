@@ -13,13 +13,14 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.errors import (
     HexapodError,
     ParameterError,
+    SimulationInterrupted,
     StudyInterrupted,
     UserCodeError,
 )
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.study.runs.measure import SUMMARY
-from hexapod_pin.study.runs.runner import Rows, Runner, RunOptions, run_study
+from hexapod_pin.study.runs.runner import Runner, RunOptions, run_study
 from hexapod_pin.study.tuning_result import Candidate, Objective, Scores, TuningResult
 
 if TYPE_CHECKING:
@@ -81,12 +82,14 @@ def tune(
         accuracy: as in `simulate` [m and rad].
         method: as in `simulate`.
         step: as in `simulate` [s].
-        **how: store, threads, workers, progress: see `RunOptions`.
+        **how: store, threads, workers, progress (the share of the budget that is used): see
+            `RunOptions`.
 
     Raises:
         ParameterError: what is given does not fit together, or is out of range.
-        StudyInterrupted: Ctrl-C; `.result` holds the best so far.
-        HexapodError: a run of the baseline failed: its error.
+        StudyInterrupted: Ctrl-C; `.result` holds the best so far, None if not even the baseline
+            was run.
+        HexapodError: a run of the baseline failed: its error; or as of `run_study`.
     """
     space = SearchSpace.of(start, bounds)
     size = CANDIDATES_PER_PARAMETER * len(space.names) if population is None else population
@@ -94,24 +97,22 @@ def tune(
     _check(scenes, held_out, size, budget, penalty, seed)
     settings = {"duration": duration, "accuracy": accuracy, "method": method, "step": step}
     reference = make_controller(dict(start)) if baseline is None else baseline
-    return run_study(
-        _tuned, space, (make_controller, objective, settings, penalty), (scenes, held_out),
-        reference, dict(bounds), size, budget, seed, **how,
-    )  # fmt: skip
+    search = CandidateRuns(space, make_controller, scenes, objective, settings, penalty, budget)
+    other = CandidateRuns(space, make_controller, held_out, objective, settings, penalty)
+    return run_study(tuned, search, other, reference, start, bounds, size, seed, **how)
 
 
-def _tuned(
-    run: Runner, space: SearchSpace,
-    candidates: tuple[MakeController, Objective, dict[str, Any], float],
-    scenes: tuple[Mapping[str, Scene], Mapping[str, Scene]], reference: Any,
-    bounds: dict[str, tuple[float, float]], size: int, budget: int, seed: int,
+def tuned(
+    run: Runner, search: CandidateRuns, other: CandidateRuns, reference: Any, start: Values,
+    bounds: Mapping[str, tuple[float, float]], size: int, seed: int,
 ) -> TuningResult:  # fmt: skip
-    """Search, and run start and best on the held-out scenes; the study behind `tune`."""
-    search, other = (CandidateRuns(run, space, one, *candidates, budget) for one in scenes)
+    """Search, then run start and best on the other scenes; the study behind `tune`."""
+    search.run = other.run = run
+    space = search.space
 
     def result(others: Scores | None) -> TuningResult:
         return TuningResult(
-            start=space.start, best=search.best.values, bounds=bounds,
+            start=dict(start), best=search.best.values, bounds=dict(bounds),
             logarithmic=space.logarithmic, tuned=search.scores(), held_out=others,
             history=tuple(search.history), penalty=search.penalty, seed=seed,
         )  # fmt: skip
@@ -119,11 +120,11 @@ def _tuned(
     try:
         for one in (search, other):
             one.run_baseline(reference)
-        _evolve(search, size, budget // size - 1, seed)
-        other.try_all([space.start, search.best.values])
-    except (KeyboardInterrupt, StudyInterrupted):
+        _evolve(search, size, search.budget // size - 1, seed)
+        other.try_all([dict(start), search.best.values])
+    except (KeyboardInterrupt, SimulationInterrupted):
         done = result(None) if search.history else None
-        text = f"tuning interrupted after {len(search.history)} of {budget} candidates"
+        text = f"tuning interrupted after {len(search.history)} of {search.budget} candidates"
         raise StudyInterrupted(text, done) from None
     return result(other.scores(best=1))
 
@@ -221,11 +222,6 @@ class SearchSpace:
         first = np.array([float(value) for value in start.values()])
         return SearchSpace(tuple(start), first, lowest, highest, wide)
 
-    @property
-    def start(self) -> dict[str, float]:
-        """The parameters at the start, to the bit."""
-        return dict(zip(self.names, self.first.tolist(), strict=True))
-
     def values(self, unit: Array) -> dict[str, float]:
         """Return the parameters at a point (N,) of the unit cube."""
         found = {}
@@ -250,14 +246,14 @@ class SearchSpace:
 class CandidateRuns:
     """Candidates on a set of scenes, with the runs of the baseline and of the best so far."""
 
-    run: Runner
     space: SearchSpace
-    scenes: Mapping[str, Scene]
     make_controller: MakeController
+    scenes: Mapping[str, Scene]
     objective: Objective
     settings: Mapping[str, Any]
     penalty: float
-    budget: int
+    budget: int = 0  # no progress is told without
+    run: Runner = field(default_factory=Runner)
     baseline: list[Summary] = field(default_factory=list)
     history: list[Candidate] = field(default_factory=list)
     generation: int = 0
@@ -276,10 +272,12 @@ class CandidateRuns:
         Raises:
             ParameterError: the objective of the baseline is not finite.
         """
-        for row in self._rows([controller], (0.0, 0.0)).require_complete():
-            if isinstance(row, Exception):
-                raise row
-            self.baseline.append(row)
+        cases = [Case(scene, controller, **self.settings) for scene in self.scenes.values()]
+        runs = self.run.rows(cases, SUMMARY, span=None).require_complete()
+        for error in runs:
+            if isinstance(error, Exception):
+                raise error
+        self.baseline = [run for run in runs if isinstance(run, Summary)]
         score = self.objective(self.baseline, self.baseline)
         if not math.isfinite(score):
             raise ParameterError("objective", score, "finite for the baseline")
@@ -288,8 +286,8 @@ class CandidateRuns:
         """Return the scores of points of the unit cube: (N, S) -> (S,)."""
         first = points[:, 0] if not self.history else None
         values = [self.space.values(point) for point in points.T]
-        if first is not None:
-            values[0] = self.space.start
+        if first is not None:  # to the bit, without the way through the unit cube
+            values[0] = dict(zip(self.space.names, self.space.first.tolist(), strict=True))
         try:
             return np.array(self.try_all(values))
         except (TypeError, ValueError) as error:  # SciPy would take it for its own
@@ -304,33 +302,31 @@ class CandidateRuns:
                 made.append(self.make_controller(dict(one)))
             except HexapodError as error:
                 made.append(error)
-        before = len(self.history)
-        span = tuple(min(1.0, k / self.budget) for k in (before, before + len(values)))
-        rows = self._rows(made, span)
-        count = len(self.scenes)
-        for k, one in enumerate(values):
-            found = rows[k * count : (k + 1) * count]
-            if all(row is not None for row in found):
+        alive = [controller for controller in made if not isinstance(controller, HexapodError)]
+        cases = [
+            Case(scene, one, **self.settings) for one in alive for scene in self.scenes.values()
+        ]
+        runs = self.run.rows(cases, SUMMARY, span=self._span(len(values)))
+        queue, count = iter(runs), len(self.scenes)
+        for one, controller in zip(values, made, strict=True):
+            if isinstance(controller, HexapodError):
+                found: list[Any] = [controller] * count
+            else:
+                found = [next(queue, None) for _ in range(count)]
+            if all(run is not None for run in found):
                 self._note(one, found)
             elif not self.history:
                 break  # without the start there is nothing to compare with
-        rows.require_complete()
+        runs.require_complete()
         self.generation += 1
         return [one.score for one in self.history[len(self.history) - len(values) :]]
 
-    def _rows(self, controllers: Sequence[Any], span: tuple[float, ...]) -> Rows[Summary]:
-        """Run controllers on all scenes; one that could not be made has its error in their place.
-
-        Args:
-            controllers: or errors.
-            span: fractions of the budget that are used before and after.
-        """
-        cases = [
-            one if isinstance(one, HexapodError) else Case(scene, one, **self.settings)
-            for one in controllers
-            for scene in self.scenes.values()
-        ]
-        return self.run.rows(cases, SUMMARY, span=(span[0], span[1]))
+    def _span(self, count: int) -> tuple[float, float] | None:
+        """Return the shares of the budget that are used before and after so many candidates."""
+        if not self.budget:
+            return None
+        before = len(self.history)
+        return before / self.budget, min(1.0, (before + count) / self.budget)
 
     def _note(self, values: Values, found: Sequence[Any]) -> None:
         """Score one candidate from the summaries or errors of its runs."""

@@ -103,6 +103,8 @@ class Measure(Generic[Row]):
             found: Row = _put_together(_parsed(text), doubles, kinds, case)
         except (KeyError, TypeError, ValueError, IndexError) as error:
             raise ParameterError("row", text[:40], f"one of {self.name} ({error})") from error
+        if not isinstance(found, self.row):
+            raise ParameterError("row", type(found).__name__, f"a {self.row.__name__}")
         if doubles.place != len(doubles.values):
             raise ParameterError("row", len(doubles.values), f"{doubles.place} numbers")
         return found

@@ -148,14 +148,15 @@ class Runner:
         cases: Iterable[Case | Exception],
         measure: Measure[Row] | Sequence[Measure[Row]],
         *,
-        span: tuple[float, float] = (0.0, 1.0),
+        span: tuple[float, float] | None = (0.0, 1.0),
     ) -> Rows[Row]:
         """Return the rows of cases; after Ctrl-C, of those that are known.
 
         Args:
             cases: what to run. An exception stands for a case that cannot be, and is its row.
             measure: what is kept of each run, or of each case one.
-            span: fractions of the study that are finished before and after these cases.
+            span: fractions of the study that are finished before and after these cases; None:
+                nothing is told.
 
         Raises:
             ParameterError: a controller cannot be written as data, with a store or workers.
@@ -170,7 +171,7 @@ class Runner:
         failed, total = len(given) - len(places), len(given)
 
         def tell(done: int) -> None:
-            if self.progress is not None:
+            if self.progress is not None and span is not None:
                 self.progress(span[0] + (span[1] - span[0]) * ((failed + done) / total))
 
         rows: dict[int, Any] = {}

@@ -7,10 +7,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from hexapod_pin.drive.catalog import MotorRecord
+from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import HexapodError
+from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.motor_selection import USES, KindUse, MotorCandidate, WalkRun
-from hexapod_pin.results.sizing import JointDemand, joint_demand, motor_budget
-from hexapod_pin.results.walk_verdict import walk_verdict
+from hexapod_pin.results.sizing import JointDemand, MotorUse, joint_demand, motor_budget
+from hexapod_pin.results.sizing.motor_use import BatteryLoad
+from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.walk_verdict import summary_verdict, walk_verdict
 from hexapod_pin.study.runs.measure import Measure
 from hexapod_pin.study.runs.runner import Runner
 from hexapod_pin.study.selection.motor_cases import (
@@ -22,10 +30,7 @@ from hexapod_pin.study.selection.motor_cases import (
 )
 
 if TYPE_CHECKING:
-    from hexapod_pin.drive.catalog import MotorRecord
-    from hexapod_pin.drive.catalog.motor_record import Derating
-    from hexapod_pin.results.sizing import BatteryLoad, MotorBudget, MotorUse
-    from hexapod_pin.results.trace import Trace
+    from hexapod_pin.results.sizing import MotorBudget
     from hexapod_pin.robot.robot import Robot
     from hexapod_pin.simulation.case import Case
 
@@ -43,6 +48,82 @@ Walks = Mapping[str, "Case"]
 """The walks that must be carried, by their names."""
 
 
+@dataclass(frozen=True)
+class WalkUse:
+    """What a walk takes of its motors.
+
+    Attributes:
+        walks: whether the robot does what was planned, on its feet.
+        text: the verdict in one line.
+        uses: of each kind of joint; None where a motor reached its line: then the run is not what
+            the walk asks for.
+        battery: what all motors draw; None likewise.
+    """
+
+    walks: bool
+    text: str
+    uses: dict[str, MotorUse] | None
+    battery: BatteryLoad | None
+
+
+def _walk_use(
+    case: Case, trace: Trace, motors: Mapping[str, Any], derating: Mapping[str, Any]
+) -> WalkUse:
+    """Return what a walk takes of motors, given as plain data."""
+    verdict = walk_verdict(trace)
+    text = verdict.line if verdict.walks else verdict.reason
+    if float(max(trace.summary.limit_use)) >= LINE_ACTS:
+        return WalkUse(verdict.walks, text, None, None)
+    budget = motor_budget(_demand(case, trace), *_given(motors, derating))
+    return WalkUse(verdict.walks, text, dict(uses_of(budget)), budget.battery)
+
+
+def _demand(case: Case, trace: Trace) -> JointDemand:
+    return joint_demand(trace, postures=POSTURES)
+
+
+def _largest_use(
+    case: Case, summary: Summary, motors: Mapping[str, Any], derating: Mapping[str, Any]
+) -> float:
+    """Return the largest use of any motor; NaN of a robot that does not walk."""
+    if not summary_verdict(summary).walks:
+        return math.nan
+    records, allowed = _given(motors, derating)
+    kinds = joint_kinds(summary.joint_names, len(summary.foot_names), summary.run.robot.joint_kinds)
+    peak = np.asarray(summary.limit_use) / allowed.peak
+    found = []
+    for j, kind in enumerate(kinds):
+        if kind in records:
+            lasting = allowed.continuous_torque(records[kind])
+            found += [float(peak[j]), float(summary.torque_rms[j]) / lasting]
+    return max(found)
+
+
+def _given(
+    motors: Mapping[str, Any], derating: Mapping[str, Any]
+) -> tuple[dict[str, MotorRecord], Derating]:
+    """Return motors and derating from plain data."""
+    return {kind: MotorRecord(**data) for kind, data in motors.items()}, Derating(**derating)
+
+
+def motor_settings(motors: Motors, derating: Derating) -> dict[str, Any]:
+    """Return motors and derating as plain data."""
+    plain = {kind: record.model_dump() for kind, record in motors.items()}
+    return {"motors": plain, "derating": derating.model_dump()}
+
+
+_HERE = "hexapod_pin.study.selection.evaluation"
+
+WALK_USE = Measure(f"{_HERE}:WALK_USE", 1, "trace", WalkUse, _walk_use, (MotorUse, BatteryLoad))
+"""What a walk takes of its motors; `motor_settings` are its settings."""
+
+JOINT_DEMAND = Measure(f"{_HERE}:JOINT_DEMAND", 1, "trace", JointDemand, _demand)
+"""What the joints need on a walk."""
+
+LARGEST_USE = Measure(f"{_HERE}:LARGEST_USE", 1, "summary", float, _largest_use)
+"""The largest use of any motor, of accepted steps; settings as of `WALK_USE`."""
+
+
 @dataclass
 class Evaluation:
     """Runs sets of motors on all walks, and holds their needs against what they may give.
@@ -51,7 +132,7 @@ class Evaluation:
         walks: the walks, without motors.
         contained: mass of each motor that the robot's file contains [kg].
         derating: what motors may be asked for.
-        run: runs the cases.
+        run: runs the walks.
     """
 
     walks: Walks
@@ -60,34 +141,37 @@ class Evaluation:
     run: Runner = field(default_factory=Runner)
 
     @property
-    def interrupted(self) -> bool:
-        """Whether Ctrl-C ended the runs."""
-        return self.run.interrupted
-
-    @property
     def robot(self) -> Robot:
         """The robot that walks."""
         return next(iter(self.walks.values())).scene.robot
 
-    def of(
-        self, candidates: Sequence[Motors], span: tuple[float, float] = (0.0, 1.0)
-    ) -> list[MotorCandidate]:
+    def of(self, candidates: Sequence[Motors], *, tell: bool = False) -> list[MotorCandidate]:
         """Return what each set of motors comes to; after Ctrl-C, of those that were done.
+
+        All run with their lines; where a line acts, again without, for what is asked for.
 
         Args:
             candidates: a motor for each kind of joint, each.
-            span: fractions of the study that are finished before and after.
+            tell: whether the runner tells its progress.
         """
         loads = [motor_loads(self.robot, motors, self.contained) for motors in candidates]
-        runs, demands = self._simulate(candidates, loads, span)
-        budgets: dict[Place, tuple[Uses, BatteryLoad]] = {}
-        for place, demand in demands.items():
-            budget = motor_budget(demand, candidates[place[0]], self.derating)
-            budgets[place] = uses_of(budget), budget.battery
-        done = [k for k in range(len(candidates)) if all((k, w) in runs for w in self.walks)]
+        places = [(k, name) for k in range(len(candidates)) for name in self.walks]
+        spans = ((0.0, 0.5), (0.5, 1.0)) if tell else (None, None)
+        first = self._uses(candidates, loads, places, line=True, span=spans[0])
+        again = [
+            place for place, row in first.items()
+            if isinstance(row, Exception) or row.uses is None
+        ]  # fmt: skip
+        second = self._uses(candidates, loads, again, line=False, span=spans[1])
+        budgets = {
+            place: (row.uses, row.battery)
+            for place, row in {**first, **second}.items()
+            if isinstance(row, WalkUse) and row.uses is not None and row.battery is not None
+        }
+        done = [k for k in range(len(candidates)) if all((k, w) in first for w in self.walks)]
         return [
             self._candidate(
-                candidates[k], loads[k][1], {w: runs[k, w] for w in self.walks},
+                candidates[k], loads[k][1], {w: _walk_run(w, first[k, w]) for w in self.walks},
                 {w: budgets[k, w] for w in self.walks if (k, w) in budgets},
             )
             for k in done
@@ -100,7 +184,6 @@ class Evaluation:
             motors: of each kind of joint; None: the robot as its file says. Walks that cannot be
                 simulated are left out.
         """
-        found: dict[str, JointDemand] = {}
         if motors is None:
             cases = [without_motors(case) for case in self.walks.values()]
         else:
@@ -110,45 +193,29 @@ class Evaluation:
                 with_motors(case, motors, loads, voltage, line=False)
                 for case in self.walks.values()
             ]
-        for name, row in zip(self.walks, self.run.rows(cases, DEMAND), strict=True):
-            if isinstance(row, JointDemand):
-                found[name] = row
-        return found
+        rows = self.run.rows(cases, JOINT_DEMAND, span=None)
+        pairs = zip(self.walks, rows, strict=True)
+        return {name: row for name, row in pairs if isinstance(row, JointDemand)}
 
-    def _simulate(
-        self, candidates: Sequence[Motors], loads: Sequence[Any], span: tuple[float, float]
-    ) -> tuple[dict[Place, WalkRun], dict[Place, JointDemand]]:
-        """Run all with their lines; where a line acts, again without, for what is asked for."""
-        runs: dict[Place, WalkRun] = {}
-        demands: dict[Place, JointDemand] = {}
-        again: list[Place] = []
-        places = [(k, name) for k in range(len(candidates)) for name in self.walks]
-        middle = 0.5 * (span[0] + span[1])
-        cases = [self._case(candidates, loads, place, line=True) for place in places]
-        rows = self.run.rows(cases, WALK, span=(span[0], middle))
-        for place, row in zip(places, rows, strict=True):
-            if row is None:
-                continue
-            runs[place] = _walk_run(place[1], row)
-            demand = row.demand if isinstance(row, WalkRow) else None
-            if demand is None:
-                again.append(place)
-            else:
-                demands[place] = demand
-        cases = [self._case(candidates, loads, place, line=False) for place in again]
-        found = self.run.rows(cases, DEMAND, span=(middle, span[1]))
-        for place, asked in zip(again, found, strict=True):
-            if isinstance(asked, JointDemand):
-                demands[place] = asked
-        return runs, demands
-
-    def _case(
-        self, candidates: Sequence[Motors], loads: Sequence[Any], place: Place, *, line: bool
-    ) -> Case:
-        """Return a walk with motors."""
-        k, name = place
-        voltage = self.derating.voltage
-        return with_motors(self.walks[name], candidates[k], loads[k][0], voltage, line=line)
+    def _uses(
+        self,
+        candidates: Sequence[Motors],
+        loads: Sequence[Any],
+        places: Sequence[Place],
+        *,
+        line: bool,
+        span: tuple[float, float] | None,
+    ) -> dict[Place, WalkUse | Exception]:
+        """Return what walks take of motors; of those that were run."""
+        cases = [
+            with_motors(self.walks[name], candidates[k], loads[k][0], self.derating.voltage,
+                        line=line)
+            for k, name in places
+        ]  # fmt: skip
+        settings = [motor_settings(motors, self.derating) for motors in candidates]
+        measures = [WALK_USE.with_settings(**settings[k]) for k, _ in places]
+        rows = self.run.rows(cases, measures, span=span)
+        return {p: row for p, row in zip(places, rows, strict=True) if row is not None}
 
     def _candidate(
         self,
@@ -182,57 +249,16 @@ def _largest(values: Sequence[float | None]) -> float:
     return max(known) if known and len(known) == len(values) else math.nan
 
 
-def _walk_run(name: str, row: WalkRow | Exception) -> WalkRun:
-    if isinstance(row, WalkRow):
+def _walk_run(name: str, row: WalkUse | Exception) -> WalkRun:
+    if isinstance(row, WalkUse):
         return WalkRun(name, row.walks, row.text)
     kind = "refused" if isinstance(row, HexapodError) else type(row).__name__
     return WalkRun(name, False, f"{kind}: {str(row).splitlines()[0]}")
 
 
-# What is kept of each run.
-
-
-@dataclass(frozen=True)
-class WalkRow:
-    """What a walk with motors comes to.
-
-    Attributes:
-        walks: whether it walks as planned.
-        text: the verdict.
-        demand: what the joints need; None where a motor reached its line: then the run is not what
-            the walk asks for.
-    """
-
-    walks: bool
-    text: str
-    demand: JointDemand | None
-
-
-def _demanded(case: Case, trace: Trace) -> JointDemand:
-    return joint_demand(trace, postures=POSTURES)
-
-
-def _walked(case: Case, trace: Trace) -> WalkRow:
-    verdict = walk_verdict(trace)
-    text = verdict.line if verdict.walks else verdict.reason
-    acts = float(max(trace.summary.limit_use)) >= LINE_ACTS
-    return WalkRow(bool(verdict.walks), text, None if acts else _demanded(case, trace))
-
-
-DEMAND = Measure(
-    "hexapod_pin.study.selection.evaluation:DEMAND", 1, "trace", JointDemand, _demanded
-)
-"""What the joints need in a walk."""
-
-WALK = Measure(
-    "hexapod_pin.study.selection.evaluation:WALK", 1, "trace", WalkRow, _walked, (JointDemand,)
-)
-"""Whether a walk with motors walks, and what its joints need."""
-
-
 # The worst use of a kind of joint over all walks.
 
-Uses = Mapping[str, "MotorUse"]
+Uses = Mapping[str, MotorUse]
 """What the worst joints take of their motor, by kind of joint."""
 
 
@@ -293,7 +319,7 @@ def lightest_choice(
         search = LightestChoice(evaluation, [r for r in records if r.voltage == voltage])
         search.run(kinds)
         found.append(search)
-        if evaluation.interrupted:
+        if evaluation.run.interrupted:
             break
     best = min(found, key=lambda s: (s.choice is None, _mass(s), len(s.missing), -len(s.steps)))
     if len(voltages) == 1:
@@ -348,7 +374,7 @@ class LightestChoice:
                 self.choice = tried[key] if tried[key].passes else None
                 return
             found = self.evaluation.of([wanted])
-            if not found or self.evaluation.interrupted:
+            if not found or self.evaluation.run.interrupted:
                 return
             tried[key] = found[0]
             self.steps.append(found[0])

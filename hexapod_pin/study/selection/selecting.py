@@ -5,10 +5,10 @@ The walk that requires most is sampled, which says how sure the choice is.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,15 +17,17 @@ import numpy as np
 from hexapod_pin.arguments import checked
 from hexapod_pin.control.body_path import TRANSIENT_CYCLES
 from hexapod_pin.errors import StudyInterrupted
-from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.motor_selection import USES, Confidence, MotorCandidate, MotorSelection
-from hexapod_pin.results.summary import Summary
-from hexapod_pin.results.walk_verdict import summary_verdict
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.study.assumed_inputs import assumed_inputs
-from hexapod_pin.study.runs.measure import SUMMARY
 from hexapod_pin.study.runs.runner import Runner, RunOptions, run_study
-from hexapod_pin.study.selection.evaluation import Evaluation, LightestChoice, lightest_choice
+from hexapod_pin.study.selection.evaluation import (
+    LARGEST_USE,
+    Evaluation,
+    LightestChoice,
+    lightest_choice,
+    motor_settings,
+)
 from hexapod_pin.study.selection.motor_cases import (
     MOTOR_SHARE,
     assumed_motor_mass,
@@ -43,13 +45,14 @@ from hexapod_pin.user_file import read_text, user_path
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from hexapod_pin.drive.catalog.motor_record import Derating
-    from hexapod_pin.study.selection.motor_cases import Motors
-    from hexapod_pin.study.selection.motor_study import Candidates
+    from hexapod_pin.study.selection.motor_study import Candidates, MotorStudyFile
 
 
 Stage = Callable[[str], Callable[[float], None]]
 """Begins a stage of the work by its title, and returns what is told its finished fraction."""
+
+STAGES = 3
+"""Motors, the lightest ones, uncertain inputs."""
 
 
 @checked
@@ -74,8 +77,8 @@ def select_motors(
             distribution are uncertain. Without any, *assumed* ones are taken.
         folder: where its relative paths start, if not here.
         samples: of the uncertain inputs, 0 for none; None: as the study says, else 64.
-        stage: called with the title of each stage, and returns what is told its progress.
-        **how: store, threads, workers, progress: see `RunOptions`.
+        stage: called with the title of each stage, and returns what takes its progress.
+        **how: store, threads, workers, progress (where no `stage` is given): see `RunOptions`.
 
     Raises:
         ParameterError: the study is not usable; names the place in it.
@@ -93,52 +96,58 @@ def select_motors(
     walks = required_walks(file.sweep, place)
     first = next(iter(walks.values()))
     inputs = None if samples == 0 else UncertainInputs.of(file.sweep, first, samples)
+    return run_study(selected, file, motors, walks, inputs, stage, **how)
+
+
+def selected(
+    run: Runner, file: MotorStudyFile, motors: Candidates, walks: Mapping[str, Case],
+    inputs: UncertainInputs | None, stage: Stage | None,
+) -> MotorSelection:  # fmt: skip
+    """Rank motors and choose the lightest; the study behind `select_motors`."""
+    begin = _stages(run, stage)
+    robot = next(iter(walks.values())).scene.robot
     contained = file.choice.motor_mass
     if contained is None:
-        contained = assumed_motor_mass(first.scene.robot)
-    begun = partial(Evaluation, walks, contained, file.derating)
-    return run_study(_selected, begun, motors, inputs, file.choice.motor_mass, stage, **how)
-
-
-def _selected(
-    run: Runner, begun: Callable[[Runner], Evaluation], motors: Candidates,
-    inputs: UncertainInputs | None, motor_mass: float | None, stage: Stage | None,
-) -> MotorSelection:  # fmt: skip
-    """Rank, find the lightest choice, sample its inputs; the study behind `select_motors`."""
-    evaluation = begun(run)
-    walks, robot, contained = evaluation.walks, evaluation.robot, evaluation.contained
+        contained = assumed_motor_mass(robot)
+    evaluation = Evaluation(walks, contained, file.derating, run)
     kinds = tuple(motor_counts(robot))
     sets = [dict.fromkeys(kinds, record) for record in motors.records]
-
-    def begin(title: str, *shares: float) -> tuple[float, float]:
-        """Begin a stage; return its part of the whole."""
-        if stage is None:
-            return shares[0], shares[1]
-        run.progress = stage(title)
-        return 0.0, 1.0
-
-    ranked = ranked_candidates(evaluation.of(sets, begin(f"{len(sets)} motors", 0.0, 0.6)))
+    begin(f"{len(sets)} motors")
+    ranked = ranked_candidates(evaluation.of(sets, tell=True))
     if not ranked:
         raise StudyInterrupted("interrupted before any motor was done", None)
-    begin("lightest motors", 0.6, 0.7)
-    run.progress, progress = None, run.progress  # how many steps it takes is not known
+    begin("lightest motors")
     search, others = lightest_choice(evaluation, motors.records, kinds)
-    run.progress = progress
     selection = MotorSelection(
         robot_name=robot.name, total_mass=robot.total_mass, contained=contained, walks=tuple(walks),
         candidates=ranked, unusable=motors.unusable, choice=search.choice,
-        iterations=tuple(search.steps), confidence=None, derating=evaluation.derating,
-        catalog=motors.source, assumed=_assumed(walks, motor_mass, contained, ranked),
-        notes=(*others, *_notes(search, ranked)), interrupted=evaluation.interrupted,
+        iterations=tuple(search.steps), confidence=None, derating=file.derating,
+        catalog=motors.source, assumed=_assumed(walks, file.choice.motor_mass, contained, ranked),
+        notes=(*others, *_notes(search, ranked)), interrupted=run.interrupted,
     )  # fmt: skip
-    if evaluation.interrupted:
+    if run.interrupted:
         return selection
     best = selection.best
     selection = replace(selection, demands=evaluation.demands(best.motors))
     if inputs is None or not best.passes:
         return selection
-    found = confidence_of(best, inputs, evaluation, begin("uncertain inputs", 0.7, 1.0))
-    return replace(selection, confidence=found, interrupted=evaluation.interrupted)
+    begin("uncertain inputs")
+    found = confidence_of(best, inputs, evaluation)
+    return replace(selection, confidence=found, interrupted=run.interrupted)
+
+
+def _stages(run: Runner, stage: Stage | None) -> Callable[[str], None]:
+    """Return what begins a stage by its title: its progress is told from then on."""
+    whole, begun = run.progress, itertools.count()
+
+    def begin(title: str) -> None:
+        number = next(begun)
+        if stage is not None:
+            run.progress = stage(title)
+        elif whole is not None:
+            run.progress = lambda fraction: whole((number + fraction) / STAGES)
+
+    return begin
 
 
 def load_motor_study(path: str | Path) -> tuple[str, Path]:
@@ -241,10 +250,7 @@ def _words(table: Mapping[str, Any]) -> str:
 
 
 def confidence_of(
-    chosen: MotorCandidate,
-    inputs: UncertainInputs,
-    evaluation: Evaluation,
-    span: tuple[float, float] = (0.0, 1.0),
+    chosen: MotorCandidate, inputs: UncertainInputs, evaluation: Evaluation
 ) -> Confidence | None:
     """Sample the uncertain inputs of the walk that asks most of chosen motors.
 
@@ -255,7 +261,6 @@ def confidence_of(
         chosen: motors that pass.
         inputs: what is sampled.
         evaluation: walks, masses and derating.
-        span: fractions of the study that are finished before and after.
 
     Returns:
         None after Ctrl-C.
@@ -266,14 +271,13 @@ def confidence_of(
         evaluation.walks[walk], chosen.motors, loads, evaluation.derating.voltage, line=True
     )
     study = SweepStudy.of_case(case, inputs.vary, inputs.design)
-    values = np.full(len(study), np.nan)
-    cases = [study.case(k) for k in range(len(study))]
-    rows = evaluation.run.rows(cases, SUMMARY, span=span)
+    settings = motor_settings(chosen.motors, evaluation.derating)
+    rows = evaluation.run.rows(
+        [study.case(k) for k in range(len(study))], LARGEST_USE.with_settings(**settings)
+    )
     if not rows.complete:
         return None
-    for index, row in enumerate(rows):
-        if isinstance(row, Summary):
-            values[index] = _use(row, chosen.motors, evaluation.derating)
+    values = np.array([row if isinstance(row, float) else math.nan for row in rows])
     found = uncertainty(study, {USE: values}, USE, LIMIT)
     return _confidence(chosen, walk, found, values, inputs.words)
 
@@ -283,20 +287,6 @@ def _hardest(chosen: MotorCandidate, evaluation: Evaluation) -> str:
     use = max(chosen.uses, key=lambda item: item.worst)
     name = max(USES, key=lambda key: np.nan_to_num(getattr(use, key), nan=-1.0))
     return use.walk.get(name) or next(iter(evaluation.walks))
-
-
-def _use(summary: Summary, motors: Motors, derating: Derating) -> float:
-    """Return the largest use of any motor; NaN of a robot that does not walk."""
-    if not summary_verdict(summary).walks:
-        return math.nan
-    kinds = joint_kinds(summary.joint_names, len(summary.foot_names), summary.run.robot.joint_kinds)
-    peak = np.asarray(summary.limit_use) / derating.peak
-    found = []
-    for j, kind in enumerate(kinds):
-        if kind in motors:
-            allowed = derating.continuous_torque(motors[kind])
-            found += [float(peak[j]), float(summary.torque_rms[j]) / allowed]
-    return max(found)
 
 
 def _confidence(

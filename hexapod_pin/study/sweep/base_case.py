@@ -16,6 +16,7 @@ from typing import Any
 from pydantic import Field
 
 from hexapod_pin.control.arc_walk import ArcWalk
+from hexapod_pin.control.body_path import TRANSIENT_CYCLES
 from hexapod_pin.control.feasible_gait import default_gait, fit_gait, named_gait
 from hexapod_pin.control.foot_control.controller import FootControl
 from hexapod_pin.control.gait import GAITS, Gait
@@ -49,9 +50,6 @@ CARRIED = ("stroke", "cycle_time", "lift", "heading", "turn_rate")
 
 LEAST_DURATION = 5.0
 """Simulated time where none is given, at least [s]."""
-
-LONGEST_SAMPLE = 5e-3
-"""Largest time between samples [s]; steps end there, so a shorter one is dearer, not better."""
 
 WALKED_CYCLES = 4
 """Cycles that it holds at least: two to start and two steady ones."""
@@ -347,3 +345,26 @@ def _by_name(robot: Robot, gait: Gait) -> bool:
         return named_gait(robot, gait.name, duty=gait.duty).phases == gait.phases
     except (GaitError, UnknownNameError):
         return False
+
+
+# How long a walk lasts, and how densely it is sampled.
+
+LONGEST_SAMPLE = 5e-3
+"""Largest time between samples [s]; steps end there, so a shorter one is dearer, not better."""
+
+SAMPLES_PER_CYCLE = 120
+"""Samples of a cycle are a multiple of this: duty and phases of named gaits fall on samples."""
+
+
+def walk_times(cycle_time: float, cycles: int, least: int = 1) -> tuple[float, float]:
+    """Return duration and sample [s] of a run of whole cycles after the start-up.
+
+    Args:
+        cycle_time: [s].
+        cycles: how many.
+        least: samples of a cycle, at least.
+    """
+    wanted = max(float(least), cycle_time / LONGEST_SAMPLE)
+    count = SAMPLES_PER_CYCLE * math.ceil(wanted / SAMPLES_PER_CYCLE)
+    sample = cycle_time / count
+    return (TRANSIENT_CYCLES + cycles) * count * sample, sample
