@@ -220,11 +220,10 @@ def _uses(root: Path, word: str) -> list[str]:
 
 
 def _public(root: Path) -> list[str]:
-    """Return the names of `__all__`, as the package computes them."""
-    sys.path.insert(0, str(root))
-    import hexapod_pin
-
-    return sorted(hexapod_pin.__all__)
+    """Return the public names of the package: those of its stub."""
+    tree = ast.parse((root / PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
+    imports = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+    return sorted(alias.asname or alias.name for node in imports for alias in node.names)
 
 
 def main(argv: list[str] | None = None) -> int:
