@@ -26,6 +26,7 @@ from hexapod_pin.errors import (
     SweepStoreError,
     UserCodeError,
     WorkersError,
+    WorkLimitError,
 )
 from hexapod_pin.results.sizing import joint_demand
 from hexapod_pin.study import SUMMARY, Measure, Runner, run_study
@@ -259,6 +260,14 @@ def test_worker_processes_give_the_same_bits() -> None:
             lambda run: run.rows(walks(0.0), replace(LONGEST, name="tests.test_runner:NONE")),
             processes=1,
         )
+
+
+def test_limits_of_a_case_hold_on_workers_too() -> None:
+    few = replace(walks(0.0)[0], limits=hp.WorkLimits(evaluations=3.0))
+    for how in ({}, {"executor": lambda: ThreadPoolExecutor(1)}):
+        rows = run_study(lambda run: list(run.rows([few, *walks(0.0)], SUMMARY)), **how)
+        assert isinstance(rows[0], WorkLimitError) and rows[0].limit == "evaluations"
+        assert isinstance(rows[1], hp.Summary)
 
 
 def test_a_row_comes_back_to_the_bit() -> None:

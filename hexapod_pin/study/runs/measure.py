@@ -5,6 +5,7 @@ from __future__ import annotations
 import builtins
 import hashlib
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property, lru_cache
@@ -63,13 +64,14 @@ class Measure(Generic[Row]):
         """Return the row of a run."""
         return self.of(case, result, **self.settings)
 
-    def key(self, digest: str) -> str:
-        """Return the SHA-256 that identifies the row of a case.
+    def key(self, case: Case) -> str:
+        """Return the SHA-256 that identifies the row of a case: its limits of work count, too.
 
-        Args:
-            digest: of the case.
+        Raises:
+            ParameterError: the controller cannot be written as data.
         """
-        return hashlib.sha256(f"{digest} {self._identity}".encode()).hexdigest()
+        limits = "" if case.limits is None else str(case.limits.model_dump())
+        return hashlib.sha256(f"{case.digest} {limits} {self._identity}".encode()).hexdigest()
 
     @cached_property
     def _identity(self) -> str:
@@ -193,6 +195,12 @@ class _Doubles:
 
     def __init__(self, values: np.ndarray[Any, np.dtype[np.float64]]) -> None:
         self.values, self.place = values, 0
+        self.plain: list[float] = values.tolist()
+
+    def one(self) -> float:
+        """Return the next one."""
+        self.place += 1
+        return self.plain[self.place - 1]
 
     def take(self, count: int) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Return the next ones."""
@@ -208,7 +216,7 @@ def _put_together(data: Any, doubles: _Doubles, kinds: Mapping[str, type], case:
     if data is None or isinstance(data, bool | str):
         return data
     if isinstance(data, int):
-        number = float(doubles.take(1)[0])
+        number = doubles.one()
         return int(number) if data else number
 
     def inner(value: Any) -> Any:
@@ -218,7 +226,7 @@ def _put_together(data: Any, doubles: _Doubles, kinds: Mapping[str, type], case:
     if kind == "int":
         return int(value)
     if kind == "array":
-        return doubles.take(int(np.prod(value))).reshape(value).copy()
+        return doubles.take(math.prod(value)).reshape(value).copy()
     if kind == "map":
         return {key: inner(one) for key, one in value.items()}
     if kind in ("list", "tuple"):

@@ -12,6 +12,7 @@ from hexapod_pin.simulation.batch import BatchRuns
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.case_data import case_from_dict, case_to_dict
 from hexapod_pin.simulation.run_outcome import package_versions
+from hexapod_pin.simulation.run_settings import WorkLimits
 from hexapod_pin.study.runs.measure import Measure, measure_named, pack_error, unpack_error
 from hexapod_pin.study.runs.outcome import Outcome, failure, outcome_of, to_bytes
 
@@ -52,7 +53,7 @@ class CaseList:
             ParameterError: a controller cannot be written as data.
         """
         pairs = zip(self.cases, self.measures, strict=True)
-        return [measure.key(case.digest) for case, measure in pairs]
+        return [measure.key(case) for case, measure in pairs]
 
     @property
     def record(self) -> bool:
@@ -88,21 +89,23 @@ class CaseList:
         Raises:
             ParameterError: a controller cannot be written as data.
         """
-        return json.dumps(
-            [
-                [case_to_dict(self.cases[k]), self.measures[k].name, self.measures[k].settings,
-                 self.keys[k]]
-                for k in indices
-            ]
-        )  # fmt: skip
+        found = []
+        for k in indices:
+            case, measure = self.cases[k], self.measures[k]
+            limits = None if case.limits is None else case.limits.model_dump()
+            found.append([case_to_dict(case), limits, measure.name, measure.settings, self.keys[k]])
+        return json.dumps(found)
 
     @classmethod
     def from_text(cls, text: str) -> tuple[CaseList, list[str]]:
         """Return the cases of a text, and their keys where they were written."""
-        rows = json.loads(text)
-        measures = [measure_named(name, settings) for _, name, settings, _ in rows]
-        cases = [case_from_dict(Case, data) for data, *_ in rows]
-        return cls(cases, measures), [key for *_, key in rows]
+        cases, measures, keys = [], [], []
+        for data, limits, name, settings, key in json.loads(text):
+            case = case_from_dict(Case, data)
+            cases.append(case if limits is None else replace(case, limits=WorkLimits(**limits)))
+            measures.append(measure_named(name, settings))
+            keys.append(key)
+        return cls(cases, measures), keys
 
 
 class Task(NamedTuple):
