@@ -23,7 +23,7 @@ def at_speed(gait: hp.Gait) -> hp.Gait:
     return hp.Gait(**{**gait.model_dump(), "stroke": stroke, "cycle_time": CYCLE_TIME})
 
 
-def main() -> dict[str, hp.TorqueBudget]:
+def main() -> dict[str, hp.results.TorqueBudget]:
     """Return the torque budget of every gait."""
     scene = hp.Scene(hp.load_robot("kharagpur"))
     budgets = {}

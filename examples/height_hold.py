@@ -24,11 +24,11 @@ class HeightHold:
         """Return how far each foot is put down at first. Shape (B, 6) [m]."""
         return np.zeros((batch, 6))
 
-    def update(self, time: float, m: hp.Measurement, down: np.ndarray):
+    def update(self, time: float, m: hp.feedback.Measurement, down: np.ndarray):
         """Return the command, and how far the feet are put down now."""
         down = down + 0.05 * (self.compliance * m.foot_force[..., 2] - down)
         feet = self.legs.neutral_feet - down[..., None] * np.array([0.0, 0.0, 1.0])
-        return hp.Command(self.legs.joint_angles(feet), ramp=True), down
+        return hp.feedback.Command(self.legs.joint_angles(feet), ramp=True), down
 
 
 def leg_compliance(scene: hp.Scene) -> float:

@@ -15,8 +15,10 @@ def main() -> tuple[np.ndarray, np.ndarray]:
     """Return the depths of the feet [m], simulated and from the closed form. Shape (6,) each."""
     robot = hp.load_robot("kharagpur")
     radius = robot.feet[0].radius  # m
-    normal = hp.Restitution.hertz(young=2e6, poisson=0.49, radius=radius, restitution=0.2)
-    friction = hp.StickSlip(mu=0.6, mu_dynamic=0.5, stiffness=1e4, damping=40.0)  # N/m, N s/m
+    normal = hp.contact.Restitution.hertz(young=2e6, poisson=0.49, radius=radius, restitution=0.2)
+    friction = hp.contact.StickSlip(
+        mu=0.6, mu_dynamic=0.5, stiffness=1e4, damping=40.0
+    )  # N/m, N s/m
     contact = hp.Contact(normal=normal, friction=friction)
     print(f"K = {normal.stiffness:.4g} N/m^1.5, restitution {normal.restitution}")
     print(f"a foot slips above {friction.limit} of its normal force")

@@ -31,7 +31,7 @@ def main() -> np.ndarray:
     """Return the height of the trunk above its start [m]. Shape (T,)."""
     robot = hp.load_robot("kharagpur")
     time = np.arange(0.0, DURATION, 1.0 / RATE)
-    control = hp.SampledTrajectory(time, set_points(robot, time))
+    control = hp.motion.SampledTrajectory(time, set_points(robot, time))
     trace = hp.simulate(hp.Scene(robot), control, duration=DURATION)
     height = np.asarray(trace.q[:, 2] - trace.q[0, 2])
     print(f"commanded 0 to {-1e3 * AMPLITUDE:.1f} mm")

@@ -13,7 +13,7 @@ CYCLE_TIME = 2.4  # s
 DURATION = 9.6  # s
 
 
-def main() -> hp.TorqueBudget:
+def main() -> hp.results.TorqueBudget:
     """Return the torque budget of the walk."""
     gait = hp.Gait.custom(PHASES, 5 / 6, name="front-to-rear", stroke=0.1, cycle_time=CYCLE_TIME)
     down = gait.feet_down(np.arange(24) / 24)

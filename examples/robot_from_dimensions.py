@@ -16,7 +16,7 @@ SWING, BEND = (-1.0, 1.0), (-1.4, 1.4)  # rad
 KNEE = (0.2, 2.6)  # rad
 
 
-def main(folder: Path = Path()) -> tuple[hp.Robot, hp.TorqueBudget]:
+def main(folder: Path = Path()) -> tuple[hp.Robot, hp.results.TorqueBudget]:
     """Return the robot and the torque budget of its walk."""
     plan = hp.Blueprint.from_dimensions(
         "my_hexapod",

@@ -15,14 +15,14 @@ LIMIT = 1.6  # N m
 THREADS = 2
 
 
-def main() -> hp.Uncertainty:
+def main() -> hp.study.Uncertainty:
     """Return what the walks say of the peak torque."""
     study = hp.load_sweep(STUDY)
     cases = [study.case(k) for k in range(len(study))]
     results = hp.simulate_batch(cases, threads=THREADS, keep="summary")
     peaks = [largest_torque(result) for result in results]
 
-    found = hp.uncertainty(study, {"torque_peak": np.array(peaks)}, "torque_peak", LIMIT)
+    found = hp.study.uncertainty(study, {"torque_peak": np.array(peaks)}, "torque_peak", LIMIT)
     for item in study.inputs:
         print(f"{item.name} [{item.unit}]: {item.text}")
     print(found.table())

@@ -14,9 +14,11 @@ GROUNDS = {
     "slope": hp.Slope(angle=math.radians(8.0)),
     "stairs": hp.Stairs(rise=0.015, run=0.25, count=3, start=0.35),  # m
     "hills": hp.HeightField.random(seed=1, amplitude=0.01, wavelength=0.5),  # m
-    "ice": hp.PatchedGround(
+    "ice": hp.terrain.PatchedGround(
         ground=hp.Slope(angle=math.radians(8.0)),
-        patches=(hp.Patch(low=(0.4, -1.0), high=(2.0, 1.0), friction=0.1),),  # of the law's mu
+        patches=(
+            hp.terrain.Patch(low=(0.4, -1.0), high=(2.0, 1.0), friction=0.1),
+        ),  # of the law's mu
     ),
 }
 

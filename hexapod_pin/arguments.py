@@ -1,32 +1,48 @@
-"""Arguments of public calls, checked against their annotations.
+"""Input of public callables, checked against type annotations before anything runs.
 
-`@checked` goes on a public function or class: an argument of a wrong type, or a number that is not
-finite, ends in a `ParameterError` that names call and argument, before anything runs. Ranges, and
-how arguments fit together, are for the call itself and for the parameter sets it takes
-(`hexapod_pin.spec`).
+`@checked` goes on a public function, or on a class: then its constructor, public methods, class
+methods, static methods and setters are checked. The bases `Spec` (parameter sets) and `Immutable`
+(records) check their subclasses without a decorator. An argument of a wrong type, or a number that
+is not finite, ends in a `ParameterError` whose `name` is the path of the argument, such as
+`Gait.feet_down.phase[2]`. Ranges, and how arguments fit together, are for the callable itself.
 
-The public methods of such a class, of parameter sets and of records are called by the package
-itself, some at every tick of a run. Their arguments are looked at where a call fails, so that a
-call that succeeds costs nothing: an argument of a wrong kind then ends in the same error.
+A method that a run calls at every step is marked by `@every_step`: its arguments are checked only
+after the call has failed, so that a call that succeeds costs nothing.
 
-Where any of these calls fails by arithmetic, or on what counts as a number but has no place in an
-array (a `Fraction`, 2**70), that ends in a `ParameterError`, too, whose cause is the failure. So
-does a text with an unpaired surrogate, which no file and no figure can hold.
+A call that fails on arguments of the right type (by arithmetic, or because the shapes of arrays do
+not fit) ends in a `ParameterError`, too, whose cause is the failure.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import inspect
-import numbers
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar, overload
 
+import numpy as np
+
 from hexapod_pin.errors import HexapodError, ParameterError
-from hexapod_pin.value_kinds import LARGEST_WHOLE, Check, WrongKindError, kind_of, takes_arrays
+from hexapod_pin.type_checks import (
+    ANYTHING,
+    CALL,
+    NOTHING,
+    RECORD,
+    Check,
+    Rule,
+    WrongTypeError,
+    any_of,
+    check_of,
+    takes_arrays,
+    type_hints,
+)
 
 Owner = TypeVar("Owner", bound=type)
 Public = TypeVar("Public", bound=Callable[..., Any])
+
+
+# What is checked, and when.
 
 
 @overload
@@ -38,188 +54,233 @@ def checked(public: Public | None = None, *, but: str = "") -> Any:
 
     Args:
         public: the function or class.
-        but: name of an argument that the call itself checks, with more to say.
+        but: name of an argument that the callable itself checks, with more to say.
 
     Raises:
-        ParameterError: from each call with an argument of a wrong kind.
+        ParameterError: from each call with an argument of a wrong type.
     """
     if public is None:
         return functools.partial(checked, but=but)
-    if inspect.isclass(public):
-        public.__init__ = _checked(vars(public)["__init__"], public.__name__, but)  # type: ignore[method-assign]
-        explain_methods(public)
-        return public
-    return _checked(public, public.__name__, but)
+    if not inspect.isclass(public):
+        return _checked(public, public.__qualname__.rpartition("<locals>.")[2], None, but)
+    if "__init__" in vars(public):  # that of a dataclass is made from its fields
+        constructor = _checked(vars(public)["__init__"], public.__name__, public, but)
+        public.__init__ = constructor  # type: ignore[method-assign]
+    public._constructor_checked = True  # type: ignore[attr-defined]
+    return check_members(public)
 
 
-def _checked(function: Any, name: str, but: str) -> Any:
-    arguments = _Arguments(function, name, but)
+def every_step(public: Public) -> Public:
+    """Mark what a run calls at every step: a method is then checked only after it has failed.
 
-    @functools.wraps(function)
-    def call(*args: Any, **keywords: Any) -> Any:
-        arguments.check(args, keywords)
-        try:
-            return function(*args, **keywords)
-        except HexapodError:
-            raise
-        except Exception as failure:
-            arguments.explain(args, keywords, failure)
-            raise
-
-    return call
+    The fields of a class that is marked are checked where they are used.
+    """
+    public._every_step = True  # type: ignore[attr-defined]
+    return public
 
 
-def explain_methods(owner: Owner) -> Owner:
-    """Let public methods that a class defines name an argument of a wrong kind when they fail.
-
-    What was decorated by `checked` stays as it is.
+def check_members(owner: Owner) -> Owner:
+    """Check the arguments of what the body of a class defines, as `checked` does.
 
     Returns:
-        The class: this is a decorator, too.
+        The class.
     """
     for name, member in list(vars(owner).items()):
-        kind = type(member) if isinstance(member, classmethod | staticmethod) else None
-        function = member if kind is None else member.__func__
-        if name.startswith("_") or not inspect.isfunction(function):
+        if name.startswith("_") and name not in ("__init__", "__call__"):
             continue
-        if not hasattr(function, "__wrapped__"):
-            explained = _explained(function, f"{owner.__name__}.{name}")
-            setattr(owner, name, explained if kind is None else kind(explained))
+        path = owner.__name__ if name == "__init__" else f"{owner.__name__}.{name}"
+        if isinstance(member, property) and member.fset is not None:
+            setattr(owner, name, member.setter(_checked(member.fset, path, owner)))
+        kind = type(member) if isinstance(member, classmethod | staticmethod) else None
+        function: Any = member if kind is None else member.__func__
+        if inspect.isfunction(function) and not hasattr(function, "__wrapped__"):
+            wrapped = _checked(function, path, owner)
+            setattr(owner, name, wrapped if kind is None else kind(wrapped))
     return owner
 
 
-def _explained(function: Any, name: str) -> Any:
-    arguments = _Arguments(function, name, "")
+def check_made(owner: type) -> None:
+    """Check the fields of each new instance of a dataclass, before its own `__post_init__`.
 
-    if inspect.isgeneratorfunction(function):  # fails only when it is iterated
-        return _checked(function, name, "")
+    For a base class, which cannot decorate the constructor that `dataclass` is going to make. NaN
+    and infinity are allowed: they stand for what is not known, and for no limit.
+    """
+    own: Any = vars(owner).get("__post_init__")
+    if own is None and hasattr(owner, "__post_init__"):
+        return  # that of the base checks all fields
+
+    def __post_init__(self: Any, *given: Any) -> None:
+        kind: Any = type(self)
+        outermost = kind.__post_init__ is __post_init__
+        if outermost and "_constructor_checked" not in vars(kind):
+            check_fields(kind, vars(self), RECORD)
+        try:
+            if own is not None:
+                own(self, *given)
+        except HexapodError:
+            raise
+        except Exception as failure:
+            _explain(kind.__name__, dict(vars(self)), type_hints(kind, kind), failure)
+            raise
+
+    owner.__post_init__ = __post_init__  # type: ignore[attr-defined]
+
+
+def check_fields(owner: Any, fields: Mapping[str, Any], rule: Rule) -> None:
+    """Check what an instance of a dataclass, or of a class of pydantic, is made of.
+
+    Raises:
+        ParameterError: a field is of a wrong type, or too large a number.
+    """
+    for name, check in _field_checks(owner, rule).items():
+        if name in fields:
+            _refuse_wrong(check, fields[name], f"{owner.__name__}.{name}")
+
+
+@functools.cache
+def _field_checks(owner: Any, rule: Rule) -> dict[str, Check]:
+    if hasattr(owner, "model_fields"):
+        owner.model_rebuild()
+        return {name: check_of(one.annotation, rule) for name, one in owner.model_fields.items()}
+    hints, fields = type_hints(owner, owner), dataclasses.fields(owner)
+    found = {one.name: check_of(hints.get(one.name, Any), rule) for one in fields if one.init}
+    optional = {name: any_of([NOTHING, found[name]]) for name in owner._may_be_none}
+    return found | optional
+
+
+def _refuse_wrong(
+    check: Check, value: Any, path: str, failure: BaseException | None = None
+) -> None:
+    try:
+        check(value)
+    except WrongTypeError as error:
+        raise ParameterError(path + error.where, error.value, error.allowed) from failure
+
+
+def _checked(function: Any, path: str, owner: Any, but: str = "") -> Any:
+    """Return a function, of a class or of none, whose arguments are checked."""
+    early = not hasattr(function, "_every_step")
+    arguments = _Arguments(function, path, owner, but)
 
     @functools.wraps(function)
     def call(*args: Any, **keywords: Any) -> Any:
+        if early:
+            arguments.check(args, keywords)
         try:
             return function(*args, **keywords)
         except HexapodError:
             raise
         except Exception as failure:
-            arguments.check(args, keywords, failure)
-            arguments.explain(args, keywords, failure)
+            arguments.refuse(args, keywords, failure)
+            _explain(path, arguments.given(args, keywords), arguments.hints, failure)
             raise
 
     return call
 
 
 class _Arguments:
-    """The arguments of a function and what its annotations ask of them."""
+    """The arguments of a function; its annotations are read at its first call."""
 
-    def __init__(self, function: Any, name: str, but: str) -> None:
-        self.function, self.name, self.but = function, name, but
-        self.signature = inspect.signature(function)
-        self.checks: dict[str, Check] = {}
+    def __init__(self, function: Any, path: str, owner: Any, but: str) -> None:
+        self._function, self._path, self._owner, self._but = function, path, owner, but
 
-    def check(
+    @functools.cached_property
+    def _signature(self) -> inspect.Signature:
+        return inspect.signature(self._function)
+
+    @functools.cached_property
+    def hints(self) -> Mapping[str, Any]:
+        """The types that the annotations name."""
+        return type_hints(self._function, self._owner)
+
+    @functools.cached_property
+    def _checks(self) -> tuple[tuple[Check, ...], dict[str, Check], Check]:
+        """Checks of positional arguments in order, of arguments by name, and of the others."""
+        row, names, others = list[Check](), dict[str, Check](), ANYTHING
+        for name, parameter in self._signature.parameters.items():
+            check = ANYTHING if name == self._but else check_of(self.hints.get(name, Any), CALL)
+            if parameter.kind is parameter.VAR_KEYWORD:
+                others = check
+            elif parameter.kind is not parameter.VAR_POSITIONAL:
+                names[name] = check
+                if parameter.kind is not parameter.KEYWORD_ONLY:
+                    row.append(check)
+        return tuple(row), names, others
+
+    def check(self, args: tuple[Any, ...], keywords: dict[str, Any]) -> None:
+        """Refuse the first argument of a wrong type; the way without names, for speed.
+
+        Raises:
+            ParameterError: there is one.
+        """
+        row, names, others = self._checks
+        try:
+            for check, value in zip(row, args, strict=False):
+                check(value)
+            for name, value in keywords.items():
+                names.get(name, others)(value)
+        except WrongTypeError:
+            self.refuse(args, keywords)
+
+    def refuse(
         self, args: tuple[Any, ...], keywords: dict[str, Any], failure: Exception | None = None
     ) -> None:
-        """Refuse an argument of a wrong kind; the first of them.
+        """Refuse the first argument of a wrong type.
 
         Raises:
-            ParameterError: there is one; its cause is the failure.
-            TypeError: the arguments are not those of the function, and there is no failure.
+            ParameterError: there is one; its cause is the failure of the call.
         """
-        if not self.checks:
-            self.checks.update(_checks_of(self.function, self.signature))
+        _, names, others = self._checks
+        for name, value in self.given(args, keywords).items():
+            _refuse_wrong(names.get(name, others), value, f"{self._path}.{name}", failure)
+
+    def given(self, args: tuple[Any, ...], keywords: dict[str, Any]) -> dict[str, Any]:
+        """Return the arguments by name; none where they are not those of the function."""
         try:
-            given = self.signature.bind(*args, **keywords).arguments
+            given = self._signature.bind(*args, **keywords).arguments
         except TypeError:
-            if failure is None:
-                raise
-            return
-        for argument, value in given.items():
-            if argument == self.but:
-                continue
-            try:
-                self.checks[argument](value)
-            except WrongKindError as error:
-                where = f"{self.name}.{argument}{error.where}"
-                raise ParameterError(where, error.value, error.allowed) from failure
+            return {}
+        for name, parameter in self._signature.parameters.items():
+            if parameter.kind is parameter.VAR_KEYWORD:
+                given |= given.pop(name, {})
+        return given
 
-    def explain(self, args: tuple[Any, ...], keywords: dict[str, Any], failure: Exception) -> None:
-        """Refuse what a call has failed on though its kind is that of the annotation.
 
-        Raises:
-            ParameterError: there is such an argument; its cause is the failure.
-        """
-        try:
-            given = self.signature.bind(*args, **keywords).arguments
-        except TypeError:
-            return
-        if isinstance(failure, TypeError | UnicodeEncodeError):  # matplotlib's is a TypeError
-            self._check_texts(given, failure)
-        for argument, value in given.items():
-            allowed = self._machine_kind(argument, value)
-            if allowed:
-                raise ParameterError(f"{self.name}.{argument}", value, allowed) from failure
-        self._check_arrays(given, failure)
-        if isinstance(failure, ArithmeticError):
-            named = {key: x for key, x in given.items() if isinstance(x, int | float)}
-            values = list(named.values() or given.values())
-            shown: Any = tuple(values) if len(named) > 1 else [*values, None][0]
-            where = ".".join(filter(None, (self.name, ", ".join(named))))
-            reason = f"{type(failure).__name__}: {failure}"
-            raise ParameterError(where, shown, "such that it can be computed", reason) from failure
+def _explain(
+    path: str, given: Mapping[str, Any], hints: Mapping[str, Any], failure: Exception
+) -> None:
+    """Refuse arguments of the right type that a call has failed on: texts, arrays, by arithmetic.
 
-    def _check_texts(self, given: dict[str, Any], failure: Exception) -> None:
-        """Refuse a text that cannot be encoded, wherever in an argument it is; paths may be such.
-
-        Raises:
-            ParameterError: there is one; its cause is the failure.
-        """
-        for argument, value in given.items():
-            if "Path" in str(self.signature.parameters[argument].annotation):
-                continue
+    Raises:
+        ParameterError: there are such; its cause is the failure.
+    """
+    if isinstance(failure, TypeError | UnicodeEncodeError):  # matplotlib's is a TypeError
+        for name, value in given.items():
             for text in _texts(value, DEEPEST_TEXT):
-                try:
-                    text.encode()
-                except UnicodeEncodeError:
-                    where = f"{self.name}.{argument}"
-                    raise ParameterError(
-                        where, text, "text without unpaired surrogates"
-                    ) from failure
-
-    def _machine_kind(self, argument: str, value: Any) -> str:
-        """Return what an argument must be to be a number of the machine, or a list; "": it is."""
-        import numpy as np
-
-        if isinstance(value, numbers.Number) and not isinstance(value, int | float | np.number):
-            return "a float or an int"
-        if isinstance(value, int) and abs(value) > LARGEST_WHOLE:
-            return f"at most {LARGEST_WHOLE:g}"
-        annotation = self.signature.parameters[argument].annotation
-        array = any(takes_arrays(annotation, self.function))
-        return "a list" if isinstance(value, np.ndarray) and not array else ""
-
-    def _check_arrays(self, given: dict[str, Any], failure: Exception) -> None:
-        """Refuse lists where arrays are wanted, and arrays whose shapes do not fit together.
-
-        Raises:
-            ParameterError: there is such an argument; its cause is the failure.
-        """
-        import numpy as np
-
-        shapes = {}
-        for argument, value in given.items():
-            annotation = self.signature.parameters[argument].annotation
-            array, like = takes_arrays(annotation, self.function)
-            if array and not isinstance(value, np.ndarray | np.number | float | int | None):
-                allowed = "a NumPy array"
-                raise ParameterError(f"{self.name}.{argument}", value, allowed) from failure
-            if array or like:
-                shapes[argument] = np.shape(value)
-        try:
-            np.broadcast_shapes(*shapes.values())
-        except ValueError:
-            where = f"{self.name}.{', '.join(shapes)}"
-            allowed = "arrays whose shapes fit together"
-            raise ParameterError(where, tuple(shapes.values()), allowed) from failure
+                if not _is_unicode(text) and "Path" not in str(hints.get(name)):
+                    allowed = "text without unpaired surrogates"
+                    raise ParameterError(f"{path}.{name}", text, allowed) from failure
+    shapes = {}
+    for name, value in given.items():
+        hint = hints.get(name, Any)
+        array, like = takes_arrays(hint)
+        if isinstance(value, np.ndarray) and not (array or like or hint is Any):
+            raise ParameterError(f"{path}.{name}", value, "a list") from failure
+        if array and not isinstance(value, np.ndarray | np.number | float | int | None):
+            raise ParameterError(f"{path}.{name}", value, "a NumPy array") from failure
+        if (array or like) and value is not None:
+            shapes[name] = np.shape(value)
+    if shapes and isinstance(failure, ValueError | IndexError | TypeError | AttributeError):
+        where, allowed = f"{path}.{', '.join(shapes)}", "arrays of the shapes that are documented"
+        raise ParameterError(where, tuple(shapes.values()), allowed) from failure
+    size = isinstance(failure, ValueError) and str(failure).startswith("Maximum allowed")
+    if size or isinstance(failure, ArithmeticError | MemoryError):
+        named = {key: x for key, x in given.items() if isinstance(x, int | float)}
+        values = list(named.values() or given.values())
+        shown: Any = tuple(values) if len(named) > 1 else [*values, None][0]
+        where = ".".join(filter(None, (path, ", ".join(named))))
+        reason = f"{type(failure).__name__}: {failure}"
+        raise ParameterError(where, shown, "such that it can be computed", reason) from failure
 
 
 DEEPEST_TEXT = 6
@@ -228,8 +289,6 @@ DEEPEST_TEXT = 6
 
 def _texts(value: Any, depth: int) -> Iterator[str]:
     """Yield the texts in a value: in lists, mappings, arrays and the package's own records."""
-    import numpy as np
-
     if isinstance(value, str):
         yield value
         return
@@ -244,9 +303,9 @@ def _texts(value: Any, depth: int) -> Iterator[str]:
             yield from _texts(one, depth - 1)
 
 
-def _checks_of(function: Any, signature: inspect.Signature) -> dict[str, Check]:
-    """Return what checks each argument; one with a default of None may be None."""
-    return {
-        name: kind_of(parameter.annotation, function, of_all=parameter.kind)
-        for name, parameter in signature.parameters.items()
-    }
+def _is_unicode(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True

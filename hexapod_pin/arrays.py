@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +29,23 @@ def protect(record: object) -> None:
     for value in vars(record).values():
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
+
+
+def same_bits(first: object, second: object) -> bool:
+    """Tell whether two values are the same; numbers, and those in arrays, to the bit."""
+    if isinstance(first, np.ndarray) and isinstance(second, np.ndarray):
+        if first.shape != second.shape or first.dtype != second.dtype:
+            return False
+        if first.dtype == object:
+            return bool((first == second).all())
+        return first.tobytes() == second.tobytes()
+    if isinstance(first, float) and isinstance(second, float):
+        return np.float64(first).tobytes() == np.float64(second).tobytes()
+    if isinstance(first, Mapping) and isinstance(second, Mapping):
+        return first.keys() == second.keys() and all(
+            same_bits(value, second[key]) for key, value in first.items()
+        )
+    return bool(first == second)
 
 
 def _is_stored(values: ArrayLike) -> bool:

@@ -295,7 +295,6 @@ class SimulationInterrupted(HexapodError):
     Attributes:
         trace: what a single run had done; None of a batch, or of a run still being planned.
         results: what a batch had done, in the order of its cases, None for the rest; else None.
-        comparison: the `Comparison` of what was done, of controllers being compared; else None.
     """
 
     def __init__(
@@ -303,32 +302,17 @@ class SimulationInterrupted(HexapodError):
         message: str,
         trace: Any,
         results: list[Any] | None = None,
-        comparison: Any = None,
     ) -> None:
         """Keep what was done up to the interruption."""
-        self.trace, self.results, self.comparison = trace, results, comparison
+        self.trace, self.results = trace, results
         super().__init__(message)
 
 
-class TuningInterrupted(SimulationInterrupted):
-    """Ctrl-C while parameters are tuned.
+class StudyInterrupted(SimulationInterrupted):
+    """Ctrl-C during a study, such as `compare` or `tune`.
 
     Attributes:
-        result: the `TuningResult` of what was done, without held-out scenes; None if not even the
-            baseline was.
-    """
-
-    def __init__(self, message: str, result: Any) -> None:
-        """Keep what was done up to the interruption."""
-        self.result = result
-        super().__init__(message, None)
-
-
-class SweepInterrupted(SimulationInterrupted):
-    """Ctrl-C during a sweep.
-
-    Attributes:
-        result: the `TorqueMap`, `GaitEnergy` or `SweepResult` of what was done; the rest is NaN.
+        result: what the study returns, of the runs that were done; None where that is nothing.
     """
 
     def __init__(self, message: str, result: Any) -> None:

@@ -16,8 +16,10 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo
 
+from hexapod_pin.arguments import check_fields, check_members
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.spec import parameter_error
+from hexapod_pin.spec import parameter_error, plain_errors
+from hexapod_pin.type_checks import FACTS
 
 LARGEST = 1e150
 """Largest size of a number in a file: its square is still a number."""
@@ -200,6 +202,23 @@ class FileData(BaseModel):
 
     model_config = ConfigDict(extra="allow", strict=True, frozen=True)
 
+    def __init__(self, /, **fields: Any) -> None:
+        """Validate `fields`.
+
+        Raises:
+            ParameterError: one is of a wrong type or breaks a rule.
+        """
+        check_fields(type(self), fields, FACTS)
+        with plain_errors(type(self).__name__, fields):
+            super().__init__(**fields)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **options: Any) -> None:
+        """Check the arguments of public methods."""
+        check_members(cls)
+
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # parts keep the context
+
 
 Checked = TypeVar("Checked", bound=FileData)
 
@@ -219,7 +238,7 @@ def check_data(model: type[Checked], name: str, data: Any, **sizes: int) -> Chec
     try:
         return model.model_validate(data, context=sizes)
     except ValidationError as error:
-        found = parameter_error(name, error)
+        found = parameter_error(name, error, data)
         raise ParameterError(
             found.name, _Shown(_short.repr(found.value)), found.allowed, found.hint
         ) from None

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import MISSING, fields
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from hexapod_pin.arguments import explain_methods
+from hexapod_pin.arguments import check_made, check_members
 
 Record = TypeVar("Record", bound="Immutable")
 
@@ -25,11 +26,15 @@ class Immutable:
     """
 
     __slots__ = ()
+    _may_be_none: ClassVar[Collection[str]] = ()
+    """Fields that may be None whatever their annotations say."""
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Let public methods name an argument of a wrong kind when they fail."""
+        """Check the arguments of the constructor and of public methods."""
         super().__init_subclass__(**options)
-        explain_methods(cls)
+        check_members(cls)
+        if "__init__" not in vars(cls):
+            check_made(cls)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return the fields, and the names of those that nothing can write to."""

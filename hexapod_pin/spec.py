@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, ValidationError
 
-from hexapod_pin.arguments import explain_methods
+from hexapod_pin.arguments import check_fields, check_members
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.type_checks import PARAMETERS
 
-LARGEST_NUMBER = 1e30
-"""In SI units: powers and products of larger ones leave double precision."""
+if TYPE_CHECKING:
+    from typing import Self
 
 
 class Spec(BaseModel):
@@ -30,54 +32,85 @@ class Spec(BaseModel):
 
     def __init__(self, /, **fields: Any) -> None:
         """Validate `fields`."""
-        try:
+        check_fields(type(self), fields, PARAMETERS)
+        with plain_errors(type(self).__name__, fields):
             super().__init__(**fields)
-        except ValidationError as error:
-            raise parameter_error(type(self).__name__, error) from error
 
     @classmethod
     def __pydantic_init_subclass__(cls, **options: Any) -> None:
-        """Let public methods name an argument of a wrong kind when they fail."""
-        explain_methods(cls)
+        """Check the arguments of public methods."""
+        check_members(cls)
 
-    @model_validator(mode="before")
     @classmethod
-    def _of_a_size(cls, fields: Any) -> Any:
-        """Refuse numbers beyond LARGEST_NUMBER."""
-        if isinstance(fields, Mapping):
-            for name, value in fields.items():
-                _require_size(f"{cls.__name__}.{name}", value)
-        return fields
+    def model_validate(cls, obj: Any, **options: Any) -> Self:
+        """Return the parameter set that plain data describe; the options are pydantic's."""
+        table = isinstance(obj, Mapping) and all(isinstance(key, str) for key in obj)
+        if not table and not isinstance(obj, cls):
+            raise ParameterError(cls.__name__, obj, f"a {cls.__name__}, or a mapping of its fields")
+        with plain_errors(cls.__name__, obj):
+            return super().model_validate(obj, **options)
 
     def __str__(self) -> str:
         """Return the call that builds this parameter set."""
         return repr(self)
 
 
-def _require_size(name: str, value: Any) -> None:
-    """Refuse a number, or one in a row of them, that is finite and beyond LARGEST_NUMBER."""
-    if isinstance(value, list | tuple):
-        for index, one in enumerate(value):
-            _require_size(f"{name}.{index}", one)
-    elif isinstance(value, float | int) and LARGEST_NUMBER < abs(value) < math.inf:
-        raise ParameterError(name, value, f"at most {LARGEST_NUMBER:g} in size")
+@contextmanager
+def plain_errors(owner: str, data: Any) -> Iterator[None]:
+    """Raise pydantic's refusals of data as errors of this package; `owner` is what is made."""
+    try:
+        yield
+    except ValidationError as error:
+        raise parameter_error(owner, error, data) from error
 
 
-def parameter_error(owner: str, error: ValidationError) -> ParameterError:
-    """Turn pydantic's first finding into this package's error."""
-    first = error.errors()[0]
-    cause = first.get("ctx", {}).get("error")
+_TYPES = {
+    "float": "a float", "int": "an int", "bool": "a bool", "string": "a str",
+    "tuple": "a sequence", "list": "a sequence", "dict": "a mapping",
+}  # fmt: skip
+"""What pydantic's errors about a type are called here, by the first part of their name."""
+
+
+def parameter_error(owner: str, error: ValidationError, data: Any) -> ParameterError:
+    """Turn pydantic's finding that is deepest within the data into this package's error.
+
+    Args:
+        owner: name of what was to be made.
+        error: pydantic's.
+        data: of which it was to be made.
+    """
+    places = [(_place(one["loc"], data, one["type"]), one) for one in error.errors()]
+    place, found = max(places, key=lambda pair: len(pair[0]))
+    cause = found.get("ctx", {}).get("error")
     if isinstance(cause, ParameterError):
         return cause
-    where = ".".join([owner, *(str(part) for part in first["loc"])])
-    allowed = first["msg"][0].lower() + first["msg"][1:]
+    where = owner + "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in place)
+    if found["type"] == "extra_forbidden":
+        return ParameterError(where, found["input"], "left out: there is no such parameter")
+    if found["type"] == "missing":
+        return ParameterError(where, None, "given: it has no default")
+    allowed = found["msg"][0].lower() + found["msg"][1:]
     for prefix in ("input should be ", "value error, "):
         allowed = allowed.removeprefix(prefix)
-    if first["type"] == "extra_forbidden":
-        allowed = "left out: there is no such parameter"
-    if first["type"] == "missing":
-        return ParameterError(where, None, "given: it has no default")
-    return ParameterError(where, first["input"], allowed)
+    kind, _, rest = found["type"].partition("_")
+    if rest in ("type", "parsing", "from_float"):
+        allowed = _TYPES.get(kind, allowed)
+    return ParameterError(where, found["input"], allowed)
+
+
+def _place(steps: tuple[int | str, ...], data: Any, kind: str) -> list[int | str]:
+    """Return the steps into data without those that pydantic makes among the members of a union."""
+    place: list[int | str] = []
+    for number, step in enumerate(steps, 1):
+        absent = number == len(steps) and kind in ("missing", "extra_forbidden")
+        if isinstance(step, int):
+            data = data[step] if isinstance(data, Sequence) and step < len(data) else None
+        elif isinstance(data, Mapping) and step in data:
+            data = data[step]
+        elif not absent:
+            continue
+        place.append(step)
+    return place
 
 
 def require_factor(factor: float, name: str = "factor") -> float:

@@ -137,20 +137,25 @@ def walks() -> Iterator[tuple[str, Callable[[], hp.Case]]]:
         lambda: hp.Case(
             hp.Scene(athena, terrain=hp.Slope(angle=0.05)),
             hp.FootControl(
-                hp.Gait.tripod(stroke=0.05, cycle_time=0.9), slip=hp.SlipPid(),
-                suspension=hp.VirtualSuspension(), levelling=hp.Levelling(),
-                sensors=hp.Sensors(q=hp.Sensor(noise=1e-4)),
+                hp.Gait.tripod(stroke=0.05, cycle_time=0.9),
+                slip=hp.foot_control.SlipPid(),
+                suspension=hp.foot_control.VirtualSuspension(),
+                levelling=hp.foot_control.Levelling(),
+                sensors=hp.sensors.Sensors(q=hp.sensors.Sensor(noise=1e-4)),
             ),
-            duration=2.7, accuracy=1e-3,
+            duration=2.7,
+            accuracy=1e-3,
         ),
-    )  # fmt: skip
+    )
     yield (
         "arc",
         lambda: hp.Case(
             hp.Scene(kharagpur, contact=hp.Contact.preset("s2"), prescribed=True),
-            hp.ArcWalk(hp.Gait.wave(cycle_time=1.6), amplitude=0.1), duration=4.8, accuracy=1e-3,
+            hp.motion.ArcWalk(hp.Gait.wave(cycle_time=1.6), amplitude=0.1),
+            duration=4.8,
+            accuracy=1e-3,
         ),
-    )  # fmt: skip
+    )
     yield (
         "turning, a leg lost",
         lambda: hp.Case(
@@ -171,17 +176,17 @@ def of_walk(case: hp.Case, folder: Path) -> Lines:
     for name, value in of_trace(hp.load_trace(path)):
         yield f"read again: {name}", value
     yield "csv", trace.save(folder / "walk.csv").read_text(encoding="utf-8")
-    demand = hp.joint_demand(trace)
+    demand = hp.sizing.joint_demand(trace)
     for one in fields(demand):
         yield f"demand {one.name}", getattr(demand, one.name)
     budget = hp.motor_budget(demand, hp.load_catalog().get("XM430-W350", 12.0))
     yield "motor budget", budget.to_dict()
     yield "motor budget table", budget.table()
-    ranking = hp.motor_ranking(demand, hp.load_catalog().records[:6])
+    ranking = hp.sizing.motor_ranking(demand, hp.load_catalog().records[:6])
     yield "motor ranking", ranking.table()
-    moments = hp.joint_moments(trace)
+    moments = hp.results.joint_moments(trace)
     yield "moments", moments
-    verdicts = hp.judge_peaks(trace)
+    verdicts = hp.study.judge_peaks(trace)
     yield "peaks", verdicts.to_dict()
     yield "peak table", verdicts.table()
 
@@ -206,13 +211,13 @@ def of_trace(trace: hp.Trace) -> Lines:
     stability = hp.stability(trace)
     yield "stability", stability.to_dict()
     yield "stability table", stability.table()
-    yield "phase torques", hp.phase_torques(trace).table() if _has_phases(trace) else None
-    yield "metrics", hp.WalkMetrics.of(trace.summary)
+    yield "phase torques", hp.results.phase_torques(trace).table() if _has_phases(trace) else None
+    yield "metrics", hp.study.WalkMetrics.of(trace.summary)
 
 
 def _has_phases(trace: hp.Trace) -> bool:
     try:
-        hp.phase_torques(trace)
+        hp.results.phase_torques(trace)
     except hp.errors.HexapodError:
         return False
     return True
@@ -243,7 +248,7 @@ def studies(folder: Path) -> Iterator[tuple[str, Callable[[], Lines]]]:
     walk = hp.KinematicControl(tripod)
 
     def sweep() -> Lines:
-        study = hp.SweepStudy.from_toml(BASE + SWEEP)
+        study = hp.study.SweepStudy.from_toml(BASE + SWEEP)
         yield "digest", study.digest
         yield "points", [study.point(k) for k in range(len(study))]
         yield "cases", [study.case(k).digest for k in range(len(study))]
@@ -254,7 +259,7 @@ def studies(folder: Path) -> Iterator[tuple[str, Callable[[], Lines]]]:
 
     def comparison() -> Lines:
         grounds = {"flat": flat, "slope": hp.Scene(robot, terrain=hp.Slope(angle=0.05))}
-        control = hp.FootControl(tripod, slip=hp.SlipPid())
+        control = hp.FootControl(tripod, slip=hp.foot_control.SlipPid())
         found = hp.compare(grounds, {"plain": walk, "slip": control}, duration=1.7, accuracy=1e-3)
         yield "table", found.table()
         yield "JSON", found.to_json()
@@ -272,12 +277,12 @@ def studies(folder: Path) -> Iterator[tuple[str, Callable[[], Lines]]]:
 
     def torque_map() -> Lines:
         found = hp.torque_map(flat, strokes=[0.04, 0.06], cycle_times=[0.8, 1.2], check=1)
-        yield from of_grid(found, hp.load_torque_map(found.save(folder / "map.nc")))
+        yield from of_grid(found, hp.study.load_torque_map(found.save(folder / "map.nc")))
 
     def energy() -> Lines:
         gaits = {"tripod": hp.Gait.tripod(), "wave": hp.Gait.wave()}
-        found = hp.gait_energy(flat, gaits, [0.05, 0.08], stroke=0.05, accuracy=1e-3, check=1)
-        yield from of_grid(found, hp.load_gait_energy(found.save(folder / "energy.nc")))
+        found = hp.study.gait_energy(flat, gaits, [0.05, 0.08], stroke=0.05, accuracy=1e-3, check=1)
+        yield from of_grid(found, hp.study.load_gait_energy(found.save(folder / "energy.nc")))
         yield "table", found.table()
 
     def selection() -> Lines:
@@ -286,14 +291,14 @@ def studies(folder: Path) -> Iterator[tuple[str, Callable[[], Lines]]]:
         yield "table", found.table()
 
     def uncertainty() -> Lines:
-        study = hp.SweepStudy.from_toml(
+        study = hp.study.SweepStudy.from_toml(
             BASE
             + SWEEP.replace("latin-hypercube", "sobol-indices")
             .replace("values = [0.0, 0.5]", 'distribution = "uniform"\nlow = 0.0\nhigh = 1.0')
             .replace("samples = 4", "samples = 64")
         )
         numbers = [study.point(k)["payload"] + math.sin(k) for k in range(len(study))]
-        found = hp.uncertainty(study, {"y": np.array(numbers)}, "y", limit=0.8)
+        found = hp.study.uncertainty(study, {"y": np.array(numbers)}, "y", limit=0.8)
         yield "data", found.to_dict()
         yield "table", found.table()
 

@@ -41,16 +41,16 @@ def terrains() -> dict[str, object]:
     """Return one ground of every kind."""
     x = np.linspace(-1.0, 1.0, 41)
     bumps = 0.004 * np.sin(9.0 * x)[:, None] * np.cos(7.0 * x)[None, :]
-    flat, slip = hp.Flat(), hp.Patch(low=(-0.1, -0.5), high=(0.4, 0.5), friction=0.5)
+    flat, slip = hp.Flat(), hp.terrain.Patch(low=(-0.1, -0.5), high=(0.4, 0.5), friction=0.5)
     return {
         "flat": flat,
         "slope": hp.Slope(angle=0.1),
         "stairs": hp.Stairs(rise=0.01, run=0.2, count=3, start=0.15),
-        "ledge": hp.Ledge(height=0.02, edge=0.1),
-        "groove": hp.Groove(angle_left=0.3, angle_right=0.3, depth=0.01, bottom=0.2),
+        "ledge": hp.terrain.Ledge(height=0.02, edge=0.1),
+        "groove": hp.terrain.Groove(angle_left=0.3, angle_right=0.3, depth=0.01, bottom=0.2),
         "height-field": hp.HeightField.from_array(bumps, spacing=0.05),
-        "patched": hp.PatchedGround(ground=flat, patches=(slip,)),
-        "shaking": hp.ShakingGround(ground=flat, amplitude=0.002, frequency=5.0),
+        "patched": hp.terrain.PatchedGround(ground=flat, patches=(slip,)),
+        "shaking": hp.terrain.ShakingGround(ground=flat, amplitude=0.002, frequency=5.0),
     }
 
 
@@ -102,7 +102,7 @@ def set_points(robot: str, method: str) -> object:
     model = hp.load_robot(robot)
     times = np.arange(10) * 0.02
     swing = 0.05 * np.sin(np.outer(np.arange(10), 1.0 + np.arange(len(model.joint_names))))
-    control = hp.SampledTrajectory(times, np.array(model.posture) + swing)
+    control = hp.motion.SampledTrajectory(times, np.array(model.posture) + swing)
     return hp.simulate(hp.Scene(model), control, duration=0.2, **settings(method))
 
 

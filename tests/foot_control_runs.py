@@ -84,7 +84,7 @@ class Recorded:
         self.sensors, self.gait = self.control.sensors, self.control.gait
         self.posture, self.start = self.control.posture, self.control.start
 
-    def update(self, time: float, m: Measurement, state: Any) -> tuple[hp.Command, Any]:
+    def update(self, time: float, m: Measurement, state: Any) -> tuple[hp.feedback.Command, Any]:
         command, state = self.control.update(time, m, state)
         self.told.append(m)
         self.memories.append(state["memory"])
@@ -98,5 +98,5 @@ class Recorded:
 
 def standing(cycle_time: float = 20.0) -> hp.KinematicControl:
     """Return a walk at no speed: all feet are down and still; none would lift off for 10 s."""
-    command = hp.VelocityCommand(time=[0.0, 1000.0], forward=[0.0, 0.0])
+    command = hp.motion.VelocityCommand(time=[0.0, 1000.0], forward=[0.0, 0.0])
     return hp.KinematicControl(hp.Gait.tripod(cycle_time=cycle_time), velocity=command)

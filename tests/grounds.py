@@ -11,19 +11,19 @@ from hexapod_pin.ground.terrain import Polyline
 
 STAIRS = hp.Stairs(rise=0.1, run=0.2, count=3, start=0.1, heading=0.7)
 DOWN = hp.Stairs(rise=0.1, run=0.2, count=3, start=-1.2, heading=math.pi)
-LEDGE = hp.Ledge(height=0.1, edge=0.2, heading=-2.0)
-GROOVE = hp.Groove(angle_left=0.5, angle_right=1.0, depth=0.1, heading=2.2, bottom=0.3)
-RAMP = hp.Ramp(angle=0.4, run=0.5, start=0.1, heading=-1.1, height=0.05)
+LEDGE = hp.terrain.Ledge(height=0.1, edge=0.2, heading=-2.0)
+GROOVE = hp.terrain.Groove(angle_left=0.5, angle_right=1.0, depth=0.1, heading=2.2, bottom=0.3)
+RAMP = hp.terrain.Ramp(angle=0.4, run=0.5, start=0.1, heading=-1.1, height=0.05)
 HILLS = hp.HeightField.random(3, amplitude=0.02, wavelength=0.3, size=2.0)
 SLOPE = hp.Slope(angle=0.3, heading=-0.8, point=(0.1, 0.2, 0.3))
-PATCHED = hp.PatchedGround(
+PATCHED = hp.terrain.PatchedGround(
     ground=SLOPE,
     patches=(
-        hp.Patch(low=(0.0, 0.0), high=(1.0, 1.0), friction=0.2),
-        hp.Patch(low=(0.5, 0.5), high=(2.0, 2.0), friction=3.0, stiffness=0.1),
+        hp.terrain.Patch(low=(0.0, 0.0), high=(1.0, 1.0), friction=0.2),
+        hp.terrain.Patch(low=(0.5, 0.5), high=(2.0, 2.0), friction=3.0, stiffness=0.1),
     ),
 )
-SHAKEN = hp.ShakingGround(ground=PATCHED, amplitude=0.01, frequency=3.0)
+SHAKEN = hp.terrain.ShakingGround(ground=PATCHED, amplitude=0.01, frequency=3.0)
 PROFILES = {"stairs": STAIRS, "down": DOWN, "ledge": LEDGE, "groove": GROOVE, "ramp": RAMP}
 ALL = {
     **PROFILES, "flat": hp.Flat(height=0.1), "slope": SLOPE, "hills": HILLS, "patched": PATCHED,

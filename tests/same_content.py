@@ -44,9 +44,9 @@ def differences(one: Any, other: Any, where: str = "") -> Iterator[str]:
     elif isinstance(one, float):
         if one.hex() != other.hex():
             yield f"{where}: {one!r} and {other!r}"
-    elif isinstance(one, hp.SweepStudy):  # made again from its text
+    elif isinstance(one, hp.study.SweepStudy):  # made again from its text
         yield from differences((one.text, one.digest), (other.text, other.digest), where)
-    elif isinstance(one, hp.SweepResult):
+    elif isinstance(one, hp.study.SweepResult):
         if not one.dataset.identical(other.dataset) or one.path != other.path:
             yield f"{where}: other results"
     elif type(one).__module__.startswith("hexapod_pin") and hasattr(one, "__dict__"):

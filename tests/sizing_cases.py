@@ -35,13 +35,13 @@ def cycle(count: int = 2000, cycles: int = 1) -> Array:
     return np.linspace(0.0, float(cycles), count * cycles + 1)
 
 
-def of_motion(torque: Array, speed: Array, time: Array, **more: Any) -> hp.JointDemand:
+def of_motion(torque: Array, speed: Array, time: Array, **more: Any) -> hp.sizing.JointDemand:
     """Return the demand of (T,) or (T, n) samples, one cycle a second."""
     columns = [np.reshape(x, (len(time), -1)) for x in (torque, speed)]
-    return hp.JointDemand.of_samples(time, *columns, cycles=round(time[-1]), **more)
+    return hp.sizing.JointDemand.of_samples(time, *columns, cycles=round(time[-1]), **more)
 
 
-def pure_inertia(inertia: float, amplitude: float = 0.5, **more: Any) -> hp.JointDemand:
+def pure_inertia(inertia: float, amplitude: float = 0.5, **more: Any) -> hp.sizing.JointDemand:
     """Return the demand of an inertia that swings with an amplitude [rad] once a second."""
     time = cycle()
     speed = amplitude * OMEGA * np.cos(OMEGA * time)
@@ -61,6 +61,6 @@ def walk() -> hp.Trace:
 
 
 @cache
-def demand() -> hp.JointDemand:
+def demand() -> hp.sizing.JointDemand:
     """Return what the walk demands."""
-    return hp.joint_demand(walk())
+    return hp.sizing.joint_demand(walk())

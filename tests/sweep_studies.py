@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from xarray import Dataset
 
-from hexapod_pin.sweep.study import SweepStudy
+from hexapod_pin.study.sweep import SweepStudy
 
 BASE = """
 schema = 1
@@ -70,7 +70,7 @@ def write_study_file(folder: Path, samples: int = 4) -> Path:
 def require_same_bits(found: Dataset, wanted: Dataset) -> None:
     """Fail unless two datasets are the same: every bit, name, label and attribute."""
     assert found.identical(wanted)
-    for name in wanted.variables:
-        if wanted[name].dtype.kind == "f":
-            assert found[name].values.tobytes() == wanted[name].values.tobytes(), name
+    for name, array in wanted.variables.items():
+        if array.dtype.kind == "f":
+            assert found.variables[name].values.tobytes() == array.values.tobytes(), name
     assert np.isfinite(wanted["torque_peak"].values).any()

@@ -216,10 +216,10 @@ def test_errors_of_a_robot_that_is_pushed_off_are_seen():
         start=0.0707, duration=0.0552,
     )  # fmt: skip
     contact = hp.Contact(
-        normal=hp.Restitution(
+        normal=hp.contact.Restitution(
             stiffness=2e5, exponent=1.5, restitution=0.19, model="lankarani-nikravesh"
         ),
-        friction=hp.StickSlip(mu=0.42, mu_dynamic=0.29, stiffness=12200.0, damping=58.0),
+        friction=hp.contact.StickSlip(mu=0.42, mu_dynamic=0.29, stiffness=12200.0, damping=58.0),
     )
     scene = hp.Scene(
         hp.load_robot("kharagpur"), terrain=hp.Slope(angle=0.252, heading=1.123),
@@ -319,7 +319,7 @@ def test_a_controller_in_the_run_keeps_the_error_where_asked():
     case = hp.Case(scene, control, duration=0.5, estimate=True)
     (batched,) = hp.simulate_batch([case], errors="raise")
     assert batched.error_estimate == asked.error_estimate
-    ((_, summary),) = hp.iterate_batch([case], keep="summary")
+    ((_, summary),) = hp.simulation.iterate_batch([case], keep="summary")
     assert summary.error_estimate == asked.error_estimate
     assert hp.Case.from_toml(case.to_toml()).estimate is True
 
@@ -330,7 +330,7 @@ def test_amplification_of_a_flight_is_that_of_its_equations():
 
     robot = bodies.particle()
     free = hp.Scene(robot, gravity=(0.0, 0.0, 0.0))
-    still = hp.amplification(
+    still = hp.simulation.amplification(
         free, hp.HoldPosture(), duration=2.0, initial=bodies.state(robot, (0.0, 0.0, 1.0))
     )
     assert still.factor[0] == pytest.approx(still.factor[-1], rel=1e-6)
@@ -343,7 +343,7 @@ def test_amplification_is_the_distance_of_its_two_runs_over_that_of_their_starts
     from random_scenes import KINDS, draw_scene
 
     drawn = draw_scene(5, 0, {"thrown": KINDS["thrown"]})
-    found = hp.amplification(
+    found = hp.simulation.amplification(
         drawn.scene, drawn.controller, duration=0.2, sample=0.01, initial=drawn.initial
     )
     one, other = (run.q for run in found.runs)
@@ -356,7 +356,9 @@ def test_amplification_is_the_distance_of_its_two_runs_over_that_of_their_starts
     assert found.factor == pytest.approx(apart, rel=0.05)
     assert found.factor[-1] > 1.5 * found.factor[0] and found.at(0.2) == found.factor[-1]
     with refused(hp.errors.ParameterError, "duration", 0.0):
-        hp.amplification(drawn.scene, drawn.controller, duration=0.0, initial=drawn.initial)
+        hp.simulation.amplification(
+            drawn.scene, drawn.controller, duration=0.0, initial=drawn.initial
+        )
 
 
 @pytest.mark.parametrize(("mu_dynamic", "second"), [(0.5, 4), (0.4, 8)])
@@ -364,7 +366,7 @@ def test_friction_that_drops_where_a_foot_breaks_away_asks_for_a_finer_second_ru
     mu_dynamic: float, second: int
 ) -> None:
     """Whether a foot that comes to rest sticks is up to any error: a hundredth of tolerance."""
-    friction = hp.StickSlip(mu=0.5, mu_dynamic=mu_dynamic, stiffness=2e4, damping=60.0)
+    friction = hp.contact.StickSlip(mu=0.5, mu_dynamic=mu_dynamic, stiffness=2e4, damping=60.0)
     contact = hp.Contact(normal=hp.Contact.accurate().normal, friction=friction)
     scene = hp.Scene(hp.load_robot("athena"), contact=contact)
     assert scene.sensitive == (second == 8)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 import vehicles
@@ -12,13 +14,19 @@ from hexapod_pin.arrays import Array
 CASES = {"soft": (1e5, 1e2), "mid": (1e6, 1e3), "stiff": (1e8, 1e4)}
 
 
+@cache
 def hc40(kind: str, **settings) -> hp.Trace:
-    """The hard cases' drop, 0.25 s, with the stiffness and friction slope of its variants."""
+    """The hard cases' drop, 0.25 s, with the stiffness and friction slope of its variants.
+
+    A run that several tests look at is computed once.
+    """
     scene, start, posture = vehicles.drop(vehicles.hexa_ref())
     stiffness, slope = CASES[kind]
     contact = hp.Contact(
-        normal=hp.HuntCrossley(stiffness=stiffness, dissipation=scene.contact.normal.dissipation),
-        friction=hp.TanhCoulomb(mu=scene.contact.friction.mu, slope=slope),
+        normal=hp.contact.HuntCrossley(
+            stiffness=stiffness, dissipation=scene.contact.normal.dissipation
+        ),
+        friction=hp.contact.TanhCoulomb(mu=scene.contact.friction.mu, slope=slope),
     )
     scene = hp.Scene(scene.robot, contact=contact, servo=scene.servo, stops=vehicles.FREE)
     return hp.simulate(
@@ -109,7 +117,7 @@ def test_held_set_points_jump_at_their_times() -> None:
     """The set-point of a tick holds until the next; the trace shows them, to the sample."""
     robot = hp.load_robot("kharagpur")
     high, low = robot.posture, robot.posture + 0.05
-    control = hp.SampledTrajectory([0.0, 0.1], [high, low], limited=False)
+    control = hp.motion.SampledTrajectory([0.0, 0.1], [high, low], limited=False)
     trace = hp.simulate(hp.Scene(robot), control, duration=0.2, sample=0.05)
     expected = [high[0], high[0], low[0], low[0], low[0]]
     assert trace.q_ref[:, 0].tolist() == pytest.approx(expected, abs=0.0)

@@ -21,7 +21,7 @@ DENSE = np.linspace(4.8, 7.2, 2401)
 
 def test_geometry_is_that_of_the_paper() -> None:
     """S2 with +-20 degrees: stroke 138.75 mm, scrub 12.2 mm, lift 13.0 mm; speed by the stroke."""
-    path = hp.ArcWalk().path(ROBOT)
+    path = hp.motion.ArcWalk().path(ROBOT)
     assert path.gait.stroke == pytest.approx(2 * R * np.sin(np.radians(20.0)), abs=1e-6)
     assert path.gait.stroke == pytest.approx(0.13875, abs=1e-5)
     assert path.scrub == pytest.approx(R * (1 - np.cos(np.radians(20.0))), abs=1e-7)
@@ -32,7 +32,7 @@ def test_geometry_is_that_of_the_paper() -> None:
 
 def test_stance_feet_move_on_arcs_about_their_hips() -> None:
     """Measured on the path: distance to the yaw axis R, height level, sideways R (1 - cos A)."""
-    path = hp.ArcWalk(profile="step").path(ROBOT)
+    path = hp.motion.ArcWalk(profile="step").path(ROBOT)
     feet, down = path.positions(DENSE), path.stance(DENSE)
     for k, leg in enumerate(six_legs(ROBOT).legs):
         held = feet[down[:, k], k]
@@ -46,7 +46,7 @@ def test_stance_feet_move_on_arcs_about_their_hips() -> None:
 @pytest.mark.parametrize("profile", ["constant", "step"])
 def test_rates_are_those_of_the_paper(profile: str) -> None:
     """Stance 25 deg/s (STEP: 1.5 times in its middle), swing 75 deg/s, femur 6 deg in 0.4 s."""
-    path = hp.ArcWalk(profile=profile).path(ROBOT)
+    path = hp.motion.ArcWalk(profile=profile).path(ROBOT)
     q, v = (np.degrees(x) for x in path.joints(DENSE))
     down = path.stance(DENSE).T
     largest = 25.0 if profile == "constant" else 37.5
@@ -62,7 +62,7 @@ def test_rates_are_those_of_the_paper(profile: str) -> None:
 def test_all_stance_feet_go_backwards_and_all_femora_lift(robot: str) -> None:
     """A wrong sign on either side fails: joint axes of left and right differ."""
     loaded = hp.load_robot(robot)
-    path = hp.ArcWalk(amplitude=0.3).path(loaded)
+    path = hp.motion.ArcWalk(amplitude=0.3).path(loaded)
     p, v, down = path.positions(DENSE), path.velocities(DENSE), path.stance(DENSE)
     assert (v[down][:, 0] < 0.0).all()
     assert v[down][:, 0].mean() == pytest.approx(-path.speed, rel=1e-3)
@@ -74,7 +74,7 @@ def test_all_stance_feet_go_backwards_and_all_femora_lift(robot: str) -> None:
 def test_stance_and_swing_follow_the_gait() -> None:
     """Once it is steady, the schedule is the gait's own."""
     gait = hp.Gait.wave(2 / 3, cycle_time=2.0)
-    path = hp.ArcWalk(gait, amplitude=0.2).path(ROBOT)
+    path = hp.motion.ArcWalk(gait, amplitude=0.2).path(ROBOT)
     time = 4.0 + np.linspace(0.0, 2.0, 402)[1:-1]
     assert np.array_equal(path.stance(time), gait.feet_down(time / 2.0))
 
@@ -83,7 +83,7 @@ def test_stance_and_swing_follow_the_gait() -> None:
 @pytest.mark.parametrize("gait", [hp.Gait.tetrapod(), hp.Gait.tripod(), hp.Gait.wave(0.8)])
 def test_motion_is_smooth_from_rest_to_rest(profile: str, gait: hp.Gait) -> None:
     """Rates are the derivative of angles and do not jump; start and end stand in the posture."""
-    walk = hp.ArcWalk(gait, amplitude=0.2, profile=profile, stop_at=12.0)
+    walk = hp.motion.ArcWalk(gait, amplitude=0.2, profile=profile, stop_at=12.0)
     path, h = walk.path(ROBOT), 1e-5
     time = np.linspace(2 * h, 11.99, 5001)
     (before, _), (after, _), (_, v) = (path.joints(time + k * h) for k in (-1, 1, 0))
@@ -99,7 +99,7 @@ def test_motion_is_smooth_from_rest_to_rest(profile: str, gait: hp.Gait) -> None
 
 
 def test_plan_repeats_and_does_not_depend_on_the_duration() -> None:
-    walk = hp.ArcWalk()
+    walk = hp.motion.ArcWalk()
     long, short = walk.plan(ROBOT, 14.0), walk.plan(ROBOT, 5.0)
     count = len(short.time)
     assert count < len(long.time) and np.array_equal(long.q[:count], short.q)
@@ -116,7 +116,7 @@ def test_plan_repeats_and_does_not_depend_on_the_duration() -> None:
 
 def test_a_run_goes_ahead_at_its_speed_and_scrubs() -> None:
     """Within 1 %; every foot slides twice the scrub or more, in all 221 mm a cycle; IK 5 mm."""
-    walk = hp.ArcWalk()
+    walk = hp.motion.ArcWalk()
     gait = hp.Gait.tetrapod(stroke=walk.path(ROBOT).gait.stroke)
     arcs, straight = (
         hp.simulate(hp.Scene(ROBOT), control, duration=7.2, accuracy=1e-3)
@@ -130,8 +130,10 @@ def test_a_run_goes_ahead_at_its_speed_and_scrubs() -> None:
 
 
 def test_case_round_trips(tmp_path: Path) -> None:
-    walk = hp.ArcWalk(hp.Gait.tripod(), amplitude=0.2, lift_angle=0.15, profile="step", stop_at=9.0)
-    for control in (hp.ArcWalk(), walk):
+    walk = hp.motion.ArcWalk(
+        hp.Gait.tripod(), amplitude=0.2, lift_angle=0.15, profile="step", stop_at=9.0
+    )
+    for control in (hp.motion.ArcWalk(), walk):
         case = hp.Case(hp.Scene(ROBOT), control, duration=1.0)
         case.save(tmp_path / "case.toml")
         assert hp.load_case(tmp_path / "case.toml").controller == control
@@ -140,17 +142,17 @@ def test_case_round_trips(tmp_path: Path) -> None:
 def test_what_the_robot_cannot_do_is_refused_with_what_it_can() -> None:
     """Rates, ranges, and legs in each other's way; the limit works, a little more does not."""
     with refused(GaitError, quantity="cycle_time") as fast:
-        hp.ArcWalk(hp.Gait.tetrapod(cycle_time=0.2)).plan(ROBOT, 1.0)
-    hp.ArcWalk(hp.Gait.tetrapod(cycle_time=fast.value.limit * 1.001)).plan(ROBOT, 1.0)
+        hp.motion.ArcWalk(hp.Gait.tetrapod(cycle_time=0.2)).plan(ROBOT, 1.0)
+    hp.motion.ArcWalk(hp.Gait.tetrapod(cycle_time=fast.value.limit * 1.001)).plan(ROBOT, 1.0)
     with refused(GaitError, quantity="amplitude") as wide:
-        hp.ArcWalk(amplitude=1.2).plan(ROBOT, 1.0)
-    hp.ArcWalk(amplitude=wide.value.limit).plan(ROBOT, 1.0)
+        hp.motion.ArcWalk(amplitude=1.2).plan(ROBOT, 1.0)
+    hp.motion.ArcWalk(amplitude=wide.value.limit).plan(ROBOT, 1.0)
     with pytest.raises(GaitError):
-        hp.ArcWalk(amplitude=wide.value.limit * 1.01).plan(ROBOT, 1.0)
+        hp.motion.ArcWalk(amplitude=wide.value.limit * 1.01).plan(ROBOT, 1.0)
     with refused(GaitError, quantity="amplitude", about=("overlap",)):
-        hp.ArcWalk().plan(hp.load_robot("athena"), 1.0)
+        hp.motion.ArcWalk().plan(hp.load_robot("athena"), 1.0)
     with refused(GaitError, quantity="lift_angle"):
-        hp.ArcWalk(lift_angle=1.5).plan(ROBOT, 1.0)
+        hp.motion.ArcWalk(lift_angle=1.5).plan(ROBOT, 1.0)
 
 
 def test_wrong_settings_are_refused() -> None:
@@ -158,9 +160,9 @@ def test_wrong_settings_are_refused() -> None:
         ("amplitude", 0.0), ("amplitude", np.nan), ("lift_angle", 2.0), ("profile", "smooth"),
     ):  # fmt: skip
         with refused(ParameterError, f"ArcWalk.{name}", value):
-            hp.ArcWalk(**{name: value})
+            hp.motion.ArcWalk(**{name: value})
     for name in ("heading", "turn_rate"):
         with refused(ParameterError, f"ArcWalk.gait.{name}", 0.1, allowed=(0.0,)):
-            hp.ArcWalk(hp.Gait.tetrapod(**{name: 0.1}))
+            hp.motion.ArcWalk(hp.Gait.tetrapod(**{name: 0.1}))
     with refused(ParameterError, "stop_at", 2.0, allowed=(7.6,)):
-        hp.ArcWalk(stop_at=2.0).plan(ROBOT, 1.0)
+        hp.motion.ArcWalk(stop_at=2.0).plan(ROBOT, 1.0)

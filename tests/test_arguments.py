@@ -11,10 +11,11 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
+from public_surface import surface
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.arguments import checked, every_step
 from hexapod_pin.errors import ParameterError
 
 SCENE = hp.Scene(hp.load_robot("kharagpur"))
@@ -44,27 +45,27 @@ def call(
 @pytest.mark.parametrize(
     ("name", "value", "allowed"),
     [
-        ("number", "1", "a number"),
-        ("number", True, "a number"),
+        ("number", "1", "a float"),
+        ("number", True, "a float"),
         ("number", float("nan"), "finite"),
         ("number", float("-inf"), "finite"),
-        ("number", 1j, "a number"),
-        ("count", 1.0, "a whole number"),
-        ("count", False, "a whole number"),
-        ("truth", 1, "true or false"),
-        ("text", b"x", "a text"),
+        ("number", 1j, "a float"),
+        ("count", 1.0, "an int"),
+        ("count", False, "an int"),
+        ("truth", 1, "a bool"),
+        ("text", b"x", "a str"),
         ("path", b"x", "a path"),
         ("path", "a\0b", "without a null character"),
-        ("several", "12", "several"),
-        ("several", 3.0, "several"),
-        ("several", {1.0: 2.0}, "several"),
+        ("several", "12", "a sequence"),
+        ("several", 3.0, "a sequence"),
+        ("several", {1.0: 2.0}, "a sequence"),
         ("pair", (1.0,), "2 values"),
         ("table", [1], "a mapping"),
         ("array", "12", "numbers"),
         ("array", [[1.0], [1.0, 2.0]], "all rows of one length"),
         ("choice", "c", "'a', 'b'"),
         ("function", 3, "callable"),
-        ("taken", 3, "several"),
+        ("taken", 3, "a sequence"),
         ("scene", "kharagpur", "a Scene"),
     ],
 )
@@ -82,7 +83,7 @@ def test_a_wrong_kind_is_named(name: str, value: object, allowed: str):
         ("several", [1.0, 2.0, "3"], "call.several[2]"),
         ("pair", ("x", "y"), "call.pair[0]"),
         ("table", {"a": [1, 2.5]}, "call.table[a][1]"),
-        ("table", {3: [1]}, "call.table key 3"),
+        ("table", {3: [1]}, "call.table[3]"),
         ("taken", [1, None], "call.taken[1]"),
     ],
 )
@@ -134,13 +135,13 @@ NAMES_OF_CLASSES = {"State", "Scene", "Case", "Session", "HoldPosture", "Kinemat
 
 def functions() -> list[str]:
     """Return the names of all public functions."""
-    return [n for n in hp.__all__ if inspect.isfunction(getattr(hp, n, None)) and n[0].islower()]
+    return [name for name, value in surface().items() if inspect.isfunction(value)]
 
 
 @pytest.mark.parametrize("name", [*functions(), *sorted(NAMES_OF_CLASSES)])
 def test_every_public_call_refuses_an_object_of_no_kind(name: str):
     """The first argument that it requires is checked first."""
-    public = getattr(hp, name)
+    public = surface()[name]
     required = [
         parameter.name
         for parameter in inspect.signature(public).parameters.values()
@@ -149,13 +150,12 @@ def test_every_public_call_refuses_an_object_of_no_kind(name: str):
     if required:
         with pytest.raises(ParameterError) as caught:
             public(**dict.fromkeys(required, object()))
-        owner = "" if name == "judge_peaks" else f"{name}."  # it looks at its run itself
-        assert caught.value.name == owner + required[0]
+        assert caught.value.name == f"{public.__name__}.{required[0]}"
 
 
 METHODS = {
     "class method": (
-        lambda: hp.Segment.rod(None, 0.1, 0.01, (0.0, 1.0), 1.0, 1.0),
+        lambda: hp.robot.Segment.rod(None, 0.1, 0.01, (0.0, 1.0), 1.0, 1.0),
         "Segment.rod.mass",
     ),
     "static method": (lambda: hp.Contact.preset([]), "Contact.preset.name"),
@@ -163,7 +163,7 @@ METHODS = {
     "record": (lambda: hp.load_catalog().get(3), "Catalog.get.model"),
     "path": (lambda: hp.load_catalog().save(b"x"), "Catalog.save.path"),
     "list for an array": (
-        lambda: hp.Sine(amplitude=1.0, period=1.0).value_and_rate([0.0]),
+        lambda: hp.motion.Sine(amplitude=1.0, period=1.0).value_and_rate([0.0]),
         "Sine.value_and_rate.time",
     ),
     "ragged": (lambda: hp.Flat().height_at([[1.0, 2.0], [3.0]], 0.0), "height_at.x"),
@@ -181,18 +181,22 @@ def test_a_method_names_the_argument_that_made_it_fail(kind: str) -> None:
 
 
 def test_a_generator_checks_its_arguments_when_it_is_called() -> None:
-    command = hp.VelocityCommand(time=[0.0], forward=[0.1])
+    command = hp.motion.VelocityCommand(time=[0.0], forward=[0.1])
     with pytest.raises(ParameterError) as caught:
         command.gaits(3)
     assert caught.value.name == "VelocityCommand.gaits.gait"
 
 
 def test_what_a_method_raises_itself_passes_unchanged() -> None:
-    """Only a wrong argument is another error, and the first error is its cause."""
+    """Only a wrong argument is another error; what runs first is its cause."""
 
-    @explain_methods
+    @checked
     class Own:
         def divide(self, by: float) -> float:
+            return 1.0 / by
+
+        @every_step
+        def step(self, by: float) -> float:
             return 1.0 / by
 
         def fail(self, by: float) -> float:
@@ -214,9 +218,13 @@ def test_what_a_method_raises_itself_passes_unchanged() -> None:
     with pytest.raises(ParameterError) as caught:
         own.divide("x")  # type: ignore[arg-type]
     assert caught.value.name == "Own.divide.by"
+    assert caught.value.__cause__ is None
+    with pytest.raises(ParameterError) as caught:
+        own.step("x")  # type: ignore[arg-type]
+    assert caught.value.name == "Own.step.by"
     assert isinstance(caught.value.__cause__, TypeError)
     with pytest.raises(ParameterError) as caught:
-        own.refuse("x")  # type: ignore[arg-type]
+        own.refuse(2.0)
     assert caught.value.name == "by"
 
 
@@ -227,7 +235,7 @@ def fails(number: float, power: float = 1.0, names: Sequence[str] = ()) -> float
     return float(f"{number:g}") ** power
 
 
-@explain_methods
+@checked
 class Fails:
     """The same as a method."""
 

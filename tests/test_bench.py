@@ -222,8 +222,8 @@ def test_a_refused_combination_is_a_note():
     scene = hp.Scene(
         hp.load_robot("kharagpur"),
         contact=hp.Contact(
-            normal=hp.HuntCrossley(stiffness=1e6),
-            friction=hp.StickSlip(mu=0.7, stiffness=2e4, damping=0.0),
+            normal=hp.contact.HuntCrossley(stiffness=1e6),
+            friction=hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=0.0),
         ),
     )
     task = replace(built_in("stand"), scene=scene, controller=hp.HoldPosture(), duration=0.01)

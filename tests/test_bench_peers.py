@@ -42,7 +42,7 @@ def flight(limited: bool = False) -> Task:
     q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(0.3, -0.4, 0.9)).coeffs()
     v = 0.3 * np.random.default_rng(5).standard_normal(robot.model.nv)
     v[:6] = (0.4, -0.2, 0.1, 0.5, -0.8, 1.1)
-    controller = hp.SampledTrajectory(
+    controller = hp.motion.SampledTrajectory(
         [0.0, 0.02], [robot.posture + 0.1, robot.posture - 0.1], limited=False
     )
     servo = hp.Servo(kp=20.0, kd=0.3, limited=limited)

@@ -129,7 +129,7 @@ def test_hexapod_of_your_own(tmp_path: Path) -> None:
     [
         ({"mass": 0.0}, "mass", 0.0, 0.0),
         ({"length": -0.1}, "length", -0.1, 0.0),
-        ({"inertia": (1.0, 0.0, 1.0)}, "inertia.1", 0.0, 0.0),
+        ({"inertia": (1.0, 0.0, 1.0)}, "inertia[1]", 0.0, 0.0),
         ({"lower": 2.0, "upper": 1.0}, "lower", 2.0, 1.0),
         ({"effort": -1.0}, "effort", -1.0, 0.0),
         ({"velocity": 0.0}, "velocity", 0.0, 0.0),

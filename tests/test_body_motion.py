@@ -17,8 +17,8 @@ from hexapod_pin.errors import GaitError, ParameterError
 
 GAIT = hp.Gait.tetrapod(stroke=0.06, cycle_time=1.6, heading=0.3)
 FUNCTIONS = {
-    "sine": hp.Sine(amplitude=0.02, period=1.3, phase=0.4, mean=0.01),
-    "waypoints": hp.Waypoints(time=(0.5, 1.0, 2.5), value=(0.0, 0.03, -0.01)),
+    "sine": hp.motion.Sine(amplitude=0.02, period=1.3, phase=0.4, mean=0.01),
+    "waypoints": hp.motion.Waypoints(time=(0.5, 1.0, 2.5), value=(0.0, 0.03, -0.01)),
 }
 
 
@@ -33,7 +33,7 @@ def roll_pitch_yaw(q: Array) -> Array:
 
 
 @pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS.keys())
-def test_rate_is_the_derivative_of_value(function: hp.Sine | hp.Waypoints) -> None:
+def test_rate_is_the_derivative_of_value(function: hp.motion.Sine | hp.motion.Waypoints) -> None:
     time, h = np.linspace(0.0, 3.0, 301), 1e-6
     later, before = (function.value_and_rate(time + k)[0] for k in (h, -h))
     rate = function.value_and_rate(time)[1]
@@ -43,10 +43,12 @@ def test_rate_is_the_derivative_of_value(function: hp.Sine | hp.Waypoints) -> No
 
 def test_two_waypoints_are_joined_by_the_curve_of_least_jerk() -> None:
     s = np.linspace(0.0, 1.0, 50)
-    curve = hp.Waypoints(time=(1.0, 3.0), value=(0.02, 0.05)).value_and_rate(1.0 + 2.0 * s)[0]
+    curve = hp.motion.Waypoints(time=(1.0, 3.0), value=(0.02, 0.05)).value_and_rate(1.0 + 2.0 * s)[
+        0
+    ]
     np.testing.assert_allclose(curve, 0.02 + 0.03 * s**3 * (10 - 15 * s + 6 * s**2), atol=1e-15)
     points = FUNCTIONS["waypoints"]
-    assert isinstance(points, hp.Waypoints)
+    assert isinstance(points, hp.motion.Waypoints)
     value, rate = points.value_and_rate(np.array([0.0, 0.5, 1.0, 2.5, 9.0]))
     np.testing.assert_allclose(value, [0.0, 0.0, 0.03, -0.01, -0.01], atol=1e-15)
     np.testing.assert_allclose(rate[[0, 1, 3, 4]], 0.0, atol=1e-14)
@@ -55,23 +57,23 @@ def test_two_waypoints_are_joined_by_the_curve_of_least_jerk() -> None:
 @pytest.mark.parametrize(
     ("make", "name", "value", "allowed"),
     [
-        (lambda: hp.Sine(amplitude=1.0, period=0.0), "Sine.period", 0.0, (0.0,)),
+        (lambda: hp.motion.Sine(amplitude=1.0, period=0.0), "Sine.period", 0.0, (0.0,)),
         (
-            lambda: hp.Waypoints(time=(0.0,), value=(1.0,)),
-            "Waypoints lengths of time and value", (1, 1), (2.0,),
+            lambda: hp.motion.Waypoints(time=(0.0,), value=(1.0,)),
+            "Waypoints.time, value", (1, 1), (2.0,),
         ),
         (
-            lambda: hp.Waypoints(time=(0.0, 0.0), value=(1.0, 2.0)),
+            lambda: hp.motion.Waypoints(time=(0.0, 0.0), value=(1.0, 2.0)),
             "Waypoints.time", (0.0, 0.0), (),
         ),
-        (lambda: hp.BodyMotion(height=np.nan), "BodyMotion.height.float", np.nan, ()),
-        (lambda: hp.VelocityCommand(time=()), "VelocityCommand.time", (), (0.0,)),
+        (lambda: hp.motion.BodyMotion(height=np.nan), "BodyMotion.height", np.nan, ()),
+        (lambda: hp.motion.VelocityCommand(time=()), "VelocityCommand.time", (), (0.0,)),
         (
-            lambda: hp.VelocityCommand(time=(-1.0,), forward=0.1),
+            lambda: hp.motion.VelocityCommand(time=(-1.0,), forward=0.1),
             "VelocityCommand.time", (-1.0,), (0.0,),
         ),
         (
-            lambda: hp.VelocityCommand(time=(0.0, 1.0), forward=(0.1,)),
+            lambda: hp.motion.VelocityCommand(time=(0.0, 1.0), forward=(0.1,)),
             "VelocityCommand.forward", (0.1,), (2.0,),
         ),
     ],
@@ -84,8 +86,10 @@ def test_malformed_functions_are_refused(
 
 
 def test_trunk_offset_is_a_rotation_with_its_angular_velocity() -> None:
-    motion = hp.BodyMotion(
-        roll=FUNCTIONS["sine"], pitch=FUNCTIONS["waypoints"], yaw=hp.Sine(amplitude=0.4, period=2.0)
+    motion = hp.motion.BodyMotion(
+        roll=FUNCTIONS["sine"],
+        pitch=FUNCTIONS["waypoints"],
+        yaw=hp.motion.Sine(amplitude=0.4, period=2.0),
     )
     h, time = 1e-6, np.linspace(0.1, 2.9, 30)
     here, later, before = (motion.offset(time + k) for k in (0.0, h, -h))
@@ -93,7 +97,7 @@ def test_trunk_offset_is_a_rotation_with_its_angular_velocity() -> None:
         spin = here.rotation[k].T @ (later.rotation[k] - before.rotation[k]) / (2 * h)
         found = [spin[2, 1], spin[0, 2], spin[1, 0]]
         np.testing.assert_allclose(here.angular_velocity[k], found, atol=1e-8)
-    tilted = hp.BodyMotion(roll=0.2, pitch=-0.3, yaw=0.5)
+    tilted = hp.motion.BodyMotion(roll=0.2, pitch=-0.3, yaw=0.5)
     expected = pin.rpy.rpyToMatrix(0.2, -0.3, 0.5)
     np.testing.assert_allclose(tilted.offset(np.array(0.0)).rotation, expected, atol=1e-15)
     start = tilted.start_pose()
@@ -103,7 +107,7 @@ def test_trunk_offset_is_a_rotation_with_its_angular_velocity() -> None:
 @pytest.mark.parametrize("terrain", [hp.Flat(), hp.Slope(angle=0.1)], ids=["flat", "slope"])
 def test_a_run_starts_and_stays_in_the_commanded_pose(terrain: Any) -> None:
     """Six feet touch; the trunk is where the motion says, relative to the ground."""
-    motion = hp.BodyMotion(
+    motion = hp.motion.BodyMotion(
         height=-0.01, roll=-0.04, pitch=0.05, yaw=0.1, forward=0.01, lateral=-0.02
     )
     scene = stiff_scene(terrain=terrain)
@@ -129,11 +133,11 @@ def scene_tilt(terrain: Any) -> tuple[float, ...]:
 
 
 def test_a_walking_trunk_follows_its_motion() -> None:
-    motion = hp.BodyMotion(
-        height=hp.Sine(amplitude=0.01, period=1.0),
-        pitch=hp.Sine(amplitude=0.05, period=2.0),
+    motion = hp.motion.BodyMotion(
+        height=hp.motion.Sine(amplitude=0.01, period=1.0),
+        pitch=hp.motion.Sine(amplitude=0.05, period=2.0),
         roll=0.03,
-        lateral=hp.Waypoints(time=(1.0, 2.0), value=(0.0, 0.02)),
+        lateral=hp.motion.Waypoints(time=(1.0, 2.0), value=(0.0, 0.02)),
     )
     gait = GAIT.with_changes(heading=0.0)
     trace = hp.simulate(stiff_scene(), hp.KinematicControl(gait, body=motion), duration=3.0)
@@ -147,12 +151,12 @@ def test_a_walking_trunk_follows_its_motion() -> None:
 
 
 def test_settings_are_data_and_build_the_controller_again() -> None:
-    motion = hp.BodyMotion(height=FUNCTIONS["sine"], pitch=FUNCTIONS["waypoints"], roll=0.1)
-    command = hp.VelocityCommand(time=(0.0, 4.0), forward=(0.05, 0.0), turn_rate=0.1)
+    motion = hp.motion.BodyMotion(height=FUNCTIONS["sine"], pitch=FUNCTIONS["waypoints"], roll=0.1)
+    command = hp.motion.VelocityCommand(time=(0.0, 4.0), forward=(0.05, 0.0), turn_rate=0.1)
     control = hp.KinematicControl(GAIT, body=motion, velocity=command)
     data = json.loads(json.dumps(control.to_dict()))
-    assert hp.BodyMotion(**data["body"]) == motion
-    assert hp.VelocityCommand(**data["velocity"]) == command
+    assert hp.motion.BodyMotion(**data["body"]) == motion
+    assert hp.motion.VelocityCommand(**data["velocity"]) == command
     assert hash(control) == hash(hp.KinematicControl(GAIT, body=motion, velocity=command))
     with refused(ParameterError, "stop_at", 20.0):
         hp.KinematicControl(GAIT, velocity=command, stop_at=20.0)
@@ -160,12 +164,12 @@ def test_settings_are_data_and_build_the_controller_again() -> None:
 
 def test_a_motion_beyond_reach_is_refused_with_its_time() -> None:
     robot = hp.load_robot("kharagpur")
-    rising = hp.BodyMotion(height=hp.Waypoints(time=(2.0, 4.0), value=(0.0, 0.25)))
+    rising = hp.motion.BodyMotion(height=hp.motion.Waypoints(time=(2.0, 4.0), value=(0.0, 0.25)))
     with refused(GaitError, quantity="body", about=("lf_femur_joint",)) as far:
         hp.KinematicControl(GAIT, body=rising).plan(robot, 5.0)
     assert 2.0 <= float(NUMBER.findall(str(far.value))[0]) < 4.0  # the time comes first
     hp.KinematicControl(GAIT, body=rising).plan(robot, 2.0)
-    shaking = hp.BodyMotion(height=hp.Sine(amplitude=0.02, period=0.05))
+    shaking = hp.motion.BodyMotion(height=hp.motion.Sine(amplitude=0.02, period=0.05))
     with refused(GaitError, quantity="cycle_time", about=("tibia_joint", "6")) as fast:
         hp.KinematicControl(GAIT, body=shaking).plan(robot, 5.0)
     assert 0.0 <= float(NUMBER.findall(str(fast.value))[0]) <= 5.0
@@ -175,7 +179,7 @@ def test_a_motion_beyond_reach_is_refused_with_its_time() -> None:
 def test_a_plan_of_no_length_begins_like_a_long_one(duration: float) -> None:
     """It reaches to the first event at least: before, that of 0 s was divided by."""
     robot, control = hp.load_robot("kharagpur"), hp.KinematicControl(
-        GAIT, body=hp.BodyMotion(height=FUNCTIONS["sine"])
+        GAIT, body=hp.motion.BodyMotion(height=FUNCTIONS["sine"])
     )  # fmt: skip
     short, long = control.plan(robot, duration), control.plan(robot, 2.0)
     count = len(short.time)
@@ -193,21 +197,21 @@ def test_constant_offsets_beyond_reach_say_how_far_they_can_go(offsets: dict[str
     quantity = "body" if len(offsets) > 1 else "height"
     about = (f"BodyMotion({asked})", "leg lf", "lf_femur_joint")
     with refused(GaitError, quantity=quantity, about=about) as far:
-        hp.KinematicControl(GAIT, body=hp.BodyMotion(**offsets)).plan(robot, 5.0)
+        hp.KinematicControl(GAIT, body=hp.motion.BodyMotion(**offsets)).plan(robot, 5.0)
     assert str(far.value).count("BodyMotion(") == 2  # what was asked for, and what works
     if len(offsets) > 1:
         assert far.value.limit is None
         return
     assert far.value.limit is not None
     limit = float(far.value.limit)
-    hp.KinematicControl(GAIT, body=hp.BodyMotion(height=limit)).plan(robot, 5.0)
+    hp.KinematicControl(GAIT, body=hp.motion.BodyMotion(height=limit)).plan(robot, 5.0)
     with pytest.raises(GaitError):
-        hp.KinematicControl(GAIT, body=hp.BodyMotion(height=1.002 * limit)).plan(robot, 5.0)
+        hp.KinematicControl(GAIT, body=hp.motion.BodyMotion(height=1.002 * limit)).plan(robot, 5.0)
 
 
 # --- velocity commands --------------------------------------------------------------------------
 
-STEPS = hp.VelocityCommand(
+STEPS = hp.motion.VelocityCommand(
     time=(0.0, 4.0, 5.0, 8.0),
     forward=(0.05, 0.03, -0.02, 0.0),
     lateral=(0.0, 0.02, 0.0, 0.0),
@@ -220,7 +224,9 @@ def test_a_constant_command_is_the_gait_itself() -> None:
     robot = hp.load_robot("athena")
     gait = GAIT.with_changes(turn_rate=0.1)
     along = gait.speed * np.array([np.cos(0.3), np.sin(0.3)])
-    command = hp.VelocityCommand(time=(0.0,), forward=along[0], lateral=along[1], turn_rate=0.1)
+    command = hp.motion.VelocityCommand(
+        time=(0.0,), forward=along[0], lateral=along[1], turn_rate=0.1
+    )
     own = hp.KinematicControl(gait).plan(robot, 8.0)
     told = hp.KinematicControl(gait, velocity=command).plan(robot, 8.0)
     spline_time = np.linspace(0.0, 8.0, 500)
@@ -279,12 +285,12 @@ def test_a_walk_on_command_goes_where_it_is_told_and_ends_standing() -> None:
 
 def test_a_command_beyond_reach_names_time_and_limit() -> None:
     robot = hp.load_robot("kharagpur")
-    fast = hp.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.5))
+    fast = hp.motion.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.5))
     about = ("VelocityCommand", "3", "0.5")
     with refused(GaitError, quantity="speed", about=about) as caught:
         hp.KinematicControl(GAIT, velocity=fast).plan(robot, 10.0)
     limit = caught.value.limit
     assert limit is not None and 0.05 < limit < 0.5
-    slower = hp.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.98 * limit))
+    slower = hp.motion.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.98 * limit))
     hp.KinematicControl(GAIT, velocity=slower).plan(robot, 10.0)
     hp.KinematicControl(GAIT, velocity=fast).plan(robot, 2.0)  # ends before

@@ -55,7 +55,7 @@ CASES = {
     "hold some": hp.Case(hp.Scene(ROBOT), hp.HoldPosture({"lf_femur_joint": 0.1 / 3})),
     "hold all": hp.Case(hp.Scene(ROBOT), hp.HoldPosture(ROBOT.posture + 1e-3)),
     "held": hp.Case(
-        hp.Scene(ROBOT), hp.SampledTrajectory([0.0, 0.1 / 3], [ROBOT.posture, ROBOT.posture])
+        hp.Scene(ROBOT), hp.motion.SampledTrajectory([0.0, 0.1 / 3], [ROBOT.posture, ROBOT.posture])
     ),
     "state": walk(initial=replace(ROBOT.stand(), v=np.full(24, 1e-3 / 7)), duration=0.1),
     "trunk": hp.Case(

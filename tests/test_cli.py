@@ -77,7 +77,7 @@ class Stand:
     def start(self, scene, batch):
         return scene.robot.posture
     def update(self, time, m, posture):
-        return hp.Command(np.tile(posture, (len(m.q), 1))), posture
+        return hp.feedback.Command(np.tile(posture, (len(m.q), 1))), posture
     def to_dict(self):
         return {"kind": "stand-of-ones-own"}
 
@@ -172,7 +172,7 @@ def test_options_reach_the_scene(run: Run):
     assert run(*WALK, *words, *method).status == 0
     trace = hp.load_trace("walk.nc")
     scene = hp.load_case(trace).scene
-    assert isinstance(scene.contact.normal, hp.AdamsImpact)
+    assert isinstance(scene.contact.normal, hp.contact.AdamsImpact)
     assert scene.contact.friction.mu_static == 0.6
     assert scene.contact.friction.mu_dynamic == pytest.approx(0.2, rel=1e-12)  # ratio of S2 kept
     assert (scene.servos.kp, scene.servos.kd, scene.servos.assumed) == (21.0, 0.5, False)

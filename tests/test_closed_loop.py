@@ -46,7 +46,9 @@ class Replay:
         knots = plan()[1]
         angles = CubicHermiteSpline(knots.time, knots.q, knots.v)
         at = time + self.period if self.ramp else time
-        return hp.Command(np.tile(angles(at), (len(measurement.q), 1)), ramp=self.ramp), state + 1
+        return hp.feedback.Command(
+            np.tile(angles(at), (len(measurement.q), 1)), ramp=self.ramp
+        ), state + 1
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ class Yielding:
 
     period: float = 0.005
     delay: float = 0.0
-    sensors: hp.Sensors = field(default_factory=hp.Sensors)
+    sensors: hp.sensors.Sensors = field(default_factory=hp.sensors.Sensors)
 
     def start(self, scene: hp.Scene, batch: int) -> dict:
         return {"force": np.zeros((batch, 6)), "ticks": 0}
@@ -67,7 +69,7 @@ class Yielding:
         q[:, 1::3] += 0.004 * force + 0.3 * m.rotation[:, 2, 0:1]
         q[:, 2::3] += 0.002 * m.angular_velocity[:, 1:2] + 0.001 * (m.acceleration[:, 2:] - 9.81)
         q[:, 0::3] += 0.02 * m.torque[:, 0::3] - 0.001 * m.v[:, 0::3]
-        return hp.Command(q, ramp=True), {"force": force, "ticks": state["ticks"] + 1}
+        return hp.feedback.Command(q, ramp=True), {"force": force, "ticks": state["ticks"] + 1}
 
 
 def run(controller, duration, initial=None, sample=2e-3, **how) -> hp.Trace:
@@ -98,7 +100,7 @@ class Spy:
 
     period: float
     delay: float = 0.0
-    sensors: hp.Sensors = field(default_factory=hp.Sensors)
+    sensors: hp.sensors.Sensors = field(default_factory=hp.sensors.Sensors)
     told: list = field(default_factory=list)
 
     def start(self, scene, batch):
@@ -108,13 +110,13 @@ class Spy:
         self.told.append((time, measurement.time, measurement.q[0, 1]))
         q = np.tile(robot().posture, (1, 1))
         q[:, 1] += 0.01 * len(self.told)
-        return hp.Command(q, v=np.zeros_like(q)), state
+        return hp.feedback.Command(q, v=np.zeros_like(q)), state
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_delays_of_sensors_and_of_commands(method):
     """Told what was 3.3 ms ago; the command acts 7 ms after its tick, and jumps there."""
-    spy = Spy(0.005, delay=0.007, sensors=hp.Sensors(delay=0.0033))
+    spy = Spy(0.005, delay=0.007, sensors=hp.sensors.Sensors(delay=0.0033))
     duration = 0.04
     sample = 1e-3 if method in ("robust", "implicit-euler") else 1e-4
     trace = run(spy, duration, method=method, sample=sample, **METHODS[method])
@@ -138,21 +140,21 @@ def test_delays_of_sensors_and_of_commands(method):
     assert [q for _, _, q in spy.told] == pytest.approx(list(measured), abs=tolerance)
 
 
-NOISY = hp.Sensors(
-    q=hp.Sensor(noise=1e-3, quantisation=1e-3), foot_force=hp.Sensor(noise=0.1),
-    rotation=hp.Sensor(noise=1e-3), delay=0.0071, seed=5,
+NOISY = hp.sensors.Sensors(
+    q=hp.sensors.Sensor(noise=1e-3, quantisation=1e-3), foot_force=hp.sensors.Sensor(noise=0.1),
+    rotation=hp.sensors.Sensor(noise=1e-3), delay=0.0071, seed=5,
 )  # fmt: skip
 
 
 @pytest.mark.parametrize("method", ["extrapolated-euler", "dop853", "robust", "implicit-euler"])
-@pytest.mark.parametrize(("delay", "sensors"), [(0.0, hp.Sensors()), (0.0123, NOISY)])
+@pytest.mark.parametrize(("delay", "sensors"), [(0.0, hp.sensors.Sensors()), (0.0123, NOISY)])
 def test_a_cut_at_any_time_changes_no_bit(method, delay, sensors):
     controller = Yielding(delay=delay, sensors=sensors)
     duration, how = 0.06 if method == "dop853" else 0.3, METHODS[method]
     whole = run(controller, duration, method=method, **how)
     for cut in (0.03, 0.036, 0.02 + 0.002):
         first = run(controller, cut, method=method, **how)
-        kept = hp.Checkpoint.from_dict(first.checkpoint.to_dict())
+        kept = hp.results.Checkpoint.from_dict(first.checkpoint.to_dict())
         second = run(controller, duration - cut, initial=kept, method=method, **how)
         joined = np.concatenate([first.q, second.q[1:]])
         assert np.array_equal(joined, whole.q)
@@ -180,9 +182,10 @@ def test_lock_step_gives_every_case_its_bits():
 def test_one_that_diverges_leaves_the_others_alone():
     """A step too long for hard contact blows one case up; its neighbours do not notice."""
     soft = hp.Scene(robot())
-    hard = hp.HuntCrossley(stiffness=1e13, exponent=1.5, dissipation=0.0)
+    hard = hp.contact.HuntCrossley(stiffness=1e13, exponent=1.5, dissipation=0.0)
     stiff = hp.Scene(
-        robot(), contact=hp.Contact(normal=hard, friction=hp.TanhCoulomb(mu=0.7, slope=100.0))
+        robot(),
+        contact=hp.Contact(normal=hard, friction=hp.contact.TanhCoulomb(mu=0.7, slope=100.0)),
     )
     cases = [
         Case(scene, Yielding(), duration=0.1, method="rk4", step=2e-4)
@@ -204,10 +207,10 @@ def test_a_bad_command_names_time_and_joint():
             q = np.array(command.q)
             if time > 0.011:
                 q[0, 4] = np.nan
-            return hp.Command(q), state
+            return hp.feedback.Command(q), state
 
     name = robot().joint_names[4]
-    where = f"Bad.update at t = 0.015 s: q of {name}"
+    where = f"Bad.update.q[{name}]"
     with refused(hp.errors.ParameterError, where, np.nan):
         run(Bad(), 0.05, accuracy=1e-4)
 
@@ -247,5 +250,5 @@ def test_an_answer_that_is_no_command_is_told():
         def update(self, time, m, state):
             return super().update(time, m, state)[0]
 
-    with refused(hp.errors.ParameterError, "Forgetful.update at t = 0 s", "Command"):
+    with refused(hp.errors.ParameterError, "Forgetful.update", "Command"):
         run(Forgetful(), 0.01, accuracy=1e-4)

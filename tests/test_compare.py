@@ -17,10 +17,10 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.commands.app import main
 from hexapod_pin.control import six_legs
-from hexapod_pin.errors import GaitError, ParameterError, SimulationInterrupted, UnknownNameError
+from hexapod_pin.errors import GaitError, ParameterError, StudyInterrupted, UnknownNameError
 from hexapod_pin.results.comparison import ComparedRun, Outcome
 from hexapod_pin.results.walk_metrics import METRICS
-from hexapod_pin.sweep import random_bumps
+from hexapod_pin.study import random_bumps
 from hexapod_pin.view import write_comparison_figure
 from hexapod_pin.view.study_figures import draw_comparison
 
@@ -53,11 +53,13 @@ class Steps:
         """Start as the plan does."""
         return np.array(self.plan.q[0])
 
-    def update(self, time: float, m: hp.Measurement, state: None) -> tuple[hp.Command, None]:
+    def update(
+        self, time: float, m: hp.feedback.Measurement, state: None
+    ) -> tuple[hp.feedback.Command, None]:
         """Go to where the plan is at the next tick."""
         at = time + self.period
         q = np.array([np.interp(at, self.plan.time, column) for column in self.plan.q.T])
-        return hp.Command(np.repeat(q[None], len(m.q), axis=0), ramp=True), None
+        return hp.feedback.Command(np.repeat(q[None], len(m.q), axis=0), ramp=True), None
 
 
 class Crouch:
@@ -69,12 +71,14 @@ class Crouch:
     def start(self, scene: hp.Scene, batch: int) -> None:
         """Nothing to remember."""
 
-    def update(self, time: float, m: hp.Measurement, state: None) -> tuple[hp.Command, None]:
+    def update(
+        self, time: float, m: hp.feedback.Measurement, state: None
+    ) -> tuple[hp.feedback.Command, None]:
         """Raise all feet by what the trunk is above the ground, and more."""
         legs = six_legs(ROBOT)
         up = min(1.0, time) * (0.02 - legs.neutral_feet[:, 2].min())
         feet = np.repeat(legs.neutral_feet[None], len(m.q), axis=0) + np.array([0.0, 0.0, up])
-        return hp.Command(legs.joint_angles(feet)), None
+        return hp.feedback.Command(legs.joint_angles(feet)), None
 
 
 class TooFar:
@@ -90,7 +94,7 @@ class TooFar:
 
 
 @pytest.fixture(scope="module")
-def found() -> hp.Comparison:
+def found() -> hp.study.Comparison:
     """Two walks and one that is refused, on two scenes."""
     return hp.compare(
         {"flat": SCENE, "bumps": BUMPS},
@@ -100,12 +104,12 @@ def found() -> hp.Comparison:
     )
 
 
-def test_numbers_are_those_of_single_runs(found: hp.Comparison) -> None:
+def test_numbers_are_those_of_single_runs(found: hp.study.Comparison) -> None:
     assert found.scenes == ("flat", "bumps") and found.controllers == ("plain", "fast", "far")
     for number, scene in enumerate(BUMPS):
         alone = hp.simulate(scene, FAST, duration=DURATION).summary
         run = found.of("bumps", "fast")[number]
-        assert run.metrics == hp.WalkMetrics.of(alone) and run.summary.data == alone.data
+        assert run.metrics == hp.study.WalkMetrics.of(alone) and run.summary.data == alone.data
     speeds = [run.metrics.measured_speed for run in found.of("bumps", "fast")]
     assert found.mean("bumps", "fast", "measured_speed").value == pytest.approx(
         np.mean(speeds), rel=1e-12
@@ -116,7 +120,7 @@ def test_numbers_are_those_of_single_runs(found: hp.Comparison) -> None:
     assert found.change("bumps", "fast", "measured_speed").differs_from(0.0)
 
 
-def test_a_run_that_is_refused_is_a_row_that_says_so(found: hp.Comparison) -> None:
+def test_a_run_that_is_refused_is_a_row_that_says_so(found: hp.study.Comparison) -> None:
     runs = found.of("bumps", "far")
     assert [run.outcome for run in runs] == [Outcome.REFUSED] * 3
     assert found.mean("bumps", "far", "measured_speed") is None
@@ -167,14 +171,15 @@ def test_nothing_to_compare_is_refused(
 
 
 def test_ctrl_c_keeps_what_was_done() -> None:
-    with pytest.raises(SimulationInterrupted) as caught:
+    with pytest.raises(StudyInterrupted) as caught:
         hp.compare(
             {"bumps": BUMPS},
             {"plain": PLAIN, "fast": FAST},
             duration=DURATION,
+            threads=1,
             progress=lambda _: signal.raise_signal(signal.SIGINT),
         )
-    kept = caught.value.comparison
+    kept = caught.value.result
     assert not kept.finished and len(kept.runs) == 6
     outcomes = [run.outcome for run in kept.runs]
     assert outcomes.count(Outcome.WALKED) == 1 and outcomes.count(Outcome.NOT_RUN) == 5
@@ -184,7 +189,7 @@ def test_ctrl_c_keeps_what_was_done() -> None:
 # --- the figure ---------------------------------------------------------------------------------
 
 
-def test_bars_are_changes_with_their_intervals(found: hp.Comparison) -> None:
+def test_bars_are_changes_with_their_intervals(found: hp.study.Comparison) -> None:
     shown = ["measured_speed", "torque_peak"]
     figure = draw_comparison(found, metrics=shown)
     panels = figure.axes
@@ -203,22 +208,26 @@ def test_bars_are_changes_with_their_intervals(found: hp.Comparison) -> None:
 def test_a_bar_beyond_the_axis_says_how_long_it_is() -> None:
     numbers = dict.fromkeys(METRICS)
     runs = [
-        ComparedRun("flat", 0, name, Outcome.WALKED, metrics=hp.WalkMetrics(**numbers | values))
-        for name, values in (("a", {"measured_speed": 1.0, "roll_rms": 1.0}),
-                             ("b", {"measured_speed": 5.0, "roll_rms": 1.5}))
-    ]  # fmt: skip
-    [axes] = draw_comparison(hp.Comparison(tuple(runs))).axes
+        ComparedRun(
+            "flat", 0, name, Outcome.WALKED, metrics=hp.study.WalkMetrics(**numbers | values)
+        )
+        for name, values in (
+            ("a", {"measured_speed": 1.0, "roll_rms": 1.0}),
+            ("b", {"measured_speed": 5.0, "roll_rms": 1.5}),
+        )
+    ]
+    [axes] = draw_comparison(hp.study.Comparison(tuple(runs))).axes
     assert axes.get_xlim()[1] == pytest.approx(150.0)
     assert [text.get_text() for text in axes.texts] == ["+400 %"]
 
 
-def test_figures_are_written_or_refused(found: hp.Comparison, tmp_path: Path) -> None:
+def test_figures_are_written_or_refused(found: hp.study.Comparison, tmp_path: Path) -> None:
     assert b"<svg" in write_comparison_figure(found, tmp_path / "bars.svg").read_bytes()
     with refused(UnknownNameError, kind="metric", name="beauty"):
         write_comparison_figure(found, tmp_path / "none.svg", metrics=["beauty"])
     with refused(ParameterError, "path"):
         write_comparison_figure(found, tmp_path / "none.gif")
-    alone = hp.Comparison(found.of("flat", "plain"))
+    alone = hp.study.Comparison(found.of("flat", "plain"))
     with refused(ParameterError, "comparison", ("plain",)):
         write_comparison_figure(alone, tmp_path / "none.svg")
     assert [path.name for path in tmp_path.iterdir()] == ["bars.svg"]
@@ -246,7 +255,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     return command
 
 
-def test_the_command_prints_and_leaves_files(run: Run, found: hp.Comparison) -> None:
+def test_the_command_prints_and_leaves_files(run: Run, found: hp.study.Comparison) -> None:
     files = ("--html", "runs.html", "--figure", "bars.svg", "--json", "numbers.json")
     done = run("plain.toml", "fast.toml", *files)
     assert done.status == 0, done.err
@@ -268,7 +277,7 @@ def test_own_scenes_and_bumps(run: Run) -> None:
     assert bumps.status == 0 and "bumps of 0.005 m, 0.3 m apart (3 variants)" in bumps.out
     runs = json.loads(Path("numbers.json").read_text())["runs"]
     expected = hp.simulate(BUMPS[2], PLAIN, duration=DURATION).summary
-    assert runs[4]["metrics"] == hp.WalkMetrics.of(expected).to_dict()
+    assert runs[4]["metrics"] == hp.study.WalkMetrics.of(expected).to_dict()
 
 
 @pytest.mark.parametrize(

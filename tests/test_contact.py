@@ -20,7 +20,7 @@ from hexapod_pin.spec import read_toml
 
 FRICTIONS = {
     **FRICTION,
-    "stick-slip": hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
+    "stick-slip": hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
 }
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -32,7 +32,7 @@ def numpy_force(contact: hp.Contact, gap: Any, u: Any, touch_speed: float) -> An
     speed = np.sqrt(slip @ slip)  # not a norm: complex steps pass through it
     if speed == 0.0:
         return normal * UP
-    if isinstance(contact.friction, hp.StickSlip):
+    if isinstance(contact.friction, hp.contact.StickSlip):
         bristle = contact.friction
         tangential = min(bristle.damping * speed, bristle.mu * normal, key=np.real)
     else:
@@ -43,7 +43,7 @@ def numpy_force(contact: hp.Contact, gap: Any, u: Any, touch_speed: float) -> An
 def slope_at_rest(contact: hp.Contact, gap: float, u: np.ndarray, touch_speed: float) -> float:
     """Tangential damping of a foot without slip [N s/m]."""
     normal = numpy_normal(contact.normal, -gap, -u[2], touch_speed)
-    if isinstance(contact.friction, hp.StickSlip):
+    if isinstance(contact.friction, hp.contact.StickSlip):
         return contact.friction.damping if normal > 0.0 else 0.0
     return normal * np.imag(numpy_friction(contact.friction, 1e-200j)) / 1e-200
 
@@ -146,59 +146,89 @@ def test_accurate_delivers_its_restitution_and_does_not_creep() -> None:
 @pytest.mark.parametrize(
     ("build", "name", "value", "allowed"),
     [
-        (lambda: hp.HuntCrossley(stiffness=-1.0), "HuntCrossley.stiffness", -1.0, (0.0,)),
-        (lambda: hp.HuntCrossley(stiffness=1e5, exponent=0.5), "HuntCrossley.exponent", 0.5, ()),
-        (lambda: hp.HuntCrossley(stiffness=np.nan), "HuntCrossley.stiffness", np.nan, ()),
-        (lambda: hp.KelvinVoigt(stiffness=1e5), "KelvinVoigt.damping", None, ()),
-        (lambda: hp.KelvinVoigt(stiffness=1e5, damping=-1.0), "KelvinVoigt.damping", -1.0, (0.0,)),
+        (lambda: hp.contact.HuntCrossley(stiffness=-1.0), "HuntCrossley.stiffness", -1.0, (0.0,)),
         (
-            lambda: hp.Restitution(stiffness=1e5, restitution=2.0),
-            "Restitution.restitution", 2.0, (1.0,),
+            lambda: hp.contact.HuntCrossley(stiffness=1e5, exponent=0.5),
+            "HuntCrossley.exponent",
+            0.5,
+            (),
+        ),
+        (lambda: hp.contact.HuntCrossley(stiffness=np.nan), "HuntCrossley.stiffness", np.nan, ()),
+        (lambda: hp.contact.KelvinVoigt(stiffness=1e5), "KelvinVoigt.damping", None, ()),
+        (
+            lambda: hp.contact.KelvinVoigt(stiffness=1e5, damping=-1.0),
+            "KelvinVoigt.damping",
+            -1.0,
+            (0.0,),
         ),
         (
-            lambda: hp.Restitution(stiffness=1e5, restitution=0.3, model="x"),
-            "Restitution.model", "x", (),
+            lambda: hp.contact.Restitution(stiffness=1e5, restitution=2.0),
+            "Restitution.restitution",
+            2.0,
+            (1.0,),
         ),
         (
-            lambda: hp.Restitution(stiffness=1e5, restitution=0.3, speed_floor=0.0),
-            "Restitution.speed_floor", 0.0, (0.0,),
-        ),
-        (lambda: hp.TanhCoulomb(mu=-0.1, slope=1.0), "TanhCoulomb.mu", -0.1, (0.0,)),
-        (lambda: hp.TanhCoulomb(mu=0.1, slope=0.0), "TanhCoulomb.slope", 0.0, (0.0,)),
-        (lambda: hp.TanhCoulomb(mu=0.1, slope=1.0, kt=3.0), "TanhCoulomb.kt", 3.0, ()),
-        (
-            lambda: hp.SmoothStep(mu_static=0.3, mu_dynamic=0.4, speed=1e-3),
-            "SmoothStep", ANY, (0.4, 0.3),
+            lambda: hp.contact.Restitution(stiffness=1e5, restitution=0.3, model="x"),
+            "Restitution.model",
+            "x",
+            (),
         ),
         (
-            lambda: hp.BrownMcPhee(mu_static=0.3, mu_dynamic=0.4, speed=1e-3),
-            "BrownMcPhee", ANY, (0.4, 0.3),
+            lambda: hp.contact.Restitution(stiffness=1e5, restitution=0.3, speed_floor=0.0),
+            "Restitution.speed_floor",
+            0.0,
+            (0.0,),
+        ),
+        (lambda: hp.contact.TanhCoulomb(mu=-0.1, slope=1.0), "TanhCoulomb.mu", -0.1, (0.0,)),
+        (lambda: hp.contact.TanhCoulomb(mu=0.1, slope=0.0), "TanhCoulomb.slope", 0.0, (0.0,)),
+        (lambda: hp.contact.TanhCoulomb(mu=0.1, slope=1.0, kt=3.0), "TanhCoulomb.kt", 3.0, ()),
+        (
+            lambda: hp.contact.SmoothStep(mu_static=0.3, mu_dynamic=0.4, speed=1e-3),
+            "SmoothStep",
+            ANY,
+            (0.4, 0.3),
         ),
         (
-            lambda: hp.BrownMcPhee(mu_static=0.3, mu_dynamic=0.2, speed=0.0),
-            "BrownMcPhee.speed", 0.0, (0.0,),
+            lambda: hp.contact.BrownMcPhee(mu_static=0.3, mu_dynamic=0.4, speed=1e-3),
+            "BrownMcPhee",
+            ANY,
+            (0.4, 0.3),
         ),
         (
-            lambda: hp.StickSlip(mu=0.3, mu_dynamic=0.4, stiffness=1.0, damping=0.0),
-            "StickSlip", ANY, (0.4, 0.3),
+            lambda: hp.contact.BrownMcPhee(mu_static=0.3, mu_dynamic=0.2, speed=0.0),
+            "BrownMcPhee.speed",
+            0.0,
+            (0.0,),
         ),
         (
-            lambda: hp.StickSlip(mu=0.3, stiffness=0.0, damping=0.0),
-            "StickSlip.stiffness", 0.0, (0.0,),
+            lambda: hp.contact.StickSlip(mu=0.3, mu_dynamic=0.4, stiffness=1.0, damping=0.0),
+            "StickSlip",
+            ANY,
+            (0.4, 0.3),
         ),
-        (lambda: hp.StickSlip(stiffness=1.0, damping=0.0), "StickSlip.mu", None, ()),
         (
-            lambda: hp.AdamsCoulomb(
+            lambda: hp.contact.StickSlip(mu=0.3, stiffness=0.0, damping=0.0),
+            "StickSlip.stiffness",
+            0.0,
+            (0.0,),
+        ),
+        (lambda: hp.contact.StickSlip(stiffness=1.0, damping=0.0), "StickSlip.mu", None, ()),
+        (
+            lambda: hp.contact.AdamsCoulomb(
                 mu_static=0.3, mu_dynamic=0.1, stiction_speed=0.1, transition_speed=0.05
             ),
-            "AdamsCoulomb", ANY, (0.1,),
+            "AdamsCoulomb",
+            ANY,
+            (0.1,),
         ),
         (
             lambda: hp.Contact(normal={"kind": "glue"}, friction=FRICTION["tanh"]),
-            "Contact.normal", {"kind": "glue"}, (),
+            "Contact.normal",
+            {"kind": "glue"},
+            (),
         ),
     ],
-)  # fmt: skip
+)
 def test_bad_parameters_are_refused_by_name(
     build, name: str, value: Any, allowed: tuple[float, ...]
 ) -> None:

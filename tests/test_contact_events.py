@@ -18,7 +18,7 @@ from hexapod_pin.validation.cases.slope import ELASTIC, in_tilted_gravity
 METHODS = ("extrapolated-euler", "ndf", "dop853")
 G = 9.81
 MU, MU_DYNAMIC, STIFFNESS, DAMPING = 0.5, 0.3, 2e4, 200.0
-BRISTLE = hp.StickSlip(mu=MU, mu_dynamic=MU_DYNAMIC, stiffness=STIFFNESS, damping=DAMPING)
+BRISTLE = hp.contact.StickSlip(mu=MU, mu_dynamic=MU_DYNAMIC, stiffness=STIFFNESS, damping=DAMPING)
 LIMP = hp.Servo(kp=0.0, kd=0.0, limited=False)
 FREE = hp.JointStops(stiffness=0.0)
 Motion = Callable[[float], tuple[float, float]]
@@ -42,8 +42,8 @@ def trial(speed: float, stretch: float) -> float:
     return STIFFNESS * stretch + DAMPING * speed
 
 
-def bristle(dynamic: float) -> hp.StickSlip:
-    return hp.StickSlip(mu=MU, mu_dynamic=dynamic, stiffness=STIFFNESS, damping=DAMPING)
+def bristle(dynamic: float) -> hp.contact.StickSlip:
+    return hp.contact.StickSlip(mu=MU, mu_dynamic=dynamic, stiffness=STIFFNESS, damping=DAMPING)
 
 
 def run(
@@ -107,10 +107,10 @@ def test_a_block_crosses_the_edge_of_a_patch(method: str) -> None:
     """Decelerates by 0.5 g until x = 0.1 m and by 0.15 g from there."""
     v0, edge, end, accuracy = 1.5, 0.1, 0.3, 1e-8
     robot = bodies.particle()
-    patch = hp.Patch(low=(edge, -1.0), high=(5.0, 1.0), friction=0.3)
+    patch = hp.terrain.Patch(low=(edge, -1.0), high=(5.0, 1.0), friction=0.3)
     scene = bodies.on_ground(
-        robot, ELASTIC, friction=hp.TanhCoulomb(mu=0.5, slope=1000.0),
-        terrain=hp.PatchedGround(ground=hp.Flat(), patches=(patch,)),
+        robot, ELASTIC, friction=hp.contact.TanhCoulomb(mu=0.5, slope=1000.0),
+        terrain=hp.terrain.PatchedGround(ground=hp.Flat(), patches=(patch,)),
     )  # fmt: skip
     start = bodies.state(robot, (0.0, 0.0, -((G / ELASTIC.stiffness) ** (2 / 3))), (v0, 0.0, 0.0))
     crossing = (v0 - math.sqrt(v0**2 - 2.0 * 0.5 * G * edge)) / (0.5 * G)
@@ -162,8 +162,8 @@ def test_a_mass_meets_ground_that_shakes(method: str, height: float, accuracy: f
     expected = z + v * (end - leave) - 0.5 * G * (end - leave) ** 2
     robot = bodies.particle()
     scene = bodies.on_ground(
-        robot, hp.KelvinVoigt(stiffness=stiffness, damping=0.0, exponent=1.0),
-        terrain=hp.ShakingGround(ground=hp.Flat(), amplitude=ground[0], frequency=30.0),
+        robot, hp.contact.KelvinVoigt(stiffness=stiffness, damping=0.0, exponent=1.0),
+        terrain=hp.terrain.ShakingGround(ground=hp.Flat(), amplitude=ground[0], frequency=30.0),
     )  # fmt: skip
     trace = run(scene, bodies.state(robot, (0.0, 0.0, height)), end, method, accuracy)
     assert trace.q[-1, 2] == pytest.approx(expected, rel=0, abs=accuracy)
@@ -197,7 +197,7 @@ def test_a_mass_leaves_where_its_damper_would_pull(method: str, accuracy: float)
     assert depth > 1e-3 and left > 1e-3
     robot = bodies.particle()
     scene = bodies.on_ground(
-        robot, hp.KelvinVoigt(stiffness=stiffness, damping=damping, exponent=1.0)
+        robot, hp.contact.KelvinVoigt(stiffness=stiffness, damping=damping, exponent=1.0)
     )
     trace = hp.simulate(
         scene, hp.HoldPosture(), duration=end, initial=bodies.state(robot, (0.0, 0.0, drop)),
@@ -243,7 +243,9 @@ def test_a_mass_presses_once_more_before_it_leaves_where_its_damper_fades(
     touch = math.sqrt(2.0 * drop / G)
     contact, speed = lift_off(stiffness, damping, ramp, G * touch)
     end = round(touch + contact + 0.02, 3)
-    law = hp.AdamsImpact(stiffness=stiffness, exponent=1.5, damping=damping, damping_depth=ramp)
+    law = hp.contact.AdamsImpact(
+        stiffness=stiffness, exponent=1.5, damping=damping, damping_depth=ramp
+    )
     robot = bodies.particle()
     trace = hp.simulate(
         bodies.on_ground(robot, law), hp.HoldPosture(), duration=end, sample=end, method=method,
@@ -262,7 +264,7 @@ def test_no_accuracy_is_too_tight_for_the_force_that_jumps_at_touch_down(drop: f
     """
     stiffness, damping = 4000.0, 300.0
     robot = bodies.particle()
-    law = hp.KelvinVoigt(stiffness=stiffness, damping=damping, exponent=1.0)
+    law = hp.contact.KelvinVoigt(stiffness=stiffness, damping=damping, exponent=1.0)
     trace = hp.simulate(
         bodies.on_ground(robot, law), hp.HoldPosture(), duration=1.0, sample=1.0, method="ndf",
         accuracy=1e-12, initial=bodies.state(robot, (0.0, 0.0, drop)), estimate=False,
@@ -317,7 +319,7 @@ def test_sampled_forces_never_pull_nor_leave_the_cone(method: str) -> None:
     import pinocchio as pin
 
     robot = hp.load_robot("kharagpur")
-    friction = hp.StickSlip(mu=0.7, mu_dynamic=0.5, stiffness=2e4, damping=60.0)
+    friction = hp.contact.StickSlip(mu=0.7, mu_dynamic=0.5, stiffness=2e4, damping=60.0)
     scene = hp.Scene(
         robot, contact=hp.Contact(normal=hp.Contact.accurate().normal, friction=friction)
     )

@@ -83,7 +83,7 @@ def test_report_of_a_restitution_law_says_what_it_delivers() -> None:
 
 def test_parameters_reach_the_law() -> None:
     law = named_law("kelvin-voigt", ["stiffness=1e4", "damping=7", "exponent=1.5"])
-    assert law == hp.KelvinVoigt(stiffness=1e4, damping=7.0, exponent=1.5)
+    assert law == hp.contact.KelvinVoigt(stiffness=1e4, damping=7.0, exponent=1.5)
     law = named_law("stick-slip", ["mu=0.4"])  # the dynamic coefficient follows
     assert (law.mu, law.mu_dynamic) == (0.4, 0.4)
     law = named_law("smooth-step", ["mu_static=0.4", "mu_dynamic=0.1"])
@@ -167,7 +167,7 @@ def test_named_law_refuses_a_preset_with_parameters() -> None:
 
 def test_every_law_is_in_the_command_and_in_the_documents() -> None:
     """A new law must be added to `examples` and to docs/contact_laws.md."""
-    laws = {type(law) for law in (*NORMAL.values(), *FRICTION.values())} | {hp.StickSlip}
+    laws = {type(law) for law in (*NORMAL.values(), *FRICTION.values())} | {hp.contact.StickSlip}
     assert {type(law) for law in examples().values()} == laws
     text = (ROOT / "docs" / "contact_laws.md").read_text(encoding="utf-8")
     for law in laws:

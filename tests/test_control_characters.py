@@ -32,7 +32,7 @@ from hexapod_pin.results.motor_selection import (
     write_selection_csv,
 )
 from hexapod_pin.results.result_files import Column
-from hexapod_pin.sweep.runs.sweep_result import sweep_csv
+from hexapod_pin.study.runs.sweep_result import sweep_csv
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.view import html
 from hexapod_pin.view.figure_file import figure_bytes, settle_layout
@@ -250,7 +250,7 @@ def test_a_file_cannot_hold_an_unpaired_surrogate(tmp_path: Path) -> None:
     """HDF5 raises a UnicodeEncodeError of its own."""
     with pytest.raises(ParameterError) as caught:
         costs("tripod \ud800").save(tmp_path / "a.nc")
-    assert caught.value.value == "tripod \ud800" and "surrogates" in caught.value.allowed
+    assert "tripod \ud800" in caught.value.value and "surrogates" in caught.value.allowed
     assert list(tmp_path.iterdir()) == []
 
 
@@ -291,8 +291,8 @@ def test_a_layout_is_settled_whatever_the_names_are(name: str) -> None:
     assert figure.axes[0].get_title() == NAMES[name]
 
 
-def costs(name: str) -> hp.GaitEnergy:
+def costs(name: str) -> hp.study.GaitEnergy:
     """Return the energy of a gait that is called so."""
     gait = {name: hp.Gait.tripod()}
     scene = hp.Scene(hp.load_robot("kharagpur"))
-    return hp.gait_energy(scene, gait, (0.05,), accuracy=1e-3, check=0)
+    return hp.study.gait_energy(scene, gait, (0.05,), accuracy=1e-3, check=0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import re
-import warnings
 from pathlib import Path
 
 import pytest
@@ -17,7 +16,7 @@ ROOT = Path(__file__).parents[1]
 FOLDERS = "hexapod_pin|tests|docs|scripts|examples|urdf"
 PAGES = sorted(
     page
-    for pattern in ("*.md", "docs/*.md", "examples/*.md", "urdf/*.md", "docs/results/README.md")
+    for pattern in ("*.md", "docs/**/*.md", "examples/*.md", "urdf/*.md")
     for page in ROOT.glob(pattern)
 )
 HAND_WRITTEN = [page for page in PAGES if page.stem not in ("hard_cases", "speed_against_error")]
@@ -26,10 +25,25 @@ every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 
 @every_page
 def test_links_lead_somewhere(page: Path) -> None:
+    """Files and, behind a #, headings in them."""
     for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
-        path = target.split("#")[0]
-        if "://" not in target and path:
-            assert (page.parent / path).exists(), target
+        if "://" not in target:
+            path, _, anchor = target.partition("#")
+            there = page.parent / path if path else page
+            assert there.exists(), target
+            assert not anchor or anchor in anchors(there), target
+
+
+def anchors(page: Path) -> set[str]:
+    """Return the anchors of the headings of a page, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_the_index_names_every_page() -> None:
+    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    for page in (ROOT / "docs").glob("*.md"):
+        assert page.stem == "README" or f"({page.name})" in index, page.name
 
 
 @pytest.mark.parametrize("page", HAND_WRITTEN, ids=lambda page: page.stem)
@@ -47,14 +61,11 @@ def test_paths_exist(page: Path) -> None:
 
 @every_page
 def test_public_names_exist(page: Path) -> None:
-    """Former names may be named too: they lead to the new ones."""
     text = page.read_text(encoding="utf-8")
     if page.stem == "extending":
         text = re.sub(r"hp\.(Hardening|RootCoulomb)", "", text)  # the laws that the page adds
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)
-        for name in re.findall(r"\bhp\.([A-Za-z_]\w*)", text):
-            assert hasattr(hp, name), f"hp.{name}"
+    for name in re.findall(r"\bhp\.([A-Za-z_]\w*)", text):
+        assert hasattr(hp, name), f"hp.{name}"
 
 
 @every_page
@@ -77,10 +88,9 @@ def test_commands_exist(page: Path) -> None:
 
 @pytest.mark.parametrize(
     "page",
-    """terrain.md loads.md closed_loop.md walking.md drive.md cases.md contact_laws.md
-    study_files.md uncertainty.md running_sweeps.md motors.md motor_budget.md motor_selection.md
-    tuning.md compare.md sweeps.md peaks.md stability.md reading.md
-    foot_control.md foot_control_stability.md""".split(),
+    """cases.md closed_loop.md compare.md contact_laws.md drive.md foot_control.md loads.md
+    motors.md robots.md stability.md sweeps.md terrain.md uncertainty.md verdict.md
+    walking.md""".split(),
 )
 def test_the_code_of_a_page_runs(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -144,10 +144,10 @@ def test_gains_by_kind_name_and_sequence(kharagpur: hp.Robot) -> None:
 @pytest.mark.parametrize(
     ("fields", "name", "value", "allowed"),
     [
-        ({"kp": {"coxa": 1.0, "femur": 2.0}}, "Servo.kp of joint lf_tibia_joint", None, ()),
-        ({"kp": {"hip": 1.0}}, "key of Servo.kp", "hip", ()),
+        ({"kp": {"coxa": 1.0, "femur": 2.0}}, "Servo.kp[lf_tibia_joint]", None, ()),
+        ({"kp": {"hip": 1.0}}, "Servo.kp[hip]", "hip", ()),
         ({"kp": [1.0, 2.0]}, "Servo.kp", (1.0, 2.0), (18,)),
-        ({"kp": 1.0, "motor": {"elbow": MOTOR}}, "key of Servo.motor", "elbow", ()),
+        ({"kp": 1.0, "motor": {"elbow": MOTOR}}, "Servo.motor[elbow]", "elbow", ()),
     ],
 )
 def test_errors_name_the_joint(
@@ -164,13 +164,14 @@ def test_errors_name_the_joint(
 
 
 @pytest.mark.parametrize(
-    "fields",
-    [{"kp": -1.0}, {"kp": {"coxa": -1.0}}, {"kp": [1.0, -2.0]}, {"kp": "stiff"}],
-)
-def test_gains_below_zero_are_refused(fields: dict[str, Any]) -> None:
+    ("kp", "place", "value"),
+    [(-1.0, "", -1.0), ({"coxa": -1.0}, ".coxa", -1.0), ([1.0, -2.0], "[1]", -2.0),
+     ("stiff", "", "stiff")],
+)  # fmt: skip
+def test_gains_below_zero_are_refused(kp: Any, place: str, value: Any) -> None:
     """Wherever they stand."""
-    with refused(ParameterError, "Servo.kp.constrained-float", fields["kp"]):
-        hp.Servo(**fields, kd=0.1)
+    with refused(ParameterError, f"Servo.kp{place}", value):
+        hp.Servo(kp=kp, kd=0.1)
 
 
 def test_bad_motors_are_refused() -> None:

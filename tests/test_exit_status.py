@@ -15,13 +15,13 @@ from hexapod_pin.benchmark.report import row_name, run_table
 from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow
 from hexapod_pin.commands import app as cli
 from hexapod_pin.commands.terminal import MISSED
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation import case_result as expected_failures
 from hexapod_pin.validation.case_result import ExpectedFailure, unused_entries
 from hexapod_pin.validation.cases.registry import HARD_CASES
 from hexapod_pin.validation.hard_case import Check, Trial
 from hexapod_pin.validation.solver_setting import SolverSetting
 from hexapod_pin.validation.stress import StressOutcome, stress_table
-from hexapod_pin.validation.tables import Table
 
 
 def status_of(words: list[str]) -> int:

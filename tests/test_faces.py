@@ -29,10 +29,12 @@ def rolled(fall: Fall, **how: object) -> hp.Trace:
     radius = 0.02
     robot = bodies.ball(radius, inertia=0.4 * radius**2)
     contact = hp.Contact(
-        normal=hp.HuntCrossley(stiffness=stiffness, exponent=1.0, dissipation=0.2),
-        friction=hp.StickSlip(mu=0.5, stiffness=2e3, damping=10.0),
+        normal=hp.contact.HuntCrossley(stiffness=stiffness, exponent=1.0, dissipation=0.2),
+        friction=hp.contact.StickSlip(mu=0.5, stiffness=2e3, damping=10.0),
     )
-    scene = hp.Scene(robot, terrain=hp.Ramp(angle=angle, run=0.5, start=0.0), contact=contact)
+    scene = hp.Scene(
+        robot, terrain=hp.terrain.Ramp(angle=angle, run=0.5, start=0.0), contact=contact
+    )
     start = bodies.state(robot, (place, 0.0, 0.035), speed, spin=(0.0, spin, 0.0))
     settings = {"duration": 0.3, "initial": start, "sample": 0.01, **how}
     return hp.simulate(scene, hp.HoldPosture(), **settings)  # type: ignore[arg-type]
@@ -71,7 +73,7 @@ def test_a_ball_that_rolls_from_an_edge_onto_its_face_remembers_its_touch_down(
     radius = 0.02
     robot = bodies.ball(radius, inertia=0.4 * radius**2)
     scene = hp.Scene(
-        robot, terrain=hp.Ledge(height=height, edge=0.0), contact=hp.Contact.accurate()
+        robot, terrain=hp.terrain.Ledge(height=height, edge=0.0), contact=hp.Contact.accurate()
     )
     above = height + np.sqrt(radius**2 - beyond**2) - 5e-5
     start = bodies.state(robot, (beyond, 0.0, above), (speed, 0.02, 0.0))
@@ -96,10 +98,12 @@ def test_a_face_that_begins_under_a_ball_is_touched_with_the_speed_that_it_has_t
     radius, stiffness, slope = 0.06, 1e4, math.tan(0.14)
     robot = bodies.ball(radius, inertia=0.4 * radius**2)
     contact = hp.Contact(
-        normal=hp.Restitution(stiffness=stiffness, exponent=1.0, restitution=0.3, model="exact"),
+        normal=hp.contact.Restitution(
+            stiffness=stiffness, exponent=1.0, restitution=0.3, model="exact"
+        ),
         friction=hp.Contact.accurate().friction,
     )
-    ramp = hp.Ramp(angle=-0.14, run=0.4, start=-0.3)
+    ramp = hp.terrain.Ramp(angle=-0.14, run=0.4, start=-0.3)
     scene = hp.Scene(robot, terrain=ramp, contact=contact)
     height = -0.3 * slope + radius * math.hypot(1.0, slope) - 9.81 / stiffness
     start = bodies.state(
@@ -139,12 +143,12 @@ def test_a_checkpoint_without_faces_is_taken() -> None:
     """Those of earlier releases have six numbers per contact; rows must be of one length."""
     kept = rolled(FALLS[0], duration=0.05, step=1e-4).checkpoint.to_dict()
     earlier = {**kept, "contacts": [row[:6] for row in kept["contacts"]]}
-    again = hp.Checkpoint.from_dict(earlier)
+    again = hp.results.Checkpoint.from_dict(earlier)
     assert again.contacts.shape == (2, 6)
     assert rolled(FALLS[0], duration=0.05, initial=again, step=1e-4).time[-1] == 0.1
     mixed = {**kept, "contacts": [kept["contacts"][0], kept["contacts"][1][:6]]}
     with refused(hp.errors.StateError, about=("checkpoint.contacts",)):
-        hp.Checkpoint.from_dict(mixed)
+        hp.results.Checkpoint.from_dict(mixed)
     short = {**kept, "contacts": [row[:5] for row in kept["contacts"]]}
-    with refused(hp.errors.ParameterError, "checkpoint.contacts.0", allowed=(10,)):
-        hp.Checkpoint.from_dict(short)
+    with refused(hp.errors.ParameterError, "checkpoint.contacts[0]", allowed=(10,)):
+        hp.results.Checkpoint.from_dict(short)

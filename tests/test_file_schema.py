@@ -92,18 +92,18 @@ FORGERIES: dict[tuple[str, ...], Callable[[dict[str, Any]], tuple[str, Any]]] = 
     ("run.walk.steady_from = inf",): with_json(
         "run", "walk", "steady_from", value=float("inf")
     ),
-    ("run.gravity.1",): with_json("run", "gravity", value=[0.0]),
+    ("run.gravity[1]",): with_json("run", "gravity", value=[0.0]),
     ("run.robot.effort_limit = [1.0]", "18"): with_json(
         "run", "robot", "effort_limit", value=[1.0]
     ),
-    ("run.limits.4.limit_time = -1.0",): with_json("run", "limits", 4, "limit_time", value=-1.0),
-    ("run.events.0",): with_json("run", "events", value=[{"time": 0.0}]),
-    ("summary.torque_rms.0 = -1.0",): with_json("summary", "torque_rms", 0, value=-1.0),
-    ("summary = {", "speed_rms"): with_json("summary", "speed_rms", 1, value=None),
-    ("summary.path.0 = [0.0, 0.0]", "4"): with_json("summary", "path", value=[[0.0, 0.0]]),
-    ("errors = {", "torque_rms"): with_json("errors", "torque_rms", value="x"),
+    ("run.limits[4].limit_time = -1.0",): with_json("run", "limits", 4, "limit_time", value=-1.0),
+    ("run.events[0]",): with_json("run", "events", value=[{"time": 0.0}]),
+    ("summary.torque_rms[0] = -1.0",): with_json("summary", "torque_rms", 0, value=-1.0),
+    ("summary.speed_rms = None", "known"): with_json("summary", "speed_rms", 1, value=None),
+    ("summary.path[0] = [0.0, 0.0]", "4"): with_json("summary", "path", value=[[0.0, 0.0]]),
+    ("errors.torque_rms = 'x'", "18"): with_json("errors", "torque_rms", value="x"),
     ("checkpoint.q = [", "[3:7]"): with_json("checkpoint", "q", 6, value=0.1),
-    ("run.robot.velocity_limit.2 = 'x'",): with_json(
+    ("run.robot.velocity_limit[2] = 'x'",): with_json(
         "run", "robot", "velocity_limit", 2, value="x"
     ),
 }  # fmt: skip
@@ -151,13 +151,13 @@ def test_a_value_that_breaks_no_rule_is_damage_all_the_same(
 
 
 SUMMARIES = {
-    "data.torque_p99.2 = 'x'": ("data", "torque_p99", 2, "x"),
-    "data.at_limit.0 = 2.0": ("data", "at_limit", 0, 2.0),
+    "data.torque_p99[2] = 'x'": ("data", "torque_p99", 2, "x"),
+    "data.at_limit[0] = 2.0": ("data", "at_limit", 0, 2.0),
     "data.cycles = -1": ("data", "cycles", -1),
     "run.numerics.method = 3": ("run", "numerics", "method", 3),
-    "summary.errors = {": ("errors", "torque_rms", [1.0]),
+    "errors.torque_rms = [1.0]": ("errors", "torque_rms", [1.0]),
     "counters.steps = 'x'": ("counters", "steps", "x"),
-    "summary.joint_names.0 = 3": ("joint_names", 0, 3),
+    "summary.joint_names[0] = 3": ("joint_names", 0, 3),
     "summary.data = []": ("data", []),
 }
 
@@ -185,8 +185,8 @@ def test_a_summary_that_breaks_its_schema_is_refused(
         ({"time": 1e300}, "checkpoint.time", "1e+300", (1e150,)),
         ({"q": [0.0] * 25}, "checkpoint.q", ANY, (1,)),
         ({"v": [0.0]}, "checkpoint", ANY, (24, 25)),
-        ({"contacts": [[0.0]]}, "checkpoint.contacts.0", "[0.0]", (10, 6)),
-        ({"controller": ["x"]}, "checkpoint.controller.0", "'x'", ()),
+        ({"contacts": [[0.0]]}, "checkpoint.contacts[0]", "[0.0]", (10, 6)),
+        ({"controller": ["x"]}, "checkpoint.controller[0]", "'x'", ()),
         ({"other": 1}, "checkpoint.other", "1", ()),
     ],
 )
@@ -199,8 +199,8 @@ def test_a_checkpoint_that_breaks_its_schema_is_refused(
 ) -> None:
     data = copy.deepcopy(trace.checkpoint.to_dict()) | changes
     with refused(ParameterError, name, value, allowed=allowed):
-        hp.Checkpoint.from_dict(data)
-    assert hp.Checkpoint.from_dict(trace.checkpoint.to_dict()).time == trace.time[-1]
+        hp.results.Checkpoint.from_dict(data)
+    assert hp.results.Checkpoint.from_dict(trace.checkpoint.to_dict()).time == trace.time[-1]
 
 
 @pytest.mark.parametrize(
@@ -226,8 +226,8 @@ def test_an_array_of_a_checkpoint_that_is_none_is_refused(
 ) -> None:
     data = copy.deepcopy(trace.checkpoint.to_dict()) | changes
     with refused(StateError, about=about):
-        hp.Checkpoint.from_dict(data)
-    assert hp.Checkpoint.from_dict(trace.checkpoint.to_dict()).time == trace.time[-1]
+        hp.results.Checkpoint.from_dict(data)
+    assert hp.results.Checkpoint.from_dict(trace.checkpoint.to_dict()).time == trace.time[-1]
 
 
 @pytest.mark.parametrize("text", ["terrain = 3", "contact = 3", "loads = [1]", "servo = 1"])

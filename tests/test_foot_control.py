@@ -13,10 +13,13 @@ from hexapod_pin.control import ArcWalk, six_legs
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.session import lock_step_runs
 
-NOISY = hp.Sensors(
-    q=hp.Sensor(noise=1e-4), foot_force=hp.Sensor(noise=0.1), rotation=hp.Sensor(noise=1e-3),
-    delay=0.0042, seed=3,
-)  # fmt: skip
+NOISY = hp.sensors.Sensors(
+    q=hp.sensors.Sensor(noise=1e-4),
+    foot_force=hp.sensors.Sensor(noise=0.1),
+    rotation=hp.sensors.Sensor(noise=1e-3),
+    delay=0.0042,
+    seed=3,
+)
 SAMPLE = {"sample": 0.0025}
 BUMPS = hp.HeightField.random(2, amplitude=0.006, wavelength=0.15, size=3.0, flat_radius=0.1)
 
@@ -24,9 +27,13 @@ BUMPS = hp.HeightField.random(2, amplitude=0.006, wavelength=0.15, size=3.0, fla
 def full(walk=None, **settings) -> hp.FootControl:
     """Return a controller with all parts."""
     parts = {
-        "slip": hp.SlipPid(bandwidth=4.0), "suspension": hp.VirtualSuspension(),
-        "touch_down": hp.TouchDown(), "levelling": hp.Levelling(), "sensors": NOISY, "delay": 0.002,
-    }  # fmt: skip
+        "slip": hp.foot_control.SlipPid(bandwidth=4.0),
+        "suspension": hp.foot_control.VirtualSuspension(),
+        "touch_down": hp.foot_control.TouchDown(),
+        "levelling": hp.foot_control.Levelling(),
+        "sensors": NOISY,
+        "delay": 0.002,
+    }
     return hp.FootControl(hp.Gait.tripod(lift=0.03) if walk is None else walk, **parts | settings)
 
 
@@ -36,7 +43,7 @@ def full(walk=None, **settings) -> hp.FootControl:
     [
         ("athena", hp.KinematicControl(hp.Gait.tripod())),
         ("kharagpur", hp.KinematicControl(hp.Gait.tetrapod(turn_rate=0.05, heading=0.3))),
-        ("kharagpur", hp.KinematicControl(hp.Gait.ripple(), body=hp.BodyMotion(pitch=0.05))),
+        ("kharagpur", hp.KinematicControl(hp.Gait.ripple(), body=hp.motion.BodyMotion(pitch=0.05))),
     ],
 )
 def test_without_parts_it_sends_the_plan(name, walk, delay):
@@ -87,7 +94,7 @@ def test_a_cut_changes_no_bit(cut):
     scene = hp.Scene(robot("athena"), terrain=BUMPS)
     whole = hp.simulate(scene, full(), duration=0.9, **SAMPLE)
     first = hp.simulate(scene, full(), duration=cut, **SAMPLE)
-    kept = hp.Checkpoint.from_dict(first.checkpoint.to_dict())
+    kept = hp.results.Checkpoint.from_dict(first.checkpoint.to_dict())
     second = hp.simulate(scene, full(), duration=0.9 - cut, initial=kept, **SAMPLE)
     memories = [t.checkpoint.loop["state"]["memory"] for t in (whole, second)]
     assert recall(np.asarray(memories[0]), "mode").any()
@@ -137,9 +144,13 @@ def test_batches_of_unlike_servos_are_the_single_runs():
             "kharagpur",
             hp.FootControl(
                 hp.KinematicControl(hp.Gait.tripod(), stop_at=8.0),
-                slip=hp.SlipPid(signal="slip", kp=0.1, ki=2.0, anticipates=False),
-                suspension=hp.VirtualSuspension(stiffness=3000.0, frequency=4.0, load=6.0),
-                force=hp.FootForceSensing(source="current", cutoff=20.0, threshold=2.0),
+                slip=hp.foot_control.SlipPid(signal="slip", kp=0.1, ki=2.0, anticipates=False),
+                suspension=hp.foot_control.VirtualSuspension(
+                    stiffness=3000.0, frequency=4.0, load=6.0
+                ),
+                force=hp.foot_control.FootForceSensing(
+                    source="current", cutoff=20.0, threshold=2.0
+                ),
             ),
         ),
     ],
@@ -157,7 +168,7 @@ def test_a_case_is_read_back_equal_and_runs_to_the_same_bits(name, control, tmp_
 
 
 def test_a_run_starts_in_the_posture_of_the_plan():
-    walk = hp.KinematicControl(hp.Gait.tripod(), body=hp.BodyMotion(height=0.01))
+    walk = hp.KinematicControl(hp.Gait.tripod(), body=hp.motion.BodyMotion(height=0.01))
     trace = hp.simulate(hp.Scene(robot("athena")), hp.FootControl(walk), duration=0.1, sample=0.1)
     expected = six_legs(robot("athena")).joint_angles(walk.path(robot("athena")).positions([0.0]))
     assert trace.q[0, 7:] == pytest.approx(expected[0], abs=1e-12)

@@ -35,10 +35,10 @@ def full(**parts: Any) -> hp.FootControl:
     """Return a controller with all parts."""
     return hp.FootControl(
         TRIPOD,
-        slip=hp.SlipPid(bandwidth=4.0),
-        suspension=hp.VirtualSuspension(),
-        touch_down=hp.TouchDown(),
-        levelling=hp.Levelling(),
+        slip=hp.foot_control.SlipPid(bandwidth=4.0),
+        suspension=hp.foot_control.VirtualSuspension(),
+        touch_down=hp.foot_control.TouchDown(),
+        levelling=hp.foot_control.Levelling(),
         **parts,
     )
 
@@ -75,7 +75,7 @@ class Broken:
         """Take over what a run asks of a controller."""
         self.period, self.start = self.control.period, self.control.start
 
-    def update(self, time: float, m: Any, state: Any) -> tuple[hp.Command, Any]:
+    def update(self, time: float, m: Any, state: Any) -> tuple[hp.feedback.Command, Any]:
         if time >= self.time:
             broken = np.array(getattr(m, self.field))
             broken[self.place] = np.nan
@@ -97,8 +97,11 @@ def test_a_foot_that_never_touches_searches_to_its_limit_and_no_further():
     """Standing, without any force on foot 1 from the start."""
     force = PUSHED.copy()
     force[1] = 0.0
-    parts = {"touch_down": hp.TouchDown(search_depth=0.02), "slip": hp.SlipPid(anticipates=False)}
-    law = made(suspension=hp.VirtualSuspension(travel=0.002), **parts)
+    parts = {
+        "touch_down": hp.foot_control.TouchDown(search_depth=0.02),
+        "slip": hp.foot_control.SlipPid(anticipates=False),
+    }
+    law = made(suspension=hp.foot_control.VirtualSuspension(travel=0.002), **parts)
     target, memory = ticks(law, [loads_on(NAME, force)] * 400)
     offset, mode = recall(memory, "offset")[:, 1, 2], recall(memory, "mode")[:, 1]
     assert offset.min() == pytest.approx(-0.02, abs=2e-3)
@@ -113,7 +116,7 @@ def test_a_foot_that_never_touches_searches_to_its_limit_and_no_further():
 @pytest.mark.parametrize("name", ["athena", "kharagpur"])
 def test_feet_held_over_a_deep_groove_search_to_their_limit(name):
     """The two middle feet; the robot stands on four, then walks out of it."""
-    groove = hp.Groove(angle_left=1.0, angle_right=1.0, depth=0.06)
+    groove = hp.terrain.Groove(angle_left=1.0, angle_right=1.0, depth=0.06)
     scene = hp.Scene(robot(name), terrain=groove)
     run = Recorded(replace(full(), walk=standing()))
     trace = hp.simulate(scene, run, duration=2.0, sample=0.05)
@@ -131,7 +134,9 @@ def test_a_leg_lost_leaves_a_robot_that_walks_on(name, lost):
     """Five legs in a wave; the sixth drags its own weight, the others bear what is left."""
     scene = hp.Scene(robot(name), loads=[hp.LostLeg("lm", lost)])
     gait = hp.Gait.wave(lift=0.03, cycle_time=3.0)
-    control = hp.FootControl(gait, touch_down=hp.TouchDown(), slip=hp.SlipPid(bandwidth=4.0))
+    control = hp.FootControl(
+        gait, touch_down=hp.foot_control.TouchDown(), slip=hp.foot_control.SlipPid(bandwidth=4.0)
+    )
     run = Recorded(control)
     trace = hp.simulate(scene, run, duration=6.0, sample=0.02)
     weight, late = 9.81 * robot(name).total_mass, trace.time > 3.0
@@ -195,14 +200,14 @@ def test_legs_without_stiffness_are_refused():
     scene = hp.Scene(
         robot("athena"), servo=hp.Servo(kp={"coxa": 0.0, "femur": 9.0, "tibia": 9.0}, kd=1.0)
     )
-    control = hp.FootControl(hp.Gait.tripod(), slip=hp.SlipPid())
+    control = hp.FootControl(hp.Gait.tripod(), slip=hp.foot_control.SlipPid())
     with refused(hp.errors.ParameterError, "Servo.kp", 0.0, allowed=(0,)):
         hp.simulate(scene, control, duration=0.1)
 
 
 def test_a_command_that_leads_out_of_reach_ends_in_a_reach_error():
     """What a velocity command will ask for is known only when its time comes."""
-    far = hp.VelocityCommand(time=[0.0], forward=[0.5])
+    far = hp.motion.VelocityCommand(time=[0.0], forward=[0.5])
     control = hp.FootControl(hp.KinematicControl(hp.Gait.tripod(), velocity=far))
     with refused(hp.errors.ReachError) as caught:
         hp.simulate(hp.Scene(robot("athena")), control, duration=4.0)
@@ -215,13 +220,20 @@ def test_a_command_that_leads_out_of_reach_ends_in_a_reach_error():
 @pytest.mark.parametrize(
     ("field", "value", "about"),
     [
-        ("period", 0.0, ()), ("period", np.nan, ()), ("period", "5 ms", ()), ("delay", None, ()),
-        ("delay", -0.1, ()), ("load_time", 0.0, ()), ("slip", 3, ("SlipPid", "None")),
-        ("suspension", hp.SlipPid(), ("VirtualSuspension", "None")), ("force", None, ()),
-        ("sensors", "good", ()), ("touch_down", True, ("TouchDown", "None")),
+        ("period", 0.0, ()),
+        ("period", np.nan, ()),
+        ("period", "5 ms", ()),
+        ("delay", None, ()),
+        ("delay", -0.1, ()),
+        ("load_time", 0.0, ()),
+        ("slip", 3, ("SlipPid", "None")),
+        ("suspension", hp.foot_control.SlipPid(), ("VirtualSuspension", "None")),
+        ("force", None, ()),
+        ("sensors", "good", ()),
+        ("touch_down", True, ("TouchDown", "None")),
         ("levelling", 0.3, ("Levelling", "None")),
     ],
-)  # fmt: skip
+)
 def test_settings_of_the_wrong_kind_are_named(field, value, about):
     with refused(hp.errors.ParameterError, f"FootControl.{field}", value, about=about):
         hp.FootControl(TRIPOD, **{field: value})
@@ -233,13 +245,38 @@ def test_settings_of_the_wrong_kind_are_named(field, value, about):
         (lambda: hp.FootControl(hp.HoldPosture()), "FootControl.walk", "HoldPosture", ()),
         (lambda: hp.FootControl("tripod"), "FootControl.walk", "str", ()),
         (lambda: hp.FootControl(full()), "FootControl.walk", "FootControl", ()),
-        (lambda: hp.SlipPid(signal="both"), "SlipPid.signal", "both", ("'force'", "'slip'")),
-        (lambda: hp.SlipPid(gain=2.0), "SlipPid.gain", 2.0, ()),
-        (lambda: hp.TouchDown(earliest=2.0), "TouchDown.earliest", 2.0, ("1",)),
-        (lambda: hp.Levelling(limit=2.0), "Levelling.limit", 2.0, ("0.7853981633974483",)),
-        (lambda: hp.VirtualSuspension(load=-1.0), "VirtualSuspension.load", -1.0, ('"split"', "0")),
-        (lambda: hp.VirtualSuspension(load="even"), "VirtualSuspension.load", "even", ('"split"',)),
-        (lambda: hp.FootForceSensing(source="eye"), "FootForceSensing.source", "eye", ("'foot'",)),
+        (
+            lambda: hp.foot_control.SlipPid(signal="both"),
+            "SlipPid.signal",
+            "both",
+            ("'force'", "'slip'"),
+        ),
+        (lambda: hp.foot_control.SlipPid(gain=2.0), "SlipPid.gain", 2.0, ()),
+        (lambda: hp.foot_control.TouchDown(earliest=2.0), "TouchDown.earliest", 2.0, ("1",)),
+        (
+            lambda: hp.foot_control.Levelling(limit=2.0),
+            "Levelling.limit",
+            2.0,
+            ("0.7853981633974483",),
+        ),
+        (
+            lambda: hp.foot_control.VirtualSuspension(load=-1.0),
+            "VirtualSuspension.load",
+            -1.0,
+            ('"split"', "0"),
+        ),
+        (
+            lambda: hp.foot_control.VirtualSuspension(load="even"),
+            "VirtualSuspension.load",
+            "even",
+            ("'split'",),
+        ),
+        (
+            lambda: hp.foot_control.FootForceSensing(source="eye"),
+            "FootForceSensing.source",
+            "eye",
+            ("'foot'",),
+        ),
     ],
 )
 def test_parameters_out_of_range_are_named(make, name, value, about):

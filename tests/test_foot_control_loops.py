@@ -28,7 +28,7 @@ def squeezed(size: float):
 
 def corrections(sizes, **gains):
     """Return the correction of foot 0 along the squeeze at ticks with errors of these sizes [m]."""
-    slip = hp.SlipPid(signal="force", anticipates=False, **gains)
+    slip = hp.foot_control.SlipPid(signal="force", anticipates=False, **gains)
     _, memory = ticks(made(slip=slip), [squeezed(size) for size in sizes])
     found = recall(memory, "correction")
     assert found[:, 0] == pytest.approx(-found[:, 4], abs=1e-12)
@@ -68,7 +68,7 @@ def moved(places: np.ndarray, **others):
     return reading(NAME, places, foot_force=in_foot_order(NAME, PUSHED), **others)
 
 
-SLIDING = hp.SlipPid(signal="slip", kp=1.0, ki=0.0, anticipates=False)
+SLIDING = hp.foot_control.SlipPid(signal="slip", kp=1.0, ki=0.0, anticipates=False)
 
 
 def test_a_foot_that_slides_is_put_back():
@@ -117,7 +117,7 @@ def test_a_trunk_that_moves_over_its_feet_slides_none():
 
 def test_corrections_are_kept_at_lift_off_and_taken_back_in_the_swing():
     walk = hp.KinematicControl(hp.Gait.tripod(cycle_time=2.0))
-    slip = hp.SlipPid(signal="force", kp=0.0, ki=1e-3, anticipates=False)
+    slip = hp.foot_control.SlipPid(signal="force", kp=0.0, ki=1e-3, anticipates=False)
     law = made(walk=walk, slip=slip)
     targets, memory = ticks(law, [squeezed(2.0)] * 420)
     plan = np.array([law.walk.table.at(k * T + law.lead) for k in range(420)])
@@ -139,7 +139,7 @@ LOAD = 5.0  # N, nominal
 
 def travels(extra, period: float = T, **settings):
     """Return the travel of foot 0 over ticks with that much more than the nominal load."""
-    suspension = hp.VirtualSuspension(load=LOAD, **{"limit": 1.0, **settings})
+    suspension = hp.foot_control.VirtualSuspension(load=LOAD, **{"limit": 1.0, **settings})
     law = made(suspension=suspension, period=period)
     readings = []
     for more in extra:
@@ -192,14 +192,14 @@ def test_the_suspension_rests_against_its_stop_and_leaves_it():
 def test_a_foot_that_bears_nothing_reaches_down():
     force = PUSHED.copy()
     force[1] = 0.0
-    suspension = hp.VirtualSuspension(load=LOAD, stiffness=400.0, frequency=4.0)
+    suspension = hp.foot_control.VirtualSuspension(load=LOAD, stiffness=400.0, frequency=4.0)
     _, memory = ticks(made(suspension=suspension), [loads_on(NAME, force)] * 600)
     assert recall(memory, "travel")[-1, 1] == pytest.approx(-LOAD / 400.0, rel=1e-6)
 
 
 def test_forces_are_filtered():
     """First order, implicit: after n ticks f (1 - (tau / (tau + T))^n)."""
-    sensing = hp.FootForceSensing(cutoff=5.0)
+    sensing = hp.foot_control.FootForceSensing(cutoff=5.0)
     tau = 1.0 / (2.0 * np.pi * 5.0)
     readings = [reading(NAME)] + [loads_on(NAME, PUSHED)] * 30
     _, memory = ticks(made(force=sensing), readings)
@@ -209,7 +209,7 @@ def test_forces_are_filtered():
 
 def test_levelling_integrates_the_tilt_up_to_its_limit():
     """Feet on the higher side are drawn up; rates add tan-wise up to the limit."""
-    level = hp.Levelling(bandwidth=0.5, limit=0.02)
+    level = hp.foot_control.Levelling(bandwidth=0.5, limit=0.02)
     roll, pitch = 0.01, -0.02
     rotation = Rotation.from_euler("ZYX", [0.7, pitch, roll]).as_matrix()[None]
     law = made(levelling=level)

@@ -14,7 +14,7 @@ from hexapod_pin.control.foot_control.leg_model import PlannedWalk
 
 def test_feet_that_stay_down_keep_their_share_of_the_load():
     """A robot that stands: no foot gives its load back where the schedule would have it lift."""
-    law = made(walk=standing(2.0), suspension=hp.VirtualSuspension())
+    law = made(walk=standing(2.0), suspension=hp.foot_control.VirtualSuspension())
     _, memory = ticks(law, [loads_on(NAME, PUSHED)] * 450)
     assert recall(memory, "bearing").min() == 1.0
     assert recall(memory, "share").min() == 1.0
@@ -27,7 +27,7 @@ def test_a_standing_foot_knows_that_its_next_swing_does_not_come():
 
 
 def test_a_robot_that_stands_stays_at_rest_on_its_suspension():
-    run = Recorded(hp.FootControl(standing(2.0), suspension=hp.VirtualSuspension()))
+    run = Recorded(hp.FootControl(standing(2.0), suspension=hp.foot_control.VirtualSuspension()))
     hp.simulate(hp.Scene(robot(NAME)), run, duration=4.0, sample=0.02)
     travel = run.recalled("travel")[200:]
     assert np.ptp(travel, axis=0).max() < 1e-5

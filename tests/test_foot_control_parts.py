@@ -46,7 +46,7 @@ PUSHED = np.outer(np.ones(6), [0.0, 0.0, 5.0])
 
 # the split of the weight ----------------------------------------------------------------------
 
-ANTICIPATING = hp.SlipPid(kp=0.0, ki=0.0, kd=0.0)
+ANTICIPATING = hp.foot_control.SlipPid(kp=0.0, ki=0.0, kd=0.0)
 
 
 def anticipated(name: str, walk: Any, tick: int, rotation: Any = None):
@@ -140,7 +140,7 @@ def test_a_foot_that_lands_early_stays_where_it_is_while_the_trunk_turns(name):
     0.3 m/s is left. A turn of the wrong sign would drag it by 8 mm.
     """
     walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=2.0, turn_rate=0.1))
-    law, path = made(name, walk, touch_down=hp.TouchDown()), walk.path(robot(name))
+    law, path = made(name, walk, touch_down=hp.foot_control.TouchDown()), walk.path(robot(name))
     memory, places = law.first_memory(1), []
     for k in range(800):
         plan = law.walk.table.at(k * T + law.lead)
@@ -158,7 +158,7 @@ def test_a_foot_that_lands_early_stays_where_it_is_while_the_trunk_turns(name):
 
 # internal forces ------------------------------------------------------------------------------
 
-FORCED = hp.SlipPid(signal="force", kp=1e-5, ki=0.0, anticipates=False)
+FORCED = hp.foot_control.SlipPid(signal="force", kp=1e-5, ki=0.0, anticipates=False)
 
 
 def internal(name: str, tangential: np.ndarray, load: np.ndarray, rotation: Any = None):

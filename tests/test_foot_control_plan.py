@@ -10,7 +10,7 @@ import hexapod_pin as hp
 from hexapod_pin.control import ArcWalk
 from hexapod_pin.control.foot_control.leg_model import CYCLES_AT_ONCE, PlannedWalk
 
-TURN = hp.VelocityCommand(time=[0.0, 3.0], forward=[0.04, 0.0], turn_rate=[0.0, 0.1])
+TURN = hp.motion.VelocityCommand(time=[0.0, 3.0], forward=[0.04, 0.0], turn_rate=[0.0, 0.1])
 WALKS = {
     "tripod": ("athena", hp.KinematicControl(hp.Gait.tripod())),
     "tetrapod": ("kharagpur", hp.KinematicControl(hp.Gait.tetrapod(cycle_time=1.7, heading=0.6))),
@@ -20,7 +20,7 @@ WALKS = {
     "arc": ("kharagpur", ArcWalk(hp.Gait.tetrapod(cycle_time=2.0))),
     "high": (
         "athena",
-        hp.KinematicControl(hp.Gait.wave(cycle_time=3.0), body=hp.BodyMotion(height=0.01)),
+        hp.KinematicControl(hp.Gait.wave(cycle_time=3.0), body=hp.motion.BodyMotion(height=0.01)),
     ),
 }
 every_walk = pytest.mark.parametrize("walk", WALKS)

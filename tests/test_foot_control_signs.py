@@ -34,13 +34,22 @@ def roll_and_pitch(trace: hp.Trace) -> np.ndarray:
 @pytest.mark.parametrize(
     ("name", "contact", "walk", "slip", "most"),
     [
-        ("athena", hp.Contact.s1(), hp.KinematicControl(hp.Gait.tripod()), hp.SlipPid(), 0.5),
         (
-            "kharagpur", hp.Contact.s2(), ArcWalk(hp.Gait.tetrapod(cycle_time=2.0)),
-            hp.SlipPid(signal="slip", bandwidth=2.0), 0.6,
+            "athena",
+            hp.Contact.s1(),
+            hp.KinematicControl(hp.Gait.tripod()),
+            hp.foot_control.SlipPid(),
+            0.5,
+        ),
+        (
+            "kharagpur",
+            hp.Contact.s2(),
+            ArcWalk(hp.Gait.tetrapod(cycle_time=2.0)),
+            hp.foot_control.SlipPid(signal="slip", bandwidth=2.0),
+            0.6,
         ),
     ],
-)  # fmt: skip
+)
 def test_slip_correction_shortens_the_slip_path(name, contact, walk, slip, most):
     """Of whole cycles: by more than half, and by more than 40 % where coxae alone move feet."""
     scene, paths = hp.Scene(robot(name), contact=contact), []
@@ -59,7 +68,7 @@ def squeeze(control: hp.FootControl) -> float:
 def test_slip_correction_relieves_feet_that_squeeze_the_trunk():
     """Servos that give way under the weight spread the feet, which friction holds."""
     plain = squeeze(hp.FootControl(standing()))
-    reacting = squeeze(hp.FootControl(standing(), slip=hp.SlipPid(anticipates=False)))
+    reacting = squeeze(hp.FootControl(standing(), slip=hp.foot_control.SlipPid(anticipates=False)))
     assert plain > 0.5 and reacting < 0.1 * plain
 
 
@@ -69,7 +78,7 @@ def test_a_foot_on_a_bump_is_drawn_up_and_one_over_a_hole_reaches_down(name, hei
     """And the trunk is less tilted than without."""
     ground = patch(six_legs(robot(name)).neutral_feet[0], height)
     ends = []
-    for part in (None, hp.VirtualSuspension()):
+    for part in (None, hp.foot_control.VirtualSuspension()):
         run = Recorded(hp.FootControl(standing(), suspension=part))
         trace = hp.simulate(hp.Scene(robot(name), terrain=ground), run, duration=1.5, sample=0.02)
         ends.append(trace.foot_force[-1, :, 2])
@@ -91,7 +100,7 @@ def test_levelling_puts_the_trunk_level_on_a_slope(name, heading):
         roll_and_pitch(
             hp.simulate(scene, hp.FootControl(standing(), levelling=part), duration=4.0, sample=0.1)
         )
-        for part in (None, hp.Levelling(limit=0.12))
+        for part in (None, hp.foot_control.Levelling(limit=0.12))
     ]
     expected = np.radians(5.0) * np.array([np.sin(heading), -np.cos(heading)])
     assert tilt[0] == pytest.approx(expected, abs=np.radians(0.1))
@@ -100,7 +109,7 @@ def test_levelling_puts_the_trunk_level_on_a_slope(name, heading):
 
 def test_a_steeper_slope_leaves_the_rest():
     scene = hp.Scene(robot("athena"), terrain=hp.Slope(angle=0.1))
-    control = hp.FootControl(standing(), levelling=hp.Levelling(limit=0.05))
+    control = hp.FootControl(standing(), levelling=hp.foot_control.Levelling(limit=0.05))
     pitch = roll_and_pitch(hp.simulate(scene, control, duration=6.0, sample=0.1))[1]
     assert pitch == pytest.approx(-0.05, abs=0.003)
 
@@ -112,7 +121,7 @@ LANDING = 3.0  # s
 
 
 @cache
-def stepped(name: str, height: float, touch_down: hp.TouchDown | None):
+def stepped(name: str, height: float, touch_down: hp.foot_control.TouchDown | None):
     """Return the recorded run of a walk whose foot LEG lands on a table or over a hole."""
     walk = hp.KinematicControl(hp.Gait.tripod(lift=0.03, cycle_time=2.0))
     path = walk.path(robot(name))
@@ -132,7 +141,7 @@ def sole(name: str, trace: hp.Trace, time: float) -> float:
 
 @every_robot
 def test_a_foot_that_meets_the_ground_early_stops_there(name):
-    run, trace = stepped(name, 0.015, hp.TouchDown())
+    run, trace = stepped(name, 0.015, hp.foot_control.TouchDown())
     early = np.flatnonzero(run.recalled("mode")[:, LEG] == EARLY) * 0.005
     early = early[early > 2.1]
     assert early[0] < LANDING - 0.03 and early[-1] < LANDING + 0.02
@@ -142,7 +151,7 @@ def test_a_foot_that_meets_the_ground_early_stops_there(name):
 
 
 def test_a_trunk_stays_level_over_feet_that_stop_early():
-    _, trace = stepped("athena", 0.015, hp.TouchDown())
+    _, trace = stepped("athena", 0.015, hp.foot_control.TouchDown())
     plain, blind = stepped("athena", 0.015, None)
     assert not plain.recalled("offset").any()
     lift = [np.ptp(t.q[(t.time > 2.5) & (t.time < 3.2), 2]) for t in (trace, blind)]
@@ -152,7 +161,7 @@ def test_a_trunk_stays_level_over_feet_that_stop_early():
 
 @every_robot
 def test_a_foot_that_finds_no_ground_searches_for_it(name):
-    run, trace = stepped(name, -0.015, hp.TouchDown())
+    run, trace = stepped(name, -0.015, hp.foot_control.TouchDown())
     search = np.flatnonzero(run.recalled("mode")[:, LEG] == SEARCH) * 0.005
     assert search[0] == pytest.approx(LANDING, abs=0.011)
     assert search[-1] < LANDING + 0.25
@@ -162,7 +171,7 @@ def test_a_foot_that_finds_no_ground_searches_for_it(name):
 @every_robot
 def test_the_search_ends_at_its_depth(name):
     """Over a hole of 60 mm: 30 mm down and not further; the walk goes on when patience ends."""
-    run, trace = stepped(name, -0.06, hp.TouchDown())
+    run, trace = stepped(name, -0.06, hp.foot_control.TouchDown())
     offset = run.recalled("offset")[:, LEG, 2]
     assert offset.min() == pytest.approx(-0.03, abs=5e-4)
     assert sole(name, trace, 3.4) > -0.045  # the trunk leans towards it
@@ -171,7 +180,9 @@ def test_the_search_ends_at_its_depth(name):
 
 
 def test_the_depth_of_the_search_and_the_patience_are_those_given():
-    shallow, _ = stepped("athena", -0.06, hp.TouchDown(search_depth=0.01, patience=0.0))
+    shallow, _ = stepped(
+        "athena", -0.06, hp.foot_control.TouchDown(search_depth=0.01, patience=0.0)
+    )
     assert shallow.recalled("offset")[:, LEG, 2].min() == pytest.approx(-0.01, abs=5e-4)
     assert not np.array([memory[0, 3] for memory in shallow.memories]).any()
 
@@ -179,7 +190,7 @@ def test_the_depth_of_the_search_and_the_patience_are_those_given():
 @every_robot
 def test_a_walk_goes_up_a_step_as_high_as_its_lift(name):
     stairs = hp.Stairs(rise=0.03, run=0.6, count=1, start=0.35)
-    control = hp.FootControl(hp.Gait.tripod(lift=0.03), touch_down=hp.TouchDown())
+    control = hp.FootControl(hp.Gait.tripod(lift=0.03), touch_down=hp.foot_control.TouchDown())
     trace = hp.simulate(hp.Scene(robot(name), terrain=stairs), control, duration=14.0, sample=0.05)
     assert trace.q[-1, 0] > 1.2
     assert trace.q[-1, 2] - trace.q[0, 2] == pytest.approx(0.03, abs=0.004)

@@ -17,8 +17,8 @@ SPEEDS = [1e-9, 1e-7, 1e-5, 1e-3, 0.0199, 0.0201, 0.03, 0.0599, 0.0601, 0.0999, 
 IMAGINARY = 1e-200
 CREEPING = {
     **FRICTION,
-    "no peak": hp.BrownMcPhee(mu_static=0.4, mu_dynamic=0.4, speed=0.02),
-    "rising": hp.AdamsCoulomb(
+    "no peak": hp.contact.BrownMcPhee(mu_static=0.4, mu_dynamic=0.4, speed=0.02),
+    "rising": hp.contact.AdamsCoulomb(
         mu_static=0.2, mu_dynamic=0.5, stiction_speed=0.1, transition_speed=1.0
     ),
 }
@@ -93,7 +93,7 @@ def test_friction_at_the_creep_speed_carries_the_load(name: str, share: float) -
 
 @pytest.mark.parametrize("name", [*CREEPING, "stick-slip"])
 def test_creep_ends_at_the_limit(name: str) -> None:
-    law = CREEPING.get(name) or hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0)
+    law = CREEPING.get(name) or hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=60.0)
     assert law.creep_speed(0.0) == 0.0
     assert math.isinf(law.creep_speed(law.limit * 1.0000001))
     assert math.isinf(law.creep_speed(math.inf))
@@ -122,13 +122,13 @@ def test_creep_of_adams_friction_with_the_second_papers_numbers() -> None:
 def test_hc06_creep_of_tanh_friction(tangent: str) -> None:
     """HC06: atanh(tan/mu)/kt, for every slope of the catalogue."""
     expected = float(HARD_CASES["HC06_slope_tanh"]["ref"]["below_mu"][tangent]["creep_speed"])
-    law = hp.TanhCoulomb(mu=0.5, slope=1000.0)
+    law = hp.contact.TanhCoulomb(mu=0.5, slope=1000.0)
     # atanh near 1 enlarges the rounding of tan/mu by 1/(1 - tan/mu), 5000 at most here
     assert law.creep_speed(float(tangent)) == pytest.approx(expected, rel=1e-12)
 
 
 def test_hc06_at_and_above_the_friction_angle_there_is_no_creep_speed() -> None:
-    law = hp.TanhCoulomb(mu=0.5, slope=1000.0)
+    law = hp.contact.TanhCoulomb(mu=0.5, slope=1000.0)
     assert math.isinf(law.creep_speed(0.5))
     assert math.isinf(law.creep_speed(0.51))
 
@@ -136,25 +136,29 @@ def test_hc06_at_and_above_the_friction_angle_there_is_no_creep_speed() -> None:
 def test_drift_bench_of_the_physics_notes() -> None:
     """Physics 4: r = 0.5, mu = 0.6, 5 s drift 137, 27.5, 2.75, 0.55 mm (tanh) and 174 (ADAMS)."""
     for slope, drift in [(20, 137), (100, 27.5), (1000, 2.75), (5000, 0.55)]:
-        law = hp.TanhCoulomb(mu=0.6, slope=slope)
+        law = hp.contact.TanhCoulomb(mu=0.6, slope=slope)
         assert 5e3 * law.creep_speed(0.3) == pytest.approx(drift, rel=5e-3)
-    adams = hp.AdamsCoulomb(mu_static=0.6, mu_dynamic=0.2, stiction_speed=0.1, transition_speed=1.0)
+    adams = hp.contact.AdamsCoulomb(
+        mu_static=0.6, mu_dynamic=0.2, stiction_speed=0.1, transition_speed=1.0
+    )
     assert 5e3 * adams.creep_speed(0.3) == pytest.approx(174, rel=5e-3)
 
 
 def test_stick_slip_stands_and_slides() -> None:
     """No creep below the limit; in slip the dynamic coefficient, by default the static one."""
-    law = hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0)
+    law = hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=60.0)
     assert law.mu_dynamic == 0.7
     assert [law.creep_speed(load) for load in (0.1, 0.69999, 0.7)] == [0.0, 0.0, 0.0]
-    law = hp.StickSlip(mu=0.7, mu_dynamic=0.5, stiffness=2e4, damping=60.0)
+    law = hp.contact.StickSlip(mu=0.7, mu_dynamic=0.5, stiffness=2e4, damping=60.0)
     assert law.coefficient([0.0, 1e-6, 1.0]).tolist() == [0.0, 0.5, 0.5]
     assert law.native()(0.1) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("name", [*CREEPING, "stick-slip"])
 def test_another_mu_keeps_the_ratio_of_the_two(name: str) -> None:
-    law = CREEPING.get(name) or hp.StickSlip(mu=0.8, mu_dynamic=0.4, stiffness=2e4, damping=60.0)
+    law = CREEPING.get(name) or hp.contact.StickSlip(
+        mu=0.8, mu_dynamic=0.4, stiffness=2e4, damping=60.0
+    )
     static = "mu" if hasattr(law, "mu") else "mu_static"
     other = law.with_mu(0.35)
     assert type(other) is type(law)

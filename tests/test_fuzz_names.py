@@ -24,7 +24,8 @@ def public_names(room: ModuleType, prefix: str = "") -> set[str]:
     for name in listed:
         value = getattr(room, name)
         if isinstance(value, ModuleType):
-            found |= public_names(value, f"{prefix}{name}.")
+            if value in (hp.errors, hp.view):  # of other rooms, what `public_surface` lists
+                found |= public_names(value, f"{prefix}{name}.")
         elif inspect.isclass(value):
             found.add(f"{prefix}{name}()")
         elif callable(value):

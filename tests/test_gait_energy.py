@@ -1,4 +1,4 @@
-"""Gaits at equal speed and step height: `hp.gait_energy`, its costs, file and figure."""
+"""Gaits at equal speed and step height: `hp.study.gait_energy`, its costs, file and figure."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.errors import ParameterError, SweepInterrupted, TraceFileError, UnknownNameError
-from hexapod_pin.results.gait_energy import COSTS, LAYOUT
+from hexapod_pin.errors import ParameterError, StudyInterrupted, TraceFileError, UnknownNameError
+from hexapod_pin.results.gait_energy import COSTS
 from hexapod_pin.results.result_files import netcdf_groups
-from hexapod_pin.sweep.grid_runs import walk_times
+from hexapod_pin.results.schema import schema
+from hexapod_pin.study.grid_runs import walk_times
 from hexapod_pin.view import write_gait_energy_figure
 
 ROBOT = hp.load_robot("kharagpur")
@@ -28,11 +29,11 @@ SPEEDS = (0.1, 0.16, 0.4)
 
 
 @pytest.fixture(scope="module")
-def found() -> hp.GaitEnergy:
-    return hp.gait_energy(SCENES, GAITS, SPEEDS, stroke=0.1, check=2)
+def found() -> hp.study.GaitEnergy:
+    return hp.study.gait_energy(SCENES, GAITS, SPEEDS, stroke=0.1, check=2)
 
 
-def test_costs_are_those_of_each_walk(found: hp.GaitEnergy) -> None:
+def test_costs_are_those_of_each_walk(found: hp.study.GaitEnergy) -> None:
     """To the bit: budget and summary of the same run; the electrical cost from samples, 2 %."""
     gait = GAITS["tripod"].with_changes(stroke=0.1, cycle_time=0.1 / (0.5 * 0.16), lift=0.02)
     duration, sample = walk_times(gait.cycle_time, 1)
@@ -59,7 +60,7 @@ def test_costs_are_those_of_each_walk(found: hp.GaitEnergy) -> None:
         assert largest == pytest.approx(square.max() / way, rel=0.02)
 
 
-def test_the_copper_loss_is_that_of_the_limits(found: hp.GaitEnergy) -> None:
+def test_the_copper_loss_is_that_of_the_limits(found: hp.study.GaitEnergy) -> None:
     """6 rad/s over 6 N m, *assumed*; and R / (k N)^2 of a motor given by its two end points."""
     np.testing.assert_allclose(found.copper_loss, 1.0, rtol=1e-12)
     assert any("electrical loss" in text for text in found.run.assumed)
@@ -69,11 +70,11 @@ def test_the_copper_loss_is_that_of_the_limits(found: hp.GaitEnergy) -> None:
         no_load_speed=voltage / (constant * gear),
     )
     scene = hp.Scene(ROBOT, servo=hp.Servo(kp=240.0, kd=4.8, motor=motor))
-    got = hp.gait_energy(scene, GAITS, [0.1], stroke=0.06, accuracy=1e-2, check=0).copper_loss
+    got = hp.study.gait_energy(scene, GAITS, [0.1], stroke=0.06, accuracy=1e-2, check=0).copper_loss
     np.testing.assert_allclose(got, resistance / (constant * gear) ** 2, rtol=1e-12)
 
 
-def test_gaits_walk_at_equal_speed_and_step_height(found: hp.GaitEnergy) -> None:
+def test_gaits_walk_at_equal_speed_and_step_height(found: hp.study.GaitEnergy) -> None:
     """Measured speeds within 1 % of the commanded one, whatever the gait and the scene."""
     share = found.measured_speed / np.array(SPEEDS)
     assert np.nanmax(np.abs(share - 1.0)) < 0.01
@@ -84,12 +85,14 @@ def test_gaits_walk_at_equal_speed_and_step_height(found: hp.GaitEnergy) -> None
         wanted,
         rtol=1e-12,
     )
-    equal = hp.gait_energy(SCENES["s2"], GAITS, [0.08], cycle_time=1.0, accuracy=1e-3, check=0)
+    equal = hp.study.gait_energy(
+        SCENES["s2"], GAITS, [0.08], cycle_time=1.0, accuracy=1e-3, check=0
+    )
     np.testing.assert_allclose(equal.stroke[0, :, 0], 0.08 * found.duty, rtol=1e-12)
     assert equal.run.rule == "equal cycle time"
 
 
-def test_what_the_joints_cannot_follow_is_nan_with_its_reason(found: hp.GaitEnergy) -> None:
+def test_what_the_joints_cannot_follow_is_nan_with_its_reason(found: hp.study.GaitEnergy) -> None:
     assert np.isnan(found.cost_of_transport[:, 1, 2]).all()
     assert all("its limit is 6 rad/s" in text for text in found.reason[:, 1, 2])
     assert (found.reason[:, 0, :2] == "").all()
@@ -98,7 +101,7 @@ def test_what_the_joints_cannot_follow_is_nan_with_its_reason(found: hp.GaitEner
 
 def test_ties_within_the_stated_error_are_told() -> None:
     """Costs made up: 1 % apart with a stated error of 1 %, then of 0.1 %."""
-    base = hp.gait_energy(SCENES["s2"], GAITS, [0.1], stroke=0.06, accuracy=1e-3, check=0)
+    base = hp.study.gait_energy(SCENES["s2"], GAITS, [0.1], stroke=0.06, accuracy=1e-3, check=0)
     costs = np.array([[[1.00], [1.01]]])
     for error, names in ((0.01, ("tripod", "wave 3/4")), (0.001, ("tripod",))):
         made = altered(base, costs, error)
@@ -111,7 +114,7 @@ def test_ties_within_the_stated_error_are_told() -> None:
         base.cheapest("joy")
 
 
-def altered(base: hp.GaitEnergy, costs: np.ndarray, error: float) -> hp.GaitEnergy:
+def altered(base: hp.study.GaitEnergy, costs: np.ndarray, error: float) -> hp.study.GaitEnergy:
     """Return what was found with other costs of transport and another stated error."""
     from dataclasses import replace
 
@@ -121,7 +124,7 @@ def altered(base: hp.GaitEnergy, costs: np.ndarray, error: float) -> hp.GaitEner
     return replace(base, cost_of_transport=costs, check=check)
 
 
-def test_low_duty_is_cheaper_where_all_walk(found: hp.GaitEnergy) -> None:
+def test_low_duty_is_cheaper_where_all_walk(found: hp.study.GaitEnergy) -> None:
     """The sign that Roy and Pratihar report, for mechanical energy: physics 2.5."""
     test = found.duty_test("cost_of_transport_positive", "s2")
     assert test is not None and test.low_is_cheaper
@@ -129,7 +132,7 @@ def test_low_duty_is_cheaper_where_all_walk(found: hp.GaitEnergy) -> None:
     assert test.cost[0] < test.cost[1]
 
 
-def test_one_file_holds_the_whole_study(found: hp.GaitEnergy, tmp_path: Path) -> None:
+def test_one_file_holds_the_whole_study(found: hp.study.GaitEnergy, tmp_path: Path) -> None:
     import xarray
 
     walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.06, cycle_time=0.8))
@@ -140,21 +143,21 @@ def test_one_file_holds_the_whole_study(found: hp.GaitEnergy, tmp_path: Path) ->
         ),
         "walk": hp.simulate(SCENES["s2"], walk, duration=0.1),
     }
-    path = hp.write_study(tmp_path / "study.nc", parts)
+    path = hp.study.write_study(tmp_path / "study.nc", parts)
     assert netcdf_groups(path) == tuple(sorted(parts))
-    assert hp.load_study(path) == parts
+    assert hp.study.load_study(path) == parts
     with xarray.open_dataset(path, group="gait_energy", engine="h5netcdf") as data:
-        for name in LAYOUT:
+        for name in schema(hp.study.GaitEnergy):
             assert {"units", "long_name"} <= set(data[name].attrs)
         assert data["cost_of_transport"].sel(gait="tripod", scene="s2").shape == (3,)
-    assert hp.load_gait_energy(found.save(tmp_path / "alone.nc")) == found
+    assert hp.study.load_gait_energy(found.save(tmp_path / "alone.nc")) == found
     with refused(TraceFileError, about=("alone.nc", "hexapod_pin.gait_energy")):
-        hp.load_study(tmp_path / "alone.nc")
+        hp.study.load_study(tmp_path / "alone.nc")
     with refused(ParameterError, "parts", "a/b"):
-        hp.write_study(tmp_path / "no.nc", {"a/b": found})
+        hp.study.write_study(tmp_path / "no.nc", {"a/b": found})
 
 
-def test_table_and_figure(found: hp.GaitEnergy, tmp_path: Path) -> None:
+def test_table_and_figure(found: hp.study.GaitEnergy, tmp_path: Path) -> None:
     text = found.table("cost_of_transport", "s2")
     assert "tripod" in text and "*" in text.splitlines()[2]
     path = write_gait_energy_figure(found, tmp_path / "energy.png", costs=COSTS)
@@ -175,13 +178,13 @@ def test_table_and_figure(found: hp.GaitEnergy, tmp_path: Path) -> None:
 def test_what_is_out_of_range_is_refused(change: dict, name: str, value: object) -> None:
     settings = {"scenes": SCENES, "gaits": GAITS, "speeds": SPEEDS, **change}
     with refused(ParameterError, name, value):
-        hp.gait_energy(**settings)
+        hp.study.gait_energy(**settings)
 
 
 def test_an_interrupted_study_keeps_what_is_done() -> None:
     def stop(fraction: float) -> None:
         raise KeyboardInterrupt
 
-    with pytest.raises(SweepInterrupted) as caught:
-        hp.gait_energy(SCENES["s2"], GAITS, [0.1], stroke=0.06, accuracy=1e-3, progress=stop)
+    with pytest.raises(StudyInterrupted) as caught:
+        hp.study.gait_energy(SCENES["s2"], GAITS, [0.1], stroke=0.06, accuracy=1e-3, progress=stop)
     assert np.isfinite(caught.value.result.cost_of_transport).sum() == 1

@@ -140,7 +140,7 @@ def test_table_and_summary() -> None:
     assert summary(results) == (
         "1 pass, 1 FAIL, 1 expected failure, 1 unexpected pass, 1 not run; 5 results, 3 s"
     )
-    assert table.markdown().count("\n") == 7 and "a/b" in table.markdown()
+    assert table.markdown().count("\n") == 7 and r"a\|b" in table.markdown()
     assert "expected failure: order 1" in table.text()
     nearer = CaseResult("HC38b", "c", "closed form", 9e-16, 1e-15, "m")
     assert worst_results([*results, nearer]) == [nearer, results[1], results[3]]

@@ -48,7 +48,7 @@ def texts() -> dict[str, dict[str, Any]]:
     """Return the tables of a scene with loads, of cases of every kind, and of a study."""
     loads = [
         hp.Payload("base_link", 1.0), hp.Push("lf_tibia", force=(1, 0, 0), start=0.1, duration=0.1),
-        hp.LostLeg("lf", 0.5), hp.MassFactor(1.1),
+        hp.LostLeg("lf", 0.5), hp.loads.MassFactor(1.1),
     ]  # fmt: skip
     stairs = hp.Stairs(rise=0.02, run=0.2, count=3)
     walk = hp.KinematicControl(GAIT)
@@ -57,7 +57,7 @@ def texts() -> dict[str, dict[str, Any]]:
     cases = {
         "walk": hp.Case(SCENE, walk, duration=0.02, accuracy=1e-3, record=["motion"]),
         "feedback": hp.Case(SCENE, control, checkpoint, duration=0.02),
-        "arc": hp.Case(SCENE, hp.ArcWalk(GAIT), duration=0.02),
+        "arc": hp.Case(SCENE, hp.motion.ArcWalk(GAIT), duration=0.02),
         "hold": hp.Case(SCENE, hp.HoldPosture(), ROBOT.stand(), method="robust", step=1e-3),
     }
     study = {
@@ -80,14 +80,16 @@ def texts() -> dict[str, dict[str, Any]]:
 
 
 READERS: dict[str, Callable[[str], Any]] = {
-    "scene": hp.Scene.from_toml, "study": hp.SweepStudy.from_toml,
+    "scene": hp.Scene.from_toml, "study": hp.study.SweepStudy.from_toml,
     **dict.fromkeys(("walk", "feedback", "arc", "hold"), hp.Case.from_toml),
 }  # fmt: skip
 
 
 def places(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield the path of every key, and of the first two items of lists."""
-    items = data.items() if isinstance(data, dict) else enumerate(data[:2])
+    """Yield the path of every key, and of the first item of lists, or two that are tables."""
+    if isinstance(data, list):
+        data = data[: 2 if isinstance(data[0] if data else 0, dict) else 1]
+    items = data.items() if isinstance(data, dict) else enumerate(data)
     for key, value in items:
         yield (*path, key)
         if isinstance(value, dict | list):
@@ -129,9 +131,9 @@ def test_every_key_with_a_value_of_every_type(name: str) -> None:
     ("path", "value", "name"),
     [
         (("gravity",), 3, "scene.gravity"),
-        (("gravity",), [0.0, "x", 0.0], "scene.gravity.1"),
+        (("gravity",), [0.0, "x", 0.0], "scene.gravity[1]"),
         (("robot",), "kharagpur", "scene.robot"),
-        (("robot", "feet"), [[1.0]], "robot.feet.0"),
+        (("robot", "feet"), [[1.0]], "robot.feet[0]"),
         (("robot", "options"), {"mend": datetime.date(2020, 1, 1)}, "LoadOptions.mend"),
         (("terrain",), [], "scene.terrain"),
         (("terrain", "kind"), [], "terrain.kind"),
@@ -163,7 +165,7 @@ def test_what_is_no_text_of_a_scene_is_refused(text: Any) -> None:
     """A key of 50 000 parts took 40 s."""
     readers: list[Callable[[Any], Any]] = [hp.Scene.from_toml, hp.Case.from_toml]
     begin = time.process_time()
-    for read in (*readers, hp.SweepStudy.from_toml):
+    for read in (*readers, hp.study.SweepStudy.from_toml):
         with pytest.raises(ParameterError):
             read(text)
     assert time.process_time() - begin < 10.0
@@ -192,7 +194,7 @@ def test_bench_refuses_what_is_no_scene(run: Run, tmp_path: Path, wrong: bytes, 
 
 
 @cache
-def stood() -> hp.Checkpoint:
+def stood() -> hp.results.Checkpoint:
     """Return where a robot stands that has held its posture."""
     return hp.simulate(SCENE, hp.HoldPosture(), duration=0.01).checkpoint
 
@@ -205,15 +207,19 @@ class Hold:
     def start(self, scene: hp.Scene, batch: int) -> None:
         """Remember nothing."""
 
-    def update(self, time: float, m: hp.Measurement, state: Any) -> tuple[hp.Command, Any]:
+    def update(
+        self, time: float, m: hp.feedback.Measurement, state: Any
+    ) -> tuple[hp.feedback.Command, Any]:
         """Return the posture."""
-        return hp.Command(np.tile(ROBOT.posture, (len(m.q), 1)), ramp=True), state
+        return hp.feedback.Command(np.tile(ROBOT.posture, (len(m.q), 1)), ramp=True), state
 
 
 @pytest.mark.parametrize("late", [1e17, 1e300, 1e13, -1e17, -1e-3, math.nan, math.inf, "0", None])
 def test_no_checkpoint_is_at_such_a_time(late: Any) -> None:
-    for make in (lambda: replace(stood(), time=late),
-                 lambda: hp.Checkpoint.from_dict({**stood().to_dict(), "time": late})):  # fmt: skip
+    for make in (
+        lambda: replace(stood(), time=late),
+        lambda: hp.results.Checkpoint.from_dict({**stood().to_dict(), "time": late}),
+    ):
         with pytest.raises(ParameterError) as caught:
             make()
         assert caught.value.name.lower() == "checkpoint.time"
@@ -271,9 +277,9 @@ def test_samples_before_a_time() -> None:
 
 @pytest.mark.parametrize(
     ("until", "name"),
-    [(1e17, "until"), (1e300, "until"), (-1.0, "until"), (math.nan, "advance.until"),
-     (math.inf, "advance.until"), ("1", "advance.until"), (None, "advance.until"),
-     (True, "advance.until")],
+    [(1e17, "until"), (1e300, "until"), (-1.0, "until"), (math.nan, "Session.advance.until"),
+     (math.inf, "Session.advance.until"), ("1", "Session.advance.until"),
+     (None, "Session.advance.until"), (True, "Session.advance.until")],
 )  # fmt: skip
 def test_a_session_does_not_advance_beyond_its_clock(until: Any, name: str) -> None:
     session = hp.Session(SCENE)

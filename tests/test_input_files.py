@@ -26,7 +26,7 @@ from hexapod_pin.errors import (
     UrdfError,
 )
 from hexapod_pin.robot.reading import read_mesh
-from hexapod_pin.sweep.selection import load_motor_study
+from hexapod_pin.study.selection import load_motor_study
 from hexapod_pin.user_file import declare_output, outputs_of_command, read_bytes, read_text
 
 Run = Callable[..., SimpleNamespace]
@@ -42,10 +42,10 @@ READERS = {
     "catalogue": (hp.load_catalog, ".csv", CatalogError),
     "trace": (hp.load_trace, ".nc", TraceFileError),
     "summary": (hp.load_summary, ".json", TraceFileError),
-    "torque map": (hp.load_torque_map, ".nc", TraceFileError),
-    "gait energy": (hp.load_gait_energy, ".nc", TraceFileError),
-    "grids": (hp.load_study, ".nc", TraceFileError),
-    "store": (hp.open_sweep, ".db", SweepStoreError),
+    "torque map": (hp.study.load_torque_map, ".nc", TraceFileError),
+    "gait energy": (hp.study.load_gait_energy, ".nc", TraceFileError),
+    "grids": (hp.study.load_study, ".nc", TraceFileError),
+    "store": (hp.study.open_sweep, ".db", SweepStoreError),
     "heights": (lambda path: hp.HeightField.from_csv(path, 0.1), ".csv", ParameterError),
     "image": (lambda path: hp.HeightField.from_image(path, 0.1, 0.1), ".png", ParameterError),
     "mesh": (read_mesh, ".stl", MeshError),

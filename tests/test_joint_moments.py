@@ -43,7 +43,7 @@ def test_standing_by_hand(stand: hp.Trace) -> None:
     from the trace's configuration by forward kinematics, without any dynamics algorithm. The stand
     still settles by 5e-10 m in an interval, and its accelerations are not counted here.
     """
-    found, robot = hp.joint_moments(stand), hp.load_robot("kharagpur")
+    found, robot = hp.results.joint_moments(stand), hp.load_robot("kharagpur")
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, stand.q[-1])
     for leg in LEGS:
@@ -68,7 +68,7 @@ def test_middle_legs_from_the_table_of_masses(stand: hp.Trace) -> None:
     The stand sags by 6 mrad at most: levers are known to 1e-3 of L2, and the tangential force
     times 0.1 m comes on top. Distal weight alone: 0.153 N m.
     """
-    found = hp.joint_moments(stand)
+    found = hp.results.joint_moments(stand)
     relief = G * L2 * (0.5 * FEMUR + TIBIA)
     assert relief == pytest.approx(0.153, abs=5e-4)
     foot = stand.foot("lm_foot")
@@ -85,7 +85,7 @@ def test_total_moment_of_coxa_to_femur(stand: hp.Trace) -> None:
     The coxa's vertical axis takes none of it: its motor sees next to nothing of what it carries.
     """
     assert (L1 + L2) / L2 == pytest.approx(1.70, abs=1e-3)
-    found = hp.joint_moments(stand)
+    found = hp.results.joint_moments(stand)
     foot = stand.foot("rm_foot")
     normal, outward = stand.foot_force[-1, foot, 2], -stand.foot_force[-1, foot, 1]
     height = 0.09879 + 0.01
@@ -107,9 +107,9 @@ def test_axis_torque_is_the_motors(stand: hp.Trace, walk: hp.Trace) -> None:
     `trace.torque` is of instants and the moments are means: where a foot lands they differ. in
     99 of 100 intervals they agree within 10 mN m, and the RMS is carried by the few others.
     """
-    at_rest = hp.joint_moments(stand)
+    at_rest = hp.results.joint_moments(stand)
     assert np.abs(at_rest.axis_residual[-100:]).max() < 1e-9
-    moving = hp.joint_moments(walk)
+    moving = hp.results.joint_moments(walk)
     assert moving.agreement < 0.02
     assert np.percentile(np.abs(moving.axis_residual), 99.0) < 0.01
     assert np.abs(moving.motor_torque).max() > 1.0
@@ -122,24 +122,24 @@ def test_torques_of_prescribed_joints() -> None:
     No servo smooths them: at the ends of swings accelerations jump, and so do torques of instants.
     """
     scene = hp.Scene(hp.load_robot("kharagpur"), prescribed=True)
-    trace = hp.simulate(scene, hp.ArcWalk(hp.Gait.tetrapod(cycle_time=1.2)), duration=3.6)
-    found = hp.joint_moments(trace)
+    trace = hp.simulate(scene, hp.motion.ArcWalk(hp.Gait.tetrapod(cycle_time=1.2)), duration=3.6)
+    found = hp.results.joint_moments(trace)
     assert found.agreement < 0.03
     assert np.percentile(np.abs(found.axis_residual), 90.0) < 0.005
 
 
 def test_trunk_is_in_balance(walk: hp.Trace) -> None:
     """Six equations that no motor enters: forces to 1e-3 of the weight, moments likewise."""
-    found, weight = hp.joint_moments(walk), 30.3
+    found, weight = hp.results.joint_moments(walk), 30.3
     assert np.abs(found.base_residual[:, :3]).max() < 1e-3 * weight
     assert np.abs(found.base_residual[:, 3:]).max() < 1e-3 * weight * 0.1
 
 
 def test_time_is_the_middle_of_intervals(walk: hp.Trace) -> None:
-    found, window = hp.joint_moments(walk), hp.torque_budget(walk).window
+    found, window = hp.results.joint_moments(walk), hp.torque_budget(walk).window
     assert found.time[0] == pytest.approx(window.start + 1e-3)
     assert found.time[-1] == pytest.approx(window.end - 1e-3)
-    every = hp.joint_moments(walk, whole=True)
+    every = hp.results.joint_moments(walk, whole=True)
     assert len(every.time) == len(walk.time) - 1
     assert every.moment[every.ends == found.ends[0]] == pytest.approx(found.moment[:1], abs=1e-14)
 
@@ -154,7 +154,7 @@ def test_payload_and_push_are_known() -> None:
                 start=0.5, duration=9.0),
     ]  # fmt: skip
     trace = standing(loads=loads)
-    found = hp.joint_moments(trace)
+    found = hp.results.joint_moments(trace)
     assert np.abs(found.axis_residual[-100:]).max() < 1e-6
     assert np.abs(found.base_residual[-100:]).max() < 1e-6
 
@@ -166,7 +166,7 @@ def test_trunk_on_the_ground() -> None:
     scene = hp.Scene(robot, loads=loads, body_contact=True)
     trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, accuracy=1e-6)
     assert trace.contact[-1, 6:].any()
-    found = hp.joint_moments(trace)
+    found = hp.results.joint_moments(trace)
     assert np.abs(found.base_residual[-100:]).max() < 1e-3
     assert np.abs(found.axis_residual[-100:]).max() < 1e-3
 
@@ -179,7 +179,7 @@ def test_motor_turns_its_rotor_and_its_friction() -> None:
     scene = hp.Scene(robot, servo=hp.Servo(kp=240.0, kd=4.8, motor=motor))
     gait = hp.Gait.tetrapod(stroke=0.1, cycle_time=0.8)
     trace = hp.simulate(scene, hp.KinematicControl(gait), duration=2.4, accuracy=1e-5)
-    found = hp.joint_moments(trace)
+    found = hp.results.joint_moments(trace)
     p99 = np.percentile(np.abs(found.axis_residual), 99.0)
     without = np.percentile(np.abs(found.motor_torque - found.axis_torque), 99.0)
     assert p99 < 0.02
@@ -188,15 +188,17 @@ def test_motor_turns_its_rotor_and_its_friction() -> None:
 
 def test_what_cannot_be_built_again_is_refused(walk: hp.Trace) -> None:
     with refused(ParameterError, "Trace.run.robot.urdf"):
-        hp.joint_moments(synthetic_trace(urdf=None))
+        hp.results.joint_moments(synthetic_trace(urdf=None))
     with refused(ParameterError, "Trace.run.robot"):
-        hp.joint_moments(synthetic_trace(urdf="<robot"))
+        hp.results.joint_moments(synthetic_trace(urdf="<robot"))
     athena = hp.load_robot("athena").urdf
     with refused(ParameterError, "Trace.joint_names"):
-        hp.joint_moments(synthetic_trace(urdf=athena.replace("lf_coxa_joint", "other_joint")))
+        hp.results.joint_moments(
+            synthetic_trace(urdf=athena.replace("lf_coxa_joint", "other_joint"))
+        )
     case = hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.1)
     text = f'{case.to_toml()}\n[[scene.loads]]\nkind = "rocket"\n'
     with refused(ParameterError, "loads[0].kind", "rocket"):
-        hp.joint_moments(synthetic_trace(case=RunCase(text=text)))
+        hp.results.joint_moments(synthetic_trace(case=RunCase(text=text)))
     with refused(UnknownNameError, kind="joint", name="knee"):
-        hp.joint_moments(walk).joint("knee")
+        hp.results.joint_moments(walk).joint("knee")

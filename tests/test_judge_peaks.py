@@ -6,14 +6,14 @@ import math
 import signal
 from dataclasses import replace
 from functools import cache
-from importlib import import_module
 
 import numpy as np
 import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
+from hexapod_pin.errors import DivergenceError, ParameterError, StudyInterrupted
+from hexapod_pin.study.runs.runner import Rows, Runner
 
 GAITS = {
     "tripod": hp.Gait.tripod,
@@ -50,10 +50,10 @@ def test_every_verdict_is_that_of_peaks_computed_independently(name: str, gait: 
     cycle = SLOWER.get(gait, CYCLE) if name == "athena" else CYCLE
     control = hp.KinematicControl(GAITS[gait](stroke=0.02, lift=0.01, cycle_time=cycle))
     case = hp.Case(scene, control, duration=3 * cycle, **QUICK)
-    found = hp.judge_peaks(case)
+    found = hp.study.judge_peaks(case)
     contact, servo = scene.contact, scene.servos
-    normal = hp.Restitution(stiffness=2 * contact.normal.stiffness, restitution=0.3)
-    friction = hp.StickSlip(mu=0.7, stiffness=4e4, damping=60.0 * math.sqrt(2.0))
+    normal = hp.contact.Restitution(stiffness=2 * contact.normal.stiffness, restitution=0.3)
+    friction = hp.contact.StickSlip(mu=0.7, stiffness=4e4, damping=60.0 * math.sqrt(2.0))
     stiff_feet = replace(scene, contact=hp.Contact(normal=normal, friction=friction))
     stiff_servos = replace(scene, servo=hp.Servo(kp=2 * servo.kp, kd=2 * servo.kd))
     fine = {"accuracy": 1e-3, "sample": 0.01 / 3}
@@ -110,7 +110,7 @@ def calm_scene() -> hp.Scene:
 
 
 def test_peaks_that_nothing_moves_are_peaks() -> None:
-    found = hp.judge_peaks(walk(calm_scene(), accuracy=1e-3))
+    found = hp.study.judge_peaks(walk(calm_scene(), accuracy=1e-3))
     assert {row.name: row.verdict for row in found.kinds} == dict.fromkeys(
         ("coxa", "femur", "tibia"), "peak"
     )
@@ -121,7 +121,7 @@ def test_peaks_that_nothing_moves_are_peaks() -> None:
 def test_a_stiff_contact_turns_a_peak_into_a_range_that_names_it() -> None:
     """The scene whose peaks hold, with feet a hundred times stiffer: touch-downs dominate."""
     hard = replace(calm_scene(), contact=soft_feet(100 / 0.02))
-    row = hp.judge_peaks(walk(hard, accuracy=1e-3)).kind("tibia")
+    row = hp.study.judge_peaks(walk(hard, accuracy=1e-3)).kind("tibia")
     assert row.verdict == "range"
     assert "contact stiffness" in row.moved_by
     assert "doubled contact stiffness +" in row.text
@@ -129,7 +129,7 @@ def test_a_stiff_contact_turns_a_peak_into_a_range_that_names_it() -> None:
 
 def test_coarse_steps_turn_peaks_into_ranges_that_name_accuracy_alone() -> None:
     """The scene whose peaks hold: stiffness is varied at the finer step, and is not blamed."""
-    found = hp.judge_peaks(walk(calm_scene(), step=5e-3))
+    found = hp.study.judge_peaks(walk(calm_scene(), step=5e-3))
     assert "step 0.0005 instead of 0.005 s" in found.table()
     for row in found.kinds:
         assert (row.verdict, row.moved_by) == ("range", ("accuracy",))
@@ -138,7 +138,7 @@ def test_coarse_steps_turn_peaks_into_ranges_that_name_accuracy_alone() -> None:
 
 def test_soft_servos_turn_peaks_into_ranges_that_name_them() -> None:
     soft = replace(calm_scene(), servo=stiff_servos(0.1))
-    row = hp.judge_peaks(walk(soft, accuracy=1e-3)).kind("femur")
+    row = hp.study.judge_peaks(walk(soft, accuracy=1e-3)).kind("femur")
     assert (row.verdict, row.moved_by) == ("range", ("servo stiffness",))
 
 
@@ -147,7 +147,7 @@ def test_the_motor_of_a_quasi_static_walk_is_sized_by_a_peak() -> None:
     scene = hp.Scene(robot(), contact=hp.Contact.s1(), servo=stiff_servos(2.0))
     control = hp.KinematicControl(hp.Gait.tripod(stroke=0.05, cycle_time=10 * CYCLE))
     case = hp.Case(scene, control, duration=30 * CYCLE, accuracy=1e-2, sample=0.02)
-    row = hp.judge_peaks(case).kind("femur")
+    row = hp.study.judge_peaks(case).kind("femur")
     assert row.verdict == "peak"
     assert max(map(abs, row.changes.values())) < 0.01
 
@@ -157,9 +157,9 @@ def test_a_trace_gives_the_verdict_of_its_case() -> None:
     case = walk(calm_scene())
     trace = case.run()
     done: list[float] = []
-    found = hp.judge_peaks(trace, progress=done.append)
+    found = hp.study.judge_peaks(trace, progress=done.append)
     assert done == pytest.approx([1 / 3, 2 / 3, 1.0])
-    assert found == hp.judge_peaks(case, threads=2)
+    assert found == hp.study.judge_peaks(case, threads=2)
     cut = int(0.9 * len(trace.time))
     arrays = ("time", "q", "v", "torque", "q_ref", "v_ref", "com")
     arrays += ("foot_position", "foot_force", "foot_impulse", "foot_normal", "foot_gap")
@@ -171,23 +171,23 @@ def test_a_trace_gives_the_verdict_of_its_case() -> None:
     )
     done = float(early.time[-1] - early.time[0])
     with refused(ParameterError, "trace", done, allowed=(3 * CYCLE,)):
-        hp.judge_peaks(early)
+        hp.study.judge_peaks(early)
 
 
 def test_a_run_without_a_whole_cycle_is_refused_and_says_how_long() -> None:
     case = replace(walk(calm_scene()), duration=2.5)
     for run in (case, case.run()):
         with refused(ParameterError, "duration", 2.5, allowed=(3 * CYCLE,)):
-            hp.judge_peaks(run)
+            hp.study.judge_peaks(run)
     with refused(ParameterError, "Case.duration", None):
-        hp.judge_peaks(replace(case, duration=None))
-    with refused(ParameterError, "run", "str"):
-        hp.judge_peaks("walk.nc")
+        hp.study.judge_peaks(replace(case, duration=None))
+    with refused(ParameterError, "judge_peaks.run", "walk.nc"):
+        hp.study.judge_peaks("walk.nc")
 
 
 def test_a_posture_without_cycles_is_judged_over_the_second_half() -> None:
     case = hp.Case(calm_scene(), hp.HoldPosture(), duration=0.5, **QUICK)
-    found = hp.judge_peaks(case)
+    found = hp.study.judge_peaks(case)
     assert found.window.cycles is None
     assert found.kind("femur").verdict == "peak"
     assert "per window" in found.table()
@@ -195,7 +195,7 @@ def test_a_posture_without_cycles_is_judged_over_the_second_half() -> None:
 
 def test_prescribed_motion_has_no_servo_to_vary() -> None:
     scene = replace(calm_scene(), prescribed=True)
-    found = hp.judge_peaks(walk(scene))
+    found = hp.study.judge_peaks(walk(scene))
     assert "doubled servo stiffness: no servo: prescribed motion" in found.table()
     assert "servo stiffness" not in found.kind("femur").computed
 
@@ -203,7 +203,7 @@ def test_prescribed_motion_has_no_servo_to_vary() -> None:
 def test_a_torque_limit_is_no_peak() -> None:
     motor = hp.Motor(stall_torque=100.0, no_load_speed=100.0, peak_torque=0.7)
     servo = hp.Servo(kp=240.0, kd=4.8, motor={"femur": motor})
-    found = hp.judge_peaks(walk(hp.Scene(robot(), servo=servo)))
+    found = hp.study.judge_peaks(walk(hp.Scene(robot(), servo=servo)))
     row = found.kind("femur")
     assert (row.verdict, row.torque_peak.high) == ("at the limit", pytest.approx(0.7, rel=1e-6))
     assert row.at_limit > 0.0
@@ -225,8 +225,8 @@ class Standing:
             raise ParameterError("Contact.stiffness", scene.contact.normal.stiffness, "softer")
         return scene.robot.posture
 
-    def update(self, time: float, m: hp.Measurement, posture):
-        return hp.Command(np.tile(posture, (len(m.q), 1))), posture
+    def update(self, time: float, m: hp.feedback.Measurement, posture):
+        return hp.feedback.Command(np.tile(posture, (len(m.q), 1))), posture
 
     def to_dict(self) -> dict[str, object]:
         return {"kind": "standing", "stiffness": self.stiffness}
@@ -236,7 +236,7 @@ def test_a_closed_loop_that_refuses_stiffer_feet_is_told() -> None:
     scene = calm_scene()
     control = Standing()
     control.stiffness = 1.5 * scene.contact.normal.stiffness
-    found = hp.judge_peaks(hp.Case(scene, control, duration=0.2, **QUICK))
+    found = hp.study.judge_peaks(hp.Case(scene, control, duration=0.2, **QUICK))
     assert not found.hold
     for row in found.joints:
         assert row.verdict == "range unknown"
@@ -248,9 +248,9 @@ def test_a_closed_loop_that_refuses_stiffer_feet_is_told() -> None:
 def test_foot_control_keeps_its_gains_and_refuses_stiffer_servos() -> None:
     """A suspension that is stable on the servos it was given would shake on stiffer ones."""
     gait = hp.Gait.tripod(stroke=0.05, cycle_time=CYCLE)
-    control = hp.FootControl(gait, suspension=hp.VirtualSuspension())
+    control = hp.FootControl(gait, suspension=hp.foot_control.VirtualSuspension())
     case = hp.Case(hp.Scene(robot()), control, duration=3 * CYCLE, **QUICK)
-    found = hp.judge_peaks(case)
+    found = hp.study.judge_peaks(case)
     row = found.kind("femur")
     assert row.text.startswith("range unknown: doubled servo stiffness was refused")
     assert row.changes.keys() == {"accuracy", "contact stiffness"}
@@ -258,28 +258,30 @@ def test_foot_control_keeps_its_gains_and_refuses_stiffer_servos() -> None:
 
 
 def test_divergence_is_a_verdict_but_not_of_the_run_itself(monkeypatch) -> None:
-    module = import_module("hexapod_pin.sweep.judge_peaks")
-    real, lost = module.simulate_batch, {2}
+    real, lost = Runner.rows, {2}
 
-    def losing(cases, **settings):
-        results = real(cases, **settings)
-        return [DivergenceError("far", None) if k in lost else r for k, r in enumerate(results)]
+    def losing(runner, cases, measure):
+        rows = real(runner, cases, measure)
+        return Rows([DivergenceError("far", None) if k in lost else r for k, r in enumerate(rows)])
 
-    monkeypatch.setattr(module, "simulate_batch", losing)
+    monkeypatch.setattr(Runner, "rows", losing)
     case = hp.Case(calm_scene(), hp.HoldPosture(), duration=0.2, **QUICK)
-    row = hp.judge_peaks(case).kind("femur")
+    row = hp.study.judge_peaks(case).kind("femur")
     assert row.text.startswith("range unknown: doubled contact stiffness diverged (")
     lost.add(0)
     with refused(DivergenceError, about=("far",)):
-        hp.judge_peaks(case)
+        hp.study.judge_peaks(case)
 
 
 def test_an_accuracy_that_cannot_be_tightened_leaves_the_range_unknown() -> None:
     """`ndf` takes over from the default method; below its own limit nothing does."""
     case = hp.Case(calm_scene(), hp.HoldPosture(), duration=0.02, accuracy=5e-8)
-    assert "accuracy 5e-09 instead of 5e-08 m and rad, ndf instead" in hp.judge_peaks(case).table()
+    assert (
+        "accuracy 5e-09 instead of 5e-08 m and rad, ndf instead"
+        in hp.study.judge_peaks(case).table()
+    )
     tight = replace(case, method="ndf", accuracy=5e-12)
-    row = hp.judge_peaks(tight).kind("femur")
+    row = hp.study.judge_peaks(tight).kind("femur")
     assert row.text.startswith("range unknown: ten times the accuracy is out of reach")
     assert row.changes.keys() == {"contact stiffness", "servo stiffness"}
 
@@ -287,10 +289,12 @@ def test_an_accuracy_that_cannot_be_tightened_leaves_the_range_unknown() -> None
 def test_a_given_start_is_noted() -> None:
     start = robot().stand()
     case = hp.Case(calm_scene(), hp.HoldPosture(), start, duration=0.1, **QUICK)
-    assert any("given state" in note for note in hp.judge_peaks(case).notes)
+    assert any("given state" in note for note in hp.study.judge_peaks(case).notes)
 
 
 def test_ctrl_c_is_a_typed_error() -> None:
-    with refused(SimulationInterrupted, trace=None, about=("peaks",)) as caught:
-        hp.judge_peaks(walk(calm_scene()), progress=lambda _: signal.raise_signal(signal.SIGINT))
-    assert caught.value.results is not None and len(caught.value.results) == 4
+    with refused(StudyInterrupted, trace=None, about=("peaks",)) as caught:
+        hp.study.judge_peaks(
+            walk(calm_scene()), progress=lambda _: signal.raise_signal(signal.SIGINT)
+        )
+    assert len(caught.value.result) == 4 and not caught.value.result.complete

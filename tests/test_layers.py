@@ -17,8 +17,7 @@ else:
 ROOT = Path(__file__).parents[1]
 
 IMPORTED_BY_NAME = {
-    "hexapod_pin": "public names are imported on first use",
-    "hexapod_pin.value_kinds": "names of annotations are those of the module's own imports",
+    "hexapod_pin.study.runs.measure": "a measure of a user's own, in a worker process",
     "hexapod_pin.benchmark.engines.engine": "engines that need a package of their own",
     "hexapod_pin.validation.checks.registry": "the checks of `verify` are those of its folder",
 }
@@ -37,10 +36,11 @@ READERS = {
     "hexapod_pin.results.trace_file": "a trace's file",
     "hexapod_pin.simulation.case": "a case's file",
     "hexapod_pin.spec": "TOML files of users",
-    "hexapod_pin.sweep.runs.outcome": "what a worker process returns",
-    "hexapod_pin.sweep.runs.store_schema": "a store's tables",
-    "hexapod_pin.sweep.runs.task": "the study that a worker process is given",
-    "hexapod_pin.sweep.runs.worker_main": "the task that a worker process is given",
+    "hexapod_pin.study.runs.measure": "the rows of a store",
+    "hexapod_pin.study.runs.outcome": "what a worker process returns",
+    "hexapod_pin.study.runs.store_schema": "a store's tables",
+    "hexapod_pin.study.runs.task": "the study that a worker process is given",
+    "hexapod_pin.study.runs.worker_main": "the task that a worker process is given",
     "hexapod_pin.validation.case_result": "reference data",
     "hexapod_pin.validation.cases.drop": "reference data",
     "hexapod_pin.validation.cases.mirror": "that a checkpoint survives a file is what it tests",

@@ -111,7 +111,7 @@ def test_a_foot_gives_way_to_a_force_as_its_servos_do(name):
 def walked(name: str, source: str, motor: hp.Motor | None = None) -> tuple[Recorded, np.ndarray]:
     """Return the recorded run of a walk, and the true forces at its ticks, trunk axes (K, 6, 3)."""
     scene = hp.Scene(robot(name), servo=hp.Servo(kp=100.0, kd=1.0, motor=motor))
-    force = hp.FootForceSensing(source=source)
+    force = hp.foot_control.FootForceSensing(source=source)
     run = Recorded(hp.FootControl(hp.Gait.tripod(), force=force))
     hp.simulate(scene, run, duration=3.0, sample=0.01)
     return run, np.array([m.foot_force[0, foot_order(name)] @ m.rotation[0] for m in run.told])

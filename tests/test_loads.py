@@ -185,7 +185,7 @@ def test_bad_toml_is_refused_by_name(robot: hp.Robot, text: str, name: str) -> N
     ("build", "name"),
     [
         (lambda: hp.Payload("a", 0.0), "Payload.mass"),
-        (lambda: hp.Payload("a", 1.0, (0.0, np.nan, 0.0)), "Payload.position.1"),
+        (lambda: hp.Payload("a", 1.0, (0.0, np.nan, 0.0)), "Payload.position[1]"),
         (lambda: hp.Payload("a", 1.0, inertia=np.diag([1.0, 1.0, 2.1])), "Payload.inertia"),
         (lambda: hp.Payload("a", 1.0, inertia=(-1.0, 1.0, 1.0, 0.0, 0.0, 0.0)), "Payload.inertia"),
         (

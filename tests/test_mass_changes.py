@@ -22,7 +22,7 @@ def robot():
 
 
 def test_a_factor_scales_every_body_and_moves_none(robot):
-    scene = hp.Scene(robot, loads=[hp.MassFactor(1.25)])
+    scene = hp.Scene(robot, loads=[hp.loads.MassFactor(1.25)])
     model = loaded_model(scene)
     for ours, theirs in zip(list(model.inertias)[1:], list(robot.model.inertias)[1:], strict=True):
         np.testing.assert_allclose(ours.mass, 1.25 * theirs.mass, rtol=1e-15)
@@ -32,7 +32,7 @@ def test_a_factor_scales_every_body_and_moves_none(robot):
 
 
 def test_a_factor_on_one_link_leaves_the_others(robot):
-    scene = hp.Scene(robot, loads=[hp.MassFactor(2.0, [LINK])])
+    scene = hp.Scene(robot, loads=[hp.loads.MassFactor(2.0, [LINK])])
     alone = robot.model.inertias[robot.model.getJointId("lf_tibia_joint")].mass
     np.testing.assert_allclose(scene.total_mass, robot.total_mass + alone, rtol=1e-14)
     np.testing.assert_allclose(body(scene).mass, 2.0 * alone, rtol=1e-15)
@@ -40,7 +40,7 @@ def test_a_factor_on_one_link_leaves_the_others(robot):
 
 def test_gravity_torque_scales_with_the_factor(robot):
     """An independent path: static joint torques are linear in all masses together."""
-    heavy = loaded_model(hp.Scene(robot, loads=[hp.MassFactor(1.5)]))
+    heavy = loaded_model(hp.Scene(robot, loads=[hp.loads.MassFactor(1.5)]))
     q = robot.stand().q
     ours = pin.computeGeneralizedGravity(heavy, heavy.createData(), q)
     bare = pin.computeGeneralizedGravity(robot.model, robot.model.createData(), q)
@@ -50,7 +50,7 @@ def test_gravity_torque_scales_with_the_factor(robot):
 def test_what_was_put_on_can_be_taken_away(robot):
     """A point put on a link and removed again leaves the link as it was."""
     place = (0.02, -0.01, -0.03)
-    loads = [hp.Payload(LINK, 0.05, place), hp.RemovedMass(LINK, 0.05, place)]
+    loads = [hp.Payload(LINK, 0.05, place), hp.loads.RemovedMass(LINK, 0.05, place)]
     ours, theirs = body(hp.Scene(robot, loads=loads)), body(hp.Scene(robot))
     np.testing.assert_allclose(ours.mass, theirs.mass, rtol=1e-14)
     np.testing.assert_allclose(ours.lever, theirs.lever, atol=1e-16)
@@ -73,18 +73,20 @@ def test_two_points_less_one_is_the_other():
     [(5.0, (0.0, 0.0, 0.0), "kg are left"), (0.1, (0.2, 0.0, 0.0), "principal moments")],
 )
 def test_more_than_the_link_has_is_refused(robot, mass, place, left):
-    with refused(hp.errors.ParameterError, "mass removed from lf_tibia", mass) as found:
-        hp.Scene(robot, loads=[hp.RemovedMass(LINK, mass, place)])
+    with refused(hp.errors.ParameterError, "RemovedMass.mass[lf_tibia]", mass) as found:
+        hp.Scene(robot, loads=[hp.loads.RemovedMass(LINK, mass, place)])
     assert LINK in str(found.value) and "other side of the joint" in str(found.value)
 
 
 @pytest.mark.parametrize("factor", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_factor_must_be_positive(factor):
     with refused(hp.errors.ParameterError, "MassFactor.factor", factor):
-        hp.MassFactor(factor)
+        hp.loads.MassFactor(factor)
 
 
-@pytest.mark.parametrize("load", [hp.MassFactor(1.1, ["nowhere"]), hp.RemovedMass("nowhere", 0.1)])
+@pytest.mark.parametrize(
+    "load", [hp.loads.MassFactor(1.1, ["nowhere"]), hp.loads.RemovedMass("nowhere", 0.1)]
+)
 def test_an_unknown_link_is_named_with_its_load(robot, load):
     with refused(hp.errors.UnknownNameError, kind="link (Scene.loads[0].link)", name="nowhere"):
         hp.Scene(robot, loads=[load])
@@ -94,7 +96,11 @@ def test_a_case_keeps_them_and_its_trace_knows_the_masses(robot):
     """Text and back; the recorded robot, built from text alone, has the same masses."""
     from hexapod_pin.results.recorded_robot import RecordedRobot
 
-    loads = [hp.MassFactor(1.1, ["base_link"]), hp.RemovedMass(LINK, 0.01), hp.MassFactor(0.9)]
+    loads = [
+        hp.loads.MassFactor(1.1, ["base_link"]),
+        hp.loads.RemovedMass(LINK, 0.01),
+        hp.loads.MassFactor(0.9),
+    ]
     case = hp.Case(hp.Scene(robot, loads=loads), hp.HoldPosture(), duration=0.2, accuracy=1e-4)
     assert hp.Case.from_toml(case.to_toml()) == case
     trace = case.run()
@@ -105,7 +111,7 @@ def test_a_case_keeps_them_and_its_trace_knows_the_masses(robot):
 
 
 def test_a_standing_robot_weighs_on_its_feet_what_its_factor_says(robot):
-    scene = hp.Scene(robot, loads=[hp.MassFactor(1.2)])
+    scene = hp.Scene(robot, loads=[hp.loads.MassFactor(1.2)])
     trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, accuracy=1e-6)
     force = trace.normal_force[-1].sum()
     np.testing.assert_allclose(force, 1.2 * robot.total_mass * 9.81, rtol=1e-3)

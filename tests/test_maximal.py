@@ -25,13 +25,13 @@ ROBOTS = ("kharagpur", "athena", "hexa_ref")
 TERRAINS = {
     "slope": hp.Slope(angle=0.2, heading=0.7),
     "stairs": hp.Stairs(rise=0.03, run=0.15, count=4, start=-0.3),
-    "groove": hp.Groove(angle_left=0.4, angle_right=0.3, depth=0.04),
+    "groove": hp.terrain.Groove(angle_left=0.4, angle_right=0.3, depth=0.04),
     "hills": hp.HeightField.random(3, amplitude=0.01),
-    "patched": hp.PatchedGround(
+    "patched": hp.terrain.PatchedGround(
         ground=hp.Slope(angle=0.1),
-        patches=(hp.Patch(low=(-9, 0), high=(9, 9), friction=0.5, stiffness=2),),
+        patches=(hp.terrain.Patch(low=(-9, 0), high=(9, 9), friction=0.5, stiffness=2),),
     ),
-    "shaken": hp.ShakingGround(amplitude=2e-3, frequency=12.0),
+    "shaken": hp.terrain.ShakingGround(amplitude=2e-3, frequency=12.0),
 }
 
 
@@ -63,7 +63,7 @@ def test_accelerations_equal_the_core(name: str, contact: str) -> None:
 @pytest.mark.parametrize("friction", [*FRICTION, "stick-slip"])
 def test_every_pair_of_laws_equals_the_core(normal: str, friction: str) -> None:
     """First touch: touch speed that of the state, bristles at rest."""
-    sticks = hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0)
+    sticks = hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=60.0)
     law = sticks if friction == "stick-slip" else FRICTION[friction]
     contact = hp.Contact(normal=NORMAL[normal], friction=law)
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=contact)

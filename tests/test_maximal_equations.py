@@ -132,8 +132,8 @@ def test_unusable_urdf_is_refused() -> None:
 def test_laws_that_cannot_be_done_are_refused() -> None:
     bodies = maximal.read_bodies(pendulum(), ["arm"])
     stiff = hp.Contact(
-        normal=hp.HuntCrossley(stiffness=1e5),
-        friction=hp.StickSlip(mu=0.5, stiffness=1e4, damping=0),
+        normal=hp.contact.HuntCrossley(stiffness=1e5),
+        friction=hp.contact.StickSlip(mu=0.5, stiffness=1e4, damping=0),
     )
     with refused(hp.errors.ParameterError, "StickSlip.damping", 0.0):
         maximal.GroundContact(bodies, stiff, hp.Flat())

@@ -206,8 +206,8 @@ def test_laws_with_memory_equal_the_core() -> None:
     """
     scene, start, posture = vehicles.drop(vehicles.hexa_ref())
     contact = hp.Contact(
-        normal=hp.Restitution(stiffness=1e5, restitution=0.5),
-        friction=hp.StickSlip(mu=0.5, stiffness=5e3, damping=20.0),
+        normal=hp.contact.Restitution(stiffness=1e5, restitution=0.5),
+        friction=hp.contact.StickSlip(mu=0.5, stiffness=5e3, damping=20.0),
     )
     scene = hp.Scene(scene.robot, contact=contact, servo=scene.servos, stops=scene.joint_stops)
     twin, q, v = maximal_twin(scene), start.q.copy(), start.v.copy()

@@ -13,16 +13,16 @@ import hexapod_pin as hp
 RUBBER = hp.Contact.s1().normal.stiffness
 NORMAL = {
     "hunt-crossley": hp.Contact.s1().normal,
-    "kelvin-voigt": hp.KelvinVoigt(stiffness=4e4, damping=60.0),
+    "kelvin-voigt": hp.contact.KelvinVoigt(stiffness=4e4, damping=60.0),
     "adams-impact": hp.Contact.s2().normal,
-    "restitution": hp.Restitution(stiffness=RUBBER, restitution=0.3),
+    "restitution": hp.contact.Restitution(stiffness=RUBBER, restitution=0.3),
 }
 FRICTION = {
-    "stick-slip": hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
-    "tanh": hp.TanhCoulomb(mu=0.7, slope=1e3),
+    "stick-slip": hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
+    "tanh": hp.contact.TanhCoulomb(mu=0.7, slope=1e3),
     "adams": hp.Contact.s2().friction,
-    "smooth-step": hp.SmoothStep(mu_static=0.7, mu_dynamic=0.6, speed=5e-3),
-    "brown-mcphee": hp.BrownMcPhee(mu_static=0.7, mu_dynamic=0.6, speed=5e-3),
+    "smooth-step": hp.contact.SmoothStep(mu_static=0.7, mu_dynamic=0.6, speed=5e-3),
+    "brown-mcphee": hp.contact.BrownMcPhee(mu_static=0.7, mu_dynamic=0.6, speed=5e-3),
 }
 GROUND = {
     "flat": hp.Flat(),
@@ -54,7 +54,8 @@ def test_x3_and_ndf_walk_alike_and_robust_near(normal: str, friction: str, groun
 def test_a_spring_without_damper_is_for_fixed_steps(how: dict) -> None:
     """Stick-slip without damping has no rate of its own: adaptive methods say so."""
     contact = hp.Contact(
-        normal=NORMAL["hunt-crossley"], friction=hp.StickSlip(mu=0.7, stiffness=2e4, damping=0.0)
+        normal=NORMAL["hunt-crossley"],
+        friction=hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=0.0),
     )
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=contact)
     if how == {"method": "robust"}:

@@ -7,7 +7,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.scene.scene import loaded_model
-from hexapod_pin.sweep.selection.motor_cases import (
+from hexapod_pin.study.selection.motor_cases import (
     MOTOR_SHARE,
     assumed_motor_mass,
     mass_loads,

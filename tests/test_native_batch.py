@@ -71,7 +71,9 @@ def test_an_abandoned_batch_ends() -> None:
     scene = hp.Scene(hp.load_robot("kharagpur"))
     good = hp.KinematicControl(hp.Gait.tetrapod(stroke=0.1))
     impossible = hp.KinematicControl(hp.Gait.tetrapod(stroke=5.0))
-    done = hp.iterate_batch([Case(scene, good), Case(scene, impossible)], duration=60.0, threads=2)
+    done = hp.simulation.iterate_batch(
+        [Case(scene, good), Case(scene, impossible)], duration=60.0, threads=2
+    )
     index, error = next(done)
     assert index == 1 and isinstance(error, hp.errors.GaitError)
     done.close()

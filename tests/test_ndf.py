@@ -15,12 +15,12 @@ from hexapod_pin.simulation.plant import native_plant
 
 NO_STOPS = hp.JointStops(stiffness=0.0)
 STIFF_TANH = hp.Contact(
-    normal=hp.HuntCrossley(stiffness=1e8, dissipation=0.2),
-    friction=hp.TanhCoulomb(mu=0.7, slope=1e3),
+    normal=hp.contact.HuntCrossley(stiffness=1e8, dissipation=0.2),
+    friction=hp.contact.TanhCoulomb(mu=0.7, slope=1e3),
 )
 BRISTLE = hp.Contact(
     normal=hp.Contact.s1().normal,
-    friction=hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
+    friction=hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
 )
 
 
@@ -199,7 +199,7 @@ def test_held_set_points_end_steps_at_their_jumps() -> None:
     """Ten jumps of 0.1 rad, servos at their limits: each starts a new history, none is jumped."""
     robot = hp.load_robot("kharagpur")
     time = np.arange(10) * 0.013
-    held = hp.SampledTrajectory(
+    held = hp.motion.SampledTrajectory(
         time, robot.posture + 0.1 * (np.arange(10) % 2)[:, None], limited=False
     )
     scene = hp.Scene(robot, contact=hp.Contact.s1())

@@ -56,7 +56,7 @@ def test_hc33_derivatives_at_denormal_depth(name: str) -> None:
     if law.exponent == 1.0:
         slope = law.stiffness * (1.0 + 1.5e-3 * getattr(law, "dissipation", 0.0))
     assert d_depth == pytest.approx(slope, rel=1e-13, abs=1e-140)
-    at_touch = law.damping if isinstance(law, hp.KelvinVoigt) else 0.0
+    at_touch = law.damping if isinstance(law, hp.contact.KelvinVoigt) else 0.0
     assert d_rate == pytest.approx(at_touch, abs=1e-140)
 
 
@@ -109,7 +109,7 @@ def test_hc33_denormal_depth_and_rate(name: str) -> None:
 
 def test_touch_speed_has_a_floor() -> None:
     """A foot put down slower than the floor is damped as at the floor, not without bound."""
-    law = hp.Restitution(stiffness=1e6, restitution=0.3, speed_floor=2e-3)
+    law = hp.contact.Restitution(stiffness=1e6, restitution=0.3, speed_floor=2e-3)
     floor = float(law.force(1e-4, 1e-3, 2e-3))
     assert float(law.force(1e-4, 1e-3, 0.0)) == floor
     assert float(law.force(1e-4, 1e-3, 1e-310)) == floor
@@ -117,7 +117,7 @@ def test_touch_speed_has_a_floor() -> None:
 
 
 def test_kelvin_voigt_jumps_at_touch_down() -> None:
-    law = hp.KelvinVoigt(stiffness=1e4, damping=30.0)
+    law = hp.contact.KelvinVoigt(stiffness=1e4, damping=30.0)
     assert float(law.force(1e-12, 0.1)) == pytest.approx(3.0, rel=1e-8)  # K d is 1e-8 N
 
 
@@ -132,9 +132,11 @@ def test_hertz_stiffness_of_the_assumed_rubber_foot() -> None:
     """E 5 MPa, nu 0.49, R 20 mm: 1.24e6 N/m^1.5; 13.5 N sink it by 0.49 mm."""
     rubber = {"young": 5e6, "poisson": 0.49, "radius": 0.02}
     assert hertz_stiffness(**rubber) == pytest.approx(1.24e6, rel=2e-3)
-    assert float(hp.HuntCrossley.hertz(**rubber).force(0.49e-3)) == pytest.approx(13.5, rel=1e-2)
-    assert hp.Restitution.hertz(**rubber, restitution=0.3) == hp.Contact.accurate().normal
-    assert hp.HuntCrossley.hertz(**rubber, dissipation=20.0) == hp.Contact.s1().normal
+    assert float(hp.contact.HuntCrossley.hertz(**rubber).force(0.49e-3)) == pytest.approx(
+        13.5, rel=1e-2
+    )
+    assert hp.contact.Restitution.hertz(**rubber, restitution=0.3) == hp.Contact.accurate().normal
+    assert hp.contact.HuntCrossley.hertz(**rubber, dissipation=20.0) == hp.Contact.s1().normal
 
 
 @pytest.mark.parametrize(("name", "value"), [("young", 0.0), ("radius", -1.0), ("poisson", 0.6)])

@@ -113,14 +113,14 @@ def test_two_joint_legs_follow_one_direction(tmp_path: Path) -> None:
     assert np.abs(off[..., 2]).max() < 1e-9
     with refused(GaitError, quantity="posture", about=("singular",)):
         KinematicControl(hp.Gait.tripod(heading=np.pi / 2, **STEP)).plan(robot, 2.0)
-    wanted = hp.VelocityCommand(time=(0.0, 2.0), forward=(0.05, 0.0), turn_rate=(0.0, 0.2))
+    wanted = hp.motion.VelocityCommand(time=(0.0, 2.0), forward=(0.05, 0.0), turn_rate=(0.0, 0.2))
     with refused(GaitError, quantity="velocity"):
         KinematicControl(hp.Gait.tripod(**STEP), velocity=wanted).plan(robot, 4.0)
 
 
 def test_a_faster_command_in_the_same_direction_is_followed(tmp_path: Path) -> None:
     robot = load(legged(joints=2), tmp_path)
-    wanted = hp.VelocityCommand(time=(0.0, 2.0), forward=(0.03, 0.05))
+    wanted = hp.motion.VelocityCommand(time=(0.0, 2.0), forward=(0.03, 0.05))
     control = KinematicControl(hp.Gait.tripod(**STEP), velocity=wanted)
     plan, path = control.plan(robot, 4.0), control.path(robot)
     off = feet_of(robot, plan.q, leg_order(robot)) - path.positions(plan.time)
@@ -131,7 +131,7 @@ def test_a_faster_command_in_the_same_direction_is_followed(tmp_path: Path) -> N
 def test_what_needs_six_legs_of_three_joints_says_so(part: str, tmp_path: Path) -> None:
     robot = load(legged(joints=2), tmp_path)
     gait = hp.Gait.tetrapod(**STEP)
-    control = hp.ArcWalk(gait) if part == "ArcWalk" else hp.FootControl(gait)
+    control = hp.motion.ArcWalk(gait) if part == "ArcWalk" else hp.FootControl(gait)
     with refused(GaitError, quantity="legs", about=(part, "6", "2")):
         hp.simulate(hp.Scene(robot, servo=SERVO), control, duration=1.0)
 

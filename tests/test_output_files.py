@@ -194,6 +194,13 @@ def test_a_figure_without_matplotlib_is_a_typed_error(tmp_path: Path, monkeypatc
     assert (caught.value.name, caught.value.extra) == ("matplotlib", "plot")
 
 
+def test_a_report_as_pdf_without_fpdf2_is_refused_before_anything_runs(run: Run, monkeypatch):
+    monkeypatch.setitem(sys.modules, "fpdf", None)
+    done = run("select", "kharagpur", "--html", "motors.pdf", "--quick")
+    assert done.status == 2 and done.out == "" and done.left == []
+    assert "fpdf2" in done.err and "hexapod-pin[plot]" in done.err
+
+
 def _limited(line: tuple[str, ...], folder: Path, size: int) -> subprocess.CompletedProcess[str]:
     """Run a command whose files may have so many bytes."""
     return subprocess.run(

@@ -22,7 +22,9 @@ def robot() -> hp.Robot:
     return hp.load_robot("kharagpur")
 
 
-def degrees(robot: hp.Robot, motion: hp.JointMotion, joint: str, time: list[float]) -> np.ndarray:
+def degrees(
+    robot: hp.Robot, motion: hp.motion.JointMotion, joint: str, time: list[float]
+) -> np.ndarray:
     """Return a joint's angles from its standing angle, at times [s], by its function [deg]."""
     function = motion.motion[joint]
     assert not isinstance(function, float)
@@ -32,7 +34,7 @@ def degrees(robot: hp.Robot, motion: hp.JointMotion, joint: str, time: list[floa
 
 def test_legs_lift_in_the_printed_order(robot: hp.Robot) -> None:
     """Stages of T/3: legs (2, 3), then (1, 6), then (4, 5) are up by 6 degrees in the middle."""
-    motion = hp.paper_motion(robot)
+    motion = hp.motion.paper_motion(robot)
     middles = [0.4, 1.2, 2.0, 2.8]
     for number, leg in enumerate(LEG_NUMBERS, start=1):
         stage = next(k for k, pair in enumerate(((2, 3), (1, 6), (4, 5))) if number in pair)
@@ -47,7 +49,7 @@ def test_legs_lift_in_the_printed_order(robot: hp.Robot) -> None:
 def test_feet_go_back_in_stance_and_forward_in_swing(robot: hp.Robot) -> None:
     """By forward kinematics: x of each foot is largest at its placement, R sin 20 deg ahead."""
     gait, six = hp.Gait.tetrapod(), six_legs(robot)
-    plan = hp.paper_motion(robot).plan(robot, 8.0)
+    plan = hp.motion.paper_motion(robot).plan(robot, 8.0)
     curve = trajectory_curve(plan)
     for leg, phase in enumerate(gait.phases):
         placed = (1.0 + phase) * gait.cycle_time
@@ -68,9 +70,9 @@ def test_feet_go_back_in_stance_and_forward_in_swing(robot: hp.Robot) -> None:
 )
 def test_it_is_the_steady_arc_walk(robot: hp.Robot, gait: hp.Gait, profile: str) -> None:
     """`ArcPath.joints` is computed from the body's motion, at any time, without functions."""
-    walk = hp.ArcWalk(gait, amplitude=0.3, lift_angle=0.08, profile=profile)
+    walk = hp.motion.ArcWalk(gait, amplitude=0.3, lift_angle=0.08, profile=profile)
     path, six = walk.path(robot), six_legs(robot)
-    motion = hp.paper_motion(robot, gait, amplitude=0.3, lift_angle=0.08, profile=profile)
+    motion = hp.motion.paper_motion(robot, gait, amplitude=0.3, lift_angle=0.08, profile=profile)
     cycles = np.random.default_rng(2).uniform(2.0, 5.0, 3000)
     time = np.sort(cycles) * gait.cycle_time
     q, v = path.joints(time)
@@ -87,7 +89,7 @@ def test_there_is_no_ramp(robot: hp.Robot) -> None:
 
     At t = 0 legs 2 and 3 lift off, 4 and 5 were just placed, 1 and 6 are in mid-stance.
     """
-    plan, six = hp.paper_motion(robot).plan(robot, 4.8), six_legs(robot)
+    plan, six = hp.motion.paper_motion(robot).plan(robot, 4.8), six_legs(robot)
     curve, time = trajectory_curve(plan), np.linspace(0.0, 2.4, 401)
     np.testing.assert_allclose(curve(time), curve(time + 2.4), atol=1e-12)
     feet = six.kinematics.chain.forward(six.leg_rows(plan.q[0])[:, None])[:, 0]
@@ -98,7 +100,7 @@ def test_there_is_no_ramp(robot: hp.Robot) -> None:
 
 def test_stroke_sets_the_amplitude(robot: hp.Robot) -> None:
     """Asin(stroke / 2 R): 0.14 m takes 20.19 degrees."""
-    motion = hp.paper_motion(robot, stroke=0.14)
+    motion = hp.motion.paper_motion(robot, stroke=0.14)
     angle = np.abs(degrees(robot, motion, "lr_coxa_joint", [0.0]))
     assert angle == pytest.approx(np.degrees(np.arcsin(0.07 / 0.20284)), abs=1e-3)
     assert angle == pytest.approx(20.19, abs=0.005)
@@ -106,21 +108,21 @@ def test_stroke_sets_the_amplitude(robot: hp.Robot) -> None:
 
 
 def test_refusals(robot: hp.Robot) -> None:
-    with refused(ParameterError, "paper_motion amplitude", 0.3):
-        hp.paper_motion(robot, stroke=0.1, amplitude=0.3)
+    with refused(ParameterError, "paper_motion.amplitude", 0.3):
+        hp.motion.paper_motion(robot, stroke=0.1, amplitude=0.3)
     with refused(ParameterError, "paper_motion.stroke", float("nan")):
-        hp.paper_motion(robot, stroke=float("nan"))
+        hp.motion.paper_motion(robot, stroke=float("nan"))
     for stroke in (0.0, 0.41):
-        with refused(ParameterError, "paper_motion stroke", stroke, allowed=(0, 0.4057)):
-            hp.paper_motion(robot, stroke=stroke)
+        with refused(ParameterError, "paper_motion.stroke", stroke, allowed=(0, 0.4057)):
+            hp.motion.paper_motion(robot, stroke=stroke)
     with refused(ParameterError, "paper_motion.profile", "smooth"):
-        hp.paper_motion(robot, profile="smooth")  # type: ignore[arg-type]
+        hp.motion.paper_motion(robot, profile="smooth")  # type: ignore[arg-type]
     with refused(GaitError, quantity="cycle_time"):
-        hp.paper_motion(robot, hp.Gait.tetrapod(cycle_time=0.3))
+        hp.motion.paper_motion(robot, hp.Gait.tetrapod(cycle_time=0.3))
 
 
 def test_it_is_data(robot: hp.Robot) -> None:
     for profile in ("step", "constant"):
-        motion = hp.paper_motion(robot, profile=profile)
+        motion = hp.motion.paper_motion(robot, profile=profile)
         assert read_controller(motion.to_dict()) == motion
         assert len(motion.motion) == 12  # tibiae stand

@@ -32,7 +32,9 @@ def walked() -> hp.Summary:
     return summary
 
 
-def planted(*peaks: float, joint: int = 1, rest: float = 1.0, **others: object) -> hp.PeakVerdicts:
+def planted(
+    *peaks: float, joint: int = 1, rest: float = 1.0, **others: object
+) -> hp.study.PeakVerdicts:
     """Judge: one joint has these peaks in run, accuracy, contact, servo; all others `rest`."""
     summaries = {}
     for name, peak in zip(("run", *NAMES), peaks, strict=False):

@@ -29,7 +29,7 @@ def alternating() -> hp.Trace:
 
 def test_known_signals() -> None:
     """Constant within a phase: peak, p99 and RMS are that constant; shares are 0.6 and 0.4."""
-    found = hp.phase_torques(alternating())
+    found = hp.results.phase_torques(alternating())
     for phase, size, share in ((RETRACTION, 2.0, 0.6), (PROTRACTION, 1.0, 0.4)):
         row = found.row("lm_femur_joint", phase)
         assert (row.torque_peak, row.torque_p99, row.torque_rms) == pytest.approx((size,) * 3)
@@ -40,7 +40,7 @@ def test_known_signals() -> None:
 
 
 def test_a_phase_that_does_not_occur_has_no_numbers() -> None:
-    found = hp.phase_torques(alternating())
+    found = hp.results.phase_torques(alternating())
     row = found.row("lf_coxa_joint", PROTRACTION)
     assert row.share == 0.0
     assert row.torque_peak is None and row.moment_rms is None
@@ -50,7 +50,7 @@ def test_a_phase_that_does_not_occur_has_no_numbers() -> None:
 
 
 def test_every_joint_belongs_to_its_leg() -> None:
-    found = hp.phase_torques(alternating())
+    found = hp.results.phase_torques(alternating())
     assert [row.joint for row in found.rows[::2]] == list(JOINTS)
     assert [row.foot for row in found.rows[::6]] == list(FEET)
     for row in found.rows:
@@ -65,9 +65,9 @@ def test_walk(name: str) -> None:
     scene = hp.Scene(hp.load_robot(name))
     trace = hp.simulate(scene, hp.KinematicControl(gait), duration=3.6)
     found, budget, moments = (
-        hp.phase_torques(trace),
+        hp.results.phase_torques(trace),
         hp.torque_budget(trace),
-        hp.joint_moments(trace),
+        hp.results.joint_moments(trace),
     )
     for leg in ("lf", "lm", "lr", "rf", "rm", "rr"):
         stance = found.row(f"{leg}_femur_joint", RETRACTION)
@@ -86,7 +86,7 @@ def test_walk(name: str) -> None:
 
 
 def test_names_that_do_not_exist() -> None:
-    found = hp.phase_torques(alternating())
+    found = hp.results.phase_torques(alternating())
     known = ["retraction", "protraction"]
     with refused(UnknownNameError, kind="phase", name="swing", known=known):
         found.row("lm_femur_joint", "swing")

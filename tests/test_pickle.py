@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 import pytest
+from public_surface import surface
 from refusals import refused
 
 import hexapod_pin as hp
@@ -147,9 +148,9 @@ def samples(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
 
 
 PUBLIC = [
-    name
-    for name in sorted(hp.__all__)
-    if inspect.isclass(kind := getattr(hp, name)) and Protocol not in kind.__mro__[1:]
+    name.rpartition(".")[2]
+    for name, kind in sorted(surface().items())
+    if inspect.isclass(kind) and Protocol not in kind.__mro__[1:]
     and name != "Session"
 ]  # fmt: skip
 """Public types of data: all but what is to be implemented, and a run under way."""

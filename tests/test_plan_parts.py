@@ -77,7 +77,7 @@ def test_a_plan_too_long_to_be_made_at_once_is_refused(duration):
 
 
 def test_a_plan_too_large_for_memory_is_refused_with_its_size():
-    body = hp.BodyMotion(height=hp.Sine(amplitude=0.005, period=3.1))
+    body = hp.motion.BodyMotion(height=hp.motion.Sine(amplitude=0.005, period=3.1))
     control = hp.KinematicControl(GAIT, body=body)
     with refused(ParameterError, "duration", 1e5, allowed=(4, 8.88), about=("allow=True",)):
         hp.simulate(SCENE, control, duration=1e5, sample=10.0)
@@ -98,6 +98,6 @@ def test_a_short_run_from_a_late_checkpoint_plans_no_more_than_it_needs():
 )
 def test_a_sample_is_refused_that_would_take_too_much_of_a_plan(setting, sample, size):
     """Parts were planned for minutes, all to be held at once: none is forgotten within a sample."""
-    limits = hp.WorkLimits(steps=1e12)
+    limits = hp.simulation.WorkLimits(steps=1e12)
     with refused(ParameterError, "sample", sample, allowed=(4, size)):
         hp.simulate(SCENE, hp.KinematicControl(GAIT), duration=1e9, limits=limits, **setting)

@@ -138,8 +138,8 @@ def test_legs_of_another_shape_walk_for_many_cycles(tmp_path: Path) -> None:
     np.testing.assert_allclose(plan.v, v, atol=1e-7)
 
 
-def test_an_hour_takes_little_more_memory_than_its_knots(robot: Robot) -> None:
-    control = KinematicControl(GAITS["tetrapod"])
+def test_an_hour_takes_little_more_memory_than_its_knots() -> None:
+    robot, control = load_robot("kharagpur"), KinematicControl(GAITS["tetrapod"])
     control.plan(robot, 10.0)
     peaks = []
     for duration in (600.0, 3600.0):

@@ -16,7 +16,7 @@ from hexapod_pin.errors import SimulationInterrupted
 from hexapod_pin.simulation.case import run_case
 from hexapod_pin.simulation.plant import motion_at
 
-SWAYING = hp.BodyMotion(lateral=hp.Sine(amplitude=0.002, period=3.1))
+SWAYING = hp.motion.BodyMotion(lateral=hp.motion.Sine(amplitude=0.002, period=3.1))
 
 
 @pytest.fixture

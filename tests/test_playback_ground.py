@@ -21,9 +21,11 @@ from hexapod_pin.view.scene_graph import animation_command, scene_commands
 
 HILLS = hp.HeightField.random(7, amplitude=0.03, wavelength=0.5, size=4.0)
 STAIRS = hp.Stairs(rise=0.05, run=0.3, count=3, start=0.2, heading=0.4)
-GROOVE = hp.Groove(angle_left=0.5, angle_right=0.9)
+GROOVE = hp.terrain.Groove(angle_left=0.5, angle_right=0.9)
 PROFILES = (STAIRS, GROOVE)
-PATCHES = hp.PatchedGround(ground=HILLS, patches=(hp.Patch(low=(0.0, 0.0), high=(0.5, 0.3)),))
+PATCHES = hp.terrain.PatchedGround(
+    ground=HILLS, patches=(hp.terrain.Patch(low=(0.0, 0.0), high=(0.5, 0.3)),)
+)
 
 
 @pytest.fixture(scope="module")
@@ -137,7 +139,7 @@ def test_patches_are_outlined_on_the_surface(robot: hp.Robot) -> None:
 
 
 def test_shaken_ground_moves_in_the_picture(robot: hp.Robot) -> None:
-    table = hp.ShakingGround(amplitude=0.01, frequency=5.0)
+    table = hp.terrain.ShakingGround(amplitude=0.01, frequency=5.0)
     command = animation_command(standing(robot, table), fps=100.0)
     [clip] = [c["clip"] for c in command["animations"] if c["path"] == "/meshcat/ground"]
     [track] = clip["tracks"]

@@ -12,8 +12,8 @@ from hexapod_pin.arrays import Array
 
 MU, SLOPE, STIFFNESS, DISSIPATION = 0.6, 50.0, 3e5, 0.4
 CONTACT = hp.Contact(
-    normal=hp.HuntCrossley(stiffness=STIFFNESS, exponent=1.5, dissipation=DISSIPATION),
-    friction=hp.TanhCoulomb(mu=MU, slope=SLOPE),
+    normal=hp.contact.HuntCrossley(stiffness=STIFFNESS, exponent=1.5, dissipation=DISSIPATION),
+    friction=hp.contact.TanhCoulomb(mu=MU, slope=SLOPE),
 )
 METHODS = {  # with the error that its setting leaves after 0.4 s [m and rad]
     "extrapolated-euler": ({"accuracy": 1e-7}, 1e-6),
@@ -25,16 +25,16 @@ METHODS = {  # with the error that its setting leaves after 0.4 s [m and rad]
 }
 
 
-def moving_legs() -> hp.JointMotion:
+def moving_legs() -> hp.motion.JointMotion:
     """A foot lifted and set down again, another one swept, a third in oscillation."""
-    lift = hp.Step(start=0.05, end=0.15, initial=0.0, final=-0.15)
-    down = hp.Step(start=0.2, end=0.3, initial=0.0, final=0.15)
-    return hp.JointMotion(
+    lift = hp.motion.Step(start=0.05, end=0.15, initial=0.0, final=-0.15)
+    down = hp.motion.Step(start=0.2, end=0.3, initial=0.0, final=0.15)
+    return hp.motion.JointMotion(
         {
-            "lf_femur_joint": hp.Sum(terms=(lift, down)),
-            "rm_coxa_joint": hp.Step5(start=0.1, end=0.35, initial=0.0, final=0.2),
-            "lr_femur_joint": hp.Sine(amplitude=0.02, period=0.3),
-            "rf_tibia_joint": hp.Havsin(start=0.0, end=0.4, initial=np.pi / 2, final=1.6),
+            "lf_femur_joint": hp.motion.Sum(terms=(lift, down)),
+            "rm_coxa_joint": hp.motion.Step5(start=0.1, end=0.35, initial=0.0, final=0.2),
+            "lr_femur_joint": hp.motion.Sine(amplitude=0.02, period=0.3),
+            "rf_tibia_joint": hp.motion.Havsin(start=0.0, end=0.4, initial=np.pi / 2, final=1.6),
         }
     )
 

@@ -25,16 +25,16 @@ def robot() -> hp.Robot:
     return hp.load_robot("kharagpur")
 
 
-def waving(robot: hp.Robot) -> hp.JointMotion:
+def waving(robot: hp.Robot) -> hp.motion.JointMotion:
     """Every joint in oscillation about its standing angle, each at its own period."""
     turns = {
-        name: hp.Sine(amplitude=0.1, period=0.2 + 0.01 * k, phase=0.7 * k, mean=angle)
+        name: hp.motion.Sine(amplitude=0.1, period=0.2 + 0.01 * k, phase=0.7 * k, mean=angle)
         for k, (name, angle) in enumerate(zip(robot.joint_names, robot.posture, strict=True))
     }
-    return hp.JointMotion(turns)
+    return hp.motion.JointMotion(turns)
 
 
-def tumbling(robot: hp.Robot, motion: hp.JointMotion) -> hp.State:
+def tumbling(robot: hp.Robot, motion: hp.motion.JointMotion) -> hp.State:
     """Return the robot 5 m up, tilted and turning, its joints where the motion has them."""
     angle, rate = motion_at(motion.plan(robot, 1.0), 0.0)
     turn = pin.Quaternion(pin.rpy.rpyToMatrix(0.3, -0.2, 0.9)).coeffs()
@@ -171,7 +171,7 @@ def test_a_slope_is_level_ground_with_tilted_gravity(robot: hp.Robot) -> None:
 
 def test_shaken_ground_shakes_by_its_impulses(robot: hp.Robot) -> None:
     """Impulses of weight and feet are the change of momentum; it does shake."""
-    ground = hp.ShakingGround(amplitude=0.002, frequency=5.0)
+    ground = hp.terrain.ShakingGround(amplitude=0.002, frequency=5.0)
     scene = hp.Scene(robot, prescribed=True, terrain=ground, contact=hp.Contact.preset("s1"))
     trace = hp.simulate(
         scene, hp.HoldPosture(), duration=0.4, accuracy=1e-9, method="ndf", sample=1e-3

@@ -46,7 +46,7 @@ def test_batch_and_case_text_give_the_same_bits(robot: hp.Robot) -> None:
 def test_servos_that_stiffen_come_to_it(robot: hp.Robot) -> None:
     """RMS torque of each kind of joint within 2 %, the difference falling with the stiffness."""
     contact, kp = hp.Contact.preset("s1"), 240.0  # N m/rad, the default gain of kharagpur
-    paper = hp.ArcWalk(hp.Gait.tetrapod(cycle_time=1.2), profile="step")
+    paper = hp.motion.ArcWalk(hp.Gait.tetrapod(cycle_time=1.2), profile="step")
 
     def rms(**settings: Any) -> Array:
         scene = hp.Scene(robot, contact=contact, **settings)
@@ -64,8 +64,8 @@ def test_servos_that_stiffen_come_to_it(robot: hp.Robot) -> None:
 
 def test_servos_are_told_the_same_motion(robot: hp.Robot) -> None:
     """Quintics between knots carry a sine to 1e-11 of its amplitude, into the core too."""
-    motion = {"rm_coxa_joint": hp.Sine(amplitude=0.1, period=0.5)}
-    trace = hp.simulate(hp.Scene(robot), hp.JointMotion(motion), duration=0.6, sample=0.01)
+    motion = {"rm_coxa_joint": hp.motion.Sine(amplitude=0.1, period=0.5)}
+    trace = hp.simulate(hp.Scene(robot), hp.motion.JointMotion(motion), duration=0.6, sample=0.01)
     value, rate = motion["rm_coxa_joint"].value_and_rate(trace.time)
     joint = robot.joint_index("rm_coxa_joint")
     assert np.abs(trace.q_ref[:, joint] - value).max() < 2e-12
@@ -74,8 +74,8 @@ def test_servos_are_told_the_same_motion(robot: hp.Robot) -> None:
 
 def test_motor_turns_its_rotor_and_its_friction(robot: hp.Robot) -> None:
     """Torque of a joint in the air: what a rotor and friction add, in closed form."""
-    motion = hp.JointMotion(
-        {"lf_femur_joint": hp.Sum(terms=(-0.6, hp.Sine(amplitude=0.1, period=0.5)))}
+    motion = hp.motion.JointMotion(
+        {"lf_femur_joint": hp.motion.Sum(terms=(-0.6, hp.motion.Sine(amplitude=0.1, period=0.5)))}
     )
     motor = hp.Motor(
         stall_torque=5.0, no_load_speed=6.0, dry_friction=0.1, viscous_friction=0.02,
@@ -105,13 +105,13 @@ def test_standing_carries_the_weight_without_servos() -> None:
     )
     assert np.array_equal(trace.q[:, 7:], np.broadcast_to(robot.posture, trace.q[:, 7:].shape))
     assert trace.normal_force[-1].sum() == pytest.approx(robot.total_mass * 9.81, rel=1e-5)
-    moments = hp.joint_moments(trace)
+    moments = hp.results.joint_moments(trace)
     assert np.abs(moments.axis_residual[-1]).max() < 1e-6
 
 
 def test_what_cannot_be_prescribed_is_refused(robot: hp.Robot) -> None:
     scene = hp.Scene(robot, prescribed=True)
-    jumps = hp.SampledTrajectory([0.0, 0.1], np.tile(robot.posture, (2, 1)), limited=False)
+    jumps = hp.motion.SampledTrajectory([0.0, 0.1], np.tile(robot.posture, (2, 1)), limited=False)
     with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("set-points",)):
         hp.simulate(scene, jumps, duration=0.2)
     with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("commanded",)):

@@ -62,7 +62,7 @@ def test_closed_streams_are_no_matter(closed: str, tmp_path: Path) -> None:
     assert hp.load_trace(tmp_path / "walk.nc").time[-1] == pytest.approx(0.1)
     assert "Traceback" not in done.stderr
     assert ("kharagpur" in done.stdout) == (">&-" not in closed.split())
-    assert process(["walk", "none"], tmp_path, f"exec {closed}").returncode == 2
+    assert process(["check", "none"], tmp_path, f"exec {closed}").returncode == 2
 
 
 def test_no_file_gets_the_number_of_a_closed_stream(tmp_path: Path) -> None:
@@ -396,7 +396,7 @@ def test_every_command_has_the_status_of_its_signal(name: str, number: int, tmp_
 
 def test_tests_have_ctrl_c_where_it_is_ignored() -> None:
     """As in background jobs and under `nohup`."""
-    one = "tests/test_sweep_command.py::test_ctrl_c_ends_with_130_and_says_what_is_kept"
+    one = "tests/test_cli.py::test_ctrl_c_before_the_simulation"
     code = "import pytest; sys.exit(pytest.main(sys.argv[1:]))"
     done = process(["-q", "-p", "no:xdist", one], ROOT, "trap '' INT", code)
     assert done.returncode == 0, done.stdout

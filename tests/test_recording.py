@@ -10,7 +10,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import NotRecordedError, ParameterError
-from hexapod_pin.results.trace_layout import LAYOUT
+from hexapod_pin.results.schema import schema
 
 DURATION = 7.2  # s, the shortest with a whole steady cycle
 
@@ -134,7 +134,7 @@ def test_a_bad_choice_is_refused(walk: hp.Case, bad: object, value: object) -> N
 
 def test_a_group_is_there_as_a_whole(whole: hp.Trace) -> None:
     """A half-given group would be found out too late."""
-    arrays = {name: getattr(whole, name) for name in LAYOUT}
+    arrays = {name: getattr(whole, name) for name in schema(hp.Trace)}
     rest = {"counters": {}, "joint_names": whole.joint_names, "foot_names": whole.foot_names}
     with refused(ParameterError, "Trace.foot_gap", None):
         hp.Trace(**{**arrays, "foot_gap": None}, energy=whole.energy, **rest)

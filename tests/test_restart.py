@@ -27,7 +27,7 @@ def walking(friction: hp.FrictionLaw | None = None) -> CaseRun:
     task = walk(0.4)
     scene = task.scene
     if friction is not None:
-        normal = hp.Restitution(stiffness=1e6, restitution=0.3)
+        normal = hp.contact.Restitution(stiffness=1e6, restitution=0.3)
         contact = hp.Contact(normal=normal, friction=friction)
         scene = hp.Scene(
             scene.robot, contact=contact, servo=scene.servo, stops=hp.JointStops(stiffness=0)
@@ -51,13 +51,13 @@ def test_a_walk_in_parts(way: SolverSetting) -> None:
 @pytest.mark.parametrize("way", [SAME_BITS[0], SAME_BITS[1], SAME_BITS[3]], ids=str)
 def test_contacts_remember(way: SolverSetting) -> None:
     """Bristles and touch speeds are part of the state: with them the same bits, without not."""
-    run = walking(hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0))
+    run = walking(hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=60.0))
     whole = SampledMotion.of(run.by(way))
     assert whole.apart(restarted(run, way)) == 0.0
     half = CaseRun(run.scene, run.start, 0.2, run.sample, run.controller).by(way)
     stand = half.checkpoint
     assert np.abs(stand.contacts[:, :4]).max() > 0.0
-    empty = hp.Checkpoint(stand.time, stand.q, stand.v, np.zeros((0, 6)), stand.controller)
+    empty = hp.results.Checkpoint(stand.time, stand.q, stand.v, np.zeros((0, 6)), stand.controller)
     rest = CaseRun(run.scene, empty, 0.2, run.sample, run.controller).by(way)
     # stretches of some 0.1 mm are gone: it has moved when they are back
     assert np.abs(rest.q[-1] - whole.q[-1]).max() > 1e-6
@@ -96,7 +96,9 @@ def test_a_walk_goes_on_where_it_was_cut() -> None:
 
 def test_a_checkpoint_that_does_not_fit_is_refused() -> None:
     stand = base_run().by(SAME_BITS[0]).checkpoint
-    broken = hp.Checkpoint(stand.time, stand.q[:-1], stand.v, stand.contacts, stand.controller)
+    broken = hp.results.Checkpoint(
+        stand.time, stand.q[:-1], stand.v, stand.contacts, stand.controller
+    )
     with refused(hp.errors.StateError, about=("(24,)", "(25,)")):
         hp.simulate(base_run().scene, hp.HoldPosture(), duration=0.01, sample=0.01, initial=broken)
 
@@ -107,7 +109,7 @@ def test_a_gait_in_parts_whose_ends_are_ends_of_its_plan(way: SolverSetting) -> 
     scene = hp.Scene(hp.load_robot("kharagpur"))
     gait = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=0.3))
 
-    def walked(duration: float, start: hp.Checkpoint | None = None) -> hp.Trace:
+    def walked(duration: float, start: hp.results.Checkpoint | None = None) -> hp.Trace:
         return hp.simulate(
             scene, gait, duration=duration, initial=start, sample=0.05, **way.arguments,
         )  # fmt: skip

@@ -83,7 +83,7 @@ def judged(trials: list[tuple[Path, float]]) -> list[str]:
 def test_no_coordinates_crash_the_hull(tmp_path: Path) -> None:
     """Denormal coordinates beside ordinary ones, scaled by 1e300, ended in a segmentation fault."""
     trials = []
-    for seed in range(100, 160):  # of these, 137 did
+    for seed in range(100, 120):  # of these, half did
         rng = np.random.default_rng(seed)
         powers = rng.uniform(-323, 0, (int(rng.integers(4, 60)), 3))
         vertices = rng.standard_normal(powers.shape) * 10.0**powers
@@ -170,8 +170,8 @@ GROUNDS = {
     "flat": hp.Flat(),
     "slope": hp.Slope(angle=0.2),
     "stairs": hp.Stairs(rise=0.1, run=0.3, count=5),
-    "groove": hp.Groove(angle_left=0.3, angle_right=0.3),
-    "ledge": hp.Ledge(height=0.1),
+    "groove": hp.terrain.Groove(angle_left=0.3, angle_right=0.3),
+    "ledge": hp.terrain.Ledge(height=0.1),
 }
 
 
@@ -192,7 +192,7 @@ def test_clearance_of_places_beyond_any_ground(name: str, function: str, value: 
 
 @pytest.mark.parametrize("points", ["abc", [[0, 0, 0], [0, 0]], [[0, 0, "x"]]])
 def test_clearance_of_what_is_no_array_of_numbers(points: object) -> None:
-    with refused(ParameterError, "points"):
+    with refused(ParameterError, "Ground.clearance.points"):
         hp.Flat().clearance(points)  # type: ignore[arg-type]
 
 
@@ -211,23 +211,35 @@ SHAPES = {
 }
 
 
+WALK = hp.Gait.tripod(stroke=0.05, cycle_time=2.0)
+
+
+@pytest.fixture(scope="module")
+def plain() -> hp.Robot:
+    """The sound robot."""
+    return hp.load_robot("kharagpur")
+
+
+@pytest.fixture(scope="module")
+def plain_distance(plain: hp.Robot) -> float:
+    """Distance between its legs in a walk."""
+    return leg_clearance(plain, WALK).distance
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("value", ["1e9", "1e12", "1e155", "1e300"])
 @pytest.mark.parametrize("tag", ["visual", "collision"])
 def test_shapes_of_absurd_size_are_dropped(
-    tmp_path: Path, shape: str, value: str, tag: str
+    tmp_path: Path, plain: hp.Robot, plain_distance: float, shape: str, value: str, tag: str
 ) -> None:
     """A cylinder of 1e12 m ended loading in a LinAlgError, a sphere of 1e300 m in "no limbs"."""
     text = f"<{tag}><geometry>{SHAPES[shape].format(value)}</geometry></{tag}></link>"
     file = tmp_path / "a.urdf"
     file.write_text(SOUND.replace("</link>", text))
-    plain = tmp_path / "b.urdf"
-    plain.write_text(SOUND)
-    robot, other = hp.load_robot(file), hp.load_robot(plain)
-    assert robot.legs == other.legs
+    robot = hp.load_robot(file)
+    assert robot.legs == plain.legs
     assert {x.what for x in hp.robot.inspect(file).found} == {"unreadable shape"}
-    gait = hp.Gait.tripod(stroke=0.05, cycle_time=2.0)
-    assert leg_clearance(robot, gait).distance == pytest.approx(leg_clearance(other, gait).distance)
+    assert leg_clearance(robot, WALK).distance == pytest.approx(plain_distance)
     assert find_all(mend_urdf(parse_urdf(file.read_bytes(), "a")).file, None) == []
 
 
@@ -300,13 +312,14 @@ def load_check_repair(path: Path) -> None:
 @pytest.mark.parametrize("kind", LONG)
 def test_work_grows_with_the_number_of_links(tmp_path: Path, kind: str) -> None:
     """1000 links fixed in a row took 7.4 s: the work grew with the cube of their number."""
-    work = []
-    for number in (60, 120, 240):
-        path = tmp_path / f"{number}.urdf"
+    work, path = [], tmp_path / "a.urdf"
+    for number in (10, 20, 40, 80):
         path.write_text(long_file(kind, number))
-        load_check_repair(path)  # what is imported and remembered counts in neither
-        work.append(lines_run(lambda path=path: load_check_repair(path)))
-    assert work[2] - work[1] < 2.5 * (work[1] - work[0]), work
+        if number == 10:
+            load_check_repair(path)  # what is imported counts in none
+            continue
+        work.append(lines_run(lambda: load_check_repair(path)))
+    assert work[2] - work[1] < 2.05 * (work[1] - work[0]), work
 
 
 @pytest.mark.parametrize("kind", ["fixed in a row on a leg", "moved in a row", "of one name"])
@@ -320,14 +333,15 @@ def test_as_many_links_as_are_read(tmp_path: Path, kind: str) -> None:
         hp.load_robot(path)
 
 
-def test_fixed_links_change_nothing_but_the_mass(tmp_path: Path) -> None:
+def test_fixed_links_change_nothing_but_the_mass(
+    tmp_path: Path, plain: hp.Robot, plain_distance: float
+) -> None:
     path = tmp_path / "a.urdf"
     path.write_text(long_file("fixed in a row on the trunk", 1000))
-    long, short = hp.load_robot(path), hp.load_robot("kharagpur")
-    assert long.legs == short.legs
-    assert long.total_mass == pytest.approx(short.total_mass + 1.0)
-    gait = hp.Gait.tripod(stroke=0.05, cycle_time=2.0)
-    assert leg_clearance(long, gait).distance == leg_clearance(short, gait).distance
+    long = hp.load_robot(path)
+    assert long.legs == plain.legs
+    assert long.total_mass == pytest.approx(plain.total_mass + 1.0)
+    assert leg_clearance(long, WALK).distance == plain_distance
 
 
 def test_limbs_on_a_link_fixed_to_the_root(tmp_path: Path) -> None:

@@ -20,8 +20,8 @@ from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.validation.stress import stress_scenes
 
 G = 9.81
-RUBBER = hp.HuntCrossley(stiffness=3e5, dissipation=0.3)
-TANH = hp.TanhCoulomb(mu=0.6, slope=300.0)
+RUBBER = hp.contact.HuntCrossley(stiffness=3e5, dissipation=0.3)
+TANH = hp.contact.TanhCoulomb(mu=0.6, slope=300.0)
 WALK = hp.KinematicControl(hp.Gait.tetrapod(stroke=0.14))
 
 
@@ -68,7 +68,9 @@ SCENES = {  # contact, ground, servos; largest error at 1 ms as measured, first 
     "hills": (hp.Contact(normal=RUBBER, friction=TANH), "hills", 9.8e-4),
     "groove": (hp.Contact(normal=RUBBER, friction=TANH), "groove", 7.0e-3),
     "groove, bristle": (
-        hp.Contact(normal=RUBBER, friction=hp.StickSlip(mu=0.6, stiffness=2e4, damping=10.0)),
+        hp.Contact(
+            normal=RUBBER, friction=hp.contact.StickSlip(mu=0.6, stiffness=2e4, damping=10.0)
+        ),
         "groove",
         5.9e-3,
     ),
@@ -81,11 +83,11 @@ def ground(name: str) -> Any:
     if name == "hills":
         return hp.HeightField.random(seed=1, amplitude=0.01, wavelength=0.5)
     if name == "groove":  # under the front feet: two contacts on one leg
-        return hp.Groove(angle_left=0.6, angle_right=0.4, depth=0.02, bottom=0.2)
+        return hp.terrain.Groove(angle_left=0.6, angle_right=0.4, depth=0.02, bottom=0.2)
     if name == "shaken":
-        return hp.ShakingGround(amplitude=2e-3, frequency=8.0)
-    soft = hp.Patch(low=(-2.0, -2.0), high=(2.0, 0.0), friction=0.3, stiffness=0.2)
-    return hp.PatchedGround(ground=hp.Flat(), patches=(soft,))
+        return hp.terrain.ShakingGround(amplitude=2e-3, frequency=8.0)
+    soft = hp.terrain.Patch(low=(-2.0, -2.0), high=(2.0, 0.0), friction=0.3, stiffness=0.2)
+    return hp.terrain.PatchedGround(ground=hp.Flat(), patches=(soft,))
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -103,20 +105,24 @@ def test_grounds_converge_to_another_method(name: str) -> None:
     "contact",
     [
         hp.Contact(
-            normal=hp.AdamsImpact(stiffness=1e6, exponent=1.5, damping=200.0, damping_depth=1e-3),
-            friction=hp.AdamsCoulomb(
+            normal=hp.contact.AdamsImpact(
+                stiffness=1e6, exponent=1.5, damping=200.0, damping_depth=1e-3
+            ),
+            friction=hp.contact.AdamsCoulomb(
                 mu_static=0.6, mu_dynamic=0.4, stiction_speed=0.02, transition_speed=0.05
             ),
         ),
         hp.Contact(
-            normal=hp.KelvinVoigt(stiffness=2e4, damping=60.0),
-            friction=hp.SmoothStep(mu_static=0.7, mu_dynamic=0.5, speed=0.02),
+            normal=hp.contact.KelvinVoigt(stiffness=2e4, damping=60.0),
+            friction=hp.contact.SmoothStep(mu_static=0.7, mu_dynamic=0.5, speed=0.02),
         ),
         hp.Contact(
-            normal=hp.Restitution(stiffness=3e5, restitution=0.3),
-            friction=hp.BrownMcPhee(mu_static=0.7, mu_dynamic=0.5, speed=0.02),
+            normal=hp.contact.Restitution(stiffness=3e5, restitution=0.3),
+            friction=hp.contact.BrownMcPhee(mu_static=0.7, mu_dynamic=0.5, speed=0.02),
         ),
-        hp.Contact(normal=RUBBER, friction=hp.StickSlip(mu=0.3, stiffness=2e4, damping=60.0)),
+        hp.Contact(
+            normal=RUBBER, friction=hp.contact.StickSlip(mu=0.3, stiffness=2e4, damping=60.0)
+        ),
     ],
     ids=["impact-adams", "voigt-smooth", "restitution-brown", "bristle"],
 )
@@ -137,7 +143,7 @@ def test_every_law_converges_to_another_method(contact: hp.Contact, tmp_path: Pa
 # --- the reference form and its accelerator ------------------------------------------------------
 
 
-def one_step(stress: Any, at: hp.Checkpoint, method: str, step: float) -> np.ndarray:
+def one_step(stress: Any, at: hp.results.Checkpoint, method: str, step: float) -> np.ndarray:
     trace = hp.simulate(
         stress.scene, hp.HoldPosture(tuple(stress.targets)), duration=step, method=method,
         step=step, sample=step, initial=at,
@@ -174,7 +180,7 @@ def test_flat_and_nested_newton_find_the_same_step() -> None:
 def on_slope(robot: hp.Robot, ratio: float, friction: Any) -> tuple[hp.Scene, hp.State]:
     """A vehicle at its static depth on ground that falls by `ratio` along x."""
     angle = np.arctan(ratio)
-    normal = hp.HuntCrossley(stiffness=1e7, dissipation=0.5)
+    normal = hp.contact.HuntCrossley(stiffness=1e7, dissipation=0.5)
     load = robot.total_mass * G * np.cos(angle) / len(robot.feet)
     depth = (load / normal.stiffness) ** (2.0 / 3.0)
     scene = hp.Scene(
@@ -193,7 +199,7 @@ def test_a_bristle_does_not_drift_on_a_slope(step: float, damping: float, tmp_pa
     """Slope 0.4, mu 0.5, 4 s: below 1e-6 mm."""
     feet = {f"f{x:+d}{y:+d}": (0.1 * x, 0.1 * y, 0.0) for x in (1, -1) for y in (1, -1)}
     robot = vehicles.block(tmp_path, feet, m=2.0, com=(0.0, 0.0, 0.02))
-    friction = hp.StickSlip(mu=0.5, stiffness=1e5, damping=damping)
+    friction = hp.contact.StickSlip(mu=0.5, stiffness=1e5, damping=damping)
     scene, start = on_slope(robot, 0.4, friction)
     trace = robust(scene, hp.HoldPosture(), 6.0, step, sample=1.0, initial=start)
     assert np.linalg.norm(trace.q[-1, :3] - trace.q[2, :3]) < 1e-9
@@ -201,7 +207,10 @@ def test_a_bristle_does_not_drift_on_a_slope(step: float, damping: float, tmp_pa
 
 @pytest.mark.parametrize(
     "friction",
-    [hp.StickSlip(mu=0.5, stiffness=1e5, damping=0.0), hp.TanhCoulomb(mu=0.5, slope=1e5)],
+    [
+        hp.contact.StickSlip(mu=0.5, stiffness=1e5, damping=0.0),
+        hp.contact.TanhCoulomb(mu=0.5, slope=1e5),
+    ],
 )
 def test_sliding_down_a_slope_gains_speed_as_coulomb_says(friction: Any, tmp_path: Path) -> None:
     """Slope 0.7, mu 0.5: g (sin - mu cos) = 1.60733 m/s^2 to 1e-6, and not sideways."""
@@ -215,7 +224,9 @@ def test_sliding_down_a_slope_gains_speed_as_coulomb_says(friction: Any, tmp_pat
 
 def test_tanh_creeps_at_its_own_speed_at_any_step(tmp_path: Path) -> None:
     """Slope 0.4, mu 0.5, kt 1000: atanh(0.8)/kt, 5.5 mm in 5 s."""
-    scene, start = on_slope(vehicles.particle(tmp_path), 0.4, hp.TanhCoulomb(mu=0.5, slope=1e3))
+    scene, start = on_slope(
+        vehicles.particle(tmp_path), 0.4, hp.contact.TanhCoulomb(mu=0.5, slope=1e3)
+    )
     for step in (5e-4, 2e-3):
         trace = robust(scene, hp.HoldPosture(), 1.0, step, sample=0.1, initial=start)
         assert np.linalg.norm(trace.v[-1, :3]) == pytest.approx(np.arctanh(0.8) / 1e3, rel=1e-7)
@@ -277,7 +288,9 @@ def test_a_run_in_two_parts_is_the_same_run() -> None:
 def test_published_forces_carry_the_weight() -> None:
     """A standing robot at rest: the feet's mean forces are its weight, without side load."""
     robot = hp.load_robot("kharagpur")
-    contact = hp.Contact(normal=RUBBER, friction=hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0))
+    contact = hp.Contact(
+        normal=RUBBER, friction=hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=60.0)
+    )
     trace = robust(hp.Scene(robot, contact=contact), hp.HoldPosture(), 3.0, 1e-3)
     weight = np.array([0.0, 0.0, robot.total_mass * G])
     assert np.abs(trace.foot_force[-1].sum(axis=0) - weight).max() < 1e-9 * weight[2]

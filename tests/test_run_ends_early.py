@@ -64,12 +64,12 @@ class Sway:
         """Return the ticks so far."""
         return np.zeros((batch, 1))
 
-    def update(self, time: float, m: hp.Measurement, state: np.ndarray) -> Any:
+    def update(self, time: float, m: hp.feedback.Measurement, state: np.ndarray) -> Any:
         """Return angles on a sine, or whatever goes wrong."""
         q = ROBOT.posture + 0.02 * np.sin(40.0 * time) + 0.3 * m.rotation[:, 2, :1] + 0.0 * m.q
         if self.fault and time > END - 1e-9:
             return FAULTS[self.fault](q, state)
-        return hp.Command(q, ramp=True), state + 1.0
+        return hp.feedback.Command(q, ramp=True), state + 1.0
 
     def to_dict(self) -> dict[str, Any]:
         """Return the settings."""
@@ -82,25 +82,25 @@ FAULTS: dict[str, Callable[[np.ndarray, np.ndarray], Any]] = {
     "SystemExit": lambda q, state: throw(SystemExit(0)),
     "KeyError": lambda q, state: {}["gain"],
     "other run": lambda q, state: hp.simulate(
-        SCENE, hp.HoldPosture(), duration=0.1, limits=hp.WorkLimits(evaluations=10)
+        SCENE, hp.HoldPosture(), duration=0.1, limits=hp.simulation.WorkLimits(evaluations=10)
     ),
     "own": lambda q, state: throw(OwnError("mine")),
     "reach": lambda q, state: throw(hp.errors.ReachError("lf", "too far")),
-    "nan": lambda q, state: (hp.Command(bad(q, np.nan)), state),
-    "inf": lambda q, state: (hp.Command(q, torque=bad(q, np.inf)), state),
-    "range": lambda q, state: (hp.Command(bad(q, 9.0)), state),
-    "shape": lambda q, state: (hp.Command(q[:, :3]), state),
-    "no axis": lambda q, state: (hp.Command(q[0]), state),
-    "text": lambda q, state: (hp.Command("straight"), state),  # type: ignore[arg-type]
-    "complex": lambda q, state: (hp.Command(q + 1j), state),
-    "objects": lambda q, state: (hp.Command(np.full(q.shape, object())), state),
-    "ragged": lambda q, state: (hp.Command([[1.0], [1.0, 2.0]]), state),  # type: ignore[arg-type]
-    "no angles": lambda q, state: (hp.Command(None), state),  # type: ignore[arg-type]
-    "ramp": lambda q, state: (hp.Command(q, ramp="yes"), state),  # type: ignore[arg-type]
+    "nan": lambda q, state: (hp.feedback.Command(bad(q, np.nan)), state),
+    "inf": lambda q, state: (hp.feedback.Command(q, torque=bad(q, np.inf)), state),
+    "range": lambda q, state: (hp.feedback.Command(bad(q, 9.0)), state),
+    "shape": lambda q, state: (hp.feedback.Command(q[:, :3]), state),
+    "no axis": lambda q, state: (hp.feedback.Command(q[0]), state),
+    "text": lambda q, state: (hp.feedback.Command("straight"), state),  # type: ignore[arg-type]
+    "complex": lambda q, state: (hp.feedback.Command(q + 1j), state),
+    "objects": lambda q, state: (hp.feedback.Command(np.full(q.shape, object())), state),
+    "ragged": lambda q, state: (hp.feedback.Command([[1.0], [1.0, 2.0]]), state),  # type: ignore[arg-type]
+    "no angles": lambda q, state: (hp.feedback.Command(None), state),  # type: ignore[arg-type]
+    "ramp": lambda q, state: (hp.feedback.Command(q, ramp="yes"), state),  # type: ignore[arg-type]
     "None": lambda q, state: None,
     "no command": lambda q, state: (None, state),
-    "no state": lambda q, state: hp.Command(q),
-    "odd state": lambda q, state: (hp.Command(q), {"memory": [object()]}),
+    "no state": lambda q, state: hp.feedback.Command(q),
+    "odd state": lambda q, state: (hp.feedback.Command(q), {"memory": [object()]}),
 }  # fmt: skip
 
 RAISED = {
@@ -110,12 +110,12 @@ RAISED = {
 PASSED = {"own": OwnError, "reach": hp.errors.ReachError}
 JOINT = ROBOT.joint_names[4]
 NAMED = {
-    "nan": (f": q of {JOINT}", np.nan), "inf": (f": torque of {JOINT}", np.inf),
-    "range": (f": q of {JOINT}", 9.0), "shape": (": q", (1, 3)),
-    "no axis": (": q", (18,)), "text": (": q", "straight"),
-    "no angles": (": q", None), "ramp": (": ramp", "yes"),
+    "nan": (f".q[{JOINT}]", np.nan), "inf": (f".torque[{JOINT}]", np.inf),
+    "range": (f".q[{JOINT}]", 9.0), "shape": (".q", (1, 3)),
+    "no axis": (".q", (18,)), "text": (".q", "straight"),
+    "no angles": (".q", None), "ramp": (".ramp", "yes"),
     "None": ("update", "NoneType"), "no command": ("update", "NoneType"),
-    "no state": ("update", "Command"), "odd state": (": state.memory[0]", "object"),
+    "no state": ("update", "Command"), "odd state": (".state.memory[0]", "object"),
 }  # fmt: skip
 """Of what is returned: the quantity that the error names, and its value."""
 
@@ -144,8 +144,8 @@ def assert_typed(error: HexapodError, fault: str) -> None:
         assert type(error) is PASSED[fault]
     else:
         assert isinstance(error, ParameterError)
-        assert error.name.startswith("Sway.update at t = 0.06 s")
-        quantity, value = NAMED.get(fault, (": q", error.value))
+        assert error.name.startswith("Sway.update") and "t = 0.06 s" in str(error)
+        quantity, value = NAMED.get(fault, (".q", error.value))
         assert error.name.endswith(quantity) or quantity == "update"
         if fault in NAMED:
             assert error.value == value or (np.isnan(value) and np.isnan(error.value))
@@ -173,7 +173,7 @@ def test_what_was_done_goes_on(fault: str) -> None:
     """From the error's checkpoint, with the fault repaired, to the bits of the undisturbed run."""
     with pytest.raises(HexapodError) as caught:
         hp.simulate(SCENE, Sway(fault), duration=DURATION, sample=2e-3)
-    start = hp.Checkpoint.from_dict(caught.value.trace.checkpoint.to_dict())
+    start = hp.results.Checkpoint.from_dict(caught.value.trace.checkpoint.to_dict())
     rest = hp.simulate(SCENE, Sway(), duration=DURATION - END, initial=start, sample=2e-3)
     whole = undisturbed(sample=2e-3)
     assert np.array_equal(rest.q[-1], whole.q[-1])
@@ -199,7 +199,7 @@ def test_the_trace_is_that_of_the_run_that_ended() -> None:
 
 def test_an_error_at_the_first_tick_has_nothing_to_carry() -> None:
     class AtOnce(Sway):
-        def update(self, time: float, m: hp.Measurement, state: Any) -> Any:
+        def update(self, time: float, m: hp.feedback.Measurement, state: Any) -> Any:
             raise ValueError("at once")
 
     with pytest.raises(UserCodeError) as caught:
@@ -212,7 +212,7 @@ def test_ctrl_c_in_a_controller_stays_an_interruption() -> None:
     for error in (KeyboardInterrupt(), SimulationInterrupted("of another run", None)):
 
         class Pressed(Sway):
-            def update(self, time: float, m: hp.Measurement, state: Any) -> Any:
+            def update(self, time: float, m: hp.feedback.Measurement, state: Any) -> Any:
                 if time > END - 1e-9:
                     raise error  # noqa: B023
                 return super().update(time, m, state)
@@ -233,7 +233,7 @@ def test_a_reading_that_is_no_number_costs_nothing_that_was_done() -> None:
         def __post_init__(self) -> None:
             self.period, self.start = control.period, control.start
 
-        def update(self, time: float, m: hp.Measurement, state: Any) -> Any:
+        def update(self, time: float, m: hp.feedback.Measurement, state: Any) -> Any:
             if self.broken and time > END - 1e-9:
                 m.q[0, 4] = np.nan
             return control.update(time, m, state)
@@ -273,7 +273,7 @@ def test_runs_in_lock_step_do_not_lose_each_other() -> None:
     """One controller of many scenes; the one of which it fails is alone with its error."""
 
     class Heavy(Sway):
-        def update(self, time: float, m: hp.Measurement, state: Any) -> Any:
+        def update(self, time: float, m: hp.feedback.Measurement, state: Any) -> Any:
             if time > END - 1e-9 and (m.foot_force[..., 2].sum(axis=-1) > 60.0).any():
                 raise ValueError("too heavy")
             return super().update(time, m, state)
@@ -490,8 +490,8 @@ def test_ctrl_c_in_a_session_carries_what_was_done() -> None:
 
 
 def test_a_session_that_diverged_has_what_was_good() -> None:
-    hard = hp.HuntCrossley(stiffness=1e13, exponent=1.5, dissipation=0.0)
-    contact = hp.Contact(normal=hard, friction=hp.TanhCoulomb(mu=0.7, slope=100.0))
+    hard = hp.contact.HuntCrossley(stiffness=1e13, exponent=1.5, dissipation=0.0)
+    contact = hp.Contact(normal=hard, friction=hp.contact.TanhCoulomb(mu=0.7, slope=100.0))
     session = hp.Session(hp.Scene(ROBOT, contact=contact), method="rk4", step=2e-4)
     with pytest.raises(DivergenceError) as caught:
         session.advance(0.1)
@@ -562,9 +562,9 @@ class Sway:
             if self.fault == "exit":
                 sys.exit(0)
             if self.fault == "nan":
-                return hp.Command(q * np.nan), state
+                return hp.feedback.Command(q * np.nan), state
             raise RuntimeError("the motor is hot")
-        return hp.Command(q, ramp=True), state + 1.0
+        return hp.feedback.Command(q, ramp=True), state + 1.0
 
     def to_dict(self):
         return {"kind": "sway-FAULT", "fault": self.fault}

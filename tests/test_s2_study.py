@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from studies.s2 import page as s2_page
 from studies.s2.claims import FAILS, HOLDS, claims
-from studies.s2.runs import StudyInterrupted, study_cases, study_parts
+from studies.s2.runs import PartsInterrupted, study_cases, study_parts
 
 import hexapod_pin as hp
 
@@ -24,7 +24,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> dict:
     """Return what the script leaves, with two values of each axis of the sweeps."""
     path = tmp_path_factory.mktemp("study") / "study.nc"
     assert main("s2_study")(["--out", str(path), "--every", "11"]) == 0
-    return hp.load_study(path)
+    return hp.study.load_study(path)
 
 
 def test_one_file_holds_everything(study: dict) -> None:
@@ -52,7 +52,7 @@ def test_slow_walks_stand_in_the_page_beside_statics(study: dict) -> None:
 
 
 def test_page_is_written_from_the_file(study: dict, tmp_path: Path) -> None:
-    verdicts = {"paper": hp.judge_peaks(study["paper"], threads=2)}
+    verdicts = {"paper": hp.study.judge_peaks(study["paper"], threads=2)}
     text = s2_page.write_page(tmp_path, study, verdicts).read_text()
     assert "| 0.56 / 0.44 / 0.189 |" in text  # coxa of S2's motion: peak, p99, RMS
     assert "peak 1.318 N m" in text
@@ -66,7 +66,7 @@ def test_ctrl_c_keeps_what_is_done() -> None:
             raise KeyboardInterrupt
         yield lambda fraction: None
 
-    with pytest.raises((StudyInterrupted, KeyboardInterrupt)) as caught:
+    with pytest.raises((PartsInterrupted, KeyboardInterrupt)) as caught:
         study_parts(bar, every=11)
-    assert isinstance(caught.value, StudyInterrupted)
+    assert isinstance(caught.value, PartsInterrupted)
     assert set(caught.value.parts) == set(study_cases())

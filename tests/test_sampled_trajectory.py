@@ -32,7 +32,7 @@ def stepped(robot: hp.Robot, *changes: dict[str, float]) -> Array:
 
 def test_a_jump_becomes_a_move_in_which_all_joints_arrive_together(robot: hp.Robot) -> None:
     q = stepped(robot, {"lf_coxa_joint": 0.314, "rm_femur_joint": -0.1})
-    plan = hp.SampledTrajectory([0.0, 1.0], q).plan(robot, 3.0)
+    plan = hp.motion.SampledTrajectory([0.0, 1.0], q).plan(robot, 3.0)
     assert (plan.kind, plan.held) == ("linear", False)
     np.testing.assert_allclose(plan.time, [0.0, 1.0, 1.1], atol=1e-12)
     np.testing.assert_array_equal(plan.q, [q[0], q[0], q[1]])
@@ -46,7 +46,7 @@ def test_a_jump_becomes_a_move_in_which_all_joints_arrive_together(robot: hp.Rob
 def test_an_unfinished_move_goes_on_from_where_it_is(robot: hp.Robot) -> None:
     """0.628 rad take 0.2 s; after 0.05 s the sender wants the joint back where it was."""
     q = stepped(robot, {"lf_coxa_joint": 0.628}, {"lf_coxa_joint": -0.628})
-    plan = hp.SampledTrajectory([0.0, 1.0, 1.05], q).plan(robot, 3.0)
+    plan = hp.motion.SampledTrajectory([0.0, 1.0, 1.05], q).plan(robot, 3.0)
     column = robot.joint_index("lf_coxa_joint")
     np.testing.assert_allclose(plan.time, [0.0, 1.0, 1.05, 1.1], atol=1e-12)
     np.testing.assert_allclose(plan.q[:, column] - q[0, column], [0, 0, 0.157, 0], atol=1e-12)
@@ -70,33 +70,33 @@ def test_no_joint_is_ever_faster_than_its_limit(robot: hp.Robot) -> None:
 def test_infinite_limits_jump_and_zero_limits_refuse_to_move(robot: hp.Robot) -> None:
     q = stepped(robot, {"lf_coxa_joint": 0.3})
     fast = dataclasses.replace(robot, velocity_limit=np.full(18, np.inf))
-    plan = hp.SampledTrajectory([0.0, 1.0], q).plan(fast, 2.0)
+    plan = hp.motion.SampledTrajectory([0.0, 1.0], q).plan(fast, 2.0)
     assert plan.held
     np.testing.assert_array_equal(plan.q, q)
     velocity = robot.velocity_limit.copy()
     velocity[robot.joint_index("lf_coxa_joint")] = 0.0
     stuck = dataclasses.replace(robot, velocity_limit=velocity)
-    name = "SampledTrajectory.q of lf_coxa_joint at t = 1 s"
+    name = "SampledTrajectory.q[lf_coxa_joint]"
     with refused(ParameterError, name, 0.3, allowed=(0.0,), about=("0 rad/s",)):
-        hp.SampledTrajectory([0.0, 1.0], q).plan(stuck, 2.0)
-    still = hp.SampledTrajectory([0.0, 1.0], q[[0, 0]]).plan(stuck, 2.0)
+        hp.motion.SampledTrajectory([0.0, 1.0], q).plan(stuck, 2.0)
+    still = hp.motion.SampledTrajectory([0.0, 1.0], q[[0, 0]]).plan(stuck, 2.0)
     np.testing.assert_array_equal(still.q[0], q[0])
 
 
 def test_a_set_point_outside_its_range_is_refused(robot: hp.Robot) -> None:
     q = stepped(robot, {"rr_tibia_joint": 9.0})
     row = robot.joint_index("rr_tibia_joint")
-    name = "SampledTrajectory.q of rr_tibia_joint at t = 0.5 s"
+    name = "SampledTrajectory.q[rr_tibia_joint]"
     limits = tuple(float(f"{limit[row]:.4f}") for limit in (robot.lower, robot.upper))
     with refused(ParameterError, name, q[1, row], allowed=limits):
-        hp.SampledTrajectory([0.0, 0.5], q).plan(robot, 1.0)
-    plan = hp.SampledTrajectory([0.0, 0.5], q, limited=False).plan(robot, 1.0)
+        hp.motion.SampledTrajectory([0.0, 0.5], q).plan(robot, 1.0)
+    plan = hp.motion.SampledTrajectory([0.0, 0.5], q, limited=False).plan(robot, 1.0)
     assert plan.held
     np.testing.assert_array_equal(plan.q, q)
 
 
 def test_settings_are_data(robot: hp.Robot) -> None:
-    own = hp.SampledTrajectory([0.0], robot.posture[None], limited=False)
+    own = hp.motion.SampledTrajectory([0.0], robot.posture[None], limited=False)
     settings = own.to_dict()
     assert settings.pop("kind") == "held"
-    assert hp.SampledTrajectory(**settings) == own
+    assert hp.motion.SampledTrajectory(**settings) == own

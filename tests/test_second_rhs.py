@@ -104,7 +104,7 @@ def test_drive(name: str, what: str) -> None:
 def test_a_spring_of_kelvin_and_voigt_is_a_sine() -> None:
     """The second right-hand side itself: z = (g/w^2)(cos wt - 1) - v sin(wt)/w, w^2 = K/m."""
     robot, rate, speed = particle(0.5), 400.0, 0.1
-    normal = hp.KelvinVoigt(stiffness=0.5 * rate**2, damping=0.0)
+    normal = hp.contact.KelvinVoigt(stiffness=0.5 * rate**2, damping=0.0)
     scene = on_ground(robot, normal)
     run = integrate(
         scene, hp.HoldPosture(), duration=0.006, sample=0.001, tolerance=1e-10,
@@ -118,8 +118,8 @@ def test_a_spring_of_kelvin_and_voigt_is_a_sine() -> None:
 def test_a_foot_that_slides_on_its_bristle_is_slowed_by_the_dynamic_coefficient() -> None:
     """Coulomb's v t - mu_d g t^2/2 from the start of the slide on, at its static depth."""
     robot, mass = particle(0.5), 0.5
-    friction = hp.StickSlip(mu=0.4, mu_dynamic=0.25, stiffness=1e4, damping=20.0)
-    scene = on_ground(robot, hp.KelvinVoigt(stiffness=1e4, damping=50.0), friction=friction)
+    friction = hp.contact.StickSlip(mu=0.4, mu_dynamic=0.25, stiffness=1e4, damping=20.0)
+    scene = on_ground(robot, hp.contact.KelvinVoigt(stiffness=1e4, damping=50.0), friction=friction)
     run = integrate(
         scene, hp.HoldPosture(), duration=0.04, sample=0.01, tolerance=1e-10,
         initial=state(robot, (0.0, 0.0, -mass * 9.81 / 1e4), (0.5, 0.0, 0.0)),

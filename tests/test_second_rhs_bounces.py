@@ -13,7 +13,7 @@ import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.validation.cases.bodies import on_ground, particle, state
 
-LAW = hp.AdamsImpact(stiffness=6e8, exponent=1.5, damping=1132.0, damping_depth=1.16e-4)
+LAW = hp.contact.AdamsImpact(stiffness=6e8, exponent=1.5, damping=1132.0, damping_depth=1.16e-4)
 GRAVITY, DROP, END = 9.81, 0.05, 0.4
 TIMES = np.linspace(0.0, END, 9)
 

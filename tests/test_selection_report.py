@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import errno
+import io
 import math
 import os
 import re
+import sys
+from contextlib import closing
 from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from pypdf import PdfReader
 from refusals import refused
 
 pytest.importorskip("matplotlib")
+pytest.importorskip("fpdf")
 
 from hexapod_pin.drive.catalog import MotorRecord
 from hexapod_pin.drive.catalog.motor_record import Derating
-from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.errors import MissingPackageError, ParameterError, TraceFileError
 from hexapod_pin.results.motor_selection import (
     Confidence,
     KindUse,
@@ -28,12 +33,25 @@ from hexapod_pin.results.motor_selection import (
 from hexapod_pin.results.sizing import JointDemand, motor_budget
 from hexapod_pin.results.sizing.motor_use import battery_current
 from hexapod_pin.results.sizing.motors import Motors
-from hexapod_pin.view.report_blocks import Picture, Table, margin_text, number, use_text
-from hexapod_pin.view.report_pdf import ACROSS, fitted, text_width, wrapped
+from hexapod_pin.view.report import (
+    Cell,
+    Column,
+    Heading,
+    Picture,
+    Table,
+    Title,
+    report_bytes,
+)
+from hexapod_pin.view.report_pdf import FONT, Paper
 from hexapod_pin.view.selection_figures import thinned
-from hexapod_pin.view.selection_report import write_selection_report
-from hexapod_pin.view.selection_sections import selection_blocks
-from hexapod_pin.view.selection_words import verdict_level, verdict_word
+from hexapod_pin.view.selection_report import selection_blocks, write_selection_report
+from hexapod_pin.view.selection_tables import (
+    margin_text,
+    number,
+    use_text,
+    verdict_level,
+    verdict_word,
+)
 
 KINDS = ("coxa", "femur")
 WALKS = ("tripod", "wave, payload 0.3 kg")
@@ -167,11 +185,66 @@ def test_a_pdf_is_repeatable_and_of_a4(tmp_path):
     found = [write_selection_report(s, tmp_path / f"{k}.pdf").read_bytes() for k in (1, 2)]
     assert found[0] == found[1]
     assert found[0].startswith(b"%PDF")
-    boxes = re.findall(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", found[0])
-    assert len(boxes) >= 2
-    sizes = [float(x) * 25.4 / 72.0 for box in boxes for x in box]
-    assert sizes == pytest.approx([210.0, 297.0] * len(boxes), abs=0.1)
-    assert b"CreationDate" not in found[0]
+    pages = PdfReader(io.BytesIO(found[0])).pages
+    assert len(pages) >= 2
+    sizes = [float(x) * 25.4 / 72.0 for page in pages for x in page.mediabox[2:]]
+    assert sizes == pytest.approx([210.0, 297.0] * len(pages), abs=0.1)
+    assert re.findall(rb"/CreationDate \(([^)]*)", found[0]) == [b"D:19700101000000Z"]
+    assert b"/ID" not in found[0] and b"/ModDate" not in found[0]
+
+
+def test_a_pdf_holds_what_the_page_holds(page, tmp_path):
+    """Every word, five figures, the sections as its outline, and the number of each page."""
+    path = write_selection_report(page[0], tmp_path / "motors.pdf", date="2020-02-02")
+    pages = PdfReader(path).pages
+    printed = {word for one in pages for word in one.extract_text().split()}
+    read = Page(page[1].decode().partition("<body>")[2])
+    wanted = {word for text in read.words for word in text.split() if len(word) <= 12}
+    assert len(wanted) > 300 and wanted - printed == set()
+    assert sum(len(one.images) for one in pages) == 5
+    sections = [block.text for block in selection_blocks(page[0], None)
+                if isinstance(block, Heading)]  # fmt: skip
+    assert [entry["/Title"] for entry in PdfReader(path).outline] == sections
+    for k, one in enumerate(pages, start=1):
+        assert f"page {k} of {len(pages)}" in one.extract_text()
+
+
+def test_a_row_higher_than_a_page_goes_over_pages():
+    """Nothing of it is lost; what no font has is a box, and a long word is broken."""
+    rows = (
+        (Cell("M1"), Cell(" ".join(f"w{k}" for k in range(9000)))),
+        (Cell("漢"), Cell("x" * 300)),
+    )
+    blocks = (Title("Robot"), Table((Column("Motor", wide=True), Column("Notes", wide=True)), rows))
+    pages = PdfReader(io.BytesIO(report_bytes(blocks, ".pdf"))).pages
+    text = " ".join(one.extract_text() for one in pages)
+    assert len(pages) > 5
+    assert {f"w{k}" for k in range(9000)} <= set(text.split())
+    assert "□" in text and text.count("x") == 300
+    assert all("Motor Notes" in one.extract_text() for one in pages)
+
+
+def test_a_figure_higher_than_a_page_is_made_smaller():
+    """It stands on one page with its caption: 20 inches do not fit A4."""
+    picture = Picture(lambda figure: figure.subplots().plot([0.0, 1.0]), 20.0, "Figure 1. High")
+    pages = PdfReader(io.BytesIO(report_bytes((Title("Robot"), picture), ".pdf"))).pages
+    place = re.findall(
+        r"q ([\d.]+) 0 0 ([\d.]+) ", pages[-1].get_contents().get_data().decode("latin-1")
+    )
+    assert [len(one.images) for one in pages] == [0, 1]
+    assert "Figure 1. High" in pages[-1].extract_text()
+    ((width, height),) = [(float(a), float(b)) for a, b in place]
+    assert height < 762.0 and width / height == pytest.approx(7.3 / 20.0, rel=1e-2)
+
+
+def test_without_fpdf2_a_pdf_is_a_typed_error_and_a_page_is_written(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "fpdf", None)
+    small = selection(demands={}, confidence=None)
+    with pytest.raises(MissingPackageError) as caught:
+        write_selection_report(small, tmp_path / "motors.pdf")
+    assert (caught.value.name, caught.value.extra) == ("fpdf2", "plot")
+    assert write_selection_report(small, tmp_path / "motors.html").stat().st_size > 1000
+    assert [path.name for path in tmp_path.iterdir()] == ["motors.html"]
 
 
 def test_the_verdict_has_choice_margin_confidence_and_what_decides():
@@ -241,7 +314,10 @@ def test_seventy_motors_with_long_names_fit_the_page(tmp_path):
     s = selection(candidates=ranked, choice=ranked[0], demands={}, confidence=None)
     blocks = list(selection_blocks(s, None))
     tables = [block for block in blocks if isinstance(block, Table)]
-    assert all(sum(fitted(t)[1]) == pytest.approx(ACROSS) for t in tables)
+    with closing(Paper("motors")) as paper:
+        found = [paper.fitted(table.columns, table.rows) for table in tables]
+        assert all(sum(widths) == pytest.approx(paper.epw) for _, widths in found)
+    assert all(min(widths) > 2.0 * size for size, widths in found)
     assert sum(isinstance(block, Picture) for block in blocks) == 1
     assert write_selection_report(s, tmp_path / "a.pdf").stat().st_size < 2_000_000
 
@@ -266,8 +342,8 @@ def test_a_drawing_is_thinned_without_losing_its_ends():
     assert found.min() == pytest.approx(x.min(), abs=np.ptp(x) / 240)
 
 
-def test_numbers_lines_and_uses_as_text():
-    """Three significant digits; nothing that is not 1 prints as 1.00; lines fit."""
+def test_numbers_and_uses_as_text():
+    """Three significant digits; nothing that is not 1 prints as 1.00."""
     assert [number(x) for x in (3.14159, 0.01234, 123.4, None, math.nan, math.inf)] == [
         "3.14", "0.0123", "123", "unknown", "unknown", "∞"
     ]  # fmt: skip
@@ -275,8 +351,15 @@ def test_numbers_lines_and_uses_as_text():
         "0.80", "0.999", "1.0004", "1.00", "23"
     ]  # fmt: skip
     assert [margin_text(x) for x in (0.37, 0.999, 1.7)] == ["63 %", "0.1 %", "-70 %"]
-    lines = wrapped("a robot " * 30 + "x" * 200, 100.0, 8.0)
-    assert all(text_width(line, 8.0) <= 100.0 for line in lines)
+
+
+def test_a_long_word_is_broken_within_the_page():
+    """As texts are of a robot's file: of any length, without a space."""
+    text = "a robot " * 30 + "x" * 200
+    with closing(Paper("Robot")) as paper:
+        paper.set_font(FONT, size=8.0)
+        lines = paper.multi_cell(100.0, 10.0, paper.plain(text), dry_run=True, output="LINES")
+        assert all(paper.get_string_width(line) <= 100.0 for line in lines)
     assert "".join(lines).replace(" ", "") == "arobot" * 30 + "x" * 200
 
 

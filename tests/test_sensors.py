@@ -18,16 +18,18 @@ from hexapod_pin.spec import read_toml
 
 VECTORS = tuple(name for name in QUANTITIES if name != "rotation")
 TICKS = 2 * BLOCK_TICKS + 3  # over two borders of blocks
-NOISY = hp.Sensors(
-    **{name: hp.Sensor(noise=0.01 * (k + 1), bias=0.1) for k, name in enumerate(QUANTITIES)},
+NOISY = hp.sensors.Sensors(
+    **{
+        name: hp.sensors.Sensor(noise=0.01 * (k + 1), bias=0.1) for k, name in enumerate(QUANTITIES)
+    },
     seed=7,
 )
 
 
-def still(batch: int, value: float = 0.0) -> hp.Measurement:
+def still(batch: int, value: float = 0.0) -> hp.feedback.Measurement:
     """A level robot with six legs, all of whose vectors have the components `value`."""
     joints, trunk = np.full((batch, 18), value), np.full((batch, 3), value)
-    return hp.Measurement(
+    return hp.feedback.Measurement(
         time=0.3,
         q=joints,
         v=joints,
@@ -40,12 +42,12 @@ def still(batch: int, value: float = 0.0) -> hp.Measurement:
     )
 
 
-def tilted(batch: int) -> hp.Measurement:
+def tilted(batch: int) -> hp.feedback.Measurement:
     turns = Rotation.random(batch, random_state=3).as_matrix()
     return replace(still(batch, 0.7), rotation=turns)
 
 
-def errors(sensors: hp.Sensors, name: str, ticks: int, cases: range) -> np.ndarray:
+def errors(sensors: hp.sensors.Sensors, name: str, ticks: int, cases: range) -> np.ndarray:
     """Errors (ticks, B, components) of a vector quantity."""
     reader, truth = sensors.start(cases), still(len(cases))
     readings = [getattr(reader.read(tick, truth), name) for tick in range(ticks)]
@@ -55,13 +57,18 @@ def errors(sensors: hp.Sensors, name: str, ticks: int, cases: range) -> np.ndarr
 def test_ideal_sensors_return_the_measurement_itself():
     """Also late ones: waiting is not their business."""
     measurement = tilted(2)
-    assert hp.Sensors(delay=0.01, seed=3).start([4, 5]).read(0, measurement) is measurement
+    assert hp.sensors.Sensors(delay=0.01, seed=3).start([4, 5]).read(0, measurement) is measurement
 
 
 @pytest.mark.parametrize("name", VECTORS)
 def test_noise_is_normal_with_the_stated_deviation(name: str):
     """Mean and deviation within 5 standard errors; the distribution by Kolmogorov's test."""
-    found = errors(hp.Sensors(**{name: hp.Sensor(noise=0.02)}), name, 500, range(8)).ravel() / 0.02
+    found = (
+        errors(
+            hp.sensors.Sensors(**{name: hp.sensors.Sensor(noise=0.02)}), name, 500, range(8)
+        ).ravel()
+        / 0.02
+    )
     assert abs(found.mean()) < 5 / np.sqrt(found.size)
     assert abs(found.std() - 1) < 5 / np.sqrt(2 * found.size)
     assert kstest(found, "norm").pvalue > 1e-4
@@ -71,7 +78,9 @@ def test_errors_of_cases_ticks_components_and_quantities_are_independent():
     """No correlation above 6 standard errors (92 000 pairs: chance 2e-4), hardly two equal."""
     rows = []
     for name in ("q", "v", "torque"):
-        noise = errors(hp.Sensors(**{name: hp.Sensor(noise=1.0)}), name, 2000, range(3))
+        noise = errors(
+            hp.sensors.Sensors(**{name: hp.sensors.Sensor(noise=1.0)}), name, 2000, range(3)
+        )
         rows += [noise[:, case, joint] for case in range(3) for joint in range(18)]
     for lag in (0, 1, 2, BLOCK_TICKS):
         ahead, behind = np.array(rows)[:, lag:], np.array(rows)[:, : 2000 - lag]
@@ -83,20 +92,22 @@ def test_errors_of_cases_ticks_components_and_quantities_are_independent():
 
 
 def test_offset_is_drawn_once_per_run_and_component():
-    found = errors(hp.Sensors(q=hp.Sensor(bias=0.3)), "q", TICKS, range(200))
+    found = errors(hp.sensors.Sensors(q=hp.sensors.Sensor(bias=0.3)), "q", TICKS, range(200))
     assert np.ptp(found, axis=0).max() == 0.0
     assert abs(found[0].mean()) < 5 * 0.3 / np.sqrt(3600)
     assert abs(found[0].std() - 0.3) < 5 * 0.3 / np.sqrt(7200)
-    noise = errors(hp.Sensors(q=hp.Sensor(noise=0.3)), "q", 1, range(200))
+    noise = errors(hp.sensors.Sensors(q=hp.sensors.Sensor(noise=0.3)), "q", 1, range(200))
     assert abs((found[0] * noise[0]).mean()) < 5 * 0.3**2 / np.sqrt(3600)  # of another stream
-    both = errors(hp.Sensors(q=hp.Sensor(bias=0.3, noise=0.01)), "q", 100, range(20))
+    both = errors(
+        hp.sensors.Sensors(q=hp.sensors.Sensor(bias=0.3, noise=0.01)), "q", 100, range(20)
+    )
     assert np.abs(both - found[:1, :20]).max() < 0.07  # the noise alone: at most 6.8 of its sigma
 
 
 def test_orientation_stays_a_rotation_and_turns_in_trunk_axes():
     """truth^T reading = exp(w~); each component of w has the stated deviation, none a mean."""
     measurement, noise = tilted(64), 0.02
-    reader = hp.Sensors(rotation=hp.Sensor(noise=noise)).start(range(64))
+    reader = hp.sensors.Sensors(rotation=hp.sensors.Sensor(noise=noise)).start(range(64))
     vectors = []
     for tick in range(200):
         read = reader.read(tick, measurement).rotation
@@ -112,7 +123,7 @@ def test_frame_of_the_orientation_error():
     """An offset of the roll of a trunk that is yawed by 90 degrees turns it about the world's y."""
     quarter = np.array([[[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
     yawed = replace(still(1), rotation=quarter)
-    sensors = hp.Sensors(rotation=hp.Sensor(bias=0.1))
+    sensors = hp.sensors.Sensors(rotation=hp.sensors.Sensor(bias=0.1))
     body = Rotation.from_matrix(sensors.start([0]).read(0, still(1)).rotation).as_rotvec()[0]
     reading = sensors.start([0]).read(0, yawed).rotation[0]
     world = Rotation.from_matrix(reading @ quarter[0].T).as_rotvec()
@@ -121,7 +132,7 @@ def test_frame_of_the_orientation_error():
 
 @pytest.mark.parametrize(("truth", "reading"), [(0.26, 0.3), (-0.26, -0.3), (0.24, 0.2), (0.0, 0)])
 def test_rounding_is_to_the_nearest_step(truth: float, reading: float):
-    sensors = hp.Sensors(**{name: hp.Sensor(quantisation=0.1) for name in VECTORS})
+    sensors = hp.sensors.Sensors(**{name: hp.sensors.Sensor(quantisation=0.1) for name in VECTORS})
     read = sensors.start([0]).read(0, still(1, truth))
     for name in VECTORS:
         np.testing.assert_allclose(getattr(read, name), reading, atol=1e-16)
@@ -129,7 +140,7 @@ def test_rounding_is_to_the_nearest_step(truth: float, reading: float):
 
 def test_noise_is_rounded_too():
     """As in a digital sensor; the deviation grows by the step's own, step^2 / 12."""
-    sensors = hp.Sensors(q=hp.Sensor(noise=0.05, quantisation=0.1))
+    sensors = hp.sensors.Sensors(q=hp.sensors.Sensor(noise=0.05, quantisation=0.1))
     found = errors(sensors, "q", 400, range(8))
     assert set(np.unique(np.rint(found / 0.1) * 0.1 - found)) == {0.0}
     assert found.std() == pytest.approx(np.sqrt(0.05**2 + 0.1**2 / 12), rel=0.02)
@@ -137,7 +148,7 @@ def test_noise_is_rounded_too():
 
 def test_orientation_is_rounded_in_roll_pitch_and_yaw():
     turn = Rotation.from_euler("ZYX", [[2.93, -0.26, 0.14], [-3.04, 1.24, -1.58]]).as_matrix()
-    sensors = hp.Sensors(rotation=hp.Sensor(quantisation=0.1))
+    sensors = hp.sensors.Sensors(rotation=hp.sensors.Sensor(quantisation=0.1))
     read = sensors.start([0, 1]).read(0, replace(still(2), rotation=turn)).rotation
     expected = [rotations.rotation((0.1, -0.3, 2.9)), rotations.rotation((-1.6, 1.2, -3.0))]
     np.testing.assert_allclose(read, expected, atol=1e-15)
@@ -159,7 +170,7 @@ def test_rotation_vectors_agree_with_scipy(size: float):
     )
 
 
-def bits(measurement: hp.Measurement, row: int) -> bytes:
+def bits(measurement: hp.feedback.Measurement, row: int) -> bytes:
     names = [field.name for field in fields(measurement) if field.name != "time"]
     return b"".join(getattr(measurement, name)[row].tobytes() for name in names)
 
@@ -167,10 +178,12 @@ def bits(measurement: hp.Measurement, row: int) -> bytes:
 @pytest.mark.parametrize("step", [0.0, 1e-3])
 def test_same_bits_for_any_company_and_for_a_cut(step: float):
     """Case 5 alone, among 7 in another order, among 64, and from a new reader at every tick."""
-    rough = {name: hp.Sensor(noise=0.03, bias=0.1, quantisation=step) for name in QUANTITIES}
-    sensors, truth = hp.Sensors(**rough, loaded_threshold=1.0, seed=2), tilted(64)
+    rough = {
+        name: hp.sensors.Sensor(noise=0.03, bias=0.1, quantisation=step) for name in QUANTITIES
+    }
+    sensors, truth = hp.sensors.Sensors(**rough, loaded_threshold=1.0, seed=2), tilted(64)
 
-    def of(cases: list[int]) -> hp.Measurement:
+    def of(cases: list[int]) -> hp.feedback.Measurement:
         names = [field.name for field in fields(truth) if field.name != "time"]
         return replace(truth, **{name: getattr(truth, name)[cases] for name in names})
 
@@ -183,7 +196,7 @@ def test_same_bits_for_any_company_and_for_a_cut(step: float):
 
 
 def test_a_sensor_does_not_disturb_another():
-    alone = hp.Sensors(torque=NOISY.torque, seed=7).start([3]).read(5, still(1)).torque
+    alone = hp.sensors.Sensors(torque=NOISY.torque, seed=7).start([3]).read(5, still(1)).torque
     assert np.array_equal(alone, NOISY.start([3]).read(5, still(1)).torque)
 
 
@@ -210,10 +223,12 @@ def test_loaded_follows_the_force_as_read():
     force = np.zeros((1, 6, 3))
     force[0, :3] = [[3.0, 0.0, 4.0], [0.0, 0.0, -5.2], [0.0, 0.0, 4.9]]  # sizes 5, 5.2, 4.9
     truth = replace(still(1), foot_force=force)
-    read = hp.Sensors(loaded_threshold=4.95).start([0]).read(0, truth)
+    read = hp.sensors.Sensors(loaded_threshold=4.95).start([0]).read(0, truth)
     assert read.loaded.tolist() == [[True, True, False, False, False, False]]
     assert read.foot_force is force
-    coarse = hp.Sensors(loaded_threshold=4.95, foot_force=hp.Sensor(quantisation=1.0))
+    coarse = hp.sensors.Sensors(
+        loaded_threshold=4.95, foot_force=hp.sensors.Sensor(quantisation=1.0)
+    )
     assert coarse.start([0]).read(0, truth).loaded.tolist()[0][:3] == [True, True, True]
     assert NOISY.start([0]).read(0, truth).loaded is truth.loaded
 
@@ -236,14 +251,14 @@ BAD = [
 @pytest.mark.parametrize(("given", "name"), BAD, ids=str)
 def test_bad_settings_are_refused_by_name(given: dict, name: str):
     with refused(hp.errors.ParameterError, name):
-        hp.Sensors(**given)
+        hp.sensors.Sensors(**given)
 
 
 @pytest.mark.parametrize("field", ["noise", "bias", "quantisation"])
 @pytest.mark.parametrize("value", [-1e-9, float("nan"), float("inf")])
 def test_bad_numbers_of_a_sensor_are_refused(field: str, value: float):
     with refused(hp.errors.ParameterError, f"Sensor.{field}", value):
-        hp.Sensor(**{field: value})
+        hp.sensors.Sensor(**{field: value})
 
 
 def test_bad_cases_ticks_and_rows_are_refused():
@@ -257,7 +272,10 @@ def test_bad_cases_ticks_and_rows_are_refused():
 
 
 def test_settings_survive_toml():
-    sensors = hp.Sensors(
-        q=hp.Sensor(quantisation=np.pi / 2048), rotation=hp.Sensor(noise=0.1), delay=0.003, seed=11
+    sensors = hp.sensors.Sensors(
+        q=hp.sensors.Sensor(quantisation=np.pi / 2048),
+        rotation=hp.sensors.Sensor(noise=0.1),
+        delay=0.003,
+        seed=11,
     )
-    assert hp.Sensors(**read_toml(tomli_w.dumps(sensors.model_dump()))) == sensors
+    assert hp.sensors.Sensors(**read_toml(tomli_w.dumps(sensors.model_dump()))) == sensors

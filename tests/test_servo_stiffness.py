@@ -11,7 +11,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.commands.app import main
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.sweep.judge_peaks import servo_stiffness
+from hexapod_pin.study.judge_peaks import servo_stiffness
 
 GAIT = hp.Gait.tripod(stroke=0.05, cycle_time=0.8)
 LINE = "when the assumed servo stiffness is halved/doubled"

@@ -125,18 +125,21 @@ def test_a_ramp_arrives_when_it_says(scene):
     assert not trace.v_ref[trace.time > 0.1105].any()
 
 
-FIRST = "command at t = 0 s"
-
-
 @pytest.mark.parametrize(
     ("command", "name", "value", "allowed", "about"),
     [
-        ({"q": np.full(18, 9.0)}, f"{FIRST}: q of lf_coxa_joint", 9.0, (-1.047, 1.047), "rad"),
-        ({"q": np.full(18, np.nan)}, f"{FIRST}: q of lf_coxa_joint", np.nan, (), "rad"),
-        ({"q": np.zeros(4)}, "command.q", (4,), (18,), "(18,)"),
-        ({"v": np.zeros((1, 18))}, "command.v", (1, 18), (18,), "(18,)"),
-        ({"v": np.full(18, 99.0)}, f"{FIRST}: v of lf_coxa_joint", 99.0, (-6, 6), "rad/s"),
-        ({"torque": np.full(18, np.inf)}, f"{FIRST}: torque of lf_coxa_joint", np.inf, (), "N m"),
+        ({"q": np.full(18, 9.0)}, "Session.command.q[lf_coxa_joint]", 9.0, (-1.047, 1.047), "rad"),
+        ({"q": np.full(18, np.nan)}, "Session.command.q[lf_coxa_joint]", np.nan, (), "rad"),
+        ({"q": np.zeros(4)}, "Session.command.q", (4,), (18,), "(18,)"),
+        ({"v": np.zeros((1, 18))}, "Session.command.v", (1, 18), (18,), "(18,)"),
+        ({"v": np.full(18, 99.0)}, "Session.command.v[lf_coxa_joint]", 99.0, (-6, 6), "rad/s"),
+        (
+            {"torque": np.full(18, np.inf)},
+            "Session.command.torque[lf_coxa_joint]",
+            np.inf,
+            (),
+            "N m",
+        ),
         ({"ramp": -1.0}, "ramp", -1.0, (), "[s]"),
     ],
 )
@@ -154,7 +157,7 @@ def test_time_does_not_go_back(scene):
     with refused(hp.errors.ParameterError, "until", 0.005, allowed=(0.01, 2e8)):
         session.advance(0.005)
     for until in (float("nan"), float("inf")):
-        with refused(hp.errors.ParameterError, "advance.until", until):
+        with refused(hp.errors.ParameterError, "Session.advance.until", until):
             session.advance(until)
 
 
@@ -171,7 +174,7 @@ def test_a_session_goes_on_from_its_checkpoint_to_the_same_bits(scene, method):
     last = 20 if method == "dop853" else 60
     whole = lead(hp.Session(scene, **how), range(last))
     first = lead(hp.Session(scene, **how), range(last // 2))
-    restored = hp.Checkpoint.from_dict(first.checkpoint().to_dict())
+    restored = hp.results.Checkpoint.from_dict(first.checkpoint().to_dict())
     second = lead(hp.Session(scene, initial=restored, **how), range(last // 2, last))
     a, b = whole.checkpoint(), second.checkpoint()
     assert a.time == b.time
@@ -182,7 +185,7 @@ def test_a_session_goes_on_from_its_checkpoint_to_the_same_bits(scene, method):
 
 
 def test_noise_of_sensors_is_drawn_anew_and_kept_by_checkpoints(scene):
-    sensors = hp.Sensors(q=hp.Sensor(noise=1e-3), seed=3)
+    sensors = hp.sensors.Sensors(q=hp.sensors.Sensor(noise=1e-3), seed=3)
     session = hp.Session(scene, accuracy=1e-4, sensors=sensors)
     first, second = session.measure().q, session.measure().q
     error = np.concatenate([first, second]) - np.tile(scene.robot.posture, 2)
@@ -190,4 +193,4 @@ def test_noise_of_sensors_is_drawn_anew_and_kept_by_checkpoints(scene):
     again = hp.Session(scene, accuracy=1e-4, sensors=sensors, initial=session.checkpoint())
     assert np.array_equal(again.measure().q, session.measure().q)
     with refused(hp.errors.ParameterError, "sensors.delay", 0.01):
-        hp.Session(scene, sensors=hp.Sensors(delay=0.01))
+        hp.Session(scene, sensors=hp.sensors.Sensors(delay=0.01))

@@ -9,7 +9,7 @@ import hexapod_pin as hp
 from tests.sizing_cases import OMEGA, cycle, demand, full, of_motion, record
 
 
-def loaded(torque: np.ndarray, speed: np.ndarray, **more: object) -> hp.BatteryLoad:
+def loaded(torque: np.ndarray, speed: np.ndarray, **more: object) -> hp.sizing.BatteryLoad:
     """Return the load of the motor of 2 N m, 8 rad/s, 3 A at 12 V, not derated."""
     found = of_motion(torque, speed, cycle(), **more)
     return hp.motor_budget(found, record(), full()).battery

@@ -145,7 +145,7 @@ def test_a_run_that_cut_torques_off_says_so() -> None:
     servo = hp.Servo(**hp.Servo.for_robot(robot).model_dump() | {"motor": weak})
     gait = hp.KinematicControl(hp.Gait.tripod(stroke=0.05, cycle_time=0.6))
     trace = hp.simulate(hp.Scene(robot, servo=servo), gait, duration=1.9, accuracy=1e-3)
-    notes = [note for note in hp.joint_demand(trace).notes if "at the torque limit" in note]
+    notes = [note for note in hp.sizing.joint_demand(trace).notes if "at the torque limit" in note]
     assert len(notes) == 1 and "stronger" in notes[0]
     assert not any("at the torque limit" in note for note in demand().notes)
 
@@ -177,4 +177,4 @@ def test_samples_that_do_not_fit_are_refused(
     time: list, shape: tuple, name: str, value: object
 ) -> None:
     with refused(ParameterError, name, value), np.errstate(all="ignore"):
-        hp.JointDemand.of_samples(time, np.zeros(shape), np.zeros(shape))
+        hp.sizing.JointDemand.of_samples(time, np.zeros(shape), np.zeros(shape))

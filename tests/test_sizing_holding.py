@@ -167,7 +167,7 @@ def test_rest_is_held_against_continuous_and_stances_against_stall() -> None:
 
 
 def test_without_the_robot_or_its_contacts_it_is_unknown() -> None:
-    found = hp.joint_demand(with_run(walk(), urdf=None))
+    found = hp.sizing.joint_demand(with_run(walk(), urdf=None))
     assert np.isnan(found.holding).all() and any("unknown" in note for note in found.notes)
     row = hp.motor_budget(found, record()).joints[0]
     assert (
@@ -178,5 +178,5 @@ def test_without_the_robot_or_its_contacts_it_is_unknown() -> None:
     )
     names = ("foot_position", "foot_force", "foot_impulse", "foot_gap", "foot_normal")
     bare = dict.fromkeys(names)
-    found = hp.joint_demand(replace(walk(), **bare))
+    found = hp.sizing.joint_demand(replace(walk(), **bare))
     assert np.isnan(found.holding_lost_leg).all() and np.isfinite(found.load_inertia).all()

@@ -13,7 +13,7 @@ from hexapod_pin.errors import ParameterError, UnknownNameError
 from tests.sizing_cases import OMEGA, cycle, demand, full, of_motion, pure_inertia, record, walk
 
 
-def held(torque: float, speed: float, **derating: float) -> hp.MotorUse:
+def held(torque: float, speed: float, **derating: float) -> hp.sizing.MotorUse:
     """Return what a constant torque at a constant speed takes of the motor of 2 N m, 8 rad/s."""
     time = cycle(10)
     found = of_motion(np.full(11, torque), np.full(11, speed), time)
@@ -83,7 +83,7 @@ def test_the_best_gear_ratio_of_a_pure_inertia_matches_inertias() -> None:
     assert at[1] < at[0] and at[1] < at[2]
 
 
-def rms_at_motor(found: hp.JointDemand, rotor: float, ratio: float) -> float:
+def rms_at_motor(found: hp.sizing.JointDemand, rotor: float, ratio: float) -> float:
     """Return the RMS torque of a motor without gear losses from the samples."""
     torque = found.torque[:, 0] / ratio + ratio * rotor * found.acceleration[:, 0]
     return float(np.sqrt(np.mean(torque**2)))
@@ -93,7 +93,7 @@ def test_the_best_gear_ratio_beside_a_weight_and_below_the_speed_limit() -> None
     """A = J^2 a^2 / 2 + M^2, C = J_m^2 a^2 / 2; a fast joint leaves no more than its speed."""
     slow, weight = pure_inertia(0.02, 0.05), 0.3
     torque = slow.torque + weight
-    found = hp.JointDemand.of_samples(slow.time, torque, slow.speed)
+    found = hp.sizing.JointDemand.of_samples(slow.time, torque, slow.speed)
     row = hp.motor_budget(found, record(), full()).joints[0]
     mean = (0.05 * OMEGA**2) ** 2 / 2.0
     ratio = ((0.02**2 * mean + weight**2) / (1e-12 * mean)) ** 0.25
@@ -146,7 +146,7 @@ def test_motors_by_kind_of_joint() -> None:
         hp.motor_budget(demand(), {"femur": strong}, kinds=["femur", "tibia"])
     with pytest.raises(UnknownNameError):
         mixed.kind("wheel")
-    with refused(ParameterError, "M at 12 V: no_load_speed", None):
+    with refused(ParameterError, "MotorRecord.no_load_speed", None):
         hp.motor_budget(demand(), record(no_load_speed=None))
 
 

@@ -50,7 +50,7 @@ def test_closed_form_by_hand() -> None:
 def test_law_has_force_and_slope_of_the_soil_at_the_load(name: str, radius: float) -> None:
     """The slope against central differences of the quadrature: 1e-5 is its noise."""
     soil, load = SOILS[name], 8.0
-    law = hp.HuntCrossley.soil(soil, radius=radius, load=load)
+    law = hp.contact.HuntCrossley.soil(soil, radius=radius, load=load)
     depth = soil.sinkage(load, radius)
     assert by_quadrature(soil, depth, radius) == pytest.approx(load, rel=1e-7)
     force, slope, _, _ = law.native()(depth, 0.0, 0.0)
@@ -64,7 +64,7 @@ def test_law_has_force_and_slope_of_the_soil_at_the_load(name: str, radius: floa
 def test_law_stays_near_the_soil_around_the_load(name: str) -> None:
     """Sinkage under a quarter and four times the load: within 1.5, 10 and 3 % of the soil's."""
     soil, allowed = SOILS[name], {"sand": 0.015, "loose-sand": 0.1, "clay": 0.03}[name]
-    law = hp.HuntCrossley.soil(soil, radius=R, load=8.0)
+    law = hp.contact.HuntCrossley.soil(soil, radius=R, load=8.0)
     for load in (2.0, 32.0):
         depth = (load / law.stiffness) ** (1.0 / law.exponent)
         assert depth == pytest.approx(soil.sinkage(load, R), rel=allowed)
@@ -72,7 +72,7 @@ def test_law_stays_near_the_soil_around_the_load(name: str) -> None:
 
 def test_small_depths_are_an_exact_power_law() -> None:
     """K = 2 pi k R/(n + 1), m = n + 1; also the limit of small loads."""
-    law = hp.HuntCrossley.soil(SAND, radius=R)
+    law = hp.contact.HuntCrossley.soil(SAND, radius=R)
     assert law.exponent == pytest.approx(2.1)
     assert law.stiffness == pytest.approx(2 * math.pi * 1.5e6 * R / 2.1, rel=1e-12)
     assert float(law.force(1e-6)) == pytest.approx(SAND.force(1e-6, R), rel=1e-4)
@@ -109,11 +109,12 @@ def test_what_has_no_law_is_refused() -> None:
     with refused(UnknownNameError, kind="soil", name="peat"):
         hp.Contact.soil("peat")
     with refused(ParameterError, "load", None):
-        hp.HuntCrossley.soil(SOILS["clay"], radius=R)
+        hp.contact.HuntCrossley.soil(SOILS["clay"], radius=R)
     with refused(ParameterError, "load", 30.0):
         hp.Contact.soil("clay", radius=0.005, load=30.0)
     for wrong in (0.0, math.nan):
-        with refused(ParameterError, "radius", wrong, allowed=(1e-6, 1e3)):
+        name, allowed = ("radius", (1e-6, 1e3)) if wrong == 0.0 else ("Contact.soil.radius", ())
+        with refused(ParameterError, name, wrong, allowed=allowed):
             hp.Contact.soil(radius=wrong)
     with refused(ParameterError, "load", -1.0, allowed=(1e-9, 1e9)):
         hp.Contact.soil(load=-1.0)

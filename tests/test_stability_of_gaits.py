@@ -47,7 +47,9 @@ def least(name: str, motion: str, at_events: bool = False) -> tuple[float, float
     """Return the least static margin and NESM [m] and the least number of feet down."""
     robot, table = hp.load_robot("kharagpur"), gait(name)
     if motion == "arc":
-        path = hp.ArcWalk(table, amplitude=float(np.arcsin(0.5 * STROKE / REACH))).path(robot)
+        path = hp.motion.ArcWalk(table, amplitude=float(np.arcsin(0.5 * STROKE / REACH))).path(
+            robot
+        )
     elif motion == "rolling":
         path = hp.KinematicControl(table).path(robot)
     else:

@@ -117,14 +117,16 @@ def test_delays_of_part_of_a_tick_lie_between(scene: hp.Scene) -> None:
         return spectral_radius(FootControl(STAND, suspension=part, delay=delay), scene)
 
     for delay in (0.005, 0.01):
-        assert radius(delay - 1e-9) == pytest.approx(radius(delay), abs=1e-3)
-        assert radius(delay + 1e-9) == pytest.approx(radius(delay), abs=1e-3)
+        there = pytest.approx(radius(delay), abs=1e-3)
+        assert (radius(delay - 1e-9), radius(delay + 1e-9)) == (there, there)
 
 
 def test_sensor_and_command_delay_are_one(scene: hp.Scene) -> None:
     part = VirtualSuspension()
     late = FootControl(STAND, suspension=part, delay=0.007)
-    split = FootControl(STAND, suspension=part, delay=0.003, sensors=hp.Sensors(delay=0.004))
+    split = FootControl(
+        STAND, suspension=part, delay=0.003, sensors=hp.sensors.Sensors(delay=0.004)
+    )
     assert spectral_radius(split, scene) == pytest.approx(spectral_radius(late, scene), rel=1e-9)
 
 
@@ -153,7 +155,7 @@ def test_simulation_grows_beyond_the_border_alone(
     The rate changes by half of itself where the border is off by 5 %: 15 % of it are 1.5 %.
     """
     scene = hp.Scene(hp.load_robot(robot))
-    sensors = hp.Sensors(delay=sensor_delay)
+    sensors = hp.sensors.Sensors(delay=sensor_delay)
     control = replace(controller(quantity, delay), sensors=sensors)
     border = predicted_border(control, scene, quantity)
     low = {"suspension.frequency": 0.5, "slip.ki": 0.05 * border}[quantity]

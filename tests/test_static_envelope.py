@@ -23,7 +23,7 @@ ENVELOPE = {
     "wave 5/6": (lambda **k: hp.Gait.wave(5 / 6, **k), 0.93, 0.61, 1.50),
 }
 CONTACT = hp.Contact(
-    normal=hp.HuntCrossley(stiffness=1e6, exponent=1.0, dissipation=100.0),
+    normal=hp.contact.HuntCrossley(stiffness=1e6, exponent=1.0, dissipation=100.0),
     friction=hp.Contact.preset("s2").friction,
 )
 
@@ -35,7 +35,7 @@ def slow(request: pytest.FixtureRequest) -> tuple[str, hp.Trace, slice]:
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=CONTACT, prescribed=True)
     trace = hp.simulate(
         scene,
-        hp.ArcWalk(gait),
+        hp.motion.ArcWalk(gait),
         duration=3 * CYCLE,
         method="ndf",
         accuracy=1e-8,
@@ -50,7 +50,7 @@ def test_slow_walks_meet_the_static_envelope(slow: tuple[str, hp.Trace, slice]) 
     femur, down = trace.torque[cycle, 1::3], trace.normal_force[cycle] > 0.0
     assert hp.torque_budget(trace).kind("femur").peak.torque_peak == pytest.approx(peak, rel=0.02)
     assert np.sqrt(np.mean(femur[down] ** 2)) == pytest.approx(rms, rel=0.02)
-    assert hp.joint_moments(trace).moment[:, 0::3].max() == pytest.approx(moment, rel=0.02)
+    assert hp.results.joint_moments(trace).moment[:, 0::3].max() == pytest.approx(moment, rel=0.02)
     assert np.median(np.abs(femur[~down])) == pytest.approx(SHANK_WEIGHT_TORQUE, rel=0.02)
 
 

@@ -9,14 +9,14 @@ import hexapod_pin as hp
 
 NORMAL = hp.Contact.s1().normal
 STIFF = hp.Servo(kp=1000.0, kd=20.0, limited=False)
-STICK = hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0)
+STICK = hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=60.0)
 CREEPING = {
-    "tanh": hp.TanhCoulomb(mu=0.7, slope=1e3),
-    "adams": hp.AdamsCoulomb(
+    "tanh": hp.contact.TanhCoulomb(mu=0.7, slope=1e3),
+    "adams": hp.contact.AdamsCoulomb(
         mu_static=0.7, mu_dynamic=0.5, stiction_speed=1e-3, transition_speed=1e-2
     ),
-    "smooth-step": hp.SmoothStep(mu_static=0.7, mu_dynamic=0.7, speed=1e-3),
-    "brown-mcphee": hp.BrownMcPhee(mu_static=0.7, mu_dynamic=0.6, speed=1e-3),
+    "smooth-step": hp.contact.SmoothStep(mu_static=0.7, mu_dynamic=0.7, speed=1e-3),
+    "brown-mcphee": hp.contact.BrownMcPhee(mu_static=0.7, mu_dynamic=0.6, speed=1e-3),
 }
 
 
@@ -72,7 +72,7 @@ def test_energy_residual_of_a_walk_falls_with_the_step(normal, friction) -> None
     )
     control = hp.KinematicControl(hp.Gait.tetrapod())
     # Friction that falls with speed on S2's stiff contact: the touch-down at 0.8 s needs 0.125 ms.
-    stiff = friction is CREEPING["adams"] and isinstance(normal, hp.AdamsImpact)
+    stiff = friction is CREEPING["adams"] and isinstance(normal, hp.contact.AdamsImpact)
     largest, duration = (1.25e-4, 0.9) if stiff else (1e-3, 2.4)
 
     def residual(step: float) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import gc
 import os
-import resource
 import socket
 import sqlite3
 import stat
@@ -31,16 +30,16 @@ from hexapod_pin.errors import (
     SweepStoreError,
     WorkersError,
 )
-from hexapod_pin.sweep.runs import SweepResult, run_sweep, store_guard, store_lock
-from hexapod_pin.sweep.runs import run_sweep as run_sweep_module
-from hexapod_pin.sweep.runs import store as store_module
-from hexapod_pin.sweep.runs.outcome import Outcome
-from hexapod_pin.sweep.runs.store import SweepStore
-from hexapod_pin.sweep.runs.store_file import store_errors
-from hexapod_pin.sweep.runs.store_lock import StoreLock
-from hexapod_pin.sweep.runs.store_reading import DAMAGED, NOT_RUN
-from hexapod_pin.sweep.runs.store_schema import MetaTexts, checksum, stored_rows, study_sum
-from hexapod_pin.sweep.runs.task import case_outcomes
+from hexapod_pin.study.runs import SweepResult, run_sweep, store_guard, store_lock
+from hexapod_pin.study.runs import runner as runner_module
+from hexapod_pin.study.runs import store as store_module
+from hexapod_pin.study.runs.outcome import Outcome
+from hexapod_pin.study.runs.store import SweepStore
+from hexapod_pin.study.runs.store_file import store_errors
+from hexapod_pin.study.runs.store_lock import StoreLock
+from hexapod_pin.study.runs.store_reading import DAMAGED, NOT_RUN
+from hexapod_pin.study.runs.store_schema import MetaTexts, checksum, stored_rows, study_sum
+from hexapod_pin.study.runs.task import case_outcomes
 from tests.sweep_studies import require_same_bits, small_study
 
 STUDY = small_study(1)
@@ -178,7 +177,7 @@ def test_a_store_that_is_read_waits_for_nothing_and_changes_nothing(
         store.write_bytes(whole.path.read_bytes())
     THINGS[thing](store.with_name(store.name + name), precious.path)
     before = _shown(folder)
-    assert isinstance(_raised(lambda: hp.open_sweep(store)), SweepStoreError)
+    assert isinstance(_raised(lambda: hp.study.open_sweep(store)), SweepStoreError)
     assert _shown(folder) == before
     precious.require_untouched(2 if thing == "hard link" else 1)
 
@@ -189,14 +188,14 @@ def test_a_link_to_a_store_is_read(tmp_path: Path) -> None:
     link.symlink_to(path)
     with SweepStore(path, STUDY) as store:
         store.add(case_outcomes(STUDY, [1], 1))
-        assert hp.open_sweep(link).done == 1
-    assert hp.open_sweep(link).done == 1
+        assert hp.study.open_sweep(link).done == 1
+    assert hp.study.open_sweep(link).done == 1
 
 
 @pytest.mark.parametrize("path", ["a\0b", "", ".", "..", "/", "x" * 300, "none/a.db", "/dev/null"])
 def test_names_that_no_store_can_have(tmp_path: Path, monkeypatch: Any, path: str) -> None:
     monkeypatch.chdir(tmp_path)
-    for call in (lambda: run_sweep(STUDY, path), lambda: hp.open_sweep(path)):
+    for call in (lambda: run_sweep(STUDY, path), lambda: hp.study.open_sweep(path)):
         assert isinstance(_raised(call), SweepStoreError | ParameterError)
     assert not list(tmp_path.iterdir())
 
@@ -257,7 +256,7 @@ def test_what_takes_a_name_during_a_sweep_is_left_alone(tmp_path: Path) -> None:
     for name in ("-lock", "-journal"):
         assert store.with_name(store.name + name).read_bytes() == b"keys"
         store.with_name(store.name + name).unlink()
-    assert hp.open_sweep(store).done == 3
+    assert hp.study.open_sweep(store).done == 3
 
 
 MARKS = {
@@ -276,7 +275,7 @@ def test_what_sqlite_leaves_when_it_is_killed_is_taken_for_its_own(
     for content in [*contents, MARKS[name][:3]] if name == "-shm" else contents:
         store.write_bytes(whole.path.read_bytes())
         store.with_name(store.name + name).write_bytes(content)
-        require_same_bits(hp.open_sweep(store).dataset, whole.dataset)
+        require_same_bits(hp.study.open_sweep(store).dataset, whole.dataset)
         store.with_name(store.name + name).write_bytes(content)
         require_same_bits(run_sweep(STUDY, store, resume=True).dataset, whole.dataset)
 
@@ -290,25 +289,37 @@ def test_readers_of_this_process_keep_the_locks_of_sqlite(tmp_path: Path) -> Non
         locks = Path("/proc/locks")
         inode = f":{path.with_name('a.db-shm').stat().st_ino} "
         mine = [line for line in locks.read_text().splitlines() if inode in line + " "]
-        assert hp.open_sweep(path).done == 1
+        assert hp.study.open_sweep(path).done == 1
         after = [line for line in locks.read_text().splitlines() if inode in line + " "]
         assert len(after) == len(mine) > 0
 
 
-def _lock_elsewhere(store: Path) -> str:
-    """Return what another process meets that wants to write to a store."""
+@pytest.fixture(scope="module")
+def lock_elsewhere() -> Iterator[Callable[[Path], str]]:
+    """What another process meets that wants to write to a store."""
     code = (
         "import sys; from pathlib import Path\n"
-        "from hexapod_pin.sweep.runs.store_lock import StoreLock\n"
-        "try: StoreLock(Path(sys.argv[1])).release(); print('free')\n"
-        "except Exception as error: print(type(error).__name__)"
+        "from hexapod_pin.study.runs.store_lock import StoreLock\n"
+        "for line in sys.stdin:\n"
+        "    try: StoreLock(Path(line[:-1])).release(); print('free', flush=True)\n"
+        "    except Exception as error: print(type(error).__name__, flush=True)"
     )
-    run = [sys.executable, "-c", code, str(store)]
-    done = subprocess.run(run, check=True, capture_output=True, text=True, timeout=PATIENCE)
-    return done.stdout.strip()
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as other:
+        assert other.stdin is not None and other.stdout is not None
+
+        def met(store: Path) -> str:
+            other.stdin.write(f"{store}\n")
+            other.stdin.flush()
+            return other.stdout.readline().strip()
+
+        yield met
 
 
-def test_one_lock_for_all_spellings_of_a_store(tmp_path: Path, monkeypatch: Any) -> None:
+def test_one_lock_for_all_spellings_of_a_store(
+    tmp_path: Path, monkeypatch: Any, lock_elsewhere: Callable[[Path], str]
+) -> None:
     """A second lock of this process, once given back, would end the first."""
     folder = tmp_path / "folder"
     folder.mkdir()
@@ -318,20 +329,22 @@ def test_one_lock_for_all_spellings_of_a_store(tmp_path: Path, monkeypatch: Any)
     for spelling in (Path("a.db"), tmp_path / "other" / "a.db", folder / ".." / "folder" / "a.db"):
         with pytest.raises(StoreLockedError):
             StoreLock(spelling)
-    assert _lock_elsewhere(folder / "a.db") == "StoreLockedError"
+    assert lock_elsewhere(folder / "a.db") == "StoreLockedError"
     lock.release()
     lock.release()
-    assert _lock_elsewhere(folder / "a.db") == "free"
+    assert lock_elsewhere(folder / "a.db") == "free"
     assert not list(folder.iterdir())
 
 
-def test_a_lock_where_no_file_can_have_two_names(tmp_path: Path, monkeypatch: Any) -> None:
+def test_a_lock_where_no_file_can_have_two_names(
+    tmp_path: Path, monkeypatch: Any, lock_elsewhere: Callable[[Path], str]
+) -> None:
     def refuse(*_: Any) -> None:
         raise PermissionError(1, "Operation not permitted")
 
     monkeypatch.setattr(os, "link", refuse)
     lock = StoreLock(tmp_path / "a.db")
-    assert _lock_elsewhere(tmp_path / "a.db") == "StoreLockedError"
+    assert lock_elsewhere(tmp_path / "a.db") == "StoreLockedError"
     lock.release()
     assert not list(tmp_path.iterdir())
 
@@ -340,7 +353,7 @@ LOCK_AND_SIGNAL = """
 import os, signal, sys
 from pathlib import Path
 from hexapod_pin import stop_signals
-from hexapod_pin.sweep.runs.store_lock import StoreLock
+from hexapod_pin.study.runs.store_lock import StoreLock
 
 stop_signals.install()
 stop_signals.begin()
@@ -405,7 +418,7 @@ def test_an_empty_file_that_was_there_is_never_removed(tmp_path: Path, monkeypat
 
 def _refusing(monkeypatch: Any) -> Callable[[], ThreadPoolExecutor]:
     """Return what makes a pool whose workers refuse the study."""
-    monkeypatch.setattr("hexapod_pin.sweep.runs.workers.run_task", lambda *task: b"!no")
+    monkeypatch.setattr("hexapod_pin.study.runs.workers.run_task", lambda *task: b"!no")
     return lambda: ThreadPoolExecutor(1)
 
 
@@ -459,10 +472,10 @@ def test_a_store_that_fails_later_is_kept(tmp_path: Path, monkeypatch: Any) -> N
     with pytest.raises(RuntimeError), SweepStore(path, STUDY) as store:
         store.add(case_outcomes(STUDY, [0], 1))
         raise RuntimeError
-    assert hp.open_sweep(path).done == 1
+    assert hp.study.open_sweep(path).done == 1
     with pytest.raises(WorkersError):
         run_sweep(STUDY, path, executor=_refusing(monkeypatch), resume=True)
-    assert hp.open_sweep(path).done == 1
+    assert hp.study.open_sweep(path).done == 1
 
 
 def test_a_sweep_that_was_killed_before_its_first_case_can_be_begun_again(tmp_path: Path) -> None:
@@ -520,25 +533,34 @@ def test_a_full_disk_is_called_full(
     assert error.value.kept == 7
 
 
-@pytest.mark.parametrize("most", [0, 60, 5_000, 40_000, 60_000])
-def test_a_file_that_may_not_grow_is_called_full_and_leaves_nothing(
-    tmp_path: Path, most: int
-) -> None:
-    """From the lock to the log: whatever cannot be written first."""
-    code = (
-        "import sys; from tests.sweep_studies import small_study\n"
-        "from hexapod_pin.sweep.runs import run_sweep\n"
-        "try: run_sweep(small_study(1), sys.argv[1], threads=1); print('done')\n"
-        "except Exception as error: print(type(error).__name__)"
-    )
+SIZES = (0, 60, 5_000, 40_000, 60_000)
+"""Of files, as large as they may be [bytes]: from the lock to the log, what cannot be written."""
+
+SHORT_FILES = """
+import resource, sys
+from tests.sweep_studies import small_study
+from hexapod_pin.study.runs import run_sweep
+for most in map(int, sys.argv[1:]):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, resource.RLIM_INFINITY))
+    try: run_sweep(small_study(1), f"{most}/a.db", threads=1); print("done")
+    except Exception as error: print(type(error).__name__)
+"""
+
+
+def test_a_file_that_may_not_grow_is_called_full_and_leaves_nothing(tmp_path: Path) -> None:
+    """One process meets one limit after the other, each in a folder of its own."""
+    sizes = [str(most) for most in SIZES]
+    for size in sizes:
+        (tmp_path / size).mkdir()
+    root = str(Path(__file__).parents[1])
     done = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path / "a.db")], check=True, text=True,
-        capture_output=True, timeout=PATIENCE, cwd=Path(__file__).parents[1],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most)),
-        env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},  # else modules are cut off at that size
+        [sys.executable, "-c", SHORT_FILES, *sizes], check=True, text=True,
+        capture_output=True, timeout=PATIENCE, cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": root,
+             "PYTHONDONTWRITEBYTECODE": "1"},  # else modules are cut off at that size
     )  # fmt: skip
-    assert done.stdout.strip() == "StoreFullError", done
-    assert not list(tmp_path.iterdir())
+    assert done.stdout.split() == ["StoreFullError"] * len(SIZES), done
+    assert [list((tmp_path / size).iterdir()) for size in sizes] == [[]] * len(SIZES)
 
 
 # damaged rows
@@ -558,13 +580,20 @@ VALUES = ("NULL", "5", "-9223372036854775808", "9223372036854775807", "2.5", "9e
 """A value of every type that SQLite knows, and some that are read as others."""
 
 
-def _damages(table: str) -> Iterator[str]:
-    """Yield what may be done to a table: to one row, to all of them, and to their keys."""
+def _damages(table: str, *, apart: bool = True) -> Iterator[str]:
+    """Yield what may be done to a table: to one row, to all of them, and to their keys.
+
+    Unless `apart`, each of the three cases gets a value of its own.
+    """
     yield f"DELETE FROM {table}"
     yield f"DELETE FROM {table} WHERE rowid = (SELECT max(rowid) FROM {table})" * (table != "meta")
     for column in TABLES[table]:
-        for value in VALUES:
+        keyed = apart or table != "cases" or column == "number"
+        for value in VALUES if keyed else ():
             yield f"UPDATE OR IGNORE {table} SET {column} = {value}"
+        for k in () if keyed else range(0, len(VALUES), 3):
+            whens = " ".join(f"WHEN {row} THEN {x}" for row, x in enumerate(VALUES[k : k + 3]))
+            yield f"UPDATE OR IGNORE cases SET {column} = CASE number {whens} ELSE {column} END"
         if table != "meta":
             yield f"UPDATE OR IGNORE {table} SET {column} = {column} || 'x' WHERE rowid = 1"
     if table == "meta":
@@ -613,18 +642,16 @@ def _recorded(outcomes: dict[int, Outcome]) -> Callable[..., Any]:
 
 def _require_right(found: SweepResult, whole: SweepResult) -> None:
     """Fail unless a store tells nothing wrong: cases are right, or named as damaged or not run."""
-    names = [name for name, array in whole.dataset.variables.items() if array.dtype.kind == "f"]
     assert list(found.dataset.coords) == list(whole.dataset.coords)
     for key in ("study", "study_digest", "study_name", "inputs", "versions"):
         assert found.dataset.attrs[key] == whole.dataset.attrs[key]
-    for index, reason in enumerate(found.dataset["reason"].values):
-        assert reason in ("", DAMAGED, NOT_RUN)
-        for name in names if reason == "" else ():
-            got, wanted = (one.dataset[name].isel(case=index) for one in (found, whole))
+    reasons = found.dataset["reason"].values
+    assert {*reasons} <= {"", DAMAGED, NOT_RUN}
+    right = np.flatnonzero(reasons == "")
+    for name, array in whole.dataset.variables.items():
+        if right.size and (array.dtype.kind == "f" or name == "verdict"):
+            got, wanted = (one.isel(case=right) for one in (found.dataset.variables[name], array))
             np.testing.assert_array_equal(got.values, wanted.values)
-        if reason == "":
-            one, other = (part.dataset["verdict"].values[index] for part in (found, whole))
-            assert one == other
 
 
 @pytest.mark.parametrize("table", TABLES)
@@ -632,15 +659,14 @@ def test_damage_of_any_kind_is_refused_named_or_run_again(
     tmp_path: Path, whole: SweepResult, outcomes: Any, monkeypatch: Any, table: str
 ) -> None:
     """Every column of every table, with values of every type; rows that are gone."""
-    monkeypatch.setattr(sys.modules[run_sweep_module.__module__], "case_outcomes",
-                        _recorded(outcomes))  # fmt: skip
+    monkeypatch.setattr(runner_module, "case_outcomes", _recorded(outcomes))
     path, repaired = tmp_path / "a.db", 0
-    for statement in filter(None, _damages(table)):
+    for statement in filter(None, _damages(table, apart=False)):
         path.write_bytes(whole.path.read_bytes())
         if not _damage(path, statement, forged=False):
             continue
         with contextlib.suppress(SweepStoreError):
-            _require_right(hp.open_sweep(path), whole)
+            _require_right(hp.study.open_sweep(path), whole)
         with contextlib.suppress(SweepStoreError):
             require_same_bits(run_sweep(STUDY, path, resume=True).dataset, whole.dataset)
             repaired += 1
@@ -651,15 +677,14 @@ def test_damage_of_any_kind_is_refused_named_or_run_again(
 def test_rows_whose_checksums_were_made_to_fit_raise_typed_errors(
     tmp_path: Path, whole: SweepResult, outcomes: Any, monkeypatch: Any, table: str
 ) -> None:
-    monkeypatch.setattr(sys.modules[run_sweep_module.__module__], "case_outcomes",
-                        _recorded(outcomes))  # fmt: skip
+    monkeypatch.setattr(runner_module, "case_outcomes", _recorded(outcomes))
     path = tmp_path / "a.db"
     for statement in filter(None, _damages(table)):
         path.write_bytes(whole.path.read_bytes())
         if not _damage(path, statement, forged=True):
             continue
         with contextlib.suppress(SweepStoreError):
-            assert hp.open_sweep(path).dataset is not None
+            assert hp.study.open_sweep(path).dataset is not None
         with contextlib.suppress(SweepStoreError):
             assert run_sweep(STUDY, path, resume=True).dataset is not None
 
@@ -671,7 +696,7 @@ def test_inputs_that_are_missing_are_refused_and_written_again(
     path.write_bytes(whole.path.read_bytes())
     assert _damage(path, "DELETE FROM inputs", forged=False)
     with pytest.raises(SweepStoreError):
-        hp.open_sweep(path)
+        hp.study.open_sweep(path)
     require_same_bits(run_sweep(STUDY, path, resume=True).dataset, whole.dataset)
 
 
@@ -695,7 +720,7 @@ def test_tables_of_another_make_are_refused(
     connection.executescript(statements)
     connection.close()
     before = path.read_bytes()
-    assert isinstance(_raised(lambda: hp.open_sweep(path)), SweepStoreError)
+    assert isinstance(_raised(lambda: hp.study.open_sweep(path)), SweepStoreError)
     assert isinstance(_raised(lambda: run_sweep(STUDY, path, resume=True)), SweepStoreError)
     assert path.read_bytes() == before
 

@@ -28,7 +28,7 @@ from hexapod_pin import native
 from hexapod_pin.benchmark.engines.mujoco_engine import CONES, MujocoSettings
 from hexapod_pin.robot.robot import urdf_path
 from hexapod_pin.simulation.plant import native_plant
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 
 ROOT = Path(__file__).resolve().parents[1]
 STEP = 1e-3
@@ -179,12 +179,28 @@ def walking() -> NativeMotion:
     return NativeMotion.of(scene, hp.KinematicControl(hp.Gait.tripod()), 0.5)
 
 
+WRITTEN_BY = {
+    "hard_cases": "hexapod-pin bench --hard",
+    "quantities": "python scripts/quantities.py",
+    "rewritten_robots": "python scripts/studies rewritten_robots",
+    "s1_comparison": "python scripts/studies foot_control",
+    "s2_study": "python scripts/studies s2_page",
+    "scale": "python scripts/studies sweep_scale",
+    "speed_against_error": "hexapod-pin bench",
+}
+"""Pages of docs/results/ that are not named as the study that writes them, and its command."""
+
+HAND_WRITTEN = {"README", "robot_sources"}
+"""Pages of docs/results/ that no command writes."""
+
+
 def test_every_study_is_tested_and_every_page_names_its_study() -> None:
     assert study_paths().keys() == SHORT.keys() | ELSEWHERE.keys()
     for page in (ROOT / "docs" / "results").glob("*.md"):
-        if page.stem != "README":
-            assert page.stem in SHORT
-            assert f"python scripts/studies {page.stem}" in page.read_text(), page
+        if page.stem not in HAND_WRITTEN:
+            assert page.stem in SHORT.keys() | WRITTEN_BY.keys()
+            command = WRITTEN_BY.get(page.stem, f"python scripts/studies {page.stem}")
+            assert command in page.read_text(), page
 
 
 def test_studies_are_listed_and_run_by_one_command() -> None:

@@ -11,7 +11,9 @@ import pytest
 from refusals import refused
 
 import hexapod_pin as hp
+from hexapod_pin import native
 from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.results.schema import schema
 
 CYCLE = 0.8
 SCENE = hp.Scene(hp.load_robot("kharagpur"))
@@ -109,16 +111,23 @@ def friction_power(trace: hp.Trace) -> tuple[np.ndarray, np.ndarray]:
     return trace.time, np.abs(np.sum(trace.foot_force[..., :2] * velocity, axis=-1))
 
 
-def test_a_summary_of_a_former_release_is_read(trace: hp.Trace, tmp_path: Path) -> None:
-    """Numbers that it did not gather are NaN."""
-    newer = ("friction_work", "height_rms", "heave_rms", "roll_rate_rms", "pitch_rate_rms")
+def test_a_summary_without_one_of_its_numbers_is_refused(trace: hp.Trace, tmp_path: Path) -> None:
     found = json.loads(trace.summary.to_json())
-    for name in newer:
-        del found["data"][name]
-    old = hp.load_summary(write(tmp_path / "old.json", json.dumps(found)))
-    assert all(np.isnan(getattr(old, name)).all() for name in newer)
-    assert np.array_equal(old.slip_distance, trace.summary.slip_distance)
-    assert hp.torque_budget(old).joints == hp.torque_budget(trace.summary).joints
+    del found["data"]["friction_work"]
+    path = write(tmp_path / "old.json", json.dumps(found))
+    with refused(TraceFileError, about=(str(path), "data.friction_work")):
+        hp.load_summary(path)
+
+
+def test_the_core_and_the_record_name_the_same_numbers() -> None:
+    """Each number is named twice: beside its sum in C++, and in the class that holds it."""
+    run = native.RunSummary(joints=18, feet=6)
+    run.set_window(0.0, 1.0, 0.0)
+    state = np.zeros(25), np.zeros(24), np.zeros(18), np.zeros((6, 3)), *np.zeros((2, 6))
+    state[0][6] = 1.0
+    for time in (0.0, 0.5, 1.0):
+        run.record(time, *state, np.zeros(3))
+    assert run.data().keys() == {"states", "cycles", *schema(hp.Summary)}
 
 
 def test_a_budget_takes_a_trace_a_summary_or_an_older_trace(trace: hp.Trace) -> None:

@@ -15,8 +15,8 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.commands.app import main
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.sweep.runs import run_sweep
-from hexapod_pin.sweep.study import SweepStudy
+from hexapod_pin.study.runs import run_sweep
+from hexapod_pin.study.sweep import SweepStudy
 from hexapod_pin.view.study_figures import draw_sweep, write_sweep_figure
 from tests.sweep_studies import BASE, FRICTIONS, PAYLOADS, durations, small_study, write_study_file
 
@@ -40,7 +40,7 @@ def test_it_leaves_store_dataset_and_figure(study: Path, capsys: Any) -> None:
     assert "12 of 12 cases done, 0 failed" in out and not err
     assert "payload [kg]: 0, 0.5, 1" in out and "mu [-]: uniform 0.5 to 0.9" in out
     assert "12 cases run in " in out and "s a case\nstore: " in out
-    found = hp.open_sweep("study.db")
+    found = hp.study.open_sweep("study.db")
     with xarray.open_dataset("a.nc", engine="h5netcdf") as opened:
         np.testing.assert_array_equal(opened["torque_peak"], found.dataset["torque_peak"])
     assert Path("a.svg").read_text().lstrip().startswith("<?xml")
@@ -56,10 +56,10 @@ def test_what_a_sweep_came_to_is_told_without_xarray(
 ) -> None:
     """With it comes dask.array: 1.5 of the 3.9 s of a finished study's `--resume`."""
     assert _run(study) == 0
-    found = hp.open_sweep("study.db")
+    found = hp.study.open_sweep("study.db")
     expected = int(np.sum(found.dataset["walks"].values == 0.0))
     monkeypatch.setitem(sys.modules, "xarray", None)
-    assert hp.open_sweep("study.db").not_walking == expected
+    assert hp.study.open_sweep("study.db").not_walking == expected
     assert _run(study, "--resume", "--plot", "a.svg", "--out", "a.nc") == 0
 
 
@@ -78,7 +78,7 @@ def test_failed_cases_are_counted_by_reason(study: Path, capsys: Any) -> None:
 def test_ctrl_c_ends_with_130_and_says_what_is_kept(
     study: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from hexapod_pin.sweep.runs import store
+    from hexapod_pin.study.runs import store
 
     add = store.SweepStore.add
 
@@ -150,9 +150,9 @@ def test_the_figure_follows_what_varies(
 
 
 def test_a_sweep_without_numbers_is_not_drawn(tmp_path: Path) -> None:
-    from hexapod_pin.sweep.runs.store import SweepStore
+    from hexapod_pin.study.runs.store import SweepStore
 
     with SweepStore(tmp_path / "a.db", small_study(1)):
         pass
     with refused(ParameterError, "found", "not run"):
-        write_sweep_figure(hp.open_sweep(tmp_path / "a.db"), tmp_path / "a.png")
+        write_sweep_figure(hp.study.open_sweep(tmp_path / "a.db"), tmp_path / "a.png")

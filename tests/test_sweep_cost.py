@@ -18,8 +18,8 @@ from studies.sweeps.simulated_workers import SimulatedSweep, simulated_task
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.sweep.runs.outcome import from_bytes, to_bytes
-from hexapod_pin.sweep.runs.task import run_task, task_of
+from hexapod_pin.study.runs.outcome import from_bytes, to_bytes
+from hexapod_pin.study.runs.task import run_task, task_of
 
 COSTS = SweepCosts(
     case=0.05, worker_memory=2e8, task_bytes=2000.0, task_case_bytes=5.0, result_bytes=5000.0,
@@ -141,7 +141,7 @@ def test_simulated_results_are_real_ones_of_other_cases(answer: bytes, tmp_path)
 def test_store_and_task_are_measured(answer: bytes, tmp_path) -> None:
     study = many_walks(8, 0.1, 1)
     assert store_rate(study, tmp_path, answer, 4) > 0.0
-    stored = hp.open_sweep(tmp_path / "rows4.db")
+    stored = hp.study.open_sweep(tmp_path / "rows4.db")
     assert stored.done == 8
     peaks = stored.dataset["torque_peak"].values
     np.testing.assert_array_equal(peaks[4:], peaks[:4])  # four real results, twice

@@ -15,11 +15,11 @@ from studies.sweeps.loopback_cluster import free_port, loopback_cluster
 
 import hexapod_pin as hp
 from hexapod_pin.errors import WorkersError
-from hexapod_pin.sweep.runs import run_sweep
-from hexapod_pin.sweep.runs import workers as executors
-from hexapod_pin.sweep.runs.run_sweep import Distribution
-from hexapod_pin.sweep.runs.store import SweepStore
-from hexapod_pin.sweep.runs.workers import DaskWorkers
+from hexapod_pin.study.runs import run_sweep
+from hexapod_pin.study.runs import workers as executors
+from hexapod_pin.study.runs.distribution import Distribution
+from hexapod_pin.study.runs.store import SweepStore
+from hexapod_pin.study.runs.workers import DaskWorkers
 from tests.sweep_studies import require_same_bits, small_study
 
 distributed = pytest.importorskip("distributed")
@@ -64,7 +64,7 @@ def test_a_worker_that_is_killed_loses_nothing(cluster: str, tmp_path: Path) -> 
             Distribution(STUDY, store, workers, chunk=1, threads=1, progress=kill).run(range(12))
         finally:
             workers.close()
-    require_same_bits(hp.open_sweep(tmp_path / "b.db").dataset, here.dataset)
+    require_same_bits(hp.study.open_sweep(tmp_path / "b.db").dataset, here.dataset)
 
 
 def test_no_scheduler_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hexapod_pin.sweep.study.design import KINDS, Design
-from hexapod_pin.sweep.study.distributions import (
+from hexapod_pin.study.sweep.design import KINDS, Design
+from hexapod_pin.study.sweep.distributions import (
     Choice,
     Distribution,
     LogNormal,
@@ -99,7 +99,7 @@ WITHOUT_FILES = """
 import resource, sys
 import scipy.stats.qmc
 from hexapod_pin.errors import ResourceError
-from hexapod_pin.sweep.study.design import Design
+from hexapod_pin.study.sweep.design import Design
 resource.setrlimit(resource.RLIMIT_NOFILE, (3, 3))
 try:
     Design(kind=sys.argv[1], samples=4).cube(2)

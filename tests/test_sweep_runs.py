@@ -18,13 +18,13 @@ import xarray
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.errors import ParameterError, SweepInterrupted, TraceFileError, WorkersError
+from hexapod_pin.errors import ParameterError, StudyInterrupted, TraceFileError, WorkersError
 from hexapod_pin.results.walk_verdict import summary_verdict
-from hexapod_pin.sweep.runs import SweepResult, run_sweep
-from hexapod_pin.sweep.runs.run_sweep import Distribution
-from hexapod_pin.sweep.runs.store import SweepStore
-from hexapod_pin.sweep.runs.task import run_task, task_of
-from hexapod_pin.sweep.runs.workers import PoolWorkers
+from hexapod_pin.study.runs import SweepResult, run_sweep
+from hexapod_pin.study.runs.distribution import Distribution
+from hexapod_pin.study.runs.store import SweepStore
+from hexapod_pin.study.runs.task import run_task, task_of
+from hexapod_pin.study.runs.workers import PoolWorkers
 from tests.sweep_studies import partly_impossible, require_same_bits, small_study
 
 STUDY = small_study()
@@ -109,7 +109,7 @@ def test_a_broken_process_pool_is_made_anew(whole: SweepResult, tmp_path: Path) 
             cases.run(range(12))
         assert workers.executor is not pool and cases.deaths > 0
         workers.close()
-    require_same_bits(hp.open_sweep(tmp_path / "a.db").dataset, whole.dataset)
+    require_same_bits(hp.study.open_sweep(tmp_path / "a.db").dataset, whole.dataset)
 
 
 def test_a_failing_case_is_a_row_with_its_reason(tmp_path: Path) -> None:
@@ -150,10 +150,10 @@ def test_ctrl_c_keeps_what_is_done_and_resume_gives_the_same_bits(
             if fraction >= 0.4:
                 signal.raise_signal(signal.SIGINT)
 
-        with refused(SweepInterrupted, about=("12", str(path), "--resume")) as caught:
+        with refused(StudyInterrupted, about=("12", str(path), "--resume")) as caught:
             run_sweep(STUDY, path, progress=interrupt, **how)
         kept = caught.value.result.done
-        assert 5 <= kept < 12 and hp.open_sweep(path).done == kept
+        assert 5 <= kept < 12 and hp.study.open_sweep(path).done == kept
         seen: list[float] = []
         found = run_sweep(STUDY, path, resume=True, progress=seen.append)
         assert len(seen) == 13 - kept  # none is run twice
@@ -189,7 +189,7 @@ def test_workers_refuse_what_would_give_other_bits() -> None:
 
 def test_a_worker_that_refuses_ends_the_sweep(tmp_path: Path, monkeypatch: Any) -> None:
     monkeypatch.setattr(
-        "hexapod_pin.sweep.runs.workers.run_task", lambda *task: b"!it has pin 3, the sweep 4"
+        "hexapod_pin.study.runs.workers.run_task", lambda *task: b"!it has pin 3, the sweep 4"
     )
     with refused(WorkersError, kept=0, about=("pin 3",)):
         run_sweep(STUDY, tmp_path / "a.db", executor=ThreadPoolExecutor(1))

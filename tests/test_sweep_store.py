@@ -22,14 +22,14 @@ from hexapod_pin.errors import (
     SweepStoreError,
     TraceFileError,
 )
-from hexapod_pin.sweep.runs import run_sweep
-from hexapod_pin.sweep.runs.outcome import from_bytes, to_bytes
-from hexapod_pin.sweep.runs.store import SweepStore
-from hexapod_pin.sweep.runs.store_lock import StoreLock
-from hexapod_pin.sweep.runs.store_reading import DAMAGED
-from hexapod_pin.sweep.runs.task import case_outcomes
-from hexapod_pin.sweep.study import SweepStudy
-from hexapod_pin.sweep.study.design import Design
+from hexapod_pin.study.runs import run_sweep
+from hexapod_pin.study.runs.outcome import from_bytes, to_bytes
+from hexapod_pin.study.runs.store import SweepStore
+from hexapod_pin.study.runs.store_lock import StoreLock
+from hexapod_pin.study.runs.store_reading import DAMAGED
+from hexapod_pin.study.runs.task import case_outcomes
+from hexapod_pin.study.sweep import SweepStudy
+from hexapod_pin.study.sweep.design import Design
 from tests.sweep_studies import require_same_bits, small_study, study_text
 
 STUDY = small_study(1)
@@ -51,7 +51,7 @@ def _edit(path: Path, *statements: str) -> None:
 
 def test_numbers_of_a_case_are_those_of_its_summary(done: Path) -> None:
     """Every array of the summary, to the bit, and what is found from it."""
-    dataset = hp.open_sweep(done).dataset
+    dataset = hp.study.open_sweep(done).dataset
     for index in range(3):
         case = STUDY.case(index)
         summary = hp.simulate_batch([case], keep="summary")[0]
@@ -92,7 +92,7 @@ def test_while_it_is_written_the_log_is_synchronous_and_readers_see_commits(tmp_
         first = next(case_outcomes(STUDY, [1], 1))
         assert store.add([first]) == [1]
         assert store.add([first]) == []  # the first stays
-        seen = hp.open_sweep(path)
+        seen = hp.study.open_sweep(path)
         assert (seen.done, seen.pending) == (1, [0, 2])
         assert seen.dataset["reason"].values.tolist() == ["not run", "", "not run"]
 
@@ -137,7 +137,7 @@ def test_cases_of_a_file_that_has_changed_are_not_mixed(tmp_path: Path) -> None:
 
 def test_a_newer_schema_and_other_databases_are_refused(done: Path) -> None:
     _edit(done, "PRAGMA user_version = 9")
-    for open_it in (hp.open_sweep, lambda path: run_sweep(STUDY, path, resume=True)):
+    for open_it in (hp.study.open_sweep, lambda path: run_sweep(STUDY, path, resume=True)):
         with refused(SweepStoreError, path=str(done), about=("9", "1")):
             open_it(done)
     other = done.with_name("other.db")
@@ -151,13 +151,13 @@ def test_a_damaged_file_is_refused(done: Path) -> None:
     whole = done.read_bytes()
     for content in (whole[: len(whole) // 2], b"no database at all" * 99, whole[:50]):
         done.write_bytes(content)
-        for open_it in (hp.open_sweep, lambda path: run_sweep(STUDY, path, resume=True)):
+        for open_it in (hp.study.open_sweep, lambda path: run_sweep(STUDY, path, resume=True)):
             with refused(SweepStoreError, path=str(done), about=("sqlite3 FILE .recover",)):
                 open_it(done)
         assert done.read_bytes() == content  # left as it was
     none = done.with_name("none.db")
     with refused(SweepStoreError, path=str(none)) as caught:
-        hp.open_sweep(none)
+        hp.study.open_sweep(none)
     assert isinstance(caught.value.__cause__, FileNotFoundError)
 
 
@@ -165,19 +165,19 @@ def test_an_empty_file_is_a_sweep_that_did_not_begin(tmp_path: Path) -> None:
     path = tmp_path / "a.db"
     path.touch()
     with refused(SweepStoreError, path=str(path), kept=None, about=("nothing",)):
-        hp.open_sweep(path)
+        hp.study.open_sweep(path)
     assert run_sweep(STUDY, path, threads=1).done == 3
 
 
 def test_a_damaged_row_is_told_and_run_again(done: Path) -> None:
-    whole = hp.open_sweep(done).dataset
+    whole = hp.study.open_sweep(done).dataset
     connection = sqlite3.connect(done)
     (numbers,) = connection.execute("SELECT numbers FROM cases WHERE number = 1").fetchone()
     changed = bytes([numbers[0] ^ 1]) + numbers[1:]
     connection.execute("UPDATE cases SET numbers = ? WHERE number = 1", (changed,))
     connection.commit()
     connection.close()
-    found = hp.open_sweep(done)
+    found = hp.study.open_sweep(done)
     assert found.failed == [(1, DAMAGED)] and found.done == 2
     assert np.isnan(found.dataset["torque_peak"].values[1]).all()
     require_same_bits(run_sweep(STUDY, done, resume=True).dataset, whole)
@@ -196,7 +196,7 @@ def test_who_goes_on_takes_the_drawn_values_from_the_store(
     """The library that draws takes a second to read; texts do not tell kinds apart: drawn again."""
     study, drawn = SweepStudy.from_toml(study_text(2, more=more)), []
     path = run_sweep(study, tmp_path / "a.db").path
-    whole, cube = hp.open_sweep(path).dataset, Design.cube
+    whole, cube = hp.study.open_sweep(path).dataset, Design.cube
     _edit(path, "DELETE FROM cases WHERE number IN (1, 4)")
     monkeypatch.setattr(Design, "cube", lambda *given: drawn.append(1) or cube(*given))
     again = SweepStudy.from_toml(study_text(2, more=more))
@@ -217,7 +217,7 @@ def test_a_full_disk_keeps_what_was_committed(tmp_path: Path) -> None:
                 store.add([outcome])
         kept = len(store.finished)
         assert 0 < kept < 12 and caught.value.kept == kept
-    assert hp.open_sweep(path).done == kept
+    assert hp.study.open_sweep(path).done == kept
     whole = run_sweep(study, tmp_path / "b.db")
     require_same_bits(run_sweep(study, path, resume=True).dataset, whole.dataset)
 
@@ -259,7 +259,7 @@ def test_inputs_of_all_cases_are_kept_from_the_start(tmp_path: Path) -> None:
     path = tmp_path / "a.db"
     with SweepStore(path, STUDY):
         pass
-    dataset = hp.open_sweep(path).dataset
+    dataset = hp.study.open_sweep(path).dataset
     points = [STUDY.point(k) for k in range(3)]
     assert dataset["payload"].values.tolist() == [point["payload"] for point in points]
     assert dataset["mu"].values.tolist() == [point["mu"] for point in points]

@@ -21,12 +21,12 @@ from hexapod_pin.drive.catalog import load_catalog
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.scene.loads import MassFactor
 from hexapod_pin.simulation.case_data import case_to_dict
-from hexapod_pin.sweep import random_bumps
-from hexapod_pin.sweep.study import SweepStudy, load_sweep
-from hexapod_pin.sweep.study.base_case import BaseWalk
-from hexapod_pin.sweep.study.design import KINDS
-from hexapod_pin.sweep.study.distributions import DISTRIBUTIONS
-from hexapod_pin.sweep.study.study_file import INPUTS
+from hexapod_pin.study import random_bumps
+from hexapod_pin.study.sweep import SweepStudy, load_sweep
+from hexapod_pin.study.sweep.base_case import BaseWalk
+from hexapod_pin.study.sweep.design import KINDS
+from hexapod_pin.study.sweep.distributions import DISTRIBUTIONS
+from hexapod_pin.study.sweep.study_file import INPUTS
 
 BASE = '[base]\nrobot = "kharagpur"\ngait = "tripod"\nduration = 1.0\n'
 SAMPLED = (
@@ -91,7 +91,7 @@ def test_what_each_input_changes() -> None:
             scene,
             contact=hp.Contact(
                 normal=scene.contact.normal,
-                friction=hp.StickSlip(mu=0.7, stiffness=2e4, damping=30.0),
+                friction=hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=30.0),
                 assumed=scene.contact.assumed,
             ),
         ),
@@ -164,7 +164,7 @@ def test_a_supply_that_a_motor_is_not_made_for_is_refused() -> None:
     for index in (0, 2):
         with refused(
             hp.errors.ParameterError,
-            "voltage of AX-12A",
+            "voltage",
             allowed=(
                 9,
                 12,
@@ -251,15 +251,15 @@ def test_a_case_that_cannot_be_is_refused_by_itself() -> None:
     assert of.case(0).duration == 1.0
     with refused(hp.errors.GaitError, quantity="duty"):
         of.case(1)
-    for index in (2, -1, True):
-        with refused(hp.errors.ParameterError, "index", index):
+    for index, name in ((2, "index"), (-1, "index"), (True, "SweepStudy.case.index")):
+        with refused(hp.errors.ParameterError, name, index):
             of.case(index)
 
 
 def test_the_studies_of_the_page_and_of_the_examples_load() -> None:
-    """What docs/study_files.md shows is a study, and all inputs and distributions are in it."""
+    """What docs/sweeps.md shows is a study, and all inputs and distributions are in it."""
     root = Path(__file__).parents[1]
-    page = (root / "docs/study_files.md").read_text(encoding="utf-8")
+    page = (root / "docs/sweeps.md").read_text(encoding="utf-8")
     block = page.split("```toml\n")[1].split("```")[0]
     assert len(SweepStudy.from_toml(block)) == 3 * 256
     for name in (*INPUTS, *DISTRIBUTIONS, *KINDS, *BaseWalk.model_fields):

@@ -8,7 +8,7 @@ import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.sweep.study import SweepStudy, load_sweep
+from hexapod_pin.study.sweep import SweepStudy, load_sweep
 
 HEAD = "schema = 1\n"
 BASE = '[base]\nrobot = "kharagpur"\ngait = "tripod"\n'
@@ -114,7 +114,7 @@ BAD = {
         "base.kp", "no servo acts",
     ),
     "text for the duration": (
-        f'{HEAD}[base]\nrobot = "athena"\nduration = "5"\n{GRID}', "base.duration", "number",
+        f'{HEAD}[base]\nrobot = "athena"\nduration = "5"\n{GRID}', "base.duration", "a float",
     ),
     "unknown input": (grid('input = "paylaod"\nvalues = [1]'), "vary[0].input", "mean 'payload'"),
     "no input": (grid("values = [1]"), "vary[0].input", "path in its place"),
@@ -172,7 +172,7 @@ BAD = {
         uncertain('distribution = "uniform"\nlow = 0.4\nhihg = 1'), "vary[0].hihg", "mean 'high'",
     ),
     "text for an end": (
-        uncertain('distribution = "uniform"\nlow = "0.4"\nhigh = 1'), "vary[0].low", "number",
+        uncertain('distribution = "uniform"\nlow = "0.4"\nhigh = 1'), "vary[0].low", "a float",
     ),
     "an end not a number": (
         uncertain('distribution = "uniform"\nlow = nan\nhigh = 1'), "vary[0].low", "finite",

@@ -47,13 +47,13 @@ def test_patch_scales_friction_and_stiffness_in_a_run(tmp_path: Path) -> None:
 
     robot = vehicles.particle(tmp_path)
     contact = hp.Contact(
-        normal=hp.HuntCrossley(stiffness=1e6, dissipation=20.0),
-        friction=hp.TanhCoulomb(mu=0.5, slope=1e3),
+        normal=hp.contact.HuntCrossley(stiffness=1e6, dissipation=20.0),
+        friction=hp.contact.TanhCoulomb(mu=0.5, slope=1e3),
     )
-    patch = hp.Patch(low=(-5.0, -5.0), high=(5.0, 5.0), friction=0.1, stiffness=0.25)
+    patch = hp.terrain.Patch(low=(-5.0, -5.0), high=(5.0, 5.0), friction=0.1, stiffness=0.25)
     for terrain, mu, softness in (
         (hp.Flat(), 0.5, 1.0),
-        (hp.PatchedGround(ground=hp.Flat(), patches=(patch,)), 0.05, 4.0 ** (2.0 / 3.0)),
+        (hp.terrain.PatchedGround(ground=hp.Flat(), patches=(patch,)), 0.05, 4.0 ** (2.0 / 3.0)),
     ):
         scene = hp.Scene(robot, terrain=terrain, contact=contact, servo=vehicles.LIMP)
         start = vehicles.state(robot, -softness * (9.81e-6) ** (2.0 / 3.0), (1.0, 0.0, 0.0))
@@ -74,11 +74,11 @@ def test_patch_scales_friction_and_stiffness_in_a_run(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "friction",
     [
-        (hp.TanhCoulomb(mu=0.5, slope=1e3), hp.TanhCoulomb(mu=0.05, slope=1e3)),
-        (hp.SmoothStep(mu_static=0.5, mu_dynamic=0.3, speed=0.02),
-         hp.SmoothStep(mu_static=0.05, mu_dynamic=0.03, speed=0.02)),
-        (hp.StickSlip(mu=0.5, stiffness=2e4, damping=60.0),
-         hp.StickSlip(mu=0.05, stiffness=2e4, damping=60.0)),
+        (hp.contact.TanhCoulomb(mu=0.5, slope=1e3), hp.contact.TanhCoulomb(mu=0.05, slope=1e3)),
+        (hp.contact.SmoothStep(mu_static=0.5, mu_dynamic=0.3, speed=0.02),
+         hp.contact.SmoothStep(mu_static=0.05, mu_dynamic=0.03, speed=0.02)),
+        (hp.contact.StickSlip(mu=0.5, stiffness=2e4, damping=60.0),
+         hp.contact.StickSlip(mu=0.05, stiffness=2e4, damping=60.0)),
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("u", [(0.0, 0.0, 0.0), (1e-3, -2e-3, -0.1), (0.3, 0.1, 0.05)])
@@ -89,13 +89,13 @@ def test_a_patch_equals_ground_of_its_own_coefficients(
     import vehicles
 
     robot = vehicles.particle(tmp_path)
-    patch = hp.Patch(low=(-5.0, -5.0), high=(5.0, 5.0), friction=0.1, stiffness=0.25)
+    patch = hp.terrain.Patch(low=(-5.0, -5.0), high=(5.0, 5.0), friction=0.1, stiffness=0.25)
     found = []
     for terrain, stiffness, law in (
-        (hp.PatchedGround(ground=hp.Flat(), patches=(patch,)), 1e6, friction[0]),
+        (hp.terrain.PatchedGround(ground=hp.Flat(), patches=(patch,)), 1e6, friction[0]),
         (hp.Flat(), 0.25e6, friction[1]),
     ):
-        normal = hp.HuntCrossley(stiffness=stiffness, dissipation=0.2)
+        normal = hp.contact.HuntCrossley(stiffness=stiffness, dissipation=0.2)
         contact = hp.Contact(normal=normal, friction=law)
         plant = native_plant(hp.Scene(robot, terrain=terrain, contact=contact, servo=vehicles.LIMP))
         state = vehicles.state(robot, -1e-3, u)
@@ -107,7 +107,7 @@ def test_a_patch_equals_ground_of_its_own_coefficients(
 
 
 def test_shaken_ground_moves_as_it_says() -> None:
-    table = hp.ShakingGround(amplitude=2e-3, frequency=12.0)
+    table = hp.terrain.ShakingGround(amplitude=2e-3, frequency=12.0)
     time = np.array([0.0, 1.0 / 48.0, 1.0 / 24.0])
     assert table.lift_at(time) == pytest.approx([0.0, 2e-3, 0.0], abs=1e-15)
     assert table.height_at(1.0, 2.0) == 0.0

@@ -48,7 +48,7 @@ HILLS = hp.HeightField.random(3, amplitude=0.02, wavelength=0.3, size=2.0)
         ),
         ({**HILLS.model_dump(), "heights": "AAAA"}, "HeightField.heights", "AAAA"),
         ({**HILLS.model_dump(), "heights": "not base64!"}, "HeightField.heights", "not base64!"),
-        ({**HILLS.model_dump(), "spacing": [0.1, 0.0]}, "HeightField.spacing.1", 0.0),
+        ({**HILLS.model_dump(), "spacing": [0.1, 0.0]}, "HeightField.spacing[1]", 0.0),
     ],
 )
 def test_bad_parameters_are_named(data: dict, name: str, value: object) -> None:
@@ -58,7 +58,7 @@ def test_bad_parameters_are_named(data: dict, name: str, value: object) -> None:
 
 def test_a_patch_must_have_an_area() -> None:
     with refused(ParameterError, "Patch", about=("(0.0, 0.0)", "(1.0, 0.0)")):
-        hp.Patch(low=(0.0, 0.0), high=(1.0, 0.0))
+        hp.terrain.Patch(low=(0.0, 0.0), high=(1.0, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_a_patch_must_have_an_area() -> None:
         ([[0.0, 0.0], [0.0, math.inf]], "HeightField.z[1, 1]", (FARTHEST_M,), ("inf",)),
         (
             [[0.0, 0.0, 0.2], [0.0, 0.0, 0.2]],
-            "slope of HeightField.z after [0, 1]",
+            "HeightField.z[0, 1]",
             (60,),
             ("63.4 deg",),
         ),

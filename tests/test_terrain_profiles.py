@@ -64,7 +64,7 @@ def test_stairs_turned_round_go_down() -> None:
 def test_ledge_and_groove_heights() -> None:
     assert LEDGE.height_at(*world(LEDGE.surface(), 0.19, 0.0, 3.0)[:2]) == pytest.approx(0.1)
     assert LEDGE.height_at(*world(LEDGE.surface(), 0.21, 0.0, -3.0)[:2]) == pytest.approx(0.0)
-    groove = hp.Groove(angle_left=math.pi / 4, angle_right=math.pi / 6, depth=0.1)
+    groove = hp.terrain.Groove(angle_left=math.pi / 4, angle_right=math.pi / 6, depth=0.1)
     x = np.array([-0.2, -0.1, -0.05, 0.0, 0.1, 0.2])
     expected = [0.0, 0.0, -0.05, -0.1, -0.1 + 0.1 * math.tan(math.pi / 6), 0.0]
     assert groove.height_at(x, 1.0) == pytest.approx(expected, abs=1e-15)
@@ -148,7 +148,7 @@ def test_gap_does_not_jump(name: str, radius: float) -> None:
 
 def test_normal_turns_steadily_over_a_convex_edge() -> None:
     """A sphere that rolls over a ledge's edge: its normal turns by path over distance, no jump."""
-    ledge = hp.Ledge(height=0.1)
+    ledge = hp.terrain.Ledge(height=0.1)
     radius = 0.02
     x = np.linspace(-0.005, 0.015, 401)
     normals = np.array([nearest(ledge, (p, 0.0, 0.1 + 0.0198), radius)[1] for p in x])
@@ -159,7 +159,7 @@ def test_normal_turns_steadily_over_a_convex_edge() -> None:
 
 def test_faces_of_a_groove_are_slopes() -> None:
     """Away from its corners a face acts as the plane it lies in; a tread as level ground."""
-    groove = hp.Groove(angle_left=0.4, angle_right=0.7, depth=0.2, heading=0.3)
+    groove = hp.terrain.Groove(angle_left=0.4, angle_right=0.7, depth=0.2, heading=0.3)
     bottom = (0.0, 0.0, -0.2)
     for angle, sign in ((-0.4, -1.0), (0.7, 1.0)):
         plane = hp.Slope(angle=angle, heading=0.3, point=bottom)

@@ -15,33 +15,37 @@ from hexapod_pin.control.curves import MotionFunction, adams_step
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import read_toml
 
-TRANSITIONS = (hp.Step, hp.Step5, hp.Havsin)
+TRANSITIONS = (hp.motion.Step, hp.motion.Step5, hp.motion.Havsin)
 SPAN: dict[str, Any] = {"start": 0.7, "end": 1.9, "initial": 0.25, "final": -0.15}
 
 
 def shape(kind: type[MotionFunction]) -> Callable[[Any], Any]:
     """Return h(s) as ADAMS' manual prints it, for real and complex s."""
     forms: dict[type[MotionFunction], Callable[[Any], Any]] = {
-        hp.Step: lambda s: 3 * s * s - 2 * s * s * s,
-        hp.Step5: lambda s: 10 * s**3 - 15 * s**4 + 6 * s**5,
-        hp.Havsin: lambda s: (1 + np.sin(np.pi * s - np.pi / 2)) / 2,
+        hp.motion.Step: lambda s: 3 * s * s - 2 * s * s * s,
+        hp.motion.Step5: lambda s: 10 * s**3 - 15 * s**4 + 6 * s**5,
+        hp.motion.Havsin: lambda s: (1 + np.sin(np.pi * s - np.pi / 2)) / 2,
     }
     return forms[kind]
 
 
 EVERY: dict[str, MotionFunction] = {
-    "step": hp.Step(**SPAN),
-    "step5": hp.Step5(**SPAN),
-    "havsin": hp.Havsin(**SPAN),
-    "sine": hp.Sine(amplitude=0.3, period=0.8, phase=0.3, mean=0.1),
-    "waypoints": hp.Waypoints(time=(0.4, 1.0, 1.3, 2.2), value=(0.1, 0.3, -0.2, 0.0)),
-    "hermite": hp.Hermite(time=(0.4, 1.0, 2.2), value=(0.1, 0.3, -0.2), rate=(0.5, -0.4, 0.1)),
-    "sum": hp.Sum(terms=(hp.Step(**SPAN), hp.Sine(amplitude=0.1, period=0.5), 0.7)),
-    "periodic": hp.Periodic(
-        function=hp.Sum(
+    "step": hp.motion.Step(**SPAN),
+    "step5": hp.motion.Step5(**SPAN),
+    "havsin": hp.motion.Havsin(**SPAN),
+    "sine": hp.motion.Sine(amplitude=0.3, period=0.8, phase=0.3, mean=0.1),
+    "waypoints": hp.motion.Waypoints(time=(0.4, 1.0, 1.3, 2.2), value=(0.1, 0.3, -0.2, 0.0)),
+    "hermite": hp.motion.Hermite(
+        time=(0.4, 1.0, 2.2), value=(0.1, 0.3, -0.2), rate=(0.5, -0.4, 0.1)
+    ),
+    "sum": hp.motion.Sum(
+        terms=(hp.motion.Step(**SPAN), hp.motion.Sine(amplitude=0.1, period=0.5), 0.7)
+    ),
+    "periodic": hp.motion.Periodic(
+        function=hp.motion.Sum(
             terms=(
-                hp.Step(start=0.0, end=0.3, initial=-0.2, final=0.2),
-                hp.Step5(start=0.3, end=0.5, initial=0.0, final=-0.4),
+                hp.motion.Step(start=0.0, end=0.3, initial=-0.2, final=0.2),
+                hp.motion.Step5(start=0.3, end=0.5, initial=0.0, final=-0.4),
             )
         ),
         period=0.6,
@@ -71,7 +75,11 @@ def test_transitions_are_those_of_adams(kind: type[MotionFunction]) -> None:
 
 @pytest.mark.parametrize(
     ("kind", "slope", "bend"),
-    [(hp.Step, 1.5, 6.0), (hp.Step5, 1.875, 0.0), (hp.Havsin, np.pi / 2, np.pi**2 / 2)],
+    [
+        (hp.motion.Step, 1.5, 6.0),
+        (hp.motion.Step5, 1.875, 0.0),
+        (hp.motion.Havsin, np.pi / 2, np.pi**2 / 2),
+    ],
 )
 def test_middle_and_ends(kind: type[MotionFunction], slope: float, bend: float) -> None:
     """Half way at half time with the largest rate; accelerations of the table at the ends."""
@@ -88,7 +96,7 @@ def test_middle_and_ends(kind: type[MotionFunction], slope: float, bend: float) 
 
 def test_largest_acceleration_of_step5() -> None:
     """10 / sqrt(3) at s = 1/2 - sqrt(3) / 6."""
-    step = hp.Step5(start=0.0, end=1.0, initial=0.0, final=1.0)
+    step = hp.motion.Step5(start=0.0, end=1.0, initial=0.0, final=1.0)
     found = step.acceleration(np.linspace(0.0, 1.0, 100_001)).max()
     assert found == pytest.approx(10.0 / np.sqrt(3.0), rel=1e-9)
     at = step.acceleration(np.array(0.5 - np.sqrt(3.0) / 6.0))
@@ -133,7 +141,7 @@ def test_classes_of_continuity() -> None:
 
 def test_step_is_the_one_of_the_arc_walk() -> None:
     s = np.linspace(-0.5, 1.5, 41)
-    value, rate = hp.Step(start=0, end=1, initial=0, final=1).value_and_rate(s)
+    value, rate = hp.motion.Step(start=0, end=1, initial=0, final=1).value_and_rate(s)
     np.testing.assert_array_equal(value, adams_step(s)[0])
     np.testing.assert_array_equal(rate, adams_step(s)[1])
 
@@ -148,16 +156,19 @@ def test_hermite_goes_straight_on() -> None:
 
 def test_hermite_with_rates_of_zero_is_a_step() -> None:
     time = np.linspace(0.0, 3.0, 301)
-    curve = hp.Hermite(time=(0.7, 1.9), value=(0.25, -0.15), rate=(0.0, 0.0))
-    for a, b in zip(curve.derivatives(time), hp.Step(**SPAN).derivatives(time), strict=True):
+    curve = hp.motion.Hermite(time=(0.7, 1.9), value=(0.25, -0.15), rate=(0.0, 0.0))
+    for a, b in zip(curve.derivatives(time), hp.motion.Step(**SPAN).derivatives(time), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-14)
 
 
 def test_sum_adds_and_lists_all_kinks() -> None:
-    other = hp.Havsin(start=1.0, end=1.9, initial=0.0, final=0.2)
-    total, time = hp.Sum(terms=(hp.Step(**SPAN), other, 2.0)), np.linspace(0.0, 3.0, 61)
+    other = hp.motion.Havsin(start=1.0, end=1.9, initial=0.0, final=0.2)
+    total, time = (
+        hp.motion.Sum(terms=(hp.motion.Step(**SPAN), other, 2.0)),
+        np.linspace(0.0, 3.0, 61),
+    )
     for k, offset in enumerate((2.0, 0.0, 0.0)):
-        parts = hp.Step(**SPAN).derivatives(time)[k] + other.derivatives(time)[k]
+        parts = hp.motion.Step(**SPAN).derivatives(time)[k] + other.derivatives(time)[k]
         np.testing.assert_allclose(total.derivatives(time)[k], offset + parts, atol=1e-15)
     assert total.kinks_until(9.0) == (0.7, 1.0, 1.9)
     assert total.shortest_time == pytest.approx(0.45)
@@ -177,38 +188,52 @@ def test_repetition() -> None:
     np.testing.assert_allclose(start, [-0.2, 0.0, 0.2], atol=1e-15)
 
 
-RISE = hp.Step(start=0.0, end=0.5, initial=0.0, final=0.1)
+RISE = hp.motion.Step(start=0.0, end=0.5, initial=0.0, final=0.1)
 
 
 @pytest.mark.parametrize(
     ("make", "name", "value", "allowed"),
     [
-        (lambda: hp.Step(start=1, end=1, initial=0, final=1), "Step.end", 1.0, (1,)),
-        (lambda: hp.Step5(start=1, end=0, initial=0, final=1), "Step5.end", 0.0, (1,)),
-        (lambda: hp.Havsin(start=0, initial=0, final=1), "Havsin.end", None, ()),
-        (lambda: hp.Step(start=0, end=1, initial=0, final=np.inf), "Step.final", np.inf, ()),
-        (lambda: hp.Sum(terms=()), "Sum.terms", (), ()),
+        (lambda: hp.motion.Step(start=1, end=1, initial=0, final=1), "Step.end", 1.0, (1,)),
+        (lambda: hp.motion.Step5(start=1, end=0, initial=0, final=1), "Step5.end", 0.0, (1,)),
+        (lambda: hp.motion.Havsin(start=0, initial=0, final=1), "Havsin.end", None, ()),
+        (lambda: hp.motion.Step(start=0, end=1, initial=0, final=np.inf), "Step.final", np.inf, ()),
+        (lambda: hp.motion.Sum(terms=()), "Sum.terms", (), ()),
         (
-            lambda: hp.Periodic(function=RISE, period=1.0),
-            "Periodic.function value at its period", 0.1, (0, -0.1),
+            lambda: hp.motion.Periodic(function=RISE, period=1.0),
+            "Periodic.function.value",
+            0.1,
+            (0, -0.1),
         ),
         (
-            lambda: hp.Periodic(function=hp.Sine(amplitude=1, period=1), period=0.5),
-            "Periodic.function rate at its period", ANY, (6.28318531, 12.6),
+            lambda: hp.motion.Periodic(function=hp.motion.Sine(amplitude=1, period=1), period=0.5),
+            "Periodic.function.rate",
+            ANY,
+            (6.28318531, 12.6),
         ),
-        (lambda: hp.Periodic(function=0.3, period=1.0), "Periodic.function", 0.3, ()),
+        (lambda: hp.motion.Periodic(function=0.3, period=1.0), "Periodic.function", 0.3, ()),
         (
-            lambda: hp.Hermite(time=(0, 1), value=(0, 1), rate=(0,)),
-            "Hermite lengths of time, value and rate", (2, 2, 1), (2,),
+            lambda: hp.motion.Hermite(time=(0, 1), value=(0, 1), rate=(0,)),
+            "Hermite.time, value, rate",
+            (2, 2, 1),
+            (2,),
         ),
-        (lambda: hp.Hermite(time=(1, 1), value=(0, 1), rate=(0, 0)), "Hermite.time", (1, 1), ()),
         (
-            lambda: hp.Periodic(function=hp.Sine(amplitude=1, period=1e-4), period=1e-4)
-            .kinks_until(200.0),
-            "Periodic.period", 1e-4, (0.0002, 200),
+            lambda: hp.motion.Hermite(time=(1, 1), value=(0, 1), rate=(0, 0)),
+            "Hermite.time",
+            (1, 1),
+            (),
+        ),
+        (
+            lambda: hp.motion.Periodic(
+                function=hp.motion.Sine(amplitude=1, period=1e-4), period=1e-4
+            ).kinks_until(200.0),
+            "Periodic.period",
+            1e-4,
+            (0.0002, 200),
         ),
     ],
-)  # fmt: skip
+)
 def test_refusals(
     make: Callable[[], Any], name: str, value: Any, allowed: tuple[float, ...]
 ) -> None:
@@ -219,26 +244,26 @@ def test_refusals(
 @every_function
 def test_toml_round_trip(function: MotionFunction) -> None:
     """As part of a BodyMotion, which takes every kind of function."""
-    body = hp.BodyMotion(pitch=function, height=0.01)
+    body = hp.motion.BodyMotion(pitch=function, height=0.01)
     text = tomli_w.dumps(body.model_dump(mode="json"))
-    assert hp.BodyMotion(**read_toml(text)) == body
-    assert type(hp.BodyMotion(**read_toml(text)).pitch) is type(function)
+    assert hp.motion.BodyMotion(**read_toml(text)) == body
+    assert type(hp.motion.BodyMotion(**read_toml(text)).pitch) is type(function)
 
 
 def test_a_trunk_can_rise_with_a_step() -> None:
     """Inverse kinematics of a standing robot: feet sink in the body as the trunk rises."""
     robot = hp.load_robot("kharagpur")
-    rise = hp.Periodic(
-        function=hp.Sum(
+    rise = hp.motion.Periodic(
+        function=hp.motion.Sum(
             terms=(
-                hp.Step(start=0.5, end=1.0, initial=0.0, final=0.02),
-                hp.Step5(start=1.0, end=1.8, initial=0.0, final=-0.02),
+                hp.motion.Step(start=0.5, end=1.0, initial=0.0, final=0.02),
+                hp.motion.Step5(start=1.0, end=1.8, initial=0.0, final=-0.02),
             )
         ),
         period=2.0,
     )
     gait = hp.Gait.tripod(stroke=0.0, cycle_time=1.0)
-    control = hp.KinematicControl(gait, body=hp.BodyMotion(height=rise))
+    control = hp.KinematicControl(gait, body=hp.motion.BodyMotion(height=rise))
     plan, path = control.plan(robot, 4.0), control.path(robot)
     standing = path.positions(np.zeros(1))[0, :, 2]
     time = np.array([0.5, 0.75, 1.0, 1.4, 2.75, 3.0])

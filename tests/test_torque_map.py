@@ -10,11 +10,12 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.control import six_legs
-from hexapod_pin.errors import ParameterError, SweepInterrupted, TraceFileError, UnknownNameError
+from hexapod_pin.errors import ParameterError, StudyInterrupted, TraceFileError, UnknownNameError
+from hexapod_pin.results.grid_columns import NOT_RUN
 from hexapod_pin.results.phase_torque import scheduled_phase_torque
-from hexapod_pin.results.torque_map import LAYOUT, NOT_RUN
-from hexapod_pin.sweep.grid_runs import walk_times
-from hexapod_pin.sweep.torque_map import PHASE_SAMPLES
+from hexapod_pin.results.schema import schema
+from hexapod_pin.study.grid_runs import walk_times
+from hexapod_pin.study.torque_map import PHASE_SAMPLES
 from hexapod_pin.view import write_torque_curves, write_torque_heat_map
 
 ROBOT = hp.load_robot("kharagpur")
@@ -24,7 +25,7 @@ RADIUS = 0.20284  # [m], physics 2.2: L1 + L2
 
 
 @pytest.fixture(scope="module")
-def found() -> hp.TorqueMap:
+def found() -> hp.study.TorqueMap:
     told: list[float] = []
     got = hp.torque_map(
         SCENE, "arc", strokes=STROKES, cycle_times=TIMES, check=2, progress=told.append
@@ -33,19 +34,19 @@ def found() -> hp.TorqueMap:
     return got
 
 
-def arc(stroke: float, period: float) -> hp.ArcWalk:
+def arc(stroke: float, period: float) -> hp.motion.ArcWalk:
     """S2's walk with a stroke, from the closed form 2 R sin A."""
-    return hp.ArcWalk(
+    return hp.motion.ArcWalk(
         hp.Gait.tetrapod(cycle_time=period), amplitude=float(np.arcsin(stroke / (2 * RADIUS)))
     )
 
 
-def test_a_map_is_what_its_walks_come_to_one_by_one(found: hp.TorqueMap) -> None:
+def test_a_map_is_what_its_walks_come_to_one_by_one(found: hp.study.TorqueMap) -> None:
     """To the bit, with the same controller; the summary and its budget are computed alike."""
     for i, stroke in enumerate(STROKES):
         for j, period in enumerate(TIMES):
-            radius = float(hp.ArcWalk().path(ROBOT).radius.mean())
-            walk = hp.ArcWalk(
+            radius = float(hp.motion.ArcWalk().path(ROBOT).radius.mean())
+            walk = hp.motion.ArcWalk(
                 hp.Gait.tetrapod(cycle_time=period),
                 amplitude=float(np.arcsin(stroke / (2.0 * radius))),
             )
@@ -65,21 +66,21 @@ def test_a_map_is_what_its_walks_come_to_one_by_one(found: hp.TorqueMap) -> None
             assert energy == pytest.approx(budget.kind("coxa").positive_energy, rel=1e-12)
 
 
-def test_the_stroke_of_an_arc_walk_is_the_one_asked_for(found: hp.TorqueMap) -> None:
+def test_the_stroke_of_an_arc_walk_is_the_one_asked_for(found: hp.study.TorqueMap) -> None:
     """V = stroke / (duty T); the amplitude from R as published agrees to its rounding, 1e-5."""
     wanted = np.array(STROKES)[:, None] / (2.0 / 3.0 * np.array(TIMES))
     np.testing.assert_allclose(found.nominal_speed, wanted, rtol=1e-12)
     assert arc(0.14, 1.2).path(ROBOT).speed == pytest.approx(wanted[1, 1], rel=2e-5)
 
 
-def test_feet_carry_the_weight(found: hp.TorqueMap) -> None:
+def test_feet_carry_the_weight(found: hp.study.TorqueMap) -> None:
     """Impulses of a periodic walk: weight times cycle time; 1 %, as it is not yet periodic."""
     weight = ROBOT.total_mass * 9.81
     total = found.normal_impulse.sum(axis=-1)
     np.testing.assert_allclose(total, np.broadcast_to(weight * np.array(TIMES), (2, 2)), rtol=1e-2)
 
 
-def test_phases_part_the_window(found: hp.TorqueMap) -> None:
+def test_phases_part_the_window(found: hp.study.TorqueMap) -> None:
     """Times add up to the cycle, mean squares to that of the window; the duty is the gait's."""
     np.testing.assert_allclose(
         found.phase_time.sum(axis=2),
@@ -126,7 +127,7 @@ def test_phases_are_those_of_the_legs() -> None:
         scheduled_phase_torque(trace, down[1:])
 
 
-def test_the_stated_error_is_that_of_a_tenth_of_the_accuracy(found: hp.TorqueMap) -> None:
+def test_the_stated_error_is_that_of_a_tenth_of_the_accuracy(found: hp.study.TorqueMap) -> None:
     """Of two points, the slowest and the fastest; repeated by hand."""
     check = found.check
     assert check is not None and check.accuracy == pytest.approx(1e-5)
@@ -192,27 +193,29 @@ def test_an_interrupted_map_keeps_what_is_done() -> None:
     def stop(fraction: float) -> None:
         raise KeyboardInterrupt
 
-    with refused(SweepInterrupted, about=("1", "2")) as caught:
+    with refused(StudyInterrupted, about=("1", "2")) as caught:
         hp.torque_map(SCENE, strokes=[0.06], cycle_times=[0.8, 0.9], accuracy=1e-3, progress=stop)
     kept = caught.value.result
     assert not kept.finished and sorted(kept.reason[0]) == ["", NOT_RUN]
     assert np.isfinite(kept.torque_peak).all(axis=-1).sum() == 1
 
 
-def test_the_file_gives_every_bit_back(found: hp.TorqueMap, tmp_path: Path) -> None:
+def test_the_file_gives_every_bit_back(found: hp.study.TorqueMap, tmp_path: Path) -> None:
     import xarray
 
     path = found.save(tmp_path / "map.nc")
-    assert hp.load_torque_map(path) == found
+    assert hp.study.load_torque_map(path) == found
     with xarray.open_dataset(path, engine="h5netcdf") as data:
         assert data["torque_peak"].dims == ("stroke", "cycle_time", "joint")
-        assert all({"units", "long_name"} <= set(data[name].attrs) for name in LAYOUT)
+        assert all(
+            {"units", "long_name"} <= set(data[name].attrs) for name in schema(hp.study.TorqueMap)
+        )
     assert found.run.scene == SCENE.to_toml() and "hexapod-pin" in found.run.versions
     with refused(TraceFileError, about=("hexapod_pin.torque_map", "hexapod_pin.gait_energy")):
-        hp.load_gait_energy(path)
+        hp.study.load_gait_energy(path)
 
 
-def test_figures(found: hp.TorqueMap, tmp_path: Path) -> None:
+def test_figures(found: hp.study.TorqueMap, tmp_path: Path) -> None:
     for name, path in {
         "curves": write_torque_curves(found, tmp_path / "curves.png", cycle_times=[1.2]),
         "rms": write_torque_curves(found, tmp_path / "rms.svg", quantity="phase_torque_rms"),
@@ -227,7 +230,7 @@ def test_figures(found: hp.TorqueMap, tmp_path: Path) -> None:
 
 def test_legs_of_joints_are_those_of_the_robot() -> None:
     """The schedule's column of every joint: the leg that the URDF has it on."""
-    from hexapod_pin.sweep.torque_map import _legs
+    from hexapod_pin.study.torque_map import _legs
 
     leg, legged = _legs(ROBOT)
     assert legged.all()

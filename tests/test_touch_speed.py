@@ -11,7 +11,7 @@ import hexapod_pin as hp
 from hexapod_pin.validation.cases import bodies
 
 G = 9.81
-RESTITUTION = hp.Restitution(
+RESTITUTION = hp.contact.Restitution(
     stiffness=1e6, exponent=1.5, restitution=0.2, model="herbert-mcwhannell"
 )
 
@@ -23,7 +23,7 @@ def test_feet_that_land_within_microseconds_keep_a_speed_each(tilt: float) -> No
     Taken there instead of at the surface it would be off by g t, the same at every accuracy.
     """
     robot = hp.load_robot("kharagpur")
-    contact = hp.Contact(normal=RESTITUTION, friction=hp.TanhCoulomb(mu=0.5, slope=100.0))
+    contact = hp.Contact(normal=RESTITUTION, friction=hp.contact.TanhCoulomb(mu=0.5, slope=100.0))
     q, v = robot.stand().q.copy(), np.zeros(robot.model.nv)
     q[2] += 0.005
     q[3], q[6] = math.sin(0.5 * tilt), math.cos(0.5 * tilt)
@@ -45,9 +45,12 @@ def test_a_hop_on_ground_that_shakes_is_seen() -> None:
     amplitude = 1.05 * G / (2.0 * math.pi * frequency) ** 2
     robot = bodies.particle()
     scene = bodies.on_ground(
-        robot, hp.Restitution(stiffness=1e5, exponent=1.0, restitution=0.3, model="hunt-crossley"),
-        terrain=hp.ShakingGround(ground=hp.Flat(), amplitude=amplitude, frequency=frequency),
-    )  # fmt: skip
+        robot,
+        hp.contact.Restitution(stiffness=1e5, exponent=1.0, restitution=0.3, model="hunt-crossley"),
+        terrain=hp.terrain.ShakingGround(
+            ground=hp.Flat(), amplitude=amplitude, frequency=frequency
+        ),
+    )
 
     def height(method: str, accuracy: float) -> np.ndarray:
         return hp.simulate(
@@ -70,8 +73,8 @@ def test_a_law_that_jumps_decides_at_touch_whether_a_bristle_sticks(
     Stuck it is a damped spring of its own beside the fall: u' = -(k z + c u)/m, z' = u.
     """
     drop, damping, mass = 0.2, 12.0, 1.0
-    normal = hp.KelvinVoigt(stiffness=4000.0, exponent=1.0, damping=damping)
-    bristle = hp.StickSlip(mu=0.5, mu_dynamic=0.1, stiffness=4000.0, damping=6.0)
+    normal = hp.contact.KelvinVoigt(stiffness=4000.0, exponent=1.0, damping=damping)
+    bristle = hp.contact.StickSlip(mu=0.5, mu_dynamic=0.1, stiffness=4000.0, damping=6.0)
     robot = bodies.particle()
     scene = bodies.on_ground(robot, normal, friction=bristle)
     begin = bodies.state(robot, (0.0, 0.0, 1e-3))
@@ -99,7 +102,7 @@ def test_a_point_foot_beside_a_ledge_lands_as_on_flat_ground(method: str, away: 
     """The ledge's face is near, never touched: the speed remembered is that on the ground below."""
     robot = bodies.particle()
     height = 0.02
-    ledge = hp.Ledge(height=height, edge=0.0)
+    ledge = hp.terrain.Ledge(height=height, edge=0.0)
     how: dict[str, float] = {"step": 1e-4} if method == "implicit-euler" else {"accuracy": 1e-8}
 
     def places(terrain: hp.Terrain, ground: float) -> np.ndarray:

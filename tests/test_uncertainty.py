@@ -11,9 +11,9 @@ from refusals import refused
 from scipy.special import ndtri
 
 import hexapod_pin as hp
-from hexapod_pin.sweep.assumed_inputs import assumed_inputs
-from hexapod_pin.sweep.study import SweepStudy
-from hexapod_pin.sweep.uncertainty import SobolIndices, clopper_pearson, sobol_indices, uncertainty
+from hexapod_pin.study.assumed_inputs import assumed_inputs
+from hexapod_pin.study.sweep import SweepStudy
+from hexapod_pin.study.uncertainty import SobolIndices, clopper_pearson, sobol_indices, uncertainty
 
 NAMES = ("heading", "turn_rate", "scene.gravity.0")
 

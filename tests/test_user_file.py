@@ -30,13 +30,21 @@ def test_a_tilde_is_the_users_home_and_that_of_nobody_stays(monkeypatch: pytest.
 @pytest.mark.parametrize(
     "read",
     [
-        hp.load_robot, hp.load_trace, hp.load_case, hp.load_study, hp.load_summary,
-        hp.load_catalog, hp.load_sweep, hp.open_sweep, hp.load_gait_energy, hp.load_torque_map,
+        hp.load_robot,
+        hp.load_trace,
+        hp.load_case,
+        hp.study.load_study,
+        hp.load_summary,
+        hp.load_catalog,
+        hp.load_sweep,
+        hp.study.open_sweep,
+        hp.study.load_gait_energy,
+        hp.study.load_torque_map,
         lambda name: hp.HeightField.from_csv(name, 0.1),
         lambda name: hp.HeightField.from_image(name, 0.1, 0.1),
         lambda name: hp.Scene.from_toml(f'[robot]\nsource = "{name}"\n'),
     ],
-)  # fmt: skip
+)
 def test_no_file_is_a_typed_error_at_every_door(read, name: str, tmp_path, monkeypatch):
     """Python 3.11 answers a name that is too long by an OSError even when asked if it exists."""
     monkeypatch.chdir(tmp_path)

@@ -60,26 +60,26 @@ class Breaks:
     def start(self, scene: hp.Scene, batch: int) -> None:
         """Nothing to remember."""
 
-    def update(self, time: float, m: hp.Measurement, state: None) -> tuple[hp.Command, None]:
+    def update(
+        self, time: float, m: hp.feedback.Measurement, state: None
+    ) -> tuple[hp.feedback.Command, None]:
         """Hold the angles, then fail."""
         if time > 0.055:
             raise ZeroDivisionError("a gain")
-        return hp.Command(m.q), None
+        return hp.feedback.Command(m.q), None
 
 
 def failed(name: str, robot: hp.Robot, folder: Path) -> Any:
     """What a public call raises."""
     scene, still = hp.Scene(robot), hp.HoldPosture()
     loose = hp.Scene(robot, servo=hp.Servo(kp=1e7, kd=0.0, limited=False))
-    broken, limits = folder / "broken.urdf", hp.WorkLimits(evaluations=300)
+    broken, limits = folder / "broken.urdf", hp.simulation.WorkLimits(evaluations=300)
     calls: dict[str, Callable[[], Any]] = {
         "UnknownNameError": lambda: hp.load_robot("nope"),
         "UrdfError": lambda: hp.load_robot(broken),
         "ParameterError": lambda: hp.Flat(height="high"),
         "StateError": lambda: robot.check_state(np.zeros(3), np.zeros(3)),
-        "GaitError": lambda: hp.KinematicControl(hp.Gait.tripod(stroke=0.9, cycle_time=1.0)).plan(
-            robot, 1.0
-        ),
+        "GaitError": lambda: hp.KinematicControl(hp.Gait.tetrapod(cycle_time=0.3)).plan(robot, 1.0),
         "TraceFileError": lambda: hp.load_trace(broken),
         "NotRecordedError": lambda: (
             hp.simulate(scene, still, duration=0.01, record=["motion"]).torque

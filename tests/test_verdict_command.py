@@ -34,7 +34,7 @@ def test_walk_run_and_budget_give_the_verdict_of_the_library(run: Run) -> None:
     words = (*QUICK, *STEADY, "--verdict", "--save-case", "case.toml")
     walked = run(*WALK, *words)
     assert (walked.status, walked.err) == (0, "")
-    expected = hp.judge_peaks(hp.load_trace("walk.nc"))
+    expected = hp.study.judge_peaks(hp.load_trace("walk.nc"))
     assert walked.out.endswith(expected.table() + "\n")
     assert walked.out.index("wrote ") < walked.out.index("Peaks with a verdict")
     again = run("run", "case.toml", "--no-html", "--verdict", "--threads", "2")
@@ -62,7 +62,7 @@ def test_a_trace_of_ones_own_controller_needs_its_file(run: Run, tmp_path: Path)
         "    def start(self, scene, batch):\n"
         "        return scene.robot.posture\n"
         "    def update(self, time, m, posture):\n"
-        "        return hp.Command(np.tile(posture, (len(m.q), 1))), posture\n"
+        "        return hp.feedback.Command(np.tile(posture, (len(m.q), 1))), posture\n"
         "    def to_dict(self):\n"
         "        return {'kind': 'stand-for-a-verdict'}\n"
         "hp.register_controller('stand-for-a-verdict', lambda data: Stand())\n"

@@ -27,7 +27,9 @@ pytest.importorskip("matplotlib")
 
 def walk(cycle_time: float, duration: float) -> hp.Trace:
     robot = hp.load_robot("kharagpur")
-    motion = hp.paper_motion(robot, hp.Gait.tetrapod(cycle_time=cycle_time), profile="constant")
+    motion = hp.motion.paper_motion(
+        robot, hp.Gait.tetrapod(cycle_time=cycle_time), profile="constant"
+    )
     scene = hp.Scene(robot, contact=hp.Contact.s2(), prescribed=True)
     return hp.simulate(scene, motion, duration=duration, accuracy=1e-3, sample=cycle_time / 120)
 
@@ -113,7 +115,7 @@ def test_support_polygons_have_the_grounded_feet_as_corners(trace: hp.Trace) -> 
 
 def test_torques_are_those_of_joint_moments(trace: hp.Trace) -> None:
     figure = draw_joint_torques(trace, ["rm"], cycles=None, points=0.1)
-    moments = hp.joint_moments(trace)
+    moments = hp.results.joint_moments(trace)
     for axes, values in zip(figure.axes, (moments.axis_torque, moments.moment), strict=True):
         for data, kind in zip(curves(axes).values(), ("coxa", "femur", "tibia"), strict=True):
             expected = values[:, moments.joint(f"rm_{kind}_joint")]
@@ -127,7 +129,7 @@ def test_torques_are_those_of_joint_moments(trace: hp.Trace) -> None:
 def test_quasi_static_shows_both_speeds_and_their_difference(
     trace: hp.Trace, slow: hp.Trace
 ) -> None:
-    moments = hp.joint_moments(trace)
+    moments = hp.results.joint_moments(trace)
     figure = draw_quasi_static(trace, slow, ["lm"])
     femur, total = (list(curves(axes).values()) for axes in figure.axes)
     for drawn, values, kind in (
@@ -226,7 +228,7 @@ def test_scripts_of_sweeps_draw_from_the_file(tmp_path: Path) -> None:
     coarse = {"accuracy": 1e-3}
     parts = {
         "torque_map": hp.torque_map(scene, "arc", strokes=[0.06], cycle_times=[0.8], **coarse),
-        "gait_energy": hp.gait_energy(
+        "gait_energy": hp.study.gait_energy(
             {"servo": scene}, {"tripod": hp.Gait.tripod()}, [0.1], **coarse
         ),
     }
@@ -239,7 +241,7 @@ def test_scripts_of_sweeps_draw_from_the_file(tmp_path: Path) -> None:
 def assert_script_writes(
     script: str, options: list[str], written: list[str], parts: dict, folder: Path
 ) -> None:
-    study = hp.write_study(folder / "study.nc", parts)
+    study = hp.study.write_study(folder / "study.nc", parts)
     module = importlib.import_module(f"studies.s2.{script}")
     out = folder / "figures"
     assert module.main([str(study), str(out), *options]) == 0

@@ -39,7 +39,7 @@ def summary() -> hp.Summary:
 
 def test_numbers_are_those_of_summary_and_budget(summary: hp.Summary) -> None:
     """The robot goes 0.05 m per half cycle: what is per cycle is a tenth of what is per metre."""
-    metrics, budget = hp.WalkMetrics.of(summary), hp.torque_budget(summary)
+    metrics, budget = hp.study.WalkMetrics.of(summary), hp.torque_budget(summary)
     way = 2 * GAIT.stroke
     assert metrics.measured_speed == pytest.approx(way / CYCLE, rel=5e-3)
     assert metrics.slip_distance == pytest.approx(summary.slip_distance.sum())
@@ -58,8 +58,8 @@ def test_numbers_are_those_of_summary_and_budget(summary: hp.Summary) -> None:
 
 
 def test_every_number_has_a_unit_and_a_line(summary: hp.Summary) -> None:
-    metrics = hp.WalkMetrics.of(summary)
-    assert list(METRICS) == [field.name for field in fields(hp.WalkMetrics)]
+    metrics = hp.study.WalkMetrics.of(summary)
+    assert list(METRICS) == [field.name for field in fields(hp.study.WalkMetrics)]
     page = (Path(__file__).parents[1] / "docs" / "compare.md").read_text(encoding="utf-8")
     assert all(f"`{name}`" in page for name in METRICS)
     lines = metrics.table().splitlines()
@@ -70,7 +70,7 @@ def test_every_number_has_a_unit_and_a_line(summary: hp.Summary) -> None:
 
 def test_what_a_run_does_not_have_is_none(summary: hp.Summary) -> None:
     """A posture makes no way; a summary of a former release has no friction work."""
-    still = hp.WalkMetrics.of(hp.simulate(SCENE, hp.HoldPosture(), duration=0.4).summary)
+    still = hp.study.WalkMetrics.of(hp.simulate(SCENE, hp.HoldPosture(), duration=0.4).summary)
     assert (
         still.measured_speed
         is still.slip_per_metre
@@ -79,11 +79,11 @@ def test_what_a_run_does_not_have_is_none(summary: hp.Summary) -> None:
     )
     assert still.measured_speed is None and still.torque_peak is not None
     older = replace(summary, friction_work=np.full(6, np.nan), heave_rms=math.nan)
-    metrics = hp.WalkMetrics.of(older)
+    metrics = hp.study.WalkMetrics.of(older)
     assert metrics.friction_work_per_metre is None and metrics.heave_rms is None
     assert metrics.table().count(" - ") == 2
     with refused(ParameterError, "duration", 1.0):
-        hp.WalkMetrics.of(summary_of(GAIT, duration=1.0))
+        hp.study.WalkMetrics.of(summary_of(GAIT, duration=1.0))
 
 
 def edges(x: Any, y: Any, yaw: Any) -> np.ndarray:
@@ -127,7 +127,7 @@ def test_path_error_of_an_arc(turn_rate: float) -> None:
 
 def test_a_turning_walk_is_held_against_its_arc() -> None:
     """0.2 rad/s for 1.6 s turn 0.32 rad: a straight plan would be missed by 3 cm."""
-    metrics = hp.WalkMetrics.of(summary_of(GAIT.model_copy(update={"turn_rate": 0.2})))
+    metrics = hp.study.WalkMetrics.of(summary_of(GAIT.model_copy(update={"turn_rate": 0.2})))
     assert metrics.path_deviation < 2e-3 and metrics.heading_error < 5e-3
 
 
@@ -197,14 +197,14 @@ def made(scene: str, number: int, controller: str, speed: float | None) -> Compa
     if speed is None:
         return ComparedRun(scene, number, controller, Outcome.FELL, "fell at 1 s")
     numbers = dict.fromkeys(METRICS)
-    metrics = hp.WalkMetrics(**{**numbers, "measured_speed": speed})
+    metrics = hp.study.WalkMetrics(**{**numbers, "measured_speed": speed})
     return ComparedRun(scene, number, controller, Outcome.WALKED, metrics=metrics)
 
 
 def test_pairs_that_one_did_not_walk_do_not_count() -> None:
     runs = [made("bumps", k, "plain", speed) for k, speed in enumerate((1.0, 2.0, 3.0))]
     runs += [made("bumps", k, "new|er", speed) for k, speed in enumerate((1.2, None, 3.6))]
-    found = hp.Comparison(tuple(runs))
+    found = hp.study.Comparison(tuple(runs))
     assert found.baseline == "plain" and found.controllers == ("plain", "new|er")
     assert found.mean("bumps", "plain", "measured_speed").value == pytest.approx(2.0)
     assert found.mean("bumps", "new|er", "measured_speed").count == 2
@@ -220,7 +220,7 @@ def test_pairs_that_one_did_not_walk_do_not_count() -> None:
 
 def test_unknown_names_and_doubles_are_refused() -> None:
     run = made("flat", 0, "plain", 1.0)
-    found = hp.Comparison((run,))
+    found = hp.study.Comparison((run,))
     for place in (
         ("hill", "plain", "measured_speed"),
         ("flat", "x", "measured_speed"),
@@ -230,4 +230,4 @@ def test_unknown_names_and_doubles_are_refused() -> None:
             found.mean(*place)
     for runs in ((), (run, run)):
         with pytest.raises(ParameterError):
-            hp.Comparison(runs)
+            hp.study.Comparison(runs)

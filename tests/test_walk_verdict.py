@@ -133,7 +133,7 @@ def test_a_built_in_walk_walks() -> None:
     assert verdict.travel.measured_speed == pytest.approx(budget.measured_speed, rel=1e-12)
     assert verdict.slip is not None
     assert verdict.slip.total == pytest.approx(
-        hp.WalkMetrics.of(trace.summary).slip_per_metre, rel=1e-12
+        hp.study.WalkMetrics.of(trace.summary).slip_per_metre, rel=1e-12
     )
     assert verdict.step_error == trace.counters["error_most"] < 1e-4
     assert verdict.to_dict()["travel"]["speed_share"] == verdict.travel.speed_share
@@ -162,7 +162,7 @@ def test_a_walk_without_a_whole_cycle_is_judged_over_all_of_it() -> None:
 
 def test_commands_are_judged_by_their_own_plan() -> None:
     """Ahead, then to the left and turning: way and yaw of the commanded body."""
-    command = hp.VelocityCommand(
+    command = hp.motion.VelocityCommand(
         time=(0.0, 2.0), forward=(0.05, 0.0), lateral=(0.0, 0.04), turn_rate=(0.0, 0.2)
     )
     control = hp.KinematicControl(TRIPOD, velocity=command)

@@ -25,7 +25,7 @@ DROP = hp.State(np.concatenate([[0, 0, 0.5, 0, 0, 0, 1], ROBOT.posture]), np.zer
 def stiff() -> hp.Scene:
     """Return a scene whose friction changes sign within 1e-18 m/s: no step can follow it."""
     contact = hp.Contact.preset("s1")
-    friction = hp.TanhCoulomb(mu=0.7, slope=1e18)
+    friction = hp.contact.TanhCoulomb(mu=0.7, slope=1e18)
     return hp.Scene(ROBOT, contact=contact.model_copy(update={"friction": friction}))
 
 
@@ -65,8 +65,16 @@ def test_memory_is_that_of_the_samples():
 
 def test_steps_that_shrink_for_ever_end_with_cause_and_samples():
     with pytest.raises(WorkLimitError) as caught:
-        hp.simulate(stiff(), HOLD, duration=0.5, method="ndf", accuracy=1e-5, initial=DROP,
-                    estimate=False, limits=hp.WorkLimits(smallest_step=1e-11))  # fmt: skip
+        hp.simulate(
+            stiff(),
+            HOLD,
+            duration=0.5,
+            method="ndf",
+            accuracy=1e-5,
+            initial=DROP,
+            estimate=False,
+            limits=hp.simulation.WorkLimits(smallest_step=1e-11),
+        )
     error = caught.value
     assert error.limit == "smallest_step"
     assert "HuntCrossley + TanhCoulomb" in str(error) and "_joint" in str(error)
@@ -79,7 +87,7 @@ def test_evaluations_end_a_run_at_its_next_look(method: str):
     settings = {"step": 1e-4} if method == "robust" else {"accuracy": 1e-6, "estimate": False}
     if method == "ndf":
         settings["accuracy"] = 1e-7
-    limits = hp.WorkLimits(evaluations=2000)
+    limits = hp.simulation.WorkLimits(evaluations=2000)
     with pytest.raises(WorkLimitError) as caught:
         hp.simulate(SCENE, HOLD, duration=20.0, method=method, initial=DROP, limits=limits,
                     **settings)  # fmt: skip
@@ -90,7 +98,7 @@ def test_evaluations_end_a_run_at_its_next_look(method: str):
 def test_wall_time_ends_a_run():
     with pytest.raises(WorkLimitError) as caught:
         hp.simulate(SCENE, HOLD, duration=1000.0, step=1e-4, sample=1.0,
-                    limits=hp.WorkLimits(wall_time=0.05))  # fmt: skip
+                    limits=hp.simulation.WorkLimits(wall_time=0.05))  # fmt: skip
     assert caught.value.limit == "wall_time"
 
 
@@ -98,7 +106,7 @@ def test_samples_before_the_end_are_those_of_a_run_without_limits():
     settings = dict(duration=0.4, accuracy=1e-6, initial=DROP, estimate=False, sample=1e-3)
     whole = hp.simulate(SCENE, HOLD, **settings)
     with pytest.raises(WorkLimitError) as caught:
-        hp.simulate(SCENE, HOLD, **settings, limits=hp.WorkLimits(evaluations=1500))
+        hp.simulate(SCENE, HOLD, **settings, limits=hp.simulation.WorkLimits(evaluations=1500))
     part = caught.value.trace
     assert 10 < len(part.time) < len(whole.time)
     assert np.array_equal(part.q, whole.q[: len(part.q)])
@@ -111,7 +119,7 @@ def test_a_run_goes_on_from_where_its_limit_ended_it(method: str):
     whole = hp.simulate(SCENE, HOLD, duration=0.4, initial=DROP, **settings)
     with pytest.raises(WorkLimitError) as caught:
         hp.simulate(SCENE, HOLD, duration=0.4, initial=DROP, **settings,
-                    limits=hp.WorkLimits(evaluations=evaluations))  # fmt: skip
+                    limits=hp.simulation.WorkLimits(evaluations=evaluations))  # fmt: skip
     start = caught.value.trace.checkpoint
     assert 0.0 < start.time < 0.4
     left = round((0.4 - start.time) / 1e-3 - 0.5) * 1e-3
@@ -123,7 +131,7 @@ def test_a_run_goes_on_from_where_its_limit_ended_it(method: str):
 def test_a_batch_gives_each_case_its_own_end():
     cases = [hp.Case(stiff(), HOLD, DROP, duration=0.5, method="ndf", accuracy=1e-5),
              hp.Case(SCENE, HOLD, duration=0.1)]  # fmt: skip
-    limits = hp.WorkLimits(smallest_step=1e-11)
+    limits = hp.simulation.WorkLimits(smallest_step=1e-11)
     ended, whole = hp.simulate_batch(cases, threads=2, estimate=False, limits=limits)
     assert isinstance(ended, WorkLimitError) and ended.limit == "smallest_step"
     assert whole.time[-1] == pytest.approx(0.1)
@@ -137,21 +145,21 @@ def test_a_controller_asked_too_often_is_refused():
             return None
 
         def update(self, time, measurement, state):
-            return hp.Command(measurement.q), state
+            return hp.feedback.Command(measurement.q), state
 
     with refused(ParameterError, "controller.period", 1e-9, allowed=(1e-7,)):
         hp.simulate(SCENE, Still(), duration=0.01)
 
 
 def test_limits_are_chosen():
-    assert chosen_limits(None, False) == hp.WorkLimits()
-    assert chosen_limits(None, True) == hp.WorkLimits.none()
-    limits = hp.WorkLimits(wall_time=3.0)
+    assert chosen_limits(None, False) == hp.simulation.WorkLimits()
+    assert chosen_limits(None, True) == hp.simulation.WorkLimits.none()
+    limits = hp.simulation.WorkLimits(wall_time=3.0)
     assert chosen_limits(limits, True) is limits
 
 
 def test_session_has_limits_of_its_own():
-    session = hp.Session(SCENE, accuracy=1e-6, limits=hp.WorkLimits(evaluations=100))
+    session = hp.Session(SCENE, accuracy=1e-6, limits=hp.simulation.WorkLimits(evaluations=100))
     with pytest.raises(WorkLimitError):
         session.advance(1.0)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import hexapod_pin as hp
-from hexapod_pin.sweep.runs import workers as worker_processes
+from hexapod_pin.study.runs import workers as worker_processes
 from tests.sweep_studies import require_same_bits, write_study_file
 
 PATIENCE = 120.0
@@ -37,11 +37,11 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-WORKERS = ("--processes", "2", "--chunk", "1")
+WORKER = ("--processes", "1", "--chunk", "1")
 
 
 def _started(
-    folder: Path, start: list[str], how: tuple[str, ...] = WORKERS, **environment: str
+    folder: Path, start: list[str], how: tuple[str, ...] = WORKER, **environment: str
 ) -> tuple[int, Path]:
     """Run a sweep in a folder; return the process and who ran its modules."""
     words = ["sweep", "study.toml", *how]
@@ -68,7 +68,7 @@ def test_modules_beside_a_study_are_not_run(folder: Path) -> None:
     _, marker = _started(folder, [_console_script()])
     _started(folder, [_console_script()], ("--threads", "1", "--store", "here.db"))
     assert not marker.exists()
-    found, here = (hp.open_sweep(folder / name).dataset for name in ("study.db", "here.db"))
+    found, here = (hp.study.open_sweep(folder / name).dataset for name in ("study.db", "here.db"))
     require_same_bits(found, here)
 
 

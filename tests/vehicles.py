@@ -75,8 +75,8 @@ def drop(robot: hp.Robot) -> tuple[hp.Scene, hp.State, np.ndarray]:
     v = np.zeros(robot.model.nv)
     v[:3] = rotation.T @ np.array(params["vel"])
     contact = hp.Contact(
-        normal=hp.HuntCrossley(stiffness=params["K"], dissipation=params["a"]),
-        friction=hp.TanhCoulomb(mu=params["mu"], slope=params["kt"]),
+        normal=hp.contact.HuntCrossley(stiffness=params["K"], dissipation=params["a"]),
+        friction=hp.contact.TanhCoulomb(mu=params["mu"], slope=params["kt"]),
     )
     servo = hp.Servo(kp=params["kp"], kd=params["kd"], limited=False)
     scene = hp.Scene(robot, contact=contact, servo=servo, stops=FREE)

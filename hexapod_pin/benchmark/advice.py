@@ -18,6 +18,7 @@ from hexapod_pin.benchmark.work_precision.own_entry import STEPS, OwnEntry, find
 from hexapod_pin.benchmark.work_precision.task import Task, standing_task
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.simulation.methods import METHODS
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.validation.solver_setting import SolverSetting, divides, method_names
 
@@ -101,14 +102,13 @@ class Advice:
 
     def table(self) -> str:
         """Return everything that was tried as text, one line each."""
-        lines = [f"{'method':16}{'setting':18}{'error':>10}{'ms/s':>10}{'evaluations/s':>15}"]
-        for row in self.tried:
-            count = "-" if row.evaluations is None else f"{row.evaluations:.0f}"
-            lines.append(
-                f"{row.method:16}{row.setting:18}{row.error:10.1e}{row.wall * 1e3:10.3g}"
-                f"{count:>15}  {row.note}".rstrip()
-            )
-        return "\n".join(lines)
+        rows = [
+            (row.method, row.setting, f"{row.error:.1e}", f"{row.wall * 1e3:.3g}",
+             "-" if row.evaluations is None else f"{row.evaluations:.0f}", row.note)
+            for row in self.tried
+        ]  # fmt: skip
+        head = ("method", "setting", "error", "ms/s", "evaluations/s", "")
+        return "\n".join(Table("", head, rows, "<<>>><", rule=False).lines())
 
 
 def advise(

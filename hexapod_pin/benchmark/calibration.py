@@ -20,11 +20,12 @@ from hexapod_pin.benchmark.work_precision.scenes import walk
 from hexapod_pin.benchmark.work_precision.task import Task
 from hexapod_pin.ground.contact import Contact, HuntCrossley, TanhCoulomb
 from hexapod_pin.simulation.case import simulate
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation.cases.drop import drop
 from hexapod_pin.validation.cases.robots import lowest_foot
 from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.validation.solver_setting import SolverSetting
-from hexapod_pin.validation.tables import Table, part_verdict
+from hexapod_pin.validation.tables import part_verdict
 
 ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6)
 SEED = 20

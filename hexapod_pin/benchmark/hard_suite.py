@@ -14,11 +14,12 @@ from hexapod_pin.benchmark.calibration import (
     random_tasks,
 )
 from hexapod_pin.errors import SimulationInterrupted
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation.case_result import CaseResult, unused_entries
 from hexapod_pin.validation.cases.registry import HARD_CASES, run_hard_cases
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.validation.stress import STEPS, run_stress_set, stress_table
-from hexapod_pin.validation.tables import Table, result_table, summary, worst_results
+from hexapod_pin.validation.tables import result_table, summary, worst_results
 
 INTRODUCTION = """# Hard cases
 

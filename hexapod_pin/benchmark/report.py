@@ -26,9 +26,9 @@ from hexapod_pin.benchmark.work_precision.measure import (
 from hexapod_pin.foreign_text import csv_cell, encoded
 from hexapod_pin.results.result_files import check_ending, without_non_finite
 from hexapod_pin.spec import Spec
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.validation.solver_setting import KEPT
-from hexapod_pin.validation.tables import Table
 from hexapod_pin.view.figure_file import figure_bytes, figure_format
 
 if TYPE_CHECKING:

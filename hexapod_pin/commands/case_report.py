@@ -80,7 +80,7 @@ def _assumes_gains(case: Case) -> bool:
 def _stiffness_line(case: Case, trace: Trace, threads: int) -> str:
     """Return how far the peak torque depends on assumed servo gains, with a progress bar."""
     from hexapod_pin.commands.progress import progress_bar
-    from hexapod_pin.sweep.judge_peaks import servo_stiffness
+    from hexapod_pin.study.judge_peaks import servo_stiffness
 
     with progress_bar("softer and stiffer servos") as progress:
         return servo_stiffness(case, trace, threads=threads, progress=progress).line
@@ -89,7 +89,7 @@ def _stiffness_line(case: Case, trace: Trace, threads: int) -> str:
 def verdict_on_peaks(trace: Trace, threads: int) -> PeakVerdicts:
     """Compute the peaks of a trace again, with a progress bar, and return which hold."""
     from hexapod_pin.commands.progress import progress_bar
-    from hexapod_pin.sweep.judge_peaks import judge_peaks
+    from hexapod_pin.study.judge_peaks import judge_peaks
 
     with progress_bar("computing peaks again") as progress:
         return judge_peaks(trace, threads=threads, progress=progress)

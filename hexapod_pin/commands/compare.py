@@ -17,12 +17,23 @@ from hexapod_pin.commands.output_files import (
     writable_figure,
     written_files,
 )
+from hexapod_pin.commands.study_options import (
+    Processes,
+    Resume,
+    RetryFailed,
+    Scheduler,
+    Store,
+    StudyThreads,
+    run_options,
+    with_progress,
+)
 from hexapod_pin.commands.terminal import echo
-from hexapod_pin.errors import DivergenceError, ParameterError, SimulationInterrupted
+from hexapod_pin.errors import DivergenceError, ParameterError, StudyInterrupted
 
 if TYPE_CHECKING:
     from hexapod_pin.results.comparison import Comparison
-    from hexapod_pin.sweep.compare import PlannedRun
+    from hexapod_pin.study.compare import PlannedRun
+    from hexapod_pin.study.runs.runner import RunOptions
 
 
 def compare(
@@ -84,7 +95,12 @@ def compare(
     markdown: Annotated[
         bool, typer.Option("--markdown", help="Print the tables as Markdown.")
     ] = False,
-    threads: Annotated[int, typer.Option(help="Runs at a time.")] = 1,
+    store: Store = None,
+    resume: Resume = False,
+    retry_failed: RetryFailed = False,
+    threads: StudyThreads = None,
+    processes: Processes = None,
+    scheduler: Scheduler = None,
     code: Annotated[
         OptionalPath,
         typer.Option("--import", help="A Python file that registers controllers of your own."),
@@ -102,6 +118,7 @@ def compare(
     from hexapod_pin.commands.import_file import import_file
 
     files = ComparisonFiles.checked(html=html, figure=figure, json=json)
+    how = run_options(store, resume, retry_failed, threads, processes, scheduler)
     if code is not None:
         import_file("--import", code)
     found = read_cases(cases)
@@ -112,7 +129,7 @@ def compare(
         flat_radius=flat_radius, own_scenes=own_scenes,
     )  # fmt: skip
     planned = own_runs(found) if own_scenes else shared_runs(found, scenes)
-    compare_and_report(planned, files, threads=threads, markdown=markdown)
+    compare_and_report(planned, files, how, markdown=markdown)
 
 
 # Run a comparison with a progress bar, print it, and leave its files.
@@ -153,33 +170,35 @@ class ComparisonFiles:
 def compare_and_report(
     planned: Sequence[PlannedRun],
     files: ComparisonFiles,
+    how: RunOptions,
     *,
-    threads: int = 1,
     markdown: bool = False,
 ) -> Comparison:
     """Run and compare; print tables; write files. After Ctrl-C, what was done is printed and kept.
 
     Args:
-        planned: from `hexapod_pin.sweep.compare.plan_runs`, or runs of one's own.
+        planned: from `hexapod_pin.study.compare.plan_runs`, or runs of one's own.
         files: what to write.
-        threads: as of `simulate_batch`.
+        how: where and how cases are run.
         markdown: print Markdown.
 
     Raises:
         ParameterError: threads out of range, or a figure of nothing to compare.
-        SimulationInterrupted: Ctrl-C.
+        StudyInterrupted: Ctrl-C.
     """
     from hexapod_pin.commands.progress import progress_bar
-    from hexapod_pin.sweep.compare import compare_runs
+    from hexapod_pin.study.compare import compared
+    from hexapod_pin.study.runs.runner import run_study
 
     if files.figure is not None and len({plan.controller for plan in planned}) < 2:
         raise ParameterError("--figure", str(files.figure), "given with two cases or more")
     try:
         with progress_bar(f"{len(planned)} runs") as progress:
-            found = compare_runs(planned, threads=threads, progress=progress)
-    except SimulationInterrupted as error:
-        with written_files() as written:
-            _report(error.comparison, files.json, markdown, written)
+            found = run_study(compared, planned, **with_progress(how, progress))
+    except StudyInterrupted as error:
+        if error.result is not None:
+            with written_files() as written:
+                _report(error.result, files.json, markdown, written)
         raise
     figure, html = files.figure, files.html
     with written_files() as written:
@@ -189,7 +208,7 @@ def compare_and_report(
 
             written(lambda: write_comparison_figure(found, figure))
         if html is not None:
-            _play(planned, html, threads, written)
+            _play(planned, html, how.get("threads") or 1, written)
     return found
 
 

@@ -14,7 +14,7 @@ from hexapod_pin.errors import ParameterError, UnknownNameError
 if TYPE_CHECKING:
     from hexapod_pin.scene.scene import Scene
     from hexapod_pin.simulation.case import Case
-    from hexapod_pin.sweep.compare import PlannedRun
+    from hexapod_pin.study.compare import PlannedRun
 
 DEFAULT_WAVELENGTH = 0.4  # m
 DEFAULT_SEEDS = 8
@@ -109,7 +109,7 @@ def bumpy(
             number out of range.
     """
     from hexapod_pin.ground.terrain.ground import FARTHEST_M
-    from hexapod_pin.sweep.compare import random_bumps
+    from hexapod_pin.study import random_bumps
 
     name, first = next(iter(cases.items()))
     if amplitude is None:
@@ -151,7 +151,7 @@ def planned_way(case: Case) -> float:
 
 def shared_runs(cases: dict[str, Case], scenes: dict[str, list[Scene]]) -> list[PlannedRun]:
     """Return the runs of all controllers on the same scenes, in the first case's settings."""
-    from hexapod_pin.sweep.compare import plan_runs
+    from hexapod_pin.study.compare import plan_runs
 
     first = next(iter(cases.values()))
     return plan_runs(
@@ -164,6 +164,6 @@ def shared_runs(cases: dict[str, Case], scenes: dict[str, list[Scene]]) -> list[
 
 def own_runs(cases: dict[str, Case]) -> list[PlannedRun]:
     """Return the runs of cases as they are."""
-    from hexapod_pin.sweep.compare import PlannedRun
+    from hexapod_pin.study.compare import PlannedRun
 
     return [PlannedRun("own scenes", 0, name, case) for name, case in cases.items()]

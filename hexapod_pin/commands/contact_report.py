@@ -18,6 +18,7 @@ from hexapod_pin.ground.contact import (
 )
 from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, bounce, delivered_restitution
+from hexapod_pin.text_table import Cell, Table, indented, labelled
 
 Law = Union[NormalLaw, FrictionLaw, Contact]  # noqa: UP007 (evaluated on Python 3.10)
 
@@ -68,10 +69,13 @@ def named_law(name: str, words: Sequence[str] = ()) -> Law:
             raise ParameterError(name, " ".join(words), "named alone: a preset has its numbers")
         return Contact.preset(name)
     law = known[name]
-    static = given.get("mu", given.get("mu_static"))
-    if isinstance(law, FrictionLaw) and static is not None:
-        law = law.with_mu(_number("mu", static))
-    return type(law)(**{**law.model_dump(), **given})
+    names = type(law).model_fields  # a model of restitution is a name, all others are numbers
+    values = {key: x if key == "model" or key not in names else _number(key, x)
+              for key, x in given.items()}  # fmt: skip
+    static = values.get("mu", values.get("mu_static"))
+    if isinstance(law, FrictionLaw) and isinstance(static, float):
+        law = law.with_mu(static)
+    return type(law)(**{**law.model_dump(), **values})
 
 
 def _split(word: str) -> tuple[str, str]:
@@ -85,24 +89,17 @@ def _number(name: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise ParameterError(name, text, "a number") from None
+        raise ParameterError(name, text, "a float") from None
 
 
 def restitution_table() -> str:
     """Return requested against delivered restitution of every law, as a Markdown table."""
+    head = ("law", *(f"e = {e:g}" for e in REQUESTED_RESTITUTIONS))
     rows = [
-        ["law", *(f"e = {e:g}" for e in REQUESTED_RESTITUTIONS)],
-        ["---", *("---:" for _ in REQUESTED_RESTITUTIONS)],
-        *(
-            [name, *(f"{delivered_restitution(eta(e)):.4f}" for e in REQUESTED_RESTITUTIONS)]
-            for name, eta in DAMPING_RATIO.items()
-        ),
+        (name, *(f"{delivered_restitution(eta(e)):.4f}" for e in REQUESTED_RESTITUTIONS))
+        for name, eta in DAMPING_RATIO.items()
     ]
-    width = max(len(row[0]) for row in rows)
-    return "\n".join(
-        f"| {row[0]:<{width}} | " + " | ".join(f"{cell:>8}" for cell in row[1:]) + " |"
-        for row in rows
-    )
+    return Table("", head, rows, "<>").markdown().rstrip("\n")
 
 
 def report(law: Law, *, mass: float, speed: float) -> str:
@@ -127,36 +124,39 @@ def report(law: Law, *, mass: float, speed: float) -> str:
 
 def _normal_report(law: NormalLaw, mass: float, speed: float) -> str:
     hit = bounce(law, mass=mass, speed=speed)
-    lines = [
-        str(law),
-        f"a free impact of {mass:g} kg at {speed:g} m/s:",
-        f"  restitution    {hit.restitution:.4f}",
-        f"  largest depth  {hit.depth.max() * 1e3:.4g} mm",
-        f"  largest force  {hit.force.max():.4g} N",
-        f"  contact time   {hit.time[-1] * 1e3:.4g} ms",
-    ]
+    numbers = (
+        ("restitution", f"{hit.restitution:.4f}", ""),
+        ("largest depth", hit.depth.max() * 1e3, "mm"),
+        ("largest force", hit.force.max(), "N"),
+        ("contact time", hit.time[-1] * 1e3, "ms"),
+    )
+    title = f"a free impact of {mass:g} kg at {speed:g} m/s:"
+    lines = [str(law), title, *indented(labelled(numbers))]
     if isinstance(law, Restitution):
         lines.append(
             f"asked for {law.restitution:g}; eta {law.eta:.4g} delivers {law.delivered:.4f} "
             f"at any mass and any speed above {law.speed_floor:g} m/s"
         )
-    lines.append("  speed [m/s]    " + "".join(f"{v:>9g}" for v in APPROACH_SPEEDS_M_S))
-    restitution = [bounce(law, mass=mass, speed=v).restitution for v in APPROACH_SPEEDS_M_S]
-    lines.append("  restitution    " + "".join(f"{e:>9.4f}" for e in restitution))
-    return "\n".join(lines)
+    found = [bounce(law, mass=mass, speed=v).restitution for v in APPROACH_SPEEDS_M_S]
+    rows = (
+        ("speed [m/s]", *APPROACH_SPEEDS_M_S), ("restitution", *(f"{e:.4f}" for e in found))
+    )  # fmt: skip
+    return "\n".join([*lines, *_across(rows)])
 
 
 def _friction_report(law: FrictionLaw) -> str:
     loads = [share * law.limit for share in FRICTION_LIMIT_SHARES]
-    return "\n".join(
-        [
-            str(law),
-            f"holds up to {law.limit:.4g} N per N of normal force; creep under a load:",
-            "  share of limit " + "".join(f"{share:>9g}" for share in FRICTION_LIMIT_SHARES),
-            "  load / normal  " + "".join(f"{load:>9.4g}" for load in loads),
-            "  creep [mm/s]   " + "".join(f"{law.creep_speed(x) * 1e3:>9.4g}" for x in loads),
-        ]
-    )
+    rows: list[tuple[Cell, ...]] = [
+        ("share of limit", *FRICTION_LIMIT_SHARES),
+        ("load / normal", *loads),
+        ("creep [mm/s]", *(law.creep_speed(load) * 1e3 for load in loads)),
+    ]
+    title = f"holds up to {law.limit:.4g} N per N of normal force; creep under a load:"
+    return "\n".join([str(law), title, *_across(rows)])
+
+
+def _across(rows: Sequence[Sequence[Cell]]) -> list[str]:
+    return indented(Table("", (), rows, "<>", least=7).lines())
 
 
 def figure(law: Law, path: Path, *, mass: float, speed: float) -> bool:

@@ -362,7 +362,7 @@ def spelt_in_options(text: str, options: Mapping[str, str]) -> str:
 
 def _option(name: str, options: Mapping[str, str]) -> str | None:
     """Return the option of a dotted name, by its last part that one sets."""
-    parts = [part for part in name.split(".") if part.isidentifier()]
+    parts = [part for part in re.sub(r"\[.*?\]", "", name).split(".") if part.isidentifier()]
     last = parts[-1] if parts else name
     return options.get(SAME.get(last, last))
 

@@ -11,8 +11,17 @@ import typer
 
 from hexapod_pin.commands.options import OptionalFloat, OptionalPath, RobotName
 from hexapod_pin.commands.output_files import written_files
+from hexapod_pin.commands.study_options import (
+    Processes,
+    Resume,
+    RetryFailed,
+    Scheduler,
+    Store,
+    StudyThreads,
+    run_options,
+)
 from hexapod_pin.commands.terminal import echo
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import ParameterError, StudyInterrupted
 from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
@@ -52,25 +61,39 @@ def select(
     ),
     json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
     quick: Annotated[bool, typer.Option("--quick", help="Leave out the uncertain inputs.")] = False,
-    threads: Annotated[int, typer.Option(help="Runs at a time.")] = 2,
+    store: Store = None,
+    resume: Resume = False,
+    retry_failed: RetryFailed = False,
+    threads: StudyThreads = None,
+    processes: Processes = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Rank motors for a robot: each simulated with its mass, inertia and torque-speed line."""
     from hexapod_pin.commands.output_files import writable
     from hexapod_pin.commands.progress import progress_bar
     from hexapod_pin.commands.terminal import NONE_PASSES, fail, interrupted_status
-    from hexapod_pin.sweep.selection import select_motors
+    from hexapod_pin.study.selection import select_motors
+    from hexapod_pin.view.report import require_report
 
     report = None if no_html else writable("--html", html, (".html", ".pdf"), drawn=True)
+    if report is not None:
+        require_report(f"--html {html}", report.suffix.lower())
     table = None if csv is None else writable("--csv", csv, (".csv",))
+    how = run_options(store, resume, retry_failed, threads, processes, scheduler)
     text, folder = study_text(robot, study, catalog, voltage, motor_mass, mend)
+    interruption = ""
     with progress_bar("motors") as bar:
-        found = select_motors(
-            text, folder, threads=threads, samples=0 if quick else None, stage=bar.stage
-        )
+        try:
+            samples = 0 if quick else None
+            found = select_motors(text, folder, samples=samples, stage=bar.stage, **how)
+        except StudyInterrupted as error:
+            if error.result is None:
+                raise
+            found, interruption = error.result, str(error)
     print_selection(found, json)
     write_files(found, report, table)
-    if found.interrupted:
-        fail("interrupted; what was done is listed above", interrupted_status())
+    if interruption:
+        fail(f"{interruption}; what was done is listed above", interrupted_status())
     if not found.best.passes:
         fail("no motor of the catalogue carries every joint on every walk", NONE_PASSES)
 
@@ -94,7 +117,7 @@ def study_text(
     import tomli_w
 
     from hexapod_pin.spec import read_toml
-    from hexapod_pin.sweep.selection import load_motor_study
+    from hexapod_pin.study.selection import load_motor_study
 
     if study is None:
         text, folder = _default(robot, mend), Path.cwd()
@@ -127,7 +150,7 @@ def _default(robot: str, mend: bool) -> str:
     from hexapod_pin.control.feasible_gait import default_gait
     from hexapod_pin.control.gait import gaits_for
     from hexapod_pin.robot.robot import load_robot
-    from hexapod_pin.sweep.selection import default_study
+    from hexapod_pin.study.selection import default_study
 
     loaded = load_robot(_source(robot), mend=mend)
     names = [default_gait(loaded)]

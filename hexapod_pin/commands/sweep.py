@@ -15,8 +15,8 @@ from hexapod_pin.commands.progress import time_left_bar
 from hexapod_pin.commands.terminal import echo
 
 if TYPE_CHECKING:
-    from hexapod_pin.sweep.runs import SweepResult
-    from hexapod_pin.sweep.study import SweepStudy
+    from hexapod_pin.study.runs import SweepResult
+    from hexapod_pin.study.sweep import SweepStudy
 
 
 OptionalInt = Optional[int]  # noqa: UP045
@@ -60,7 +60,7 @@ def sweep(
 ) -> None:
     """Run all cases of a study; what is finished is kept whatever happens."""
     from hexapod_pin.commands.import_file import import_file
-    from hexapod_pin.sweep.study import load_sweep
+    from hexapod_pin.study.sweep import load_sweep
 
     files = SweepFiles.checked(study, store=store, out=out, plot=plot)
     if code is not None:
@@ -100,7 +100,7 @@ class SweepFiles:
         Raises:
             TraceFileError, FileConflictError, MissingPackageError: as of `writable`.
         """
-        from hexapod_pin.sweep.runs.sweep_result import ENDINGS
+        from hexapod_pin.study.runs.sweep_result import ENDINGS
 
         return cls(
             writable("--store", Path(f"{study.stem}.db") if store is None else store),
@@ -113,9 +113,9 @@ def run_and_report(study: SweepStudy, files: SweepFiles, **how: Any) -> None:
     """Run a study with its progress on stderr, write its files and print what it came to.
 
     Raises:
-        SweepInterrupted, StoreFullError, ...: as of `run_sweep`.
+        StudyInterrupted, StoreFullError, ...: as of `run_sweep`.
     """
-    from hexapod_pin.sweep.runs import run_sweep
+    from hexapod_pin.study.runs import run_sweep
 
     echo(f"{study.name}: {len(study)} cases, study {study.digest}")
     for item in study.inputs:

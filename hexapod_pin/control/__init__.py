@@ -1,5 +1,6 @@
 """Controllers: gaits, foot paths, joint trajectories; feedback controllers and their sensors."""
 
+from hexapod_pin.control import feedback, foot_control, motion, sensors
 from hexapod_pin.control.arc_path import ArcPath
 from hexapod_pin.control.arc_walk import ArcWalk, paper_motion
 from hexapod_pin.control.body_motion import BodyMotion
@@ -57,11 +58,15 @@ __all__ = [
     "Waypoints",
     "default_gait",
     "feasible_gait",
+    "feedback",
     "fit_gait",
+    "foot_control",
     "leg_clearance",
     "leg_order",
+    "motion",
     "named_gait",
     "paper_motion",
     "register_controller",
+    "sensors",
     "six_legs",
 ]

@@ -29,12 +29,13 @@ from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_trajectory import cycles_between
 from hexapod_pin.control.six_legs import SixLegs
 from hexapod_pin.errors import GaitError
+from hexapod_pin.immutable import Immutable
 
 StanceProfile = Literal["constant", "step"]
 
 
 @dataclass(frozen=True, eq=False)
-class ArcPath(WalkSchedule):
+class ArcPath(WalkSchedule, Immutable):
     """The planned motion of six feet on arcs, relative to a level base at its standing height.
 
     It answers what `FootPath` answers.

@@ -348,7 +348,7 @@ def paper_motion(
     if stroke is not None:
         if amplitude is not None:
             raise ParameterError(
-                "paper_motion amplitude", amplitude, "left out: the stroke is given"
+                "paper_motion.amplitude", amplitude, "left out: the stroke is given"
             )
         amplitude = _amplitude(robot, stroke)
     walk = ArcWalk(
@@ -380,7 +380,7 @@ def _amplitude(robot: Robot, stroke: float) -> float:
     longest = 2.0 * float(ArcWalk().path(robot).radius.mean())
     if not 0.0 < stroke < longest:
         raise ParameterError(
-            "paper_motion stroke", stroke, f"above 0 and below {longest:.4g} m, twice the reach"
+            "paper_motion.stroke", stroke, f"above 0 and below {longest:.4g} m, twice the reach"
         )
     return float(np.arcsin(stroke / longest))
 

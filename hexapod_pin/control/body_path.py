@@ -11,6 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.errors import ParameterError
@@ -187,6 +188,7 @@ TRANSIENT_CYCLES = 2
 """Whole cycles after which the paths are periodic: RAMP_CYCLES + 1 - duty / 2, rounded up."""
 
 
+@checked
 class WalkSchedule:
     """What a path of six feet with a `gait` and a `stop_at` [s] answers about its times.
 

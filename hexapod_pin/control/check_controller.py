@@ -106,8 +106,8 @@ def _require_toml(value: Any, where: str) -> None:
     if isinstance(value, Mapping):
         for key, item in value.items():
             if not isinstance(key, str):
-                raise ParameterError(f"{where}: key", key, "a str")
-            _require_toml(item, f"{where}: {key}")
+                raise ParameterError(f"{where}[{key!r}]", key, "a str")
+            _require_toml(item, f"{where}.{key}")
     elif isinstance(value, list | tuple):
         for index, item in enumerate(value):
             if not isinstance(item, float):  # most of what long lists hold
@@ -127,7 +127,7 @@ def checked_plan(controller: Any, plan: Any, robot: Robot) -> JointTrajectory:
     if not isinstance(plan, JointTrajectory):
         raise ParameterError(call, type(plan).__name__, "a JointTrajectory")
     if plan.q.ndim != 2 or plan.q.shape[1] != joints:
-        raise ParameterError(f"{call}: q", plan.q.shape, f"of shape (K, {joints}): knots, joints")
+        raise ParameterError(f"{call}.q", plan.q.shape, f"of shape (K, {joints}): knots, joints")
     return plan
 
 
@@ -148,14 +148,14 @@ def checked_posture(controller: Any, posture: Any, robot: Robot) -> Array:
     wrong = np.flatnonzero(~np.isfinite(found))
     if len(wrong):
         name = robot.joint_names[wrong[0]]
-        raise ParameterError(f"{call}: {name}", float(found[wrong[0]]), "finite [rad]")
+        raise ParameterError(f"{call}[{name}]", float(found[wrong[0]]), "finite [rad]")
     angles: Array = found.astype(float)
     return angles
 
 
-def called_at(call: str, time: float | None) -> str:
-    """Return a call as messages name it, with its time [s] where it has one."""
-    return call if time is None else f"{call} at t = {time:g} s"
+def at_time(time: float | None) -> str:
+    """Return the time [s] of a call for the end of a message; empty where it has none."""
+    return "" if time is None else f" at t = {time:g} s"
 
 
 def checked_answer(call: str, time: float, answer: Any) -> tuple[Command, Any]:
@@ -172,9 +172,10 @@ def checked_answer(call: str, time: float, answer: Any) -> tuple[Command, Any]:
     pair = isinstance(answer, tuple) and len(answer) == 2
     if not (pair and isinstance(answer[0], Command)):
         raise ParameterError(
-            called_at(call, time), type(answer[0] if pair else answer).__name__,
-            "a pair: a Command, and the state after it", "Return hp.Command(q), state.",
+            call, type(answer[0] if pair else answer).__name__,
+            f"a pair{at_time(time)}: a Command, and the state after it",
+            "Return hp.feedback.Command(q), state.",
         )  # fmt: skip
     if not isinstance(answer[0].ramp, bool | np.bool_):
-        raise ParameterError(f"{called_at(call, time)}: ramp", answer[0].ramp, "a bool")
+        raise ParameterError(f"{call}.ramp", answer[0].ramp, f"a bool{at_time(time)}")
     return answer[0], answer[1]

@@ -122,7 +122,7 @@ class Waypoints(MotionFunction):
         super().__init__(**fields)
         if len(self.time) != len(self.value) or len(self.time) < 2:
             counts = (len(self.time), len(self.value))
-            raise ParameterError("Waypoints lengths of time and value", counts, "equal, 2 or more")
+            raise ParameterError("Waypoints.time, value", counts, "of equal lengths, 2 or more")
         if not (np.diff(self.time) > 0.0).all():
             raise ParameterError("Waypoints.time", self.time, "strictly increasing [s]")
 
@@ -178,9 +178,7 @@ class Hermite(MotionFunction):
         super().__init__(**fields)
         counts = (len(self.time), len(self.value), len(self.rate))
         if len(set(counts)) > 1 or counts[0] < 2:
-            raise ParameterError(
-                "Hermite lengths of time, value and rate", counts, "equal, 2 or more"
-            )
+            raise ParameterError("Hermite.time, value, rate", counts, "of equal lengths, 2 or more")
         if not (np.diff(self.time) > 0.0).all():
             raise ParameterError("Hermite.time", self.time, "strictly increasing [s]")
 

@@ -6,11 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.control.feasibility import shortest_cycle
 from hexapod_pin.control.gait import Gait, gaits_for
 from hexapod_pin.control.gait_refusal import refuse_impossible
 from hexapod_pin.control.six_legs import six_legs
 from hexapod_pin.errors import GaitError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.leg_geometry import leg_length
 
 if TYPE_CHECKING:
@@ -45,7 +47,7 @@ DEFAULT, GIVEN = "default", "as given"
 
 
 @dataclass(frozen=True)
-class FittedGait:
+class FittedGait(Immutable):
     """A gait with how its numbers were chosen: "default", "as given", or the reason.
 
     Attributes:
@@ -61,6 +63,7 @@ class FittedGait:
     lift: str
 
 
+@checked
 def feasible_gait(
     robot: Robot, name: str, stroke: float | None, **fields: float
 ) -> tuple[Gait, str]:
@@ -76,6 +79,7 @@ def feasible_gait(
     return fitted.gait, fitted.stroke
 
 
+@checked
 def fit_gait(
     robot: Robot,
     name: str,
@@ -192,6 +196,7 @@ PREFERRED = ("tetrapod", "wave")
 """The first of these that a robot's legs can walk is its default."""
 
 
+@checked
 def default_gait(robot: Robot) -> str:
     """Return the name of the gait that a robot walks where none is asked for.
 
@@ -204,6 +209,7 @@ def default_gait(robot: Robot) -> str:
     return next(name for name in PREFERRED if name in fitting)
 
 
+@checked
 def named_gait(robot: Robot, name: str, **fields: float) -> Gait:
     """Return a gait of `GAITS` for a robot's number of legs.
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from numpy.typing import NDArray
 
+from hexapod_pin.arguments import every_step
 from hexapod_pin.arrays import Array
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ State = Any
 """What a controller remembers: nothing, numbers, arrays, or mappings and sequences of them."""
 
 
+@every_step
 @dataclass(frozen=True, eq=False)
 class Measurement:
     """What a robot could know at one time, n joints and F feet, after leading axes.
@@ -48,6 +50,7 @@ class Measurement:
     loaded: NDArray[np.bool_]
 
 
+@every_step
 @dataclass(frozen=True, eq=False)
 class Command:
     """Set-points of the joint drives, `Robot.joint_names` order; (B, n) each from a controller.

@@ -156,7 +156,7 @@ class Gait(Spec):
         """Walking speed, stroke / (duty * cycle_time) [m/s]."""
         return self.stroke / (self.duty * self.cycle_time)
 
-    def with_changes(self, **fields: float) -> Gait:
+    def with_changes(self, **fields: Any) -> Gait:
         """Return the gait with some fields replaced, validated."""
         return Gait(**{**self.model_dump(), **fields})
 

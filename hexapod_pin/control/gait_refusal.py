@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.feasibility import (
     CHECKED_CYCLES,
@@ -26,6 +27,7 @@ from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.six_legs import SixLegs, six_legs
 from hexapod_pin.errors import GaitError, ReachError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
 
 if TYPE_CHECKING:
@@ -232,7 +234,7 @@ EQUAL_DISTANCES = 1e-9
 
 
 @dataclass(frozen=True)
-class Clearance:
+class Clearance(Immutable):
     """Where two links come nearest to each other in a walk: start, one steady cycle, stop.
 
     Attributes:
@@ -271,6 +273,7 @@ class Clearance:
         return f"come within {1e3 * self.distance:.2g} mm of each other"
 
 
+@checked
 def leg_clearance(robot: Robot, gait: Gait) -> Clearance:
     """Return where links of different legs, or of a leg and the trunk, come nearest in a walk.
 

@@ -69,8 +69,8 @@ class JointMotion:
             of range.
 
     Example:
-        >>> lift = hp.Step(start=0.5, end=1.0, initial=0.0, final=0.1)
-        >>> plan = hp.JointMotion({"lf_coxa_joint": lift}).plan(robot, 2.0)
+        >>> lift = hp.motion.Step(start=0.5, end=1.0, initial=0.0, final=0.1)
+        >>> plan = hp.motion.JointMotion({"lf_coxa_joint": lift}).plan(robot, 2.0)
     """
 
     motion: Mapping[str, float | MotionFunction]
@@ -80,9 +80,10 @@ class JointMotion:
 
     def __post_init__(self) -> None:
         """Keep an own copy of the functions, checked."""
-        if not isinstance(self.motion, Mapping):
+        joints = isinstance(self.motion, Mapping) and all(isinstance(j, str) for j in self.motion)
+        if not joints:
             raise ParameterError("JointMotion.motion", self.motion, "from joint name to function")
-        own = {str(joint): _checked(joint, given) for joint, given in self.motion.items()}
+        own = {joint: _checked(joint, given) for joint, given in self.motion.items()}
         object.__setattr__(self, "motion", own)
         if self.cycle_time is not None and not 0.0 < self.cycle_time < np.inf:
             raise ParameterError("JointMotion.cycle_time", self.cycle_time, "finite and above 0 s")
@@ -161,7 +162,7 @@ class JointMotion:
         count = last / spacing + len(kinks)
         if count > MAX_KNOTS:
             raise ParameterError(
-                "JointMotion.plan duration", end, f"shorter: it takes {count:.3g} knots, of which "
+                "JointMotion.plan.duration", end, f"shorter: it takes {count:.3g} knots, of which "
                 f"there can be {MAX_KNOTS}", "Slower sines and repetitions take fewer knots.",
             )  # fmt: skip
         whole = np.arange(last / LONGEST_INTERVAL + 0.5) * LONGEST_INTERVAL
@@ -200,7 +201,7 @@ def _checked(joint: Any, given: Any) -> Any:
     try:
         return _FUNCTION.validate_python(given)
     except ValidationError as error:
-        raise parameter_error(f"JointMotion.motion[{joint}]", error) from error
+        raise parameter_error(f"JointMotion.motion[{joint}]", error, given) from error
 
 
 # Whether a quintic joint trajectory keeps the joints' ranges and velocity limits.
@@ -230,16 +231,17 @@ def refuse_beyond_limits(robot: Robot, plan: JointTrajectory, owner: str) -> Non
     if found is not None:
         joint, when, value = found
         raise ParameterError(
-            f"{owner}: angle of {robot.joint_names[joint]} at t = {when:.4g} s", value,
-            f"{robot.lower[joint]:.4f} to {robot.upper[joint]:.4f} rad",
+            f"{owner}.q[{robot.joint_names[joint]}]", value,
+            f"{robot.lower[joint]:.4f} to {robot.upper[joint]:.4f} rad at t = {when:.4g} s",
         )  # fmt: skip
     limit = robot.velocity_limit * (1.0 + RATE_TOLERANCE)
     found = _first_beyond(plan.time, rate, -limit, limit)
     if found is not None:
         joint, when, value = found
         raise ParameterError(
-            f"{owner}: rate of {robot.joint_names[joint]} at t = {when:.4g} s", value,
-            f"-{robot.velocity_limit[joint]:g} to {robot.velocity_limit[joint]:g} rad/s",
+            f"{owner}.v[{robot.joint_names[joint]}]", value,
+            f"-{robot.velocity_limit[joint]:g} to {robot.velocity_limit[joint]:g} rad/s "
+            f"at t = {when:.4g} s",
         )  # fmt: skip
 
 

@@ -91,7 +91,9 @@ class JointTrajectory(Immutable):
             object.__setattr__(self, name, array)
         if self.q.shape != self.v.shape or self.q.shape[:1] != self.time.shape:
             shapes = (self.time.shape, self.q.shape, self.v.shape)
-            raise ParameterError("JointTrajectory shapes", shapes, "(K,), (K, n) and (K, n)")
+            raise ParameterError(
+                "JointTrajectory.time, q, v", shapes, "of shapes (K,), (K, n) and (K, n)"
+            )
         if (
             len(self.time) < (2 if self.kind in CURVED else 1)
             or (self.time[0] != 0.0 and not self.is_part)
@@ -115,7 +117,7 @@ class JointTrajectory(Immutable):
         shape = (len(self.time) - 1, 2, self.q.shape[1])
         if self.acceleration.shape != shape:
             raise ParameterError(
-                f"{where} shape", self.acceleration.shape, f"(K - 1, 2, n) = {shape}"
+                where, self.acceleration.shape, f"of shape (K - 1, 2, n) = {shape}"
             )
 
 

@@ -52,7 +52,9 @@ class SampledTrajectory:
         time, q = np.asarray(self.time, dtype=float), np.asarray(self.q, dtype=float)
         if time.ndim != 1 or q.ndim != 2 or len(time) != len(q) or not len(time):
             raise ParameterError(
-                "SampledTrajectory shapes", (time.shape, q.shape), "(K,) and (K, n), K >= 1"
+                "SampledTrajectory.time, q",
+                (time.shape, q.shape),
+                "of shapes (K,) and (K, n), K >= 1",
             )
         object.__setattr__(self, "time", tuple(time.tolist()))
         object.__setattr__(self, "q", tuple(map(tuple, q.tolist())))
@@ -92,10 +94,11 @@ class SampledTrajectory:
     def _check(self, robot: Robot, bad: ArrayLike, q: Array) -> None:
         """Refuse the first bad set-point, naming joint, time and range."""
         for knot, joint in np.argwhere(bad):
-            where = f"SampledTrajectory.q of {robot.joint_names[joint]} at t = {self._begin(knot)}"
+            where = f"SampledTrajectory.q[{robot.joint_names[joint]}]"
             allowed = f"{robot.lower[joint]:.4f} to {robot.upper[joint]:.4f} rad"
             if not np.isfinite(q[knot, joint]):
                 allowed = "finite [rad]"
+            allowed += f" at t = {self._begin(knot)}"
             raise ParameterError(where, float(q[knot, joint]), allowed)
 
     def _check_moves(self, robot: Robot, q: Array) -> None:
@@ -103,10 +106,10 @@ class SampledTrajectory:
         still = ~(robot.velocity_limit > 0.0)
         for knot, joint in np.argwhere((np.diff(q, axis=0) != 0.0) & still):
             raise ParameterError(
-                f"SampledTrajectory.q of {robot.joint_names[joint]} at t = {self._begin(knot + 1)}",
+                f"SampledTrajectory.q[{robot.joint_names[joint]}]",
                 float(q[knot + 1, joint]),
-                f"{q[knot, joint]:.4f} rad as before: its velocity limit is "
-                f"{robot.velocity_limit[joint]:g} rad/s",
+                f"{q[knot, joint]:.4f} rad at t = {self._begin(knot + 1)} as before: its velocity "
+                f"limit is {robot.velocity_limit[joint]:g} rad/s",
             )
 
     def _begin(self, knot: int) -> str:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field, NonNegativeFloat, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
+from hexapod_pin.arguments import checked, every_step
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.feedback import Measurement
 from hexapod_pin.errors import ParameterError, StateError
@@ -117,6 +118,7 @@ class Sensors(Spec):
 # Readings of the sensors of runs in lock-step.
 
 
+@checked
 class SensorReader:
     """Turns the truth at a tick into what a controller is told.
 
@@ -147,6 +149,7 @@ class SensorReader:
             if not getattr(sensors, name).is_ideal
         }
 
+    @every_step
     def read(self, tick: int, measurement: Measurement) -> Measurement:
         """Return the readings of a tick; `measurement` itself where the sensors are ideal.
 

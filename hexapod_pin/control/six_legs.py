@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hexapod_pin.arguments import checked, every_step
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.control.gait import LEG_COUNTS, LEG_ORDER, Gait, gaits_for
 from hexapod_pin.errors import GaitError
@@ -141,6 +142,7 @@ class SixLegs(Immutable):
         form = self.kinematics.closed_form
         return None if form is None else form.row_solver(self.joint_index)
 
+    @every_step
     def joint_angles(self, feet: ArrayLike, near: ArrayLike | None = None) -> Array:
         """Return the joint angles that put the feet at given places: inverse kinematics.
 
@@ -174,6 +176,7 @@ class SixLegs(Immutable):
         return legs
 
 
+@checked
 @once_per_robot
 def six_legs(robot: Robot) -> SixLegs:
     """Return the legs of a robot in gait order.
@@ -220,6 +223,7 @@ def walking_legs(robot: Robot) -> list[LegKinematics]:
     return list(six_legs(robot).legs)
 
 
+@checked
 def leg_order(robot: Robot) -> tuple[str, ...]:
     """Return the names of a robot's legs in gait order, that of `Gait.phases`.
 

@@ -85,8 +85,8 @@ class Periodic(MotionFunction):
         for name, (first, last) in zip(("value", "rate"), ends, strict=True):
             if abs(last - first) > SEAM_TOLERANCE * max(1.0, abs(first)):
                 raise ParameterError(
-                    f"Periodic.function {name} at its period", float(last),
-                    f"{first:.9g} as at 0: it would jump by {first - last:.3g}",
+                    f"Periodic.function.{name}", float(last),
+                    f"{first:.9g} at its period, as at 0: it would jump by {first - last:.3g}",
                 )  # fmt: skip
 
     def value_and_rate(self, time: Array) -> tuple[Array, Array]:

@@ -60,7 +60,7 @@ def values_by_joint(robot: Robot, what: str, given: Mapping[str, Value]) -> dict
     for key in given:
         if key not in known:
             allowed = f"a joint of {robot.name} or one of {', '.join(_kinds_text(kinds))}"
-            raise ParameterError(f"key of {what}", key, allowed)
+            raise ParameterError(f"{what}[{key}]", key, allowed)
     keys = {name: (name if name in given else kinds.get(name, "")) for name in robot.joint_names}
     return {name: given[key] for name, key in keys.items() if key in given}
 
@@ -85,7 +85,7 @@ def numbers_by_joint(
             if name not in found:
                 kinds = ", ".join(_kinds_text(joint_kinds(robot)))
                 hint = f"Add its name or its kind ({kinds})."
-                raise ParameterError(f"{what} of joint {name}", None, "given", hint)
+                raise ParameterError(f"{what}[{name}]", None, "given", hint)
         return np.array([found[name] for name in names], dtype=float)
     if isinstance(given, Sequence):
         if len(given) != len(names):
@@ -379,6 +379,6 @@ def check_plain_drives(robot: Robot, servo: Servo, where: str) -> None:
         robot.joint_names, servo.motors(robot), robot.friction, strict=True
     ):
         if motor is not None:
-            raise ParameterError(f"motor of joint {name}", motor, f"absent in {where}")
+            raise ParameterError(f"Servo.motor[{name}]", motor, f"absent in {where}")
         if friction > 0.0:
-            raise ParameterError(f"dry friction of joint {name}", friction, f"0 N m in {where}")
+            raise ParameterError(f"Robot.friction[{name}]", friction, f"0 N m in {where}")

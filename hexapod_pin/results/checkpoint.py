@@ -5,19 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, StateError
-from hexapod_pin.file_schema import check_data
+from hexapod_pin.file_schema import FileData, NotNegative, Number, check_data, unit_quaternion
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.results.run_schema import LATEST, CheckpointData
 
 ARRAYS = {"q": 1, "v": 1, "contacts": 2, "command": 2, "impulse": 2}
 """The arrays, and how many axes each has."""
+
+
+LATEST = 1e12
+"""Latest time of a run [s]."""
 
 
 def _none() -> Array:
@@ -82,20 +86,6 @@ class Checkpoint(Immutable):
                     f"Checkpoint.{name} has shape {array.shape}: must have {axes} axes."
                 )
             object.__setattr__(self, name, array)
-
-    @classmethod
-    def from_native(cls, native: Any, loop: Any = None) -> Checkpoint:
-        """Return the checkpoint of a native run."""
-        return cls(
-            native.time,
-            native.q,
-            native.v,
-            native.contacts,
-            tuple(native.controller),
-            native.command,
-            native.impulse,
-            loop,
-        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON-able form; every digit is kept."""
@@ -227,3 +217,45 @@ def _array(value: Mapping[str, Any], where: str) -> np.ndarray[Any, Any]:
         return np.array(data, dtype=np.dtype(kind)).reshape(shape)
     except (OverflowError, ValueError) as error:
         raise StateError(f"{where}.data: must be numbers of {kind} ({error}).") from error
+
+
+# What the dictionary of a checkpoint must be.
+
+BASE = 7
+"""Coordinates of the base: place and quaternion."""
+
+
+def _configuration(values: list[float], info: ValidationInfo) -> list[float]:
+    joints = (info.context or {}).get("joint")
+    if len(values) < BASE or joints is not None and len(values) != BASE + joints:
+        raise ValueError(f"{BASE} numbers of the base and one per joint")
+    if not unit_quaternion(values[3:BASE]):
+        raise ValueError("with a quaternion [3:7] of length 1")
+    return values
+
+
+def _memory(values: list[float]) -> list[float]:
+    if len(values) not in (6, 10):
+        raise ValueError("10 numbers, or 6 without the face that it stands on")
+    return values
+
+
+class CheckpointData(FileData):
+    """`Checkpoint.to_dict()`."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    time: Annotated[NotNegative, Field(le=LATEST)]
+    q: Annotated[list[Number], AfterValidator(_configuration)]
+    v: list[Number]
+    contacts: list[Annotated[list[Number], AfterValidator(_memory)]]
+    controller: list[Number]
+    command: Any = None
+    impulse: Any = None
+    loop: Any = None
+
+    @model_validator(mode="after")
+    def _as_many_rates(self) -> CheckpointData:
+        if len(self.v) != len(self.q) - 1:
+            raise ValueError(f"with {len(self.q) - 1} velocities for {len(self.q)} coordinates")
+        return self

@@ -24,6 +24,7 @@ from hexapod_pin.results.walk_metrics import (
     mean_estimate,
     relative_change,
 )
+from hexapod_pin.text_table import Table, escaped
 
 # A comparison as text: one table per scene, a row per metric, a column per controller.
 
@@ -33,15 +34,7 @@ NOTHING = "-"
 def text_table(comparison: Comparison) -> str:
     """Return plain text."""
     parts = [_heading(comparison)]
-    for scene in comparison.scenes:
-        rows = scene_rows(comparison, scene)
-        widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-        lines = [
-            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-            for row in rows
-        ]
-        lines.insert(1, "-" * max(len(line) for line in lines))
-        parts.append("\n".join([_title(comparison, scene), *lines]))
+    parts += ["\n".join(scene_table(comparison, scene).lines()) for scene in comparison.scenes]
     parts += ["\n".join(lines) for lines in (failures(comparison), notes(comparison)) if lines]
     return "\n\n".join(parts)
 
@@ -50,27 +43,25 @@ def markdown_table(comparison: Comparison) -> str:
     """Return Markdown."""
     parts = [_heading(comparison)]
     for scene in comparison.scenes:
-        rows = [[_escaped(cell) for cell in row] for row in scene_rows(comparison, scene)]
-        rows.insert(1, ["---"] * len(rows[0]))
-        table = "\n".join("| " + " | ".join(row) + " |" for row in rows)
-        parts += [f"### {_escaped(_title(comparison, scene))}", table]
+        table = scene_table(comparison, scene)
+        parts += [f"### {escaped(table.title)}", table.markdown().rstrip()]
     for lines in (failures(comparison), notes(comparison)):
         if lines:
-            parts.append("\n".join(f"- {_escaped(line)}" for line in lines))
+            parts.append("\n".join(f"- {escaped(line)}" for line in lines))
     return "\n\n".join(parts)
 
 
-def scene_rows(comparison: Comparison, scene: str) -> list[list[str]]:
-    """Return the cells of a scene's table, the head first."""
+def scene_table(comparison: Comparison, scene: str) -> Table:
+    """Return the table of a scene."""
     names = comparison.controllers
-    rows = [["", *names], ["runs that walked", *(_walked(comparison, scene, n) for n in names)]]
-    for metric, (unit, meaning) in METRICS.items():
+    rows = [["runs that walked", *(_walked(comparison, scene, n) for n in names)]]
+    for metric, one in METRICS.items():
         cells = [
             _cell(comparison.mean(scene, name, metric), comparison.change(scene, name, metric))
             for name in names
         ]
-        rows.append([f"{meaning} [{unit}]", *cells])
-    return rows
+        rows.append([f"{one.meaning} [{one.unit}]", *cells])
+    return Table(_title(comparison, scene), ("", *names), rows)
 
 
 def failures(comparison: Comparison) -> list[str]:
@@ -142,10 +133,6 @@ def _variant(comparison: Comparison, scene: str, number: int) -> str:
 
 def _first_line(text: str) -> str:
     return text.partition("\n")[0]
-
-
-def _escaped(text: str) -> str:
-    return text.replace("|", "\\|").replace("\n", " ")
 
 
 # One run of a comparison: what became of it, and its numbers where it walked.
@@ -354,7 +341,9 @@ class Comparison(Immutable):
             "schema_version": SCHEMA_VERSION,
             "baseline": self.baseline,
             "confidence": CONFIDENCE,
-            "metrics": {name: metric._asdict() for name, metric in METRICS.items()},
+            "metrics": {
+                name: {"unit": one.unit, "meaning": one.meaning} for name, one in METRICS.items()
+            },
             "runs": [run.to_dict() for run in self.runs],
             "means": self._estimates(self.mean),
             "changes": self._estimates(self.change),

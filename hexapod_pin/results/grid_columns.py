@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Annotated, Any
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from hexapod_pin.arrays import Array, read_only
+from hexapod_pin.arrays import Array, read_only, same_bits
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.file_schema import (
     ArrayRule,
@@ -26,9 +27,13 @@ from hexapod_pin.file_schema import (
     check_names,
     json_object,
 )
-from hexapod_pin.results.result_files import Column, Group
+from hexapod_pin.results.result_files import Column, Group, write_netcdf
 from hexapod_pin.results.run_record import Facts
+from hexapod_pin.results.schema import Record, schema
 from hexapod_pin.results.trace_layout import described
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class GridRecord(Facts):
@@ -61,174 +66,6 @@ class GridRecord(Facts):
     versions: dict[str, str] = {}
 
 
-Layout = Mapping[str, tuple[tuple[str, ...], str, str]]
-"""Name: (axes, unit, meaning) of every array."""
-
-
-def empty_grid(layout: Layout, sizes: Mapping[str, int]) -> dict[str, Array]:
-    """Return an array of NaN for each name of a layout."""
-    return {
-        name: np.full(tuple(sizes[axis] for axis in axes), np.nan)
-        for name, (axes, _, _) in layout.items()
-    }
-
-
-def freeze_grid(
-    owner: Any, layout: Layout, sizes: Mapping[str, int], grid: tuple[str, ...]
-) -> None:
-    """Check the arrays and reasons of a frozen dataclass, and make them read-only.
-
-    Args:
-        owner: has a field for each name of the layout, and `reason`.
-        layout: of its arrays.
-        sizes: of all axes.
-        grid: axes of the grid itself, that of `reason`.
-
-    Raises:
-        ParameterError: an array has another shape.
-    """
-    for name, (axes, _, _) in layout.items():
-        array = read_only(getattr(owner, name))
-        _require_shape(owner, name, array.shape, tuple(sizes[axis] for axis in axes))
-        object.__setattr__(owner, name, array)
-    reason = np.array(owner.reason, dtype=object)
-    _require_shape(owner, "reason", reason.shape, tuple(sizes[axis] for axis in grid))
-    reason.flags.writeable = False
-    object.__setattr__(owner, "reason", reason)
-
-
-def _require_shape(owner: Any, name: str, shape: tuple[int, ...], wanted: tuple[int, ...]) -> None:
-    if shape != wanted:
-        raise ParameterError(f"{type(owner).__name__}.{name}", shape, f"of shape {wanted}")
-
-
-def grid_group(
-    owner: Any,
-    layout: Layout,
-    axes: Mapping[str, Column],
-    grid: tuple[str, ...],
-    schema: tuple[str, int],
-) -> Group:
-    """Return a sweep as columns and attributes of a file.
-
-    Args:
-        owner: as of `freeze_grid`, with a `check`.
-        layout: of its arrays.
-        axes: the columns of its axes.
-        grid: axes of the grid itself.
-        schema: name and version.
-    """
-    columns = dict(axes)
-    for name, (dims, units, meaning) in layout.items():
-        columns[name] = Column(dims, getattr(owner, name), described(units, meaning))
-    reason = {"long_name": "why the point could not be walked; empty where it was"}
-    columns["reason"] = Column(grid, np.array(owner.reason, dtype=object), reason)
-    run = np.array(
-        json.dumps(owner.run.model_dump(mode="json", exclude_defaults=True)), dtype=object
-    )
-    about = {"long_name": "JSON: scene and controller as TOML text, settings, versions, assumed"}
-    columns["run"] = Column((), run, about)
-    if owner.check is not None:
-        columns |= owner.check.columns()
-    return Group(columns, {"schema": schema[0], "schema_version": schema[1]})
-
-
-def check_grid(
-    arrays: Mapping[str, npt.NDArray[Any]],
-    layout: Layout,
-    grid: tuple[str, ...],
-    names: tuple[str, ...],
-    rules: Mapping[str, ArrayRule],
-) -> None:
-    """Check the variables of a sweep that `grid_group` wrote.
-
-    Args:
-        arrays: the variables.
-        layout: of the sweep's arrays; NaN where a point could not be walked.
-        grid: axes of the grid itself.
-        names: axes that have names.
-        rules: of the numbers along the axes.
-
-    Raises:
-        ParameterError: a variable is missing or breaks its rule.
-    """
-    sizes = {name: len(check_names(name, arrays.get(name))) for name in names}
-    for name, rule in rules.items():
-        sizes |= {axis: np.size(arrays.get(name, ())) for axis in rule.axes if axis not in sizes}
-    cells = {name: ArrayRule(axes, unit, nan=True) for name, (axes, unit, _) in layout.items()}
-    check_arrays(arrays, {**rules, **cells}, sizes)
-    _check_reasons(arrays.get("reason"), tuple(sizes[axis] for axis in grid))
-    check_data(GridRecord, "run", json_object("run", arrays.get("run")))
-    if "check_change" in arrays:
-        _check_repeated(arrays, tuple(sizes[axis] for axis in grid))
-
-
-def _check_reasons(reason: npt.NDArray[Any] | None, shape: tuple[int, ...]) -> None:
-    if reason is None or reason.dtype.kind != "O" or reason.shape != shape:
-        found = None if reason is None else f"{reason.dtype} of shape {reason.shape}"
-        raise ParameterError("reason", found, f"texts of shape {shape}")
-
-
-def _check_repeated(arrays: Mapping[str, npt.NDArray[Any]], shape: tuple[int, ...]) -> None:
-    """Check the points that were run again at a tighter accuracy."""
-    count = len(check_names("check_quantity", arrays.get("check_quantity")))
-    points = arrays.get("check_point")
-    if points is None or points.dtype.kind != "i" or points.ndim != 2:
-        raise ParameterError("check_point", None if points is None else points.shape, "indices")
-    if points.shape[1] != len(shape) or (points < 0).any() or (points >= shape).any():
-        raise ParameterError("check_point", points.shape, f"places on a grid of {shape}")
-    rules = {
-        "check_accuracy": ArrayRule((), least=0.0),
-        "check_change": ArrayRule(("check", "check_quantity"), least=0.0, nan=True),
-    }
-    check_arrays(arrays, rules, {"check": len(points), "check_quantity": count})
-
-
-def grid_fields(arrays: Mapping[str, npt.NDArray[Any]], layout: Layout) -> dict[str, Any]:
-    """Return the fields of a sweep that `grid_group` wrote.
-
-    Raises:
-        KeyError: a variable is missing.
-    """
-    return {
-        **{name: arrays[name] for name in layout},
-        "reason": arrays["reason"],
-        "run": check_data(GridRecord, "run", json_object("run", arrays["run"])),
-        "check": AccuracyCheck.from_columns(arrays),
-    }
-
-
-def same_group(first: Group, second: Group) -> bool:
-    """Tell whether two groups hold the same bits, NaN included."""
-    if first.attributes != second.attributes or first.columns.keys() != second.columns.keys():
-        return False
-    return all(_same(a.values, second.columns[name].values) for name, a in first.columns.items())
-
-
-def _same(first: npt.NDArray[Any], second: npt.NDArray[Any]) -> bool:
-    if first.shape != second.shape or first.dtype != second.dtype:
-        return False
-    if first.dtype == object:
-        return bool((first == second).all())
-    return first.tobytes() == second.tobytes()
-
-
-def require_schema(where: str, attributes: Mapping[str, Any], schema: tuple[str, int]) -> None:
-    """Refuse a group of another kind, or of a later release.
-
-    Raises:
-        TraceFileError: says which.
-    """
-    found = attributes.get("schema")
-    if not isinstance(found, str) or found != schema[0]:
-        raise TraceFileError(f"{where}: schema {found!r} instead of {schema[0]!r}.")
-    version = attributes.get("schema_version")
-    if not isinstance(version, int | np.integer) or not 1 <= version <= schema[1]:
-        raise TraceFileError(
-            f"{where}: schema version {version}; this release reads versions up to {schema[1]}."
-        )
-
-
 # How much the numbers of a sweep change at a tighter accuracy: its stated error.
 
 
@@ -259,6 +96,12 @@ class AccuracyCheck:
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "change", change)
         object.__setattr__(self, "quantities", tuple(self.quantities))
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether every number is the same."""
+        return isinstance(other, AccuracyCheck) and same_bits(vars(self), vars(other))
+
+    __hash__ = None  # type: ignore[assignment]  # equal by content
 
     def error(self, quantity: str, first: int | None = None) -> float:
         """Return the largest relative change of a quantity at the repeated points [-].
@@ -301,6 +144,179 @@ class AccuracyCheck:
             float(arrays["check_accuracy"]), arrays["check_point"],
             tuple(arrays["check_quantity"]), arrays["check_change"],
         )  # fmt: skip
+
+
+class GridResult(Record):
+    """Base of results over a grid of walks: a number per point, NaN where it could not be walked.
+
+    Attributes:
+        reason: why a point could not be walked, "" where it was; of the shape of the grid.
+        check: some points at a tighter accuracy; None where none was run.
+        run: how the walks came about: scenes, controllers, settings, what is assumed.
+    """
+
+    GRID: ClassVar[tuple[str, ...]] = ()
+    """The axes of the grid."""
+
+    FILE: ClassVar[tuple[str, int]] = ("", 0)
+    """Schema of the file, and its version."""
+
+    TEXTS: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    """Fields of one text per label, by the column that holds them: axis and field."""
+
+    reason: npt.NDArray[np.object_] = field(kw_only=True)
+    check: AccuracyCheck | None = field(default=None, kw_only=True)
+    run: GridRecord = field(default=GridRecord(), kw_only=True)
+
+    def __post_init__(self) -> None:
+        """Check shapes and make read-only."""
+        super().__post_init__()
+        sizes = self.sizes()
+        for axis, name in self.TEXTS.values():
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+            if len(getattr(self, name)) != sizes[axis]:
+                where = f"{type(self).__name__}.{name}"
+                raise ParameterError(where, getattr(self, name), f"one per {axis}")
+        reason = np.array(self.reason, dtype=object)
+        shape = tuple(sizes[axis] for axis in self.GRID)
+        if reason.shape != shape:
+            raise ParameterError(f"{type(self).__name__}.reason", reason.shape, f"of shape {shape}")
+        reason.flags.writeable = False
+        object.__setattr__(self, "reason", reason)
+
+    @classmethod
+    def empty(cls, sizes: Mapping[str, int]) -> dict[str, Array]:
+        """Return an array of NaN for each quantity of the points; `sizes`: of all axes.
+
+        Raises:
+            ParameterError: the size of an axis is missing.
+        """
+        points = {k: one for k, one in schema(cls).items() if one.axes[: len(cls.GRID)] == cls.GRID}
+        missing = {axis for one in points.values() for axis in one.axes} - sizes.keys()
+        if missing:
+            raise ParameterError("sizes", sorted(sizes), f"with {', '.join(sorted(missing))}")
+        return {
+            name: np.full(tuple(sizes[axis] for axis in one.axes), np.nan)
+            for name, one in points.items()
+        }
+
+    @property
+    def finished(self) -> bool:
+        """Whether every point was run or refused."""
+        return not any(reason == NOT_RUN for reason in self.reason.flat)
+
+    def columns(self) -> dict[str, Column]:
+        """Return everything as columns of a file."""
+        columns = super().columns()
+        for name, (axis, texts) in self.TEXTS.items():
+            columns[name] = Column((axis,), np.array(getattr(self, texts), dtype=object), {})
+        reason = {"long_name": "why the point could not be walked; empty where it was"}
+        columns["reason"] = Column(self.GRID, np.array(self.reason, dtype=object), reason)
+        run = json.dumps(self.run.model_dump(mode="json", exclude_defaults=True))
+        about = {"long_name": "JSON: scene and controller as TOML text, settings, versions"}
+        columns["run"] = Column((), np.array(run, dtype=object), about)
+        return columns | ({} if self.check is None else self.check.columns())
+
+    def group(self) -> Group:
+        """Return everything as columns and attributes of a file."""
+        return Group(self.columns(), {"schema": self.FILE[0], "schema_version": self.FILE[1]})
+
+    @classmethod
+    def from_group(
+        cls, where: str, group: tuple[Mapping[str, npt.NDArray[Any]], Mapping[str, Any]]
+    ) -> Self:
+        """Return what a group's arrays and attributes hold; `where` is for messages.
+
+        Raises:
+            TraceFileError: the group is damaged, of another kind or of another schema.
+        """
+        arrays, attributes = group
+        require_schema(where, attributes, cls.FILE)
+        try:
+            return cls(**_checked_fields(cls, arrays))
+        except ParameterError as error:
+            raise TraceFileError(f"{where}: {error}") from error
+
+    def save(self, path: str | Path) -> Path:
+        """Write a netCDF-4 file, wholly or not at all, and return its path.
+
+        Raises:
+            TraceFileError: the file cannot be written; an old one stays as it was.
+        """
+        return write_netcdf(path, *self.group())
+
+
+NOT_RUN = "not run"
+"""Reason of a point that an interruption left out."""
+
+
+def _checked_fields(
+    kind: type[GridResult], arrays: Mapping[str, npt.NDArray[Any]]
+) -> dict[str, Any]:
+    """Return the fields of a grid's result from the variables of its file.
+
+    Raises:
+        ParameterError: a variable is missing or breaks its rule.
+    """
+    known, found, sizes = schema(kind), dict[str, Any](), dict[str, int]()
+    for axis, labels in kind.AXES.items():
+        if axis not in known:
+            names = check_names(axis, arrays.get(axis))
+            sizes[axis] = len(names)
+            found |= {labels: names} if isinstance(labels, str) else {}
+    for name, (_, texts) in kind.TEXTS.items():
+        found[texts] = check_names(name, arrays.get(name), repeated=True)
+    for name, one in known.items():  # lengths of axes without names, from the first array that has
+        for axis, size in zip(one.axes, np.shape(arrays.get(name, ())), strict=False):
+            sizes.setdefault(axis, size)
+    sizes |= {axis: sizes.get(axis, 0) for one in known.values() for axis in one.axes}
+    check_arrays(arrays, known, sizes)
+    shape = tuple(sizes[axis] for axis in kind.GRID)
+    _check_reasons(arrays.get("reason"), shape)
+    if "check_change" in arrays:
+        _check_repeated(arrays, shape)
+    return {
+        **found,
+        **{name: arrays[name] if one.axes else float(arrays[name]) for name, one in known.items()},
+        "reason": arrays["reason"],
+        "run": check_data(GridRecord, "run", json_object("run", arrays.get("run"))),
+        "check": AccuracyCheck.from_columns(arrays),
+    }
+
+
+def _check_reasons(reason: npt.NDArray[Any] | None, shape: tuple[int, ...]) -> None:
+    if reason is None or reason.dtype.kind != "O" or reason.shape != shape:
+        found = None if reason is None else f"{reason.dtype} of shape {reason.shape}"
+        raise ParameterError("reason", found, f"texts of shape {shape}")
+
+
+def _check_repeated(arrays: Mapping[str, npt.NDArray[Any]], shape: tuple[int, ...]) -> None:
+    """Check the points that were run again at a tighter accuracy."""
+    count = len(check_names("check_quantity", arrays.get("check_quantity")))
+    points = arrays.get("check_point")
+    if points is None or points.dtype.kind != "i" or points.ndim != 2:
+        raise ParameterError("check_point", None if points is None else points.shape, "indices")
+    if points.shape[1] != len(shape) or (points < 0).any() or (points >= shape).any():
+        raise ParameterError("check_point", points.shape, f"places on a grid of {shape}")
+    rules = {
+        "check_accuracy": ArrayRule((), least=0.0),
+        "check_change": ArrayRule(("check", "check_quantity"), least=0.0, nan=True),
+    }
+    check_arrays(arrays, rules, {"check": len(points), "check_quantity": count})
+
+
+def require_schema(where: str, attributes: Mapping[str, Any], schema: tuple[str, int]) -> None:
+    """Refuse a group of another kind, or of a later release.
+
+    Raises:
+        TraceFileError: says which.
+    """
+    found = attributes.get("schema")
+    if not isinstance(found, str) or found != schema[0]:
+        raise TraceFileError(f"{where}: schema {found!r} instead of {schema[0]!r}.")
+    version = attributes.get("schema_version")
+    if not isinstance(version, int | np.integer) or version != schema[1]:
+        raise TraceFileError(f"{where}: schema version {version}; this release reads {schema[1]}.")
 
 
 def relative_change(value: Any, other: Any) -> float:

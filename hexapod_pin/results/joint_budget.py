@@ -18,6 +18,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.results.steady_window import Window
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.text_table import Cell, Table
 
 KINDS = ("coxa", "femur", "tibia")
 OTHER_KINDS = ("joint", "held", "slide")
@@ -213,38 +214,20 @@ def _kind_of(name: str) -> str | None:
 # The rows of a torque budget as plain text.
 
 _QUANTITIES = (
-    "peak torque|[N m]",
-    "p99|[N m]",
-    "RMS|[N m]",
-    "peak speed|[rad/s]",
-    "RMS|[rad/s]",
-    "peak power|[W]",
-    "energy +|[J]",
-    "energy -|[J]",
+    "peak torque\n[N m]",
+    "p99\n[N m]",
+    "RMS\n[N m]",
+    "peak speed\n[rad/s]",
+    "RMS\n[rad/s]",
+    "peak power\n[W]",
+    "energy +\n[J]",
+    "energy -\n[J]",
 )
-
-
-def aligned(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return lines with columns aligned, the first to the left, the others to the right.
-
-    A header is broken at its bars, so that columns stay narrow.
-    """
-    words = [title.split("|") for title in header]
-    depth = max(len(parts) for parts in words)
-    heads = [[""] * (depth - len(parts)) + parts for parts in words]
-    lines = [[parts[k] for parts in heads] for k in range(depth)] + [list(row) for row in rows]
-    widths = [max(len(line[k]) for line in lines) for k in range(len(header))]
-    text = [
-        "  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])])
-        for line in lines
-    ]
-    rule = "-" * (sum(widths) + 2 * (len(widths) - 1))
-    return [*text[:depth], rule, *text[depth:]]
 
 
 def kind_lines(kinds: Sequence[KindBudget], per: str) -> list[str]:
     """Return one line per kind of joint, and below each quantity the joint that sets it."""
-    rows: list[list[str]] = []
+    rows: list[list[Cell]] = []
     for row in kinds:
         worst = [row.peak, row.p99, row.rms, row.speed, row.speed_rms, row.power]
         values = (
@@ -257,7 +240,7 @@ def kind_lines(kinds: Sequence[KindBudget], per: str) -> list[str]:
             row.positive_energy,
             row.negative_energy,
         )
-        rows.append([f"{row.kind} (x{len(row.joints)})", *(f"{value:.4g}" for value in values)])
+        rows.append([f"{row.kind} (x{len(row.joints)})", *values])
         rows.append(
             ["  worst leg", *(_leg(joint.joint, row.kind) for joint in worst), "all", "all"]
         )
@@ -266,7 +249,7 @@ def kind_lines(kinds: Sequence[KindBudget], per: str) -> list[str]:
             told = ["" if error is None else f"±{error:.1g}" for error in errors]
             rows.append(["  error of the run", *told, *[""] * 5])
     title = f"Worst joint of each kind; energies of all joints of the kind, per {per}"
-    return [title, *aligned(["", *_QUANTITIES], rows)]
+    return Table(title, ("", *_QUANTITIES), rows, "<>").lines()
 
 
 def joint_lines(joints: Sequence[JointBudget], per: str) -> list[str]:
@@ -275,21 +258,21 @@ def joint_lines(joints: Sequence[JointBudget], per: str) -> list[str]:
         [
             row.joint,
             f"{row.torque_peak:.4g}{'*' if row.at_limit else ' '}",
-            f"{row.torque_p99:.4g}",
-            f"{row.torque_rms:.4g}",
-            f"{row.speed_peak:.4g}",
-            f"{row.speed_rms:.4g}",
-            f"{row.power_peak:.4g}",
-            f"{row.positive_energy:.4g}",
-            f"{row.negative_energy:.4g}",
+            row.torque_p99,
+            row.torque_rms,
+            row.speed_peak,
+            row.speed_rms,
+            row.power_peak,
+            row.positive_energy,
+            row.negative_energy,
             f"{row.torque_peak_time:.3f}",
-            "-" if math.isinf(row.effort_limit) else f"{row.effort_limit:.4g}",
+            None if math.isinf(row.effort_limit) else row.effort_limit,
             f"{100.0 * row.at_limit:.1f}",
         ]
         for row in joints
     ]
-    header = ["joint", *_QUANTITIES, "peak at|[s]", "limit|[N m]", "at limit|[%]"]
-    return [f"Every joint; energies per {per}", *aligned(header, rows)]
+    head = ("joint", *_QUANTITIES, "peak at\n[s]", "limit\n[N m]", "at limit\n[%]")
+    return Table(f"Every joint; energies per {per}", head, rows, "<>").lines()
 
 
 def _leg(joint: str, kind: str) -> str:

@@ -10,11 +10,12 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hexapod_pin.arguments import explain_methods
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.foreign_text import csv_cell, encoded
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import check_ending, without_non_finite
+from hexapod_pin.text_table import Table
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.catalog import MotorRecord
@@ -174,9 +175,8 @@ class Confidence:
     values: tuple[float, ...] = ()
 
 
-@explain_methods
 @dataclass(frozen=True)
-class MotorSelection:
+class MotorSelection(Immutable):
     """Motors ranked for a robot.
 
     Attributes:
@@ -296,14 +296,12 @@ def _heading(s: MotorSelection) -> list[str]:
 def _ranking(s: MotorSelection) -> list[str]:
     passing = [c for c in s.candidates if c.passes]
     others = [c for c in s.candidates if not c.passes]
-    width = max((len(c.name) for c in s.candidates), default=5)
-    head = f"{'motor on all joints':<{width}}  robot   " + "".join(
-        f"{kind + ' peak/cont/hold/speed':<31}" for kind in s.kinds
-    )
-    lines = [head, *(_row(c, width) for c in passing)]
+    head = ("motor on all joints", "robot", *(f"{k} peak/cont/hold/speed" for k in s.kinds), "")
+    shown = Table("", head, [_row(c) for c in passing + others[:SHOWN]], rule=False).lines()
+    lines = shown[: 1 + len(passing)]
     if not passing:
         lines.append("none carries every joint and every walk")
-    lines += [_row(c, width) for c in others[:SHOWN]]
+    lines += shown[1 + len(passing) :]
     if len(others) > SHOWN:
         lines.append(f"... and {len(others) - SHOWN} more that do not pass (--csv lists all)")
     rejected = [f"  {c.name}: {c.reasons[0]}" for c in others[:SHOWN] if c.reasons]
@@ -314,10 +312,9 @@ def _ranking(s: MotorSelection) -> list[str]:
     return lines
 
 
-def _row(candidate: MotorCandidate, width: int) -> str:
+def _row(candidate: MotorCandidate) -> tuple[str, ...]:
     mark = "pass" if candidate.passes else "FAIL"
-    uses = "".join(f"{_uses(use):<31}" for use in candidate.uses)
-    return f"{candidate.name:<{width}}  {candidate.total_mass:.2f} kg {uses}{mark}"
+    return (candidate.name, f"{candidate.total_mass:.2f} kg", *map(_uses, candidate.uses), mark)
 
 
 def _uses(use: KindUse) -> str:

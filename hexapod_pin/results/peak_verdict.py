@@ -8,12 +8,11 @@ from dataclasses import asdict, dataclass
 from types import MappingProxyType
 from typing import Any, Protocol, TypeVar
 
-from hexapod_pin.arguments import explain_methods
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.results.joint_budget import aligned
 from hexapod_pin.results.result_files import without_non_finite
 from hexapod_pin.results.steady_window import Window
+from hexapod_pin.text_table import Cell, Table
 
 # What the peaks of a run are computed again with, and how far their numbers spread.
 
@@ -147,9 +146,8 @@ class FootImpulse:
     impulse: Spread
 
 
-@explain_methods
 @dataclass(frozen=True)
-class PeakVerdicts:
+class PeakVerdicts(Immutable):
     """The peaks of a whole robot with their verdicts; `table()` prints them.
 
     Attributes:
@@ -283,23 +281,23 @@ def _change_line(row: Recomputation) -> str:
 
 def _rows(rows: Sequence[PeakVerdict], changes: Sequence[Recomputation]) -> list[str]:
     tried = [row for row in changes if not row.unneeded]
-    header = ["", "verdict", "torque|[N m]", *(f"{row.name}|[%]" for row in tried)]
-    header += ["p99|[N m]", "least to|largest", "RMS|[N m]", "least to|largest", "limit|[N m]"]
+    head = ["", "verdict", "torque\n[N m]", *(f"{row.name}\n[%]" for row in tried), "p99\n[N m]"]
+    head += ["least to\nlargest", "RMS\n[N m]", "least to\nlargest", "limit\n[N m]"]
     cells = [
         [
             row.name,
             row.verdict,
-            f"{row.torque_peak.value:.4g}" if row.verdict == PEAK else _span(row.torque_peak),
+            row.torque_peak.value if row.verdict == PEAK else _span(row.torque_peak),
             *(_percent(row, change.name) for change in tried),
-            f"{row.torque_p99.value:.4g}",
+            row.torque_p99.value,
             _span(row.torque_p99),
-            f"{row.torque_rms.value:.4g}",
+            row.torque_rms.value,
             _span(row.torque_rms),
-            f"{row.effort_limit:.4g}",
+            row.effort_limit,
         ]
         for row in rows
     ]
-    return aligned(header, cells)
+    return Table("", head, cells, "<>").lines()
 
 
 def _percent(row: PeakVerdict, change: str) -> str:
@@ -311,8 +309,9 @@ def _span(spread: Spread) -> str:
 
 
 def _feet(verdicts: PeakVerdicts) -> list[str]:
-    rows = [
-        [row.foot, f"{row.impulse.value:.4g}", _span(row.impulse), f"{100 * row.impulse.share:.1f}"]
+    rows: list[list[Cell]] = [
+        [row.foot, row.impulse.value, _span(row.impulse), f"{100 * row.impulse.share:.1f}"]
         for row in verdicts.feet
     ]
-    return aligned(["foot", "impulse|[N s]", "least to|largest", "spread|[%]"], rows)
+    head = ("foot", "impulse\n[N s]", "least to\nlargest", "spread\n[%]")
+    return Table("", head, rows, "<>").lines()

@@ -9,15 +9,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.results.joint_budget import aligned, joint_kinds
+from hexapod_pin.immutable import Immutable
+from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.joint_moments import JointMoments, joint_moments
 from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.result_files import without_non_finite
 from hexapod_pin.results.steady_window import Window, steady_window, summary_window
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.text_table import Table
 
 # Joint torques in stance and in swing apart: retraction and protraction of each leg.
 
@@ -98,9 +100,8 @@ class PhaseTorque:
     moment_rms: float | None  # [N m]
 
 
-@explain_methods
 @dataclass(frozen=True)
-class PhaseTorques:
+class PhaseTorques(Immutable):
     """All joints in both phases.
 
     Attributes:
@@ -131,13 +132,12 @@ class PhaseTorques:
 
     def table(self) -> str:
         """Return a plain text table."""
-        header = ["joint", "phase", "time|[%]", "torque peak|[N m]", "p99|[N m]", "RMS|[N m]",
-                  "moment peak|[N m]", "p99|[N m]", "RMS|[N m]"]  # fmt: skip
-        lines = [
-            [row.joint, row.phase, f"{100.0 * row.share:.1f}", *map(_text, _numbers(row))]
-            for row in self.rows
+        head = ("joint", "phase", "time\n[%]", "torque peak\n[N m]", "p99\n[N m]", "RMS\n[N m]",
+                "moment peak\n[N m]", "p99\n[N m]", "RMS\n[N m]")  # fmt: skip
+        rows = [
+            [row.joint, row.phase, f"{100.0 * row.share:.1f}", *_numbers(row)] for row in self.rows
         ]
-        return "\n".join(aligned(header, lines))
+        return "\n".join(Table("", head, rows, "<>").lines())
 
 
 @checked
@@ -196,7 +196,3 @@ def _sizes(
 def _numbers(row: PhaseTorque) -> tuple[float | None, ...]:
     return (row.torque_peak, row.torque_p99, row.torque_rms,
             row.moment_peak, row.moment_p99, row.moment_rms)  # fmt: skip
-
-
-def _text(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4g}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import ParameterError
@@ -67,7 +67,7 @@ def recorded_groups(chosen: Iterable[str] | None) -> tuple[str, ...] | None:
         return None
     known = ", ".join(GROUPS)
     allowed = f"a list of some of {known}"
-    if isinstance(chosen, str):
+    if isinstance(chosen, str | Mapping):
         raise ParameterError("record", chosen, allowed)
     try:
         names = tuple(chosen)

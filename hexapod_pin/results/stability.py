@@ -26,6 +26,7 @@ from hexapod_pin.results.stability_margins import (
 from hexapod_pin.results.steady_window import Window, steady_window
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.rotations import trunk_yaw, yawed
+from hexapod_pin.text_table import Table
 
 MARGINS: dict[str, str] = {
     "static_margin": "static stability margin",
@@ -235,28 +236,32 @@ def stability_lines(data: Mapping[str, Any], meanings: Mapping[str, str]) -> lis
         data: as of `Stability.to_dict`.
         meanings: of its margins, in the order of the table.
     """
-    window, width = data["window"], max(map(len, meanings.values()))
+    window = data["window"]
     cycles = "" if window["cycles"] is None else f", {window['cycles']} whole gait cycle(s)"
-    lines = [
+    margins = []
+    for name, meaning in meanings.items():
+        row = data["margins"][name]
+        least, mean, largest = (
+            None if row[key] is None else 1e3 * row[key] for key in ("least", "mean", "largest")
+        )
+        margins.append([meaning, least, f"{row['time']:.3f}", mean, largest])
+    sizes = [
+        [name, f"{1e3 * size['peak_to_peak']:8.3f} peak to peak, {1e3 * size['rms']:8.3f} RMS"]
+        for name, size in data["excursion"].items()
+    ]
+    head = ("[mm]", "least", "at [s]", "mean", "largest")
+    moved = "Centre of mass about its mean straight line [mm]"
+    energy = data["energy_margin"]
+    least = "none" if energy is None else f"{energy:.4g} J"
+    return [
         f"Stability of {data['robot_name']}",
         f"window: {window['start']:.4g} to {window['end']:.4g} s{cycles}",
         "",
-        f"{'[mm]':{width}}  {'least':>8}  {'at [s]':>8}  {'mean':>8}  {'largest':>8}",
+        *Table("", head, margins, "<>", False, ".2f", "none", least=8).lines(),
+        "",
+        *Table(moved, (), sizes, least=max(map(len, meanings.values()))).lines(),
+        "",
+        f"feet down, at least: {data['least_feet_down']}",
+        f"energy stability margin, least: {least}",
+        data["grounded"],
     ]
-    for name, meaning in meanings.items():
-        row = data["margins"][name]
-        sizes = "  ".join(_millimetres(row[key]) for key in ("mean", "largest"))
-        least = _millimetres(row["least"])
-        lines.append(f"{meaning:{width}}  {least}  {row['time']:8.3f}  {sizes}")
-    lines += ["", "Centre of mass about its mean straight line [mm]"]
-    for name, size in data["excursion"].items():
-        peak, rms = 1e3 * size["peak_to_peak"], 1e3 * size["rms"]
-        lines.append(f"{name:{width}}  {peak:8.3f} peak to peak, {rms:8.3f} RMS")
-    energy = data["energy_margin"]
-    least = "none" if energy is None else f"{energy:.4g} J"
-    lines += ["", f"feet down, at least: {data['least_feet_down']}"]
-    return [*lines, f"energy stability margin, least: {least}", data["grounded"]]
-
-
-def _millimetres(length: float | None) -> str:
-    return f"{'none':>8}" if length is None else f"{1e3 * length:8.2f}"

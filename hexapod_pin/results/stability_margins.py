@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.recorded_robot import RecordedRobot
@@ -21,6 +22,7 @@ INSIDE_TOLERANCE = 1e-12
 """Depth below which a point counts as on the boundary, as a share of the points' extent [-]."""
 
 
+@checked
 def support_polygon(points: ArrayLike) -> Array:
     """Return the corners of the convex hull of points, counter-clockwise; collinear ones left out.
 
@@ -37,6 +39,7 @@ def support_polygon(points: ArrayLike) -> Array:
     return np.array([*lower[:-1], *upper[:-1]])
 
 
+@checked
 def static_margin(points: ArrayLike, com: ArrayLike, grounded: ArrayLike | None = None) -> Array:
     """Return the distance of a projected centre of mass to the polygon's edges, < 0 outside [m].
 
@@ -69,6 +72,7 @@ def static_margin(points: ArrayLike, com: ArrayLike, grounded: ArrayLike | None 
     return np.where(stands, margin, -np.inf)
 
 
+@checked
 def longitudinal_margins(
     points: ArrayLike, com: ArrayLike, heading: ArrayLike, grounded: ArrayLike | None = None
 ) -> tuple[Array, Array]:
@@ -165,6 +169,7 @@ def edge_rise(first: ArrayLike, second: ArrayLike, com: ArrayLike, up: ArrayLike
     return rise
 
 
+@checked
 def nesm(
     points: ArrayLike,
     com: ArrayLike,
@@ -285,6 +290,7 @@ def point_of_wrench(force: Array, moment: Array, origin: Array, normal: Array) -
     return found
 
 
+@checked
 def zero_moment_point(trace: Trace) -> Array:
     """Return the zero-moment point from the forces on the feet, world axes [m].
 
@@ -301,6 +307,7 @@ def zero_moment_point(trace: Trace) -> Array:
     return point_of_wrench(force.sum(axis=1), moment, origin, normal)
 
 
+@checked
 def zero_moment_point_of_motion(trace: Trace) -> Array:
     """Return the zero-moment point from the rates of the bodies' momenta and gravity alone [m].
 

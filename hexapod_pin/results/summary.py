@@ -7,160 +7,148 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
-from hexapod_pin.immutable import Immutable
+from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.file_schema import Bound, FileData, Name, check_data
 from hexapod_pin.results.result_files import JSON, check_ending, without_non_finite
 from hexapod_pin.results.run_record import Event, JointLimits, RunRecord
-from hexapod_pin.results.run_schema import checked_summary
-from hexapod_pin.results.summary_layout import LAYOUT, SCHEMA, SCHEMA_VERSION, shape_of
+from hexapod_pin.results.schema import (
+    Record,
+    from_plain,
+    known_quantity,
+    plain,
+    quantity,
+    schema,
+    to_plain,
+)
 from hexapod_pin.robot.rotations import yawed
 from hexapod_pin.user_file import TEXT_BYTES, read_bytes, reason_of
 
+FILE = ("hexapod_pin.summary", 1)
+"""Schema of the file, and its version."""
 
-@dataclass(frozen=True, eq=False)
-class Summary(Immutable):
+MOST_STATES = 10**15
+
+FRACTION = 1.0 + 1e-9
+"""Largest fraction of a time: the sum of its parts is rounded."""
+
+
+class Summary(Record):  # noqa: PLW1641  # no record has a hash
     """A run in numbers: n joints, F feet; SI units, radians. Two are equal when every bit is.
 
     "Per cycle": over the whole cycles of the window, divided by their number; the whole window
-    where nothing repeats. Numbers of a run without a whole cycle are NaN.
+    where nothing repeats. Numbers of a run without a whole cycle are NaN. Quantities of largest
+    size have their sign. Times of peaks have no error: of two peaks of the same height either may
+    be found.
 
     Attributes:
         joint_names: n names.
         foot_names: F names of the feet (and of the trunk's contact points, where it has any).
         cycles: whole gait cycles in the window; None where nothing repeats.
         states: accepted states of the whole run.
-        window_time: length of the window [s].
-        torque_peak: torque of largest size, with its sign (n,) [N m].
-        torque_peak_time: its time (n,) [s].
-        torque_p99: size not exceeded for 99 % of the time, to 1 % (n,) [N m].
-        torque_rms: (n,) [N m].
-        at_limit: share of the time at the torque limit: effort, or what the motor gives at the
-            joint's speed (n,) [-].
-        limit_use: largest torque over that limit, the stall torque where it brakes, in the same
-            state (n,) [-]; 0 without a limit.
-        speed_peak: rate of largest size, with its sign (n,) [rad/s].
-        speed_peak_time: its time (n,) [s].
-        speed_rms: (n,) [rad/s].
-        acceleration_rms: from changes of rate between accepted states (n,) [rad/s^2].
-        torque_acceleration: mean of torque times acceleration (n,) [N m rad/s^2]; with both, the
-            RMS torque follows for another rotor inertia at the same motion.
-        power_peak: torque times rate, of largest size, with its sign (n,) [W].
-        power_peak_time: its time (n,) [s].
-        positive_energy: work given by the joint per cycle (n,) [J].
-        negative_energy: work taken up per cycle (n,) [J], <= 0.
-        angle_min: smallest joint angle (n,) [rad].
-        angle_max: largest joint angle (n,) [rad].
-        outside_torque: as `torque_peak`, before and after the window (n,) [N m].
-        outside_torque_time: its time (n,) [s].
-        force_peak: largest normal force (F,) [N].
-        force_peak_time: its time (F,) [s].
-        normal_impulse: of the normal force per cycle (F,) [N s].
-        impulse: of the force on the robot per cycle, world axes (F, 3) [N s].
-        slip_distance: way of the contact point on the ground, while loaded, per cycle (F,) [m].
-        loaded_time: time on the ground per cycle (F,) [s].
-        friction_work: integral of |friction force . velocity of the contact point| while loaded,
-            per cycle (F,) [J]; of `StickSlip`, what its bristles store and return counts too.
-        outside_force: largest normal force before and after the window (F,) [N].
-        outside_force_time: its time (F,) [s].
-        height_min: least height of the trunk's origin [m].
-        height_max: its largest [m].
-        height_mean: its mean [m].
-        height_rms: square root of its mean square about the mean [m].
-        heave_rms: the same about the straight line in time that fits best, so that a slope does
-            not count [m].
-        roll_mean: mean roll of the trunk, of Rz(yaw) Ry(pitch) Rx(roll) [rad].
-        roll_rms: square root of its mean square [rad].
-        roll_peak: roll of largest size [rad].
-        pitch_mean: the same of the pitch [rad].
-        pitch_rms: the same of the pitch [rad].
-        pitch_peak: the same of the pitch [rad].
-        roll_rate_rms: of the trunk's angular velocity about its own x axis [rad/s].
-        pitch_rate_rms: the same about its own y axis [rad/s].
-        vertical_acceleration_rms: of the trunk's origin [m/s^2].
-        path: time [s], x and y of the centre of mass [m], yaw of the trunk [rad], at the edges and
-            middles of the cycles, or at both ends of the window (W, 4).
-        first_yaw: yaw at the start of the run [rad].
         counters: steps, evaluations, ...
         run: what was run.
-        errors: how far numbers may be off for the run's own error, by name; see `error_of`.
+        errors: errors of the quantities for the run's own error, by name; see `error_of`.
     """
+
+    AXES: ClassVar[Mapping[str, str | tuple[str, ...]]] = {
+        "joint": "joint_names",
+        "foot": "foot_names",
+        "axis": ("x", "y", "z"),
+        "path_column": ("time", "x", "y", "yaw"),
+    }
 
     joint_names: tuple[str, ...]
     foot_names: tuple[str, ...]
     cycles: int | None
     states: int
-    window_time: float
-    torque_peak: Array
-    torque_peak_time: Array
-    torque_p99: Array
-    torque_rms: Array
-    at_limit: Array
-    limit_use: Array
-    speed_peak: Array
-    speed_peak_time: Array
-    speed_rms: Array
-    acceleration_rms: Array
-    torque_acceleration: Array
-    power_peak: Array
-    power_peak_time: Array
-    positive_energy: Array
-    negative_energy: Array
-    angle_min: Array
-    angle_max: Array
-    outside_torque: Array
-    outside_torque_time: Array
-    force_peak: Array
-    force_peak_time: Array
-    normal_impulse: Array
-    impulse: Array
-    slip_distance: Array
-    loaded_time: Array
-    friction_work: Array
-    outside_force: Array
-    outside_force_time: Array
-    height_min: float
-    height_max: float
-    height_mean: float
-    height_rms: float
-    heave_rms: float
-    roll_mean: float
-    roll_rms: float
-    roll_peak: float
-    pitch_mean: float
-    pitch_rms: float
-    pitch_peak: float
-    roll_rate_rms: float
-    pitch_rate_rms: float
-    vertical_acceleration_rms: float
-    path: Array
-    first_yaw: float
+    # fmt: off
+    window_time: float = quantity("", "s", "length of the window", least=0.0)
+    torque_peak: Array = quantity("joint", "N m", "torque of largest size")
+    torque_peak_time: Array = quantity("joint", "s", "time of torque_peak", error=False)
+    torque_p99: Array = quantity("joint", "N m",
+        "size of torque not exceeded for 99 % of the time, to 1 %", least=0.0)
+    torque_rms: Array = quantity("joint", "N m", "RMS torque", least=0.0)
+    at_limit: Array = quantity("joint", "1",
+        "fraction of time at the limit: effort, or the motor's at that speed",
+        least=0.0, most=FRACTION)
+    limit_use: Array = quantity("joint", "1",
+        "largest torque over that limit (stall torque in braking); 0 without one", least=0.0)
+    speed_peak: Array = quantity("joint", "rad/s", "rate of largest size")
+    speed_peak_time: Array = quantity("joint", "s", "time of speed_peak", error=False)
+    speed_rms: Array = quantity("joint", "rad/s", "RMS rate", least=0.0)
+    acceleration_rms: Array = quantity("joint", "rad/s^2",
+        "RMS acceleration, from changes of rate", least=0.0)
+    torque_acceleration: Array = quantity("joint", "N m rad/s^2",
+        "mean of torque times acceleration")
+    power_peak: Array = quantity("joint", "W", "torque times rate of largest size")
+    power_peak_time: Array = quantity("joint", "s", "time of power_peak", error=False)
+    positive_energy: Array = quantity("joint", "J",
+        "work done by the joint per cycle", least=0.0)
+    negative_energy: Array = quantity("joint", "J",
+        "work absorbed by the joint per cycle, not positive")
+    angle_min: Array = quantity("joint", "rad", "smallest angle")
+    angle_max: Array = quantity("joint", "rad", "largest angle")
+    outside_torque: Array = quantity("joint", "N m",
+        "torque of largest size before and after the window")
+    outside_torque_time: Array = quantity("joint", "s", "time of outside_torque", error=False)
+    force_peak: Array = quantity("foot", "N", "largest normal force")
+    force_peak_time: Array = quantity("foot", "s", "time of force_peak", error=False)
+    normal_impulse: Array = quantity("foot", "N s", "impulse of the normal force per cycle")
+    impulse: Array = quantity("foot axis", "N s",
+        "impulse of the force on the robot per cycle, world axes")
+    slip_distance: Array = quantity("foot", "m",
+        "sliding distance of the contact point, while loaded, per cycle", least=0.0)
+    loaded_time: Array = quantity("foot", "s", "time on the ground per cycle", least=0.0)
+    friction_work: Array = quantity("foot", "J",
+        "integral of |friction force . slip velocity| per cycle", least=0.0)
+    outside_force: Array = quantity("foot", "N", "largest normal force before and after the window")
+    outside_force_time: Array = quantity("foot", "s", "time of outside_force", error=False)
+    height_min: float = quantity("", "m", "smallest height of the trunk's origin")
+    height_max: float = quantity("", "m", "largest height of the trunk")
+    height_mean: float = quantity("", "m", "mean height of the trunk")
+    height_rms: float = quantity("", "m", "RMS height of the trunk about its mean", least=0.0)
+    heave_rms: float = quantity("", "m",
+        "RMS height of the trunk about its best straight line in time", least=0.0)
+    roll_mean: float = quantity("", "rad", "mean roll of the trunk, of Rz(yaw) Ry(pitch) Rx(roll)")
+    roll_rms: float = quantity("", "rad", "RMS roll", least=0.0)
+    roll_peak: float = quantity("", "rad", "roll of largest size")
+    pitch_mean: float = quantity("", "rad", "mean pitch")
+    pitch_rms: float = quantity("", "rad", "RMS pitch", least=0.0)
+    pitch_peak: float = quantity("", "rad", "pitch of largest size")
+    roll_rate_rms: float = quantity("", "rad/s",
+        "RMS angular velocity about the trunk's x axis", least=0.0)
+    pitch_rate_rms: float = quantity("", "rad/s",
+        "RMS angular velocity about the trunk's y axis", least=0.0)
+    vertical_acceleration_rms: float = quantity("", "m/s^2",
+        "RMS vertical acceleration of the trunk's origin", least=0.0)
+    path: Array = quantity("edge path_column", "s, m, m, rad",
+        "time, centre of mass, yaw of the trunk at half cycles, or both ends",
+        error=False, nan=False, ascending="weakly")
+    first_yaw: float = quantity("", "rad", "yaw at the start of the run", error=False)
+    # fmt: on
     counters: Mapping[str, int | float]
     run: RunRecord
     errors: Mapping[str, Any] = field(default_factory=dict)
 
-    __hash__ = None  # type: ignore[assignment]  # equal by content
-
     def __post_init__(self) -> None:
         """Check shapes and make read-only."""
-        sizes = {"joint": len(self.joint_names), "foot": len(self.foot_names), "axis": 3}
-        for name, (axes, _, _) in LAYOUT.items():
-            if axes:
-                array = read_only(getattr(self, name))
-                if array.shape != shape_of(axes, sizes, array):
-                    raise ParameterError(f"Summary.{name}", array.shape, f"of shape {axes}")
-                object.__setattr__(self, name, array)
-        for name in ("counters", "errors"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+        super().__post_init__()
+        errors = {
+            name: read_only(one) if schema(Summary)[name].axes else one
+            for name, one in self.errors.items()
+        }
+        for name, values in (("counters", dict(self.counters)), ("errors", errors)):
+            object.__setattr__(self, name, MappingProxyType(values))
 
     @classmethod
     def from_data(
@@ -171,36 +159,36 @@ class Summary(Immutable):
         counters: Mapping[str, int | float],
         run: RunRecord,
         errors: Mapping[str, Any] | None = None,
+        where: tuple[str, str] = ("data", "errors"),
     ) -> Summary:
-        """Return the summary of `Summary.data`; what is missing or None is NaN."""
-        sizes = {"joint": len(joint_names), "foot": len(foot_names), "axis": 3}
-        values: dict[str, Any] = {}
-        for name, (axes, _, _) in LAYOUT.items():
-            given = data.get(name)
-            if not axes:
-                values[name] = float("nan") if given is None else float(given)
-            elif name == "path":
-                values[name] = np.array(given, dtype=float).reshape(-1, 4)
-            elif given is None:
-                values[name] = np.full(tuple(sizes[axis] for axis in axes), np.nan)
-            else:
-                values[name] = np.array(given, dtype=float).reshape(
-                    tuple(sizes[axis] for axis in axes)
-                )
+        """Return the summary of `Summary.data`, or of what the core gathered.
+
+        What is missing or None is NaN. `where`: names of data and errors, for messages.
+
+        Raises:
+            ParameterError: a number breaks its rule, or there are too many or too few.
+        """
+        sizes = {"joint": len(joint_names), "foot": len(foot_names), "axis": 3, "path_column": 4}
+        for name in ("cycles", "states"):
+            _require_count(f"{where[0]}.{name}", data.get(name), optional=name == "cycles")
+        values = from_plain(cls, data, sizes, where=where[0])
+        if values["window_time"] and len(values["path"]) > 1:
+            _require_known(values, where[0])
         return cls(
             joint_names, foot_names, data["cycles"], int(data["states"]), **values,
-            counters=counters, run=run, errors=errors or {},
+            counters=counters, run=run,
+            errors=from_plain(cls, errors or {}, sizes, where=where[1], errors=True),
         )  # fmt: skip
 
     @property
     def data(self) -> dict[str, Any]:
         """All numbers as JSON-able data, NaN as None; every digit is kept."""
-        plain: dict[str, Any] = {"cycles": self.cycles, "states": self.states}
-        for name in LAYOUT:
-            value = getattr(self, name)
-            plain[name] = value.tolist() if isinstance(value, np.ndarray) else value
-        finite: dict[str, Any] = without_non_finite(plain)
-        return finite
+        return {"cycles": self.cycles, "states": self.states, **plain(self)}
+
+    @property
+    def plain_errors(self) -> dict[str, Any]:
+        """The errors as JSON-able data, NaN as None."""
+        return {name: to_plain(error) for name, error in self.errors.items()}
 
     def __eq__(self, other: object) -> bool:
         """Tell whether all numbers, names and entries are the same."""
@@ -226,8 +214,7 @@ class Summary(Immutable):
         Raises:
             UnknownNameError: there is no such number.
         """
-        if name not in LAYOUT:
-            raise UnknownNameError("number", name, list(LAYOUT))
+        known_quantity(Summary, name)
         known = self.errors.get(name)
         value = np.full(np.shape(getattr(self, name)), np.nan) if known is None else known
         return np.asarray(value, dtype=float)
@@ -288,13 +275,13 @@ class Summary(Immutable):
         """Return everything as JSON text."""
         return json.dumps(
             {
-                "schema": SCHEMA,
-                "schema_version": SCHEMA_VERSION,
+                "schema": FILE[0],
+                "schema_version": FILE[1],
                 "joint_names": list(self.joint_names),
                 "foot_names": list(self.foot_names),
                 "data": self.data,
                 "counters": without_non_finite(dict(self.counters)),
-                "errors": without_non_finite(dict(self.errors)),
+                "errors": self.plain_errors,
                 "run": without_non_finite(self.run.to_dict()),
                 "case": self.run.case.to_toml(),
             },
@@ -322,17 +309,67 @@ def load_summary(path: str | Path) -> Summary:
         found = json.loads(read_bytes(path, TEXT_BYTES))
     except (OSError, ValueError, RecursionError) as error:
         raise TraceFileError(f"{path}: cannot be read as JSON ({reason_of(error)}).") from error
-    if not isinstance(found, dict) or found.get("schema") != SCHEMA:
+    if not isinstance(found, dict) or found.get("schema") != FILE[0]:
         raise TraceFileError(f"{path}: not a summary.")
-    if found.get("schema_version") != SCHEMA_VERSION:
+    if found.get("schema_version") != FILE[1]:
         raise TraceFileError(f"{path}: schema version {found.get('schema_version')}; this release "
-                             f"reads {SCHEMA_VERSION}.")  # fmt: skip
+                             f"reads {FILE[1]}.")  # fmt: skip
     try:
-        joints, feet = checked_summary(found)
+        joints, feet = _checked_file(found)
         run = RunRecord.from_dict(found["run"], found["case"], joint=len(joints), foot=len(feet))
+        return Summary.from_data(
+            found["data"], joints, feet, found["counters"], run, found["errors"]
+        )
     except ParameterError as error:
         raise TraceFileError(f"{path}: {error}") from error
-    return Summary.from_data(found["data"], joints, feet, found["counters"], run, found["errors"])
+
+
+class SummaryFile(FileData):
+    """The file of a summary; what depends on the number of joints is checked after its names."""
+
+    joint_names: list[Name]
+    foot_names: list[Name]
+    data: dict[str, Any]
+    errors: dict[str, Any]
+    counters: dict[str, Any]
+    run: dict[str, Any]
+    case: str
+
+
+class SummaryCounters(FileData):
+    """`Summary.counters` in a file, where None stands for what is not finite."""
+
+    __pydantic_extra__: dict[str, Bound | None]
+
+
+def _checked_file(found: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of joints and feet in a summary's file, all but the numbers checked.
+
+    Raises:
+        ParameterError: an entry is missing or breaks its rule.
+    """
+    check_data(SummaryFile, "summary", found)
+    joints, feet = tuple(found["joint_names"]), tuple(found["foot_names"])
+    for name, names in (("joint_names", joints), ("foot_names", feet)):
+        if len(set(names)) < len(names):
+            raise ParameterError(name, list(names), "there once each")
+    check_data(SummaryCounters, "counters", found["counters"])
+    return joints, feet
+
+
+def _require_count(name: str, value: Any, *, optional: bool) -> None:
+    if optional and value is None:
+        return
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MOST_STATES:
+        raise ParameterError(name, value, f"a whole number from 0 to {MOST_STATES:g}")
+
+
+def _require_known(values: Mapping[str, Any], where: str) -> None:
+    """Refuse numbers of joints and feet over whole cycles that are not known."""
+    for name, one in schema(Summary).items():
+        inside = one.axes in (("joint",), ("foot",)) and not name.startswith("outside")
+        if inside and np.isnan(values[name]).any():
+            raise ParameterError(f"{where}.{name}", None, "known: the window has whole cycles")
 
 
 # How far a walk comes along its heading.

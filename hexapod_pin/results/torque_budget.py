@@ -14,8 +14,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.joint_budget import (
     JointBudget,
     KindBudget,
@@ -31,6 +32,7 @@ from hexapod_pin.results.steady_window import Window, steady_window, summary_win
 from hexapod_pin.results.summary import Summary, distance_per_cycle
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.rotations import trunk_yaw
+from hexapod_pin.text_table import indented, labelled
 
 
 @checked
@@ -197,9 +199,8 @@ PEAK_CAVEAT = {
 }
 
 
-@explain_methods
 @dataclass(frozen=True)
-class TorqueBudget:
+class TorqueBudget(Immutable):
     """The budget of a whole robot; `table()` prints it.
 
     Attributes:
@@ -336,47 +337,40 @@ def _heading_lines(budget: TorqueBudget) -> list[str]:
 
 def _whole_lines(budget: TorqueBudget, per: str) -> list[str]:
     """Return energy, way and cost of transport of the whole robot."""
-    lines = [
-        f"Whole robot, mechanical energy at the joints, per {per}",
-        f"  absolute (braking costs as much as driving)   {budget.absolute_energy:.4g} J",
-        f"  positive only (braking costs nothing)         {budget.positive_energy:.4g} J",
-        f"  net (braking gives everything back)           {budget.net_energy:.4g} J",
+    title = f"Whole robot, mechanical energy at the joints, per {per}"
+    rows: list[tuple[str, float, str]] = [
+        ("absolute (braking costs as much as driving)", budget.absolute_energy, "J"),
+        ("positive only (braking costs nothing)", budget.positive_energy, "J"),
+        ("net (braking gives everything back)", budget.net_energy, "J"),
     ]
+    last = ""
     if budget.distance is None or budget.measured_speed is None:
-        return [*lines, "  no gait cycle: no distance, no cost of transport"]
-    if budget.on_the_spot:
-        return [*lines, *_turn_lines(budget)]
-    nominal = budget.nominal_speed
-    share = (
-        f", {100.0 * budget.measured_speed / nominal:.1f} % of the gait's {nominal:.4g}"
-        if nominal
-        else ""
-    )
-    lines += [
-        f"  distance per cycle along the heading          {budget.distance:.4g} m",
-        f"  mean speed                                    {budget.measured_speed:.4g} m/s{share}",
-    ]
-    costs = (budget.cost_of_transport, budget.cost_of_transport_positive)
-    if costs[0] is None or costs[1] is None:
-        return [*lines, "  the robot makes no way forward: no cost of transport"]
-    return [
-        *lines,
-        f"  cost of transport, absolute energy / (m g d)  {costs[0]:.4g}",
-        f"  cost of transport, positive energy / (m g d)  {costs[1]:.4g}",
-    ]
+        last = "no gait cycle: no distance, no cost of transport"
+    elif budget.on_the_spot:
+        rows += _turn_rows(budget)
+        last = "turning on the spot: no distance, no cost of transport"
+    else:
+        nominal, speed = budget.nominal_speed, budget.measured_speed
+        share = f", {100.0 * speed / nominal:.1f} % of the gait's {nominal:.4g}" if nominal else ""
+        rows.append(("distance per cycle along the heading", budget.distance, "m"))
+        rows.append(("mean speed", speed, f"m/s{share}"))
+        costs = (budget.cost_of_transport, budget.cost_of_transport_positive)
+        if costs[0] is None or costs[1] is None:
+            last = "the robot makes no way forward: no cost of transport"
+        else:
+            rows.append(("cost of transport, absolute energy / (m g d)", costs[0], ""))
+            rows.append(("cost of transport, positive energy / (m g d)", costs[1], ""))
+    return [title, *indented([*labelled(rows, least=44), *([last] if last else [])])]
 
 
-def _turn_lines(budget: TorqueBudget) -> list[str]:
+def _turn_rows(budget: TorqueBudget) -> list[tuple[str, float, str]]:
     """Return yaw, and energy per yaw, of a robot that turns on the spot."""
     turn, nominal = math.degrees(budget.turn or 0.0), math.degrees(budget.nominal_turn)
-    lines = [
-        f"  yaw per cycle                                 {turn:.4g} deg, "
-        f"{100.0 * turn / nominal:.1f} % of the gait's {nominal:.4g}"
-    ]
+    share = f"{100.0 * turn / nominal:.1f} % of the gait's {nominal:.4g}"
+    rows = [("yaw per cycle", turn, f"deg, {share}")]
     if budget.energy_per_radian is not None:
-        lines.append(f"  absolute energy per yaw                       "
-                     f"{budget.energy_per_radian:.4g} J/rad")  # fmt: skip
-    return [*lines, "  turning on the spot: no distance, no cost of transport"]
+        rows.append(("absolute energy per yaw", budget.energy_per_radian, "J/rad"))
+    return rows
 
 
 def _note_lines(budget: TorqueBudget) -> list[str]:

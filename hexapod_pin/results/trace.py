@@ -6,8 +6,7 @@ A `Trace` knows neither the simulator that made it nor the viewers that show it.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -15,22 +14,21 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from hexapod_pin.arrays import Array
+from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import NotRecordedError, ParameterError, UnknownNameError
-from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
 from hexapod_pin.results.result_files import CSV, NETCDF, Column, Group, check_ending, write_netcdf
 from hexapod_pin.results.run_facts import ALWAYS, GROUP_OF, GROUPS
 from hexapod_pin.results.run_record import UNKNOWN, Event, JointLimits, RunRecord
+from hexapod_pin.results.schema import Record, quantity, schema
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace_csv import csv_bytes
 from hexapod_pin.results.trace_layout import (
     BASE_Q,
     BASE_V,
     ENERGIES,
-    LAYOUT,
     LOSSES,
     SCHEMA,
     SCHEMA_VERSION,
@@ -44,27 +42,27 @@ from hexapod_pin.results.trace_layout import (
 if TYPE_CHECKING:
     import xarray
 
+LATEST_SAMPLE = 1e10
+"""Of a sample's time [s]: three centuries."""
 
-@dataclass(frozen=True, eq=False)
-class Trace(Immutable):
+UP = read_only((0.0, 0.0, 1.0))
+"""The ground's normal where it is level."""
+
+
+class Trace(Record):  # noqa: PLW1641  # no record has a hash
     """Samples of a simulation: T times, n joints, F feet; SI units, radians.
 
     Arrays are read-only, copied where they were not. Two traces are equal when every bit is,
     but for the wall-clock time of the run. What was not recorded is given as None, and asking for
     it raises `NotRecordedError`; `recorded` tells what is there. Time, q and v always are.
 
+    Foot forces at the samples are those of the contact law in the sampled state, so that a force
+    never pulls and is inside the friction cone. Impulses are integrals of the force over the
+    sampling interval that ends at the sample, 0 at the first: momentum adds up. Where none are
+    given, the force at the sample is taken as constant over the interval. One `foot_normal` of
+    shape (3,) is that of all feet; the default is z.
+
     Attributes:
-        time: (T,) [s], strictly increasing.
-        q: (T, 7 + n) [m, -, rad]; base position in the world, quaternion x y z w, joint angles.
-        v: (T, 6 + n) [m/s, rad/s]; base twist in body axes (linear, angular), joint rates.
-        torque: (T, n) [N m], applied by the servos, in the order of `joint_names`.
-        q_ref: (T, n) [rad] set-points.
-        v_ref: (T, n) [rad/s] set-points.
-        foot_position: (T, F, 3) [m], centres of the foot spheres, world axes.
-        foot_force: (T, F, 3) [N], force on the robot at the samples, world axes: the contact law's
-            in the sampled state, so that it never pulls and is inside the friction cone.
-        foot_gap: (T, F) [m], lowest point of a foot above the ground; negative when pressed in.
-        com: (T, 3) [m], centre of mass, world axes.
         energy: (T,) arrays [J] by name: the state functions "kinetic", "potential", "elastic"; and
             accumulated since t = 0 "servo_work", "joint_damping_loss", "normal_loss",
             "friction_loss" (losses >= 0), and "push_work" where something pushes the robot.
@@ -72,11 +70,6 @@ class Trace(Immutable):
         joint_names: n names.
         foot_names: F names: the feet, and after them the trunk's points with `body_contact`.
         run: how the trace came about: robot, scene, controller, method, what is assumed.
-        foot_normal: (T, F, 3) [-], unit ground normal under each foot; or one (3,) for all, as
-            the default z.
-        foot_impulse: (T, F, 3) [N s], integral of the force on the robot over the sampling interval
-            that ends at the sample, world axes, 0 at the first: momentum adds up. None: the force
-            at the sample, held over the interval.
         error: estimated error of the samples; None where a run was not compared with another.
         gathered: what the run came to, which `summary` gives; None where none was gathered.
 
@@ -85,41 +78,54 @@ class Trace(Immutable):
             missing.
     """
 
-    time: Array
-    q: Array
-    v: Array
-    torque: Array
-    q_ref: Array
-    v_ref: Array
-    foot_position: Array
-    foot_force: Array
-    foot_gap: Array
-    com: Array
+    AXES: ClassVar[Mapping[str, str | tuple[str, ...]]] = {
+        "time": "time", "q_name": "q_names", "v_name": "v_names", "joint": "joint_names",
+        "foot": "foot_names", "axis": ("x", "y", "z"),
+    }  # fmt: skip
+
+    # fmt: off
+    time: Array = quantity("time", "s", "time since the start of the simulation",
+        least=0.0, most=LATEST_SAMPLE, ascending=True, nan=False)
+    q: Array = quantity("time q_name", "m, 1, rad",
+        "base position in the world, quaternion xyzw, joints", unit_vector=(3, 7), nan=False)
+    v: Array = quantity("time v_name", "m/s, rad/s",
+        "base twist in body axes (linear, angular), joints", nan=False)
+    torque: Array = quantity("time joint", "N m", "torque applied by the servos", nan=False)
+    q_ref: Array = quantity("time joint", "rad", "joint angle set-points", nan=False)
+    v_ref: Array = quantity("time joint", "rad/s", "joint rate set-points", nan=False)
+    foot_position: Array = quantity("time foot axis", "m",
+        "centres of the foot spheres, world axes", nan=False)
+    foot_force: Array = quantity("time foot axis", "N",
+        "force on the robot at the feet, world axes", nan=False)
+    foot_gap: Array = quantity("time foot", "m",
+        "lowest point of the foot to the ground, < 0 pressed in", nan=False)
+    com: Array = quantity("time axis", "m", "centre of mass, world axes", nan=False)
     energy: Mapping[str, Array]
     counters: Mapping[str, int | float]
     joint_names: tuple[str, ...]
     foot_names: tuple[str, ...]
     run: RunRecord = UNKNOWN
-    foot_normal: Array = field(default_factory=lambda: np.array((0.0, 0.0, 1.0)))
-    foot_impulse: Array | None = None
+    foot_normal: Array = quantity("time foot axis", "1",
+        "ground normal under the feet, world axes", unit_vector=(0, 3), nan=False,
+        default_factory=lambda: UP)
+    foot_impulse: Array | None = quantity("time foot axis", "N s",
+        "of the foot forces since the sample before, world axes", nan=False, default=None)
     error: ErrorEstimate | None = None
     gathered: Summary | None = None
+    # fmt: on
 
-    __hash__: ClassVar[None]  # type: ignore[assignment]  # equal by content, and contents are large
+    _may_be_none: ClassVar[Collection[str]] = GROUP_OF  # what was not recorded
 
     def __post_init__(self) -> None:
         """Check shapes, copy, and make read-only."""
-        names = {"joint_names": tuple(self.joint_names), "foot_names": tuple(self.foot_names)}
-        for name, value in names.items():
-            object.__setattr__(self, name, value)
         self._hold_forces()
         self._leave_out()
-        shapes = self._shapes()
+        if np.ndim(self.time) != 1 or not len(self.time):
+            raise ParameterError("Trace.time", np.shape(self.time), "a 1-D array of >= 1 times [s]")
         if "contacts" in self.recorded and np.shape(self.foot_normal) == (3,):
-            normal = np.broadcast_to(self.foot_normal, shapes["foot_normal"])
-            object.__setattr__(self, "foot_normal", normal)
-        for name, shape in shapes.items():
-            object.__setattr__(self, name, frozen(f"Trace.{name}", getattr(self, name), shape))
+            shape = (len(self.time), len(self.foot_names), 3)
+            object.__setattr__(self, "foot_normal", np.broadcast_to(self.foot_normal, shape))
+        super().__post_init__()
         if "energy" in self.recorded:
             object.__setattr__(self, "energy", self._frozen_energy())
         object.__setattr__(self, "counters", frozen_json("Trace.counters", self.counters))
@@ -127,14 +133,6 @@ class Trace(Immutable):
             raise ParameterError("Trace.error", self.error.place.shape, "one row per sample")
         if np.any(np.diff(self.time) <= 0.0) or not np.all(np.isfinite(self.time)):
             raise ParameterError("Trace.time", self.time, "finite and strictly increasing [s]")
-
-    def _shapes(self) -> dict[str, tuple[int, ...]]:
-        """Return the shape that each array must have."""
-        sizes = {axis: len(labels) for axis, labels in axis_labels(self).items()}
-        if np.ndim(self.time) != 1 or sizes["time"] == 0:
-            raise ParameterError("Trace.time", np.shape(self.time), "a 1-D array of >= 1 times [s]")
-        held = {name: row for name, row in LAYOUT.items() if name in vars(self)}
-        return {name: tuple(sizes[axis] for axis in row[0]) for name, row in held.items()}
 
     def _hold_forces(self) -> None:
         """Take impulses that are not given from the forces at the samples."""
@@ -176,6 +174,16 @@ class Trace(Immutable):
         """The groups of arrays that it holds: "motion", and of the others what was recorded."""
         held = vars(self)
         return tuple(group for group, arrays in GROUPS.items() if arrays[0] in held)
+
+    @property
+    def q_names(self) -> tuple[str, ...]:
+        """The names of the coordinates in a row of `q`."""
+        return (*BASE_Q, *self.joint_names)
+
+    @property
+    def v_names(self) -> tuple[str, ...]:
+        """The names of the velocities in a row of `v`."""
+        return (*BASE_V, *self.joint_names)
 
     def _frozen_energy(self) -> Mapping[str, Array]:
         """Return the energies, checked and read-only."""
@@ -342,12 +350,7 @@ class Trace(Immutable):
 
         `xarray.open_dataset(path, engine="h5netcdf")` of a saved trace gives the same.
         """
-        import xarray
-
-        columns = trace_columns(self)
-        rows = {name: (c.dims, c.values, dict(c.attributes)) for name, c in columns.items()}
-        coords = {name: rows.pop(name) for name in axis_labels(self)}
-        return xarray.Dataset(rows, coords=coords, attrs=trace_attributes(self))
+        return super().to_dataset().assign_attrs(trace_attributes(self))
 
     def save(self, path: str | Path) -> Path:
         """Write the trace to a file, wholly or not at all, and return its path.
@@ -362,12 +365,28 @@ class Trace(Immutable):
                 was.
         """
         if check_ending(path, (*NETCDF, *CSV)) in CSV:
-            return write_atomically(path, csv_bytes(path, trace_columns(self)))
+            return write_atomically(path, csv_bytes(path, self.columns()))
         return write_netcdf(path, *self.group())
+
+    def columns(self) -> dict[str, Column]:
+        """Return everything, with what follows from it, as labelled columns."""
+        columns = super().columns()
+        if "energy" in self.recorded:
+            columns |= _energy_columns(self)
+        if "contacts" in self.recorded:
+            columns |= _contact_columns(self)
+        for name, values in _estimated_errors(self).items():
+            units, meaning = QUANTITIES[name]
+            about = described(units, f"estimated error so far of {meaning}")
+            columns[f"error_{name}"] = Column(("time",), values, about)
+        for name, value in stored_texts(self).items():
+            kind, text = ("TOML", value) if isinstance(value, str) else ("JSON", json.dumps(value))
+            columns[name] = Column((), np.array(text, dtype=object), {"long_name": kind})
+        return columns
 
     def group(self) -> Group:
         """Return everything as columns and attributes of a file."""
-        return Group(trace_columns(self), trace_attributes(self))
+        return Group(self.columns(), trace_attributes(self))
 
 
 def _index(kind: str, name: str, names: tuple[str, ...]) -> int:
@@ -380,42 +399,6 @@ def _index(kind: str, name: str, names: tuple[str, ...]) -> int:
 # A trace as labelled columns of a file or dataset.
 
 
-def trace_columns(trace: Trace) -> dict[str, Column]:
-    """Return everything, with what follows from it, as labelled columns."""
-    columns = {
-        axis: Column((axis,), np.array(labels, dtype=object), {})
-        for axis, labels in axis_labels(trace).items()
-        if axis != "time"
-    }
-    for name, (dims, units, meaning) in LAYOUT.items():
-        if name in vars(trace):
-            columns[name] = Column(dims, getattr(trace, name), described(units, meaning))
-    if "energy" in trace.recorded:
-        columns |= _energy_columns(trace)
-    if "contacts" in trace.recorded:
-        columns |= _contact_columns(trace)
-    for name, values in _estimated_errors(trace).items():
-        units, meaning = QUANTITIES[name]
-        about = described(units, f"estimated error so far of {meaning}")
-        columns[f"error_{name}"] = Column(("time",), values, about)
-    for name, value in stored_texts(trace).items():
-        kind, text = ("TOML", value) if isinstance(value, str) else ("JSON", json.dumps(value))
-        columns[name] = Column((), np.array(text, dtype=object), {"long_name": kind})
-    return columns
-
-
-def axis_labels(trace: Trace) -> dict[str, Any]:
-    """Return the labels of every axis."""
-    return {
-        "time": trace.time,
-        "q_name": (*BASE_Q, *trace.joint_names),
-        "v_name": (*BASE_V, *trace.joint_names),
-        "joint": trace.joint_names,
-        "foot": trace.foot_names,
-        "axis": ("x", "y", "z"),
-    }
-
-
 def _estimated_errors(trace: Trace) -> dict[str, Array]:
     """Return the estimated errors by name; none where the run was not compared with another."""
     return {} if trace.error is None else trace.error.arrays
@@ -423,7 +406,7 @@ def _estimated_errors(trace: Trace) -> dict[str, Array]:
 
 def stored_arrays(trace: Trace) -> dict[str, Array]:
     """Return the arrays that are stored, by their names in a file."""
-    arrays = {name: getattr(trace, name) for name in LAYOUT if name in vars(trace)}
+    arrays = {name: getattr(trace, name) for name in schema(Trace) if name in vars(trace)}
     energy = vars(trace).get("energy", {})
     arrays |= {f"energy_{name}": energy[name] for name in sorted(energy)}
     return arrays | {f"error_{name}": e for name, e in _estimated_errors(trace).items()}
@@ -438,7 +421,7 @@ def stored_texts(trace: Trace) -> dict[str, Any]:
     if run.checkpoint is not None:
         found["checkpoint"] = run.checkpoint.to_dict()
     if trace.gathered is not None:
-        found |= {"summary": trace.gathered.data, "errors": dict(trace.gathered.errors)}
+        found |= {"summary": trace.gathered.data, "errors": trace.gathered.plain_errors}
     return found
 
 

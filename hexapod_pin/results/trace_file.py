@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, TraceFileError
-from hexapod_pin.file_schema import text_of
-from hexapod_pin.results import gait_energy, torque_map, trace_layout
-from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.file_schema import (
+    ArrayRule,
+    Bound,
+    FileData,
+    check_arrays,
+    check_data,
+    check_names,
+    json_object,
+    text_of,
+)
+from hexapod_pin.results.checkpoint import Checkpoint, CheckpointData
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
 from hexapod_pin.results.gait_energy import GaitEnergy
 from hexapod_pin.results.result_files import (
@@ -27,16 +35,30 @@ from hexapod_pin.results.result_files import (
 )
 from hexapod_pin.results.run_facts import left_out, recorded_groups
 from hexapod_pin.results.run_record import RunRecord
-from hexapod_pin.results.run_schema import DERIVED, ENERGY, ERROR, checked_trace
+from hexapod_pin.results.schema import schema
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_map import TorqueMap
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.trace_layout import LAYOUT, SCHEMA, SCHEMA_VERSION, digest_of
+from hexapod_pin.results.trace_layout import (
+    BASE_Q,
+    BASE_V,
+    ENERGIES,
+    SCHEMA,
+    SCHEMA_VERSION,
+    digest_of,
+)
 
 DAMAGED = "damaged: its content does not match its digest"
 
 JSON_TEXTS = ("run", "counters", "checkpoint", "summary", "errors")
 """Variables that hold JSON."""
+
+
+ENERGY, ERROR = "energy_", "error_"
+"""How the names of energies and of estimated errors begin."""
+
+DERIVED = "energy_residual"
+"""Follows from the others; not read."""
 
 
 @checked
@@ -76,7 +98,7 @@ def trace_from_group(path: str, group: tuple[Mapping[str, Any], Mapping[str, Any
 
 def _stored_digest(arrays: Mapping[str, npt.NDArray[Any]]) -> str | None:
     """Return the digest of what a file holds, fit for a trace or not; None where it has none."""
-    names = [name for name in LAYOUT if name in arrays]
+    names = [name for name in schema(Trace) if name in arrays]
     names += sorted(name for name in arrays if name.startswith(ENERGY) and name != DERIVED)
     names += [ERROR + name for name in QUANTITIES if ERROR + name in arrays]
     try:
@@ -120,7 +142,7 @@ def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ..
     run = RunRecord.from_dict(texts.run, texts.case, **sizes)
     names = (texts.joint_names, texts.foot_names, texts.counters)
     gathered = None if texts.data is None else Summary.from_data(
-        texts.data, *names, run.of_summary, texts.errors
+        texts.data, *names, run.of_summary, texts.errors, ("summary", "errors")
     )  # fmt: skip
     if texts.checkpoint is not None:
         checkpoint = Checkpoint.from_dict(texts.checkpoint)
@@ -136,21 +158,102 @@ def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ..
         joint_names=texts.joint_names,
         foot_names=texts.foot_names,
         error=ErrorEstimate(**errors) if errors else None,
-        **{name: None if name in absent else arrays[name] for name in LAYOUT},  # type: ignore[arg-type]
+        **{name: None if name in absent else arrays[name] for name in schema(Trace)},  # type: ignore[arg-type]
     )
+
+
+# What the file of a trace must hold.
+
+
+class Counters(FileData):
+    """`Trace.counters`, whatever their names."""
+
+    __pydantic_extra__: dict[str, Bound]
+
+
+ENERGY_RULE = ArrayRule(("time",), "J")
+ERROR_RULE = ArrayRule(("time",), least=0.0, ascending="weakly")
+
+
+OPTIONAL = ("summary", "errors", "checkpoint")
+"""Texts that a trace need not have."""
+
+
+class TraceParts(NamedTuple):
+    """Texts of a file that were checked."""
+
+    joint_names: tuple[str, ...]
+    foot_names: tuple[str, ...]
+    counters: dict[str, Any]
+    run: dict[str, Any]
+    case: str
+    checkpoint: dict[str, Any] | None
+    data: dict[str, Any] | None
+    errors: dict[str, Any]
+
+
+def checked_trace(
+    arrays: Mapping[str, npt.NDArray[Any]], absent: Collection[str] = ()
+) -> TraceParts:
+    """Check all variables of a trace's file and return its texts.
+
+    Args:
+        arrays: the variables.
+        absent: arrays that the file need not hold.
+
+    Raises:
+        ParameterError: a variable is missing or breaks its rule.
+    """
+    joints, feet = (
+        check_names("joint", arrays.get("joint")),
+        check_names("foot", arrays.get("foot")),
+    )
+    time = arrays.get("time")
+    if time is None or time.ndim != 1 or not len(time):
+        raise ParameterError("time", None if time is None else time.shape, "at least one time [s]")
+    sizes = {
+        "time": len(time), "joint": len(joints), "foot": len(feet), "axis": 3,
+        "q_name": len(BASE_Q) + len(joints), "v_name": len(BASE_V) + len(joints),
+    }  # fmt: skip
+    check_arrays(arrays, _rules(arrays, absent), sizes)
+    texts = {name: json_object(name, arrays.get(name)) for name in ("run", "counters")}
+    more = {name: json_object(name, arrays[name]) for name in OPTIONAL if name in arrays}
+    own = {"joint": len(joints), "foot": len(feet)}
+    check_data(Counters, "counters", texts["counters"])
+    if "checkpoint" in more:
+        check_data(CheckpointData, "checkpoint", more["checkpoint"], **own)
+    return TraceParts(
+        joints, feet, texts["counters"], texts["run"], text_of("case", arrays.get("case")),
+        more.get("checkpoint"), more.get("summary"), more.get("errors", {}),
+    )  # fmt: skip
+
+
+def _rules(arrays: Mapping[str, npt.NDArray[Any]], absent: Collection[str]) -> dict[str, ArrayRule]:
+    """Return the rules of the arrays that are there or must be."""
+    rules: dict[str, ArrayRule] = {
+        name: one for name, one in schema(Trace).items() if name not in absent
+    }
+    if "energy" not in absent:
+        stored = [name for name in arrays if name.startswith(ENERGY) and name != DERIVED]
+        rules |= dict.fromkeys([*(ENERGY + name for name in ENERGIES), *stored], ENERGY_RULE)
+    errors = [ERROR + name for name in QUANTITIES if ERROR + name in arrays]
+    if errors:
+        needed = (ERROR + name for name in ("place", "turn", "joint"))
+        rules |= dict.fromkeys([*needed, *errors], ERROR_RULE)
+    return rules
 
 
 # One file for all results of a study: a group for each.
 
-STUDY_SCHEMA, STUDY_SCHEMA_VERSION = "hexapod_pin.study", 1
+STUDY_SCHEMA, STUDY_SCHEMA_VERSION = "hexapod_pin.study_file", 1
 
 StudyPart = TorqueMap | GaitEnergy | Trace
 """What a study may hold."""
 
 _READERS: Mapping[str, Callable[[str, Any], StudyPart]] = {
-    torque_map.SCHEMA[0]: TorqueMap.from_group,
-    gait_energy.SCHEMA[0]: GaitEnergy.from_group,
-    trace_layout.SCHEMA: trace_from_group,
+    TorqueMap.FILE[0]: TorqueMap.from_group,
+    GaitEnergy.FILE[0]: GaitEnergy.from_group,
+    SCHEMA: trace_from_group,
 }
 
 

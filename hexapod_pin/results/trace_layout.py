@@ -23,27 +23,6 @@ BASE_Q = ("base_x", "base_y", "base_z", "base_qx", "base_qy", "base_qz", "base_q
 BASE_V = ("base_vx", "base_vy", "base_vz", "base_wx", "base_wy", "base_wz")
 
 
-# name: (axes, unit, meaning) of every array field, in the order of the fields.
-LAYOUT: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "time": (("time",), "s", "time since the start of the simulation"),
-    "q": (("time", "q_name"), "m, 1, rad", "base position in the world, quaternion xyzw, joints"),
-    "v": (("time", "v_name"), "m/s, rad/s", "base twist in body axes (linear, angular), joints"),
-    "torque": (("time", "joint"), "N m", "torque applied by the servos"),
-    "q_ref": (("time", "joint"), "rad", "joint angle set-points"),
-    "v_ref": (("time", "joint"), "rad/s", "joint rate set-points"),
-    "foot_position": (("time", "foot", "axis"), "m", "centres of the foot spheres, world axes"),
-    "foot_force": (("time", "foot", "axis"), "N", "force on the robot at the feet, world axes"),
-    "foot_gap": (("time", "foot"), "m", "lowest point of the foot to the ground, < 0 pressed in"),
-    "com": (("time", "axis"), "m", "centre of mass, world axes"),
-    "foot_normal": (("time", "foot", "axis"), "1", "ground normal under the feet, world axes"),
-    "foot_impulse": (
-        ("time", "foot", "axis"),
-        "N s",
-        "of the foot forces since the sample before, world axes",
-    ),
-}
-
-
 def digest_of(
     arrays: Mapping[str, Any],
     joint_names: tuple[str, ...],

@@ -7,106 +7,61 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from hexapod_pin.arguments import explain_methods
+from hexapod_pin.results.schema import Record, quantity, schema
 from hexapod_pin.results.summary import Summary, path_error
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
+from hexapod_pin.text_table import labelled
 
 
-class Metric(NamedTuple):
-    """Unit and meaning of one number of `WalkMetrics`."""
+class WalkMetrics(Record):
+    """One walk in the numbers by which controllers are compared.
 
-    unit: str
-    meaning: str
+    Over the whole cycles of the summary's window; peaks are those of all accepted steps. None
+    stands for what a run does not have: path and cycles where nothing repeats, energies per metre
+    where it makes no progress. Energies are mechanical, at the joints.
 
-
-METRICS: dict[str, Metric] = {
-    "slip_distance": Metric("m", "slip path of all feet per cycle"),
-    "slip_per_metre": Metric("m/m", "slip path of all feet per metre travelled"),
-    "friction_work_per_metre": Metric("J/m", "friction work of all feet per metre travelled"),
-    "height_rms": Metric("m", "trunk height, RMS about its mean"),
-    "heave_rms": Metric("m", "trunk height, RMS about its straight line in time"),
-    "roll_rms": Metric("rad", "roll, RMS"),
-    "pitch_rms": Metric("rad", "pitch, RMS"),
-    "roll_rate_rms": Metric("rad/s", "trunk angular velocity about its x axis, RMS"),
-    "pitch_rate_rms": Metric("rad/s", "trunk angular velocity about its y axis, RMS"),
-    "vertical_acceleration_rms": Metric("m/s^2", "trunk vertical acceleration, RMS"),
-    "force_peak": Metric("N", "largest normal force of a foot"),
-    "normal_impulse": Metric("N s", "normal impulse per cycle of the foot with the largest"),
-    "torque_rms": Metric("N m", "joint torque, RMS over all joints and time"),
-    "torque_peak": Metric("N m", "largest joint torque"),
-    "energy_per_metre": Metric("J/m", "absolute mechanical energy per metre travelled"),
-    "positive_energy_per_metre": Metric("J/m", "positive mechanical energy per metre travelled"),
-    "cost_of_transport": Metric("1", "absolute energy / (weight x distance)"),
-    "cost_of_transport_positive": Metric("1", "positive energy / (weight x distance)"),
-    "measured_speed": Metric("m/s", "speed along the heading"),
-    "path_deviation": Metric("m", "lateral distance from the planned path, RMS"),
-    "heading_error": Metric("rad", "size of the yaw error at the end"),
-}
-"""Name: unit and meaning of every number, in the order of tables."""
-
-
-@explain_methods
-@dataclass(frozen=True)
-class WalkMetrics:
-    """One walk in the numbers by which controllers are compared; units and meanings: `METRICS`.
-
-    Over the whole cycles of the summary's window. None stands for what a run does not have: way
-    and cycles where nothing repeats, energies per metre where it makes no way forward, numbers
-    that the summary's release did not gather. Energies are mechanical, at the joints.
-
-    Attributes:
-        slip_distance: of the contact points on the ground while loaded, all feet, per cycle [m].
-        slip_per_metre: the same per metre travelled [m/m].
-        friction_work_per_metre: integral of |friction force . slip velocity|, all feet [J/m].
-        height_rms: RMS of the trunk's height about its mean [m].
-        heave_rms: the same about its straight line in time: without a slope's climb [m].
-        roll_rms: RMS roll [rad].
-        pitch_rms: RMS pitch [rad].
-        roll_rate_rms: RMS of the trunk's angular velocity about its own x axis [rad/s].
-        pitch_rate_rms: the same about its own y axis [rad/s].
-        vertical_acceleration_rms: of the trunk's origin [m/s^2].
-        force_peak: largest normal force on any foot, of all accepted steps [N].
-        normal_impulse: of the normal force per cycle, of the foot with the largest [N s]. The sum
-            over all feet on level ground is weight times cycle time.
-        torque_rms: root of the mean square over all joints and the time [N m].
-        torque_peak: largest torque of any joint, of all accepted steps [N m].
-        energy_per_metre: integral of |torque * rate| over all joints per metre [J/m].
-        positive_energy_per_metre: that of the positive power only [J/m].
-        cost_of_transport: absolute energy / (weight * distance) [-].
-        cost_of_transport_positive: positive energy / (weight * distance) [-].
-        measured_speed: along the heading [m/s].
-        path_deviation: RMS lateral distance of the centre of mass, at the edges of the cycles, from
-            the planned path through its place at the first edge: the line of planned heading, or
-            the arc of a turning gait [m].
-        heading_error: |yaw - planned yaw| at the end of the last cycle [rad].
+    The sum of the normal impulses of all feet on level ground is weight times cycle time. The
+    planned path goes through the place of the centre of mass at the first edge of a cycle: the
+    line of planned heading, or the arc of a turning gait.
     """
 
-    slip_distance: float | None
-    slip_per_metre: float | None
-    friction_work_per_metre: float | None
-    height_rms: float | None
-    heave_rms: float | None
-    roll_rms: float | None
-    pitch_rms: float | None
-    roll_rate_rms: float | None
-    pitch_rate_rms: float | None
-    vertical_acceleration_rms: float | None
-    force_peak: float | None
-    normal_impulse: float | None
-    torque_rms: float | None
-    torque_peak: float | None
-    energy_per_metre: float | None
-    positive_energy_per_metre: float | None
-    cost_of_transport: float | None
-    cost_of_transport_positive: float | None
-    measured_speed: float | None
-    path_deviation: float | None
-    heading_error: float | None
+    # fmt: off
+    slip_distance: float | None = quantity("", "m", "slip path of all feet per cycle")
+    slip_per_metre: float | None = quantity("", "m/m", "slip path of all feet per metre travelled")
+    friction_work_per_metre: float | None = quantity("", "J/m",
+        "friction work of all feet per metre travelled")
+    height_rms: float | None = quantity("", "m", "trunk height, RMS about its mean")
+    heave_rms: float | None = quantity("", "m", "trunk height, RMS about its straight line in time")
+    roll_rms: float | None = quantity("", "rad", "roll, RMS")
+    pitch_rms: float | None = quantity("", "rad", "pitch, RMS")
+    roll_rate_rms: float | None = quantity("", "rad/s",
+        "trunk angular velocity about its x axis, RMS")
+    pitch_rate_rms: float | None = quantity("", "rad/s",
+        "trunk angular velocity about its y axis, RMS")
+    vertical_acceleration_rms: float | None = quantity("", "m/s^2",
+        "trunk vertical acceleration, RMS")
+    force_peak: float | None = quantity("", "N", "largest normal force of a foot")
+    normal_impulse: float | None = quantity("", "N s",
+        "normal impulse per cycle of the foot with the largest")
+    torque_rms: float | None = quantity("", "N m", "joint torque, RMS over all joints and time")
+    torque_peak: float | None = quantity("", "N m", "largest joint torque")
+    energy_per_metre: float | None = quantity("", "J/m",
+        "absolute mechanical energy per metre travelled")
+    positive_energy_per_metre: float | None = quantity("", "J/m",
+        "positive mechanical energy per metre travelled")
+    cost_of_transport: float | None = quantity("", "1", "absolute energy / (weight x distance)")
+    cost_of_transport_positive: float | None = quantity("", "1",
+        "positive energy / (weight x distance)")
+    measured_speed: float | None = quantity("", "m/s", "speed along the heading")
+    path_deviation: float | None = quantity("", "m",
+        "lateral distance from the planned path, RMS")
+    heading_error: float | None = quantity("", "rad", "size of the yaw error at the end")
+    # fmt: on
 
     @classmethod
     def of(cls, summary: Summary, *, turn_rate: float | None = None) -> WalkMetrics:
@@ -124,20 +79,20 @@ class WalkMetrics:
         planned = summary.run.walk.turn_rate if turn_rate is None else turn_rate
         found = {**_feet(summary, budget), **_trunk(summary), **_drives(summary, budget)}
         found |= _way(summary, planned)
-        return cls(**{field.name: _finite(found[field.name]) for field in fields(cls)})
+        return cls(**{name: _finite(found[name]) for name in METRICS})
 
     def to_dict(self) -> dict[str, float | None]:
         """Return all numbers by name."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: getattr(self, name) for name in METRICS}
 
     def table(self) -> str:
         """Return a plain text table with units."""
         rows = [(m.meaning, getattr(self, name), m.unit) for name, m in METRICS.items()]
-        width = max(len(meaning) for meaning, _, _ in rows)
-        return "\n".join(
-            f"{meaning:{width}}  {'-' if value is None else f'{value:.4g}'} {unit}"
-            for meaning, value, unit in rows
-        )
+        return "\n".join(labelled(rows))
+
+
+METRICS = schema(WalkMetrics)
+"""Unit and meaning of every number by its name, in the order of tables."""
 
 
 def _feet(summary: Summary, budget: TorqueBudget) -> dict[str, float | None]:

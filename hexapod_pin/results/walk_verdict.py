@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
-from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.arguments import checked
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.run_record import Event
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
@@ -35,9 +36,8 @@ LEAST_SHARE = 0.8
 """Share of the planned way, and of the planned yaw, from which a robot walks."""
 
 
-@explain_methods
 @dataclass(frozen=True, eq=False)
-class WalkVerdict:
+class WalkVerdict(Immutable):
     """What a run comes to as a walk; lengths in metres, angles in radians.
 
     A robot walks that makes at least 80 % of the planned way and of the planned yaw, does not fall

@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import MeshError
 from hexapod_pin.immutable import Immutable
@@ -181,6 +182,7 @@ class TrunkPoints(Immutable):
         return len(self.names)
 
 
+@checked
 @once_per_robot
 def trunk_points(robot: Robot) -> TrunkPoints:
     """Return at most 16 points of the base link and the links fixed to it, feet excepted.

@@ -51,7 +51,7 @@ Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
-class Leg:
+class Leg(Immutable):
     """One leg.
 
     Attributes:

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.description.urdf_file import UrdfFile
 from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
 from hexapod_pin.robot.loading.load_urdf import SourceFile, loaded, read_file
@@ -21,7 +23,7 @@ from hexapod_pin.robot.robot import PACKAGED, Leg, Robot, robot_of, urdf_path
 
 
 @dataclass(frozen=True)
-class UrdfReport:
+class UrdfReport(Immutable):
     """The content of a URDF.
 
     Attributes:
@@ -135,6 +137,7 @@ def chains_text(chains: Sequence[int]) -> str:
     return f"chains of moved joints: {', '.join(texts) or 'none'}"
 
 
+@checked
 def inspect(
     source: str | Path,
     *,

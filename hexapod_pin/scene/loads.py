@@ -56,25 +56,13 @@ class Payload(Spec):
         Raises:
             ParameterError: naming the field, the value and what is allowed.
         """
-        values = {"mass": mass, "position": position, "inertia": inertia}
-        super().__init__(link=link, **values, **others)
+        moments = inertia if inertia is None else _six_numbers(inertia)
+        super().__init__(link=link, mass=mass, position=position, inertia=moments, **others)
 
-    @field_validator("position", "inertia", mode="before")
+    @field_validator("position", mode="before")
     @classmethod
     def _plain(cls, value: Any) -> Any:
         return value.tolist() if isinstance(value, np.ndarray) else value
-
-    @field_validator("inertia", mode="before")
-    @classmethod
-    def _six_numbers(cls, value: Any) -> Any:
-        if value is None or np.shape(value) == (6,):
-            return value
-        if np.shape(value) != (3, 3) or not np.array_equal(value, np.transpose(value)):
-            raise ParameterError(
-                "Payload.inertia", value, "six numbers or a symmetric 3x3 matrix [kg m^2]"
-            )
-        (xx, xy, xz), (_, yy, yz), (_, _, zz) = np.asarray(value).tolist()
-        return xx, yy, zz, xy, xz, yz
 
     @model_validator(mode="after")
     def _is_a_rigid_body(self) -> Payload:
@@ -93,6 +81,21 @@ class Payload(Spec):
     def inertia_matrix(self) -> Array:
         """(3, 3) inertia about the centre of mass, along the link's axes [kg m^2]."""
         return symmetric_matrix(self.inertia)
+
+
+def _six_numbers(inertia: GivenInertia) -> list[float]:
+    """Return (ixx, iyy, izz, ixy, ixz, iyz) of these numbers or of a matrix.
+
+    Raises:
+        ParameterError: it is neither.
+    """
+    matrix = np.asarray(inertia)
+    if matrix.shape == (3, 3) and np.array_equal(matrix, matrix.T):
+        matrix = matrix[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
+    if matrix.shape != (6,):
+        allowed = "six numbers or a symmetric 3x3 matrix [kg m^2]"
+        raise ParameterError("Payload.inertia", inertia, allowed)
+    return list(matrix.tolist())
 
 
 # Changes of a robot's own masses: links scaled, and mass taken away.

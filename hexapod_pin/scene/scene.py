@@ -91,9 +91,6 @@ class Scene(Immutable):
         object.__setattr__(self, "loads", checked_loads(self.robot, self.loads))
         if any(isinstance(load, RemovedMass) for load in self.loads):
             self._require_possible_masses()
-        for name in ("body_contact", "prescribed"):
-            if not isinstance(getattr(self, name), bool):
-                raise ParameterError(f"Scene.{name}", getattr(self, name), "true or false")
         if self.body_contact and not len(trunk_points(self.robot)):
             raise ParameterError(
                 "Scene.body_contact", True, f"False: the trunk of {self.robot.name} has no shape",
@@ -261,6 +258,7 @@ def _robot_text(robot: Robot) -> str:
     return canonical_text(data)
 
 
+@checked
 def loaded_model(scene: Scene) -> pin.Model:
     """Return the robot's model with the masses of the scene: payloads on, factors, masses removed.
 

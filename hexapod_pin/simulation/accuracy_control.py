@@ -13,8 +13,8 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.results.error_estimate import ErrorEstimate
+from hexapod_pin.results.schema import differences
 from hexapod_pin.results.summary import Summary
-from hexapod_pin.results.summary_layout import number_errors
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.native_run import NativeRun
 from hexapod_pin.simulation.resolution import LARGEST_JUMP, Comparison, next_level
@@ -149,7 +149,7 @@ class AccuracyControl:
         if self._difference is None:
             return {}
         coarser, finer = self._ended
-        return number_errors(finer.numbers, coarser.numbers, self._share)
+        return differences(Summary, finer.numbers, coarser.numbers, self._share)
 
 
 # A run that keeps the accuracy asked for: the case again, finer each time, and compared.

@@ -62,16 +62,6 @@ class CaseData(Immutable):
 
     def __post_init__(self) -> None:
         """Check the settings against each other."""
-        for name in ("duration", "accuracy", "step", "sample"):
-            value = getattr(self, name)
-            if value is not None and (
-                isinstance(value, bool) or not isinstance(value, int | float)
-            ):
-                raise ParameterError(f"Case.{name}", value, "a number")
-        if self.method is not None and not isinstance(self.method, str):
-            raise ParameterError("Case.method", self.method, "a name")
-        if self.estimate is not None and not isinstance(self.estimate, bool):
-            raise ParameterError("Case.estimate", self.estimate, "true or false")
         object.__setattr__(self, "record", recorded_groups(self.record))
         self._settings(0.0 if self.duration is None else self.duration)
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.check_controller import called_at, checked_answer, method_name
+from hexapod_pin.control.check_controller import at_time, checked_answer, method_name
 from hexapod_pin.control.feedback import Command, FeedbackController, Measurement
 from hexapod_pin.control.sensors import Sensors
 from hexapod_pin.errors import ParameterError
@@ -202,7 +202,7 @@ def _checked_state(call: str, state: Any, time: float | None = None) -> Any:
     odd = odd_part(state)
     if odd is not None:
         allowed = "made of numbers, arrays of them, str, mappings, lists and tuples"
-        raise ParameterError(f"{called_at(call, time)}: {odd[0]}", odd[1], allowed)
+        raise ParameterError(f"{call}.{odd[0]}", odd[1], allowed + at_time(time))
     return state
 
 
@@ -290,7 +290,11 @@ class LockStep:
         )
 
     def command(
-        self, command: Command, period: float, call: str = "command", time: float | None = None
+        self,
+        command: Command,
+        period: float,
+        call: str = "Session.command",
+        time: float | None = None,
     ) -> None:
         """Give the drives new set-points.
 
@@ -326,11 +330,11 @@ class LockStep:
         if found.dtype.kind not in "biuf":
             allowed = f"real numbers [{UNITS[name]}], all rows of one length"
             told = f"an array of {found.dtype}" if isinstance(given, np.ndarray) else given
-            raise ParameterError(f"{called_at(*by)}: {name}", told, allowed)
+            raise ParameterError(f"{by[0]}.{name}", told, allowed + at_time(by[1]))
         rows = np.ascontiguousarray(found, dtype=float)
         if rows.shape != self._shape:
-            allowed = f"of shape {self._shape}: runs, joints of the robot"
-            raise ParameterError(f"{called_at(*by)}: {name}", rows.shape, allowed)
+            allowed = f"of shape {self._shape}{at_time(by[1])}: runs, joints of the robot"
+            raise ParameterError(f"{by[0]}.{name}", rows.shape, allowed)
         if len(self._going) < len(self.runs):
             rows = rows[self._going]
         bad = _native.first_outside(rows, *self._limits[name])
@@ -343,10 +347,7 @@ class LockStep:
     ) -> ParameterError:
         """Return the error that names a set-point that is not good."""
         lower, upper = (limit[joint] for limit in self._limits[name])
-        return ParameterError(
-            f"{called_at(*by)}: {name} of {self.robot.joint_names[joint]}",
-            float(rows[row, joint]),
-            f"finite, in {UNITS[name]}"
-            if np.isinf(upper)
-            else f"finite and from {lower:.4g} to {upper:.4g} {UNITS[name]}",
-        )
+        span = f" and from {lower:.4g} to {upper:.4g} {UNITS[name]}"
+        allowed = f"finite, in {UNITS[name]}" if np.isinf(upper) else f"finite{span}"
+        where = f"{by[0]}.{name}[{self.robot.joint_names[joint]}]"
+        return ParameterError(where, float(rows[row, joint]), allowed + at_time(by[1]))

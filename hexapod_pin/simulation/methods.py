@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.simulation.resolution import LEVELS_PER_DECADE, MOST_LEVELS
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ DEFAULT_FIXED_METHOD = "implicit-euler"
 
 
 @dataclass(frozen=True)
-class Method:
+class Method(Immutable):
     """One way to integrate.
 
     Attributes:

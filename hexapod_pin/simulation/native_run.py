@@ -218,7 +218,11 @@ class NativeRun:
 
     def checkpoint(self) -> Checkpoint:
         """Return where the run stands."""
-        return Checkpoint.from_native(self.rollout.checkpoint(), self.loop)
+        now = self.rollout.checkpoint()
+        return Checkpoint(
+            now.time, now.q, now.v, now.contacts, tuple(now.controller), now.command, now.impulse,
+            self.loop,
+        )  # fmt: skip
 
     def trace(
         self,

@@ -23,8 +23,8 @@ from hexapod_pin.results.run_record import (
     RunRecord,
     WalkFacts,
 )
+from hexapod_pin.results.schema import schema
 from hexapod_pin.results.summary import Summary
-from hexapod_pin.results.summary_layout import from_native
 from hexapod_pin.scene.loaded_model import native_loads
 from hexapod_pin.scene.robot_file import robot_to_dict
 
@@ -73,7 +73,7 @@ def run_summary(
         run: the run.
         record: its `run_record`.
         counters: steps, evaluations, ...
-        errors: of the numbers, as of `number_errors`.
+        errors: of the numbers, as of `differences`.
     """
     return Summary.from_data(
         run_numbers(run),
@@ -87,7 +87,8 @@ def run_summary(
 
 def run_numbers(run: RunState) -> dict[str, Any]:
     """Return the numbers of a run's summary so far."""
-    return from_native(run.rollout.summary())
+    gathered: dict[str, Any] = run.rollout.summary()
+    return dict.fromkeys(schema(Summary)) | gathered
 
 
 def plain_counters(run: RunState) -> dict[str, int | float]:
@@ -247,7 +248,7 @@ def _ended(run: RunState, limit: str) -> str:
         f"the run was ended at t = {run.time:g} s: {reached} ({'; '.join(causes)}). Try another "
         f"method than {settings.method_settings.method.name!r}, a looser accuracy or softer "
         "contact, or raise "
-        f"limits=hp.WorkLimits({limit}=...); allow=True (--force) lifts all limits."
+        f"limits=hp.simulation.WorkLimits({limit}=...); allow=True (--force) lifts all limits."
     )
 
 

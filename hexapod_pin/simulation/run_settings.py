@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.run_schema import LATEST_SAMPLE as LATEST
+from hexapod_pin.results.trace import LATEST_SAMPLE as LATEST
 from hexapod_pin.simulation.methods import MethodSettings, resolve_method
 from hexapod_pin.spec import Spec
 
@@ -272,7 +272,7 @@ STEPS_PER_TICK = 10.0
 RUNS_IN_MEMORY = 3
 """Where the error is kept: two that are compared, and the next."""
 
-LIFT = "Or lift the limit: allow=True (--force), or limits=hp.WorkLimits(...)."
+LIFT = "Or lift the limit: allow=True (--force), or limits=hp.simulation.WorkLimits(...)."
 
 
 @dataclass(frozen=True)

@@ -180,7 +180,7 @@ class Session:
         joints = len(self._run.scene.robot.joint_names)
         if row.shape != (joints,):
             allowed = f"of shape ({joints},): joints of the robot"
-            raise ParameterError(f"command.{name}", row.shape, allowed)
+            raise ParameterError(f"Session.command.{name}", row.shape, allowed)
         return row
 
     @checked

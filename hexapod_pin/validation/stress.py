@@ -24,8 +24,9 @@ from hexapod_pin.ground.terrain import Flat, Slope
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import simulate
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation.cases.robots import lowest_foot, robot_file
-from hexapod_pin.validation.tables import Table, part_verdict
+from hexapod_pin.validation.tables import part_verdict
 
 if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace

@@ -1,43 +1,13 @@
-"""Tables as plain rows of text, written as Markdown and as aligned columns; results as a table."""
+"""The results of the validation cases as a table, and in one line."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation.case_result import CaseResult
-
-
-@dataclass(frozen=True)
-class Table:
-    """A titled table.
-
-    Attributes:
-        title: what it shows, with units; "" for none.
-        head: names of the columns.
-        rows: the cells, as text.
-    """
-
-    title: str
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-
-    def markdown(self) -> str:
-        """Return the table, without its title, as Markdown."""
-        lines = [self.head, ["---"] * len(self.head), *self.rows]
-        return "".join(f"| {' | '.join(x.replace('|', '/') for x in line)} |\n" for line in lines)
-
-    def text(self) -> str:
-        """Return title and table with aligned columns."""
-        lines = [self.head, *self.rows]
-        widths = [max(len(line[k]) for line in lines) for k in range(len(self.head))]
-        text = ["  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip()
-                for line in lines]  # fmt: skip
-        rule = "-" * (sum(widths) + 2 * (len(widths) - 1))
-        return "\n".join([*([self.title] if self.title else []), text[0], rule, *text[1:]]) + "\n"
-
 
 RESULT_HEAD = ("case", "what", "method or source", "error", "tolerance", "unit", "result", "note")
 

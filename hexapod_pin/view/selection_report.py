@@ -1,57 +1,57 @@
-"""The report of a motor selection is an HTML page or a PDF file."""
+"""The report of a motor selection, section by section, as an HTML page or a PDF file."""
 
 from __future__ import annotations
 
-import base64
-import html
-from functools import singledispatch
+from collections.abc import Iterator, Sequence
+from importlib.metadata import version
+from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.foreign_text import encoded
 from hexapod_pin.results.result_files import check_ending
-from hexapod_pin.view.figure_file import figure_bytes, require_matplotlib, settle_layout
-from hexapod_pin.view.report_blocks import (
-    LEVELS,
-    WIDTH,
+from hexapod_pin.view.report import (
     Block,
-    Blocks,
     Cell,
     Column,
     Facts,
     Heading,
     Items,
     Paragraph,
-    Picture,
     SignatureFields,
     Table,
     Title,
     Verdict,
+    report_bytes,
+)
+from hexapod_pin.view.selection_figures import pictures
+from hexapod_pin.view.selection_tables import (
+    UNKNOWN,
+    USE_NOTE,
+    choice_table,
+    data_sheet_table,
+    deciding,
+    iteration_table,
+    mass_change,
+    number,
+    price_text,
+    ranking_tables,
+    result_cell,
+    use_text,
+    verdict_level,
+    verdict_texts,
+    verdict_word,
+    with_unit,
 )
 
 if TYPE_CHECKING:
-    from hexapod_pin.results.motor_selection import MotorSelection
+    from hexapod_pin.drive.catalog import MotorRecord
+    from hexapod_pin.results.motor_selection import MotorCandidate, MotorSelection
 
 
 ENDINGS = (".html", ".htm", ".pdf")
-
-STYLE = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],
-    "font.size": 8.0,
-    "axes.labelsize": 8.0,
-    "axes.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "xtick.labelsize": 7.0,
-    "ytick.labelsize": 7.0,
-    "legend.fontsize": 7.0,
-    "hatch.linewidth": 0.5,
-    "svg.hashsalt": "hexapod-pin",
-}
-"""Of matplotlib, over its defaults: a user's own settings do not change a report."""
 
 
 @checked
@@ -72,7 +72,7 @@ def write_selection_report(
     Raises:
         TraceFileError: another ending, or the file cannot be written.
         ParameterError: the selection has no motor to report on.
-        MissingPackageError: matplotlib is not installed.
+        MissingPackageError: matplotlib, or fpdf2 for a PDF file, is not installed.
 
     Example:
         >>> found = select_motors('schema = 1\n[base]\nrobot = "kharagpur"')
@@ -83,196 +83,171 @@ def write_selection_report(
         raise ParameterError(
             "selection.candidates", 0, "one motor or more", "Choose motors of the catalogue."
         )
-    return write_atomically(path, _content(selection, ending, date))
+    return write_atomically(path, report_bytes(tuple(selection_blocks(selection, date)), ending))
 
 
-def _content(selection: MotorSelection, ending: str, date: str | None) -> bytes:
-    from hexapod_pin.view.selection_sections import selection_blocks
+FAILING = 10
+"""Motors that do not pass and are shown with all numbers; of the others, the largest use."""
 
-    require_matplotlib("the report on a choice of motors")
-    import matplotlib
-
-    style: Any = STYLE
-    blocks = tuple(selection_blocks(selection, date))
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(style)
-        if ending == ".pdf":
-            from hexapod_pin.view.selection_pdf import pdf_pages
-
-            return pdf_pages(blocks)
-
-        return html_page(blocks)
+REASONS = 3
+"""Reasons that are given for each motor; how many more there are is said."""
 
 
-# A report as one HTML page that needs nothing else: text, tables, and figures as SVG.
-
-SHORT = 24
-"""Texts of so many characters are not broken into lines in a table."""
-
-DENSE = 12
-"""Columns above which a table is in small print."""
-
-_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
-
-_STYLE = """
-@page { size: A4; margin: 13mm 12mm; }
-body { font: 10pt/1.4 "Helvetica Neue", Arial, "Liberation Sans", "DejaVu Sans", sans-serif;
-  color: #1a1a1a; max-width: 200mm; margin: 10mm auto; padding: 0 5mm; }
-h1 { font-size: 19pt; margin: 0 0 3mm; }
-h2 { font-size: 12.5pt; margin: 7mm 0 2mm; padding-bottom: 1mm; border-bottom: 0.4mm solid #1a1a1a;
-  break-after: avoid; overflow-wrap: anywhere; }
-p { margin: 2mm 0; overflow-wrap: anywhere; }
-p.small, ul { font-size: 8.5pt; color: #333; }
-ul { margin: 1mm 0 3mm; padding-left: 5mm; overflow-wrap: anywhere; }
-dl { display: grid; grid-template-columns: 42mm 1fr; gap: 0.8mm 3mm; margin: 2mm 0; }
-dt { color: #555; } dd { margin: 0; overflow-wrap: anywhere; }
-.verdict { border: 0.5mm solid; border-left-width: 2.5mm; padding: 2mm 4mm; margin: 4mm 0;
-  break-inside: avoid; }
-.verdict b { font-size: 12.5pt; letter-spacing: 0.3pt; }
-.verdict p, .verdict b { color: #1a1a1a; }
-.scroll { overflow-x: auto; margin: 2mm 0; }
-table { border-collapse: collapse; font-size: 8pt; line-height: 1.25; width: 100%; }
-thead { display: table-header-group; }
-tr { break-inside: avoid; }
-th { text-align: right; vertical-align: bottom; font-weight: 600; padding: 0.6mm 1.2mm;
-  border-bottom: 0.3mm solid #1a1a1a; }
-tr.groups th { text-align: center; border-bottom: 0.2mm solid #888; }
-tr.groups th:empty { border-bottom: 0; }
-td { text-align: right; vertical-align: top; padding: 0.6mm 1.2mm; white-space: nowrap;
-  border-bottom: 0.15mm solid #ccc; font-variant-numeric: tabular-nums; }
-th.wide, td.wide { text-align: left; white-space: normal; overflow-wrap: break-word; }
-table.dense { font-size: 6.6pt; }
-table.dense th, table.dense td { padding-left: 0.6mm; padding-right: 0.6mm; }
-td.short { white-space: nowrap; }
-td.bad { color: #9c1f17; font-weight: 700; }
-td.good { color: #2e6b34; }
-figure { margin: 4mm 0; break-inside: avoid; }
-figure img { width: 100%; display: block; }
-figcaption { font-size: 8.5pt; color: #333; margin-top: 1mm; overflow-wrap: anywhere; }
-.sign { display: grid; grid-template-columns: repeat(3, 1fr); gap: 8mm; margin: 14mm 0 4mm;
-  break-inside: avoid; }
-@media print {
-  body { margin: 0; padding: 0; max-width: none; font-size: 8.5pt; }
-  p.small, ul, figcaption { font-size: 7pt; }
-  table { font-size: 7pt; }
-  table.dense { font-size: 5.8pt; }
-  .scroll { overflow: visible; }
-  .verdict, td, th { print-color-adjust: exact; }
-}
-.sign div { border-top: 0.3mm solid #1a1a1a; padding-top: 1mm; font-size: 8.5pt; }
-"""
-
-_PAGE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{policy}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{title}</title>
-<style>{style}</style>
-</head>
-<body>
-{body}
-</body>
-</html>
-"""
+def selection_blocks(s: MotorSelection, date: str | None) -> Iterator[Block]:
+    """Return the whole report."""
+    yield Title(f"Motor selection: {s.robot_name}")
+    yield Facts(_facts(s, date))
+    yield Verdict(verdict_word(s), verdict_texts(s), verdict_level(s))
+    yield from _choice(s)
+    yield from _ranking(s)
+    yield from pictures(s)
+    yield from _simulated(s)
+    yield from _grounds(s)
+    yield from _sources(s)
+    yield SignatureFields(("Prepared by", "Checked by", "Approved by"))
 
 
-def html_page(blocks: Blocks) -> bytes:
-    """Return a report as a page; all its texts are escaped.
-
-    Raises:
-        MissingPackageError: matplotlib is not installed.
-    """
-    title = next((block.text for block in blocks if isinstance(block, Title)), "Report")
-    body = "\n".join(_element(block) for block in blocks)
-    page = _PAGE.format(policy=_POLICY, title=html.escape(title), style=_STYLE, body=body)
-    return encoded(page)
-
-
-@singledispatch
-def _element(block: Block) -> str:
-    raise TypeError(type(block).__name__)
-
-
-@_element.register
-def _title(block: Title) -> str:
-    return f"<h1>{html.escape(block.text)}</h1>"
-
-
-@_element.register
-def _heading(block: Heading) -> str:
-    return f"<h2>{html.escape(block.text)}</h2>"
-
-
-@_element.register
-def _paragraph(block: Paragraph) -> str:
-    kind = ' class="small"' if block.small else ""
-    return f"<p{kind}>{html.escape(block.text)}</p>"
-
-
-@_element.register
-def _verdict(block: Verdict) -> str:
-    edge, ground = LEVELS[block.level]
-    texts = "".join(f"<p>{html.escape(text)}</p>" for text in block.texts)
-    style = f"border-color: {edge}; background: {ground}"
-    return f'<div class="verdict" style="{style}"><b>{html.escape(block.word)}</b>{texts}</div>'
-
-
-@_element.register
-def _facts(block: Facts) -> str:
-    rows = (f"<dt>{html.escape(a)}</dt><dd>{html.escape(b)}</dd>" for a, b in block.rows)
-    return f"<dl>{''.join(rows)}</dl>"
-
-
-@_element.register
-def _items(block: Items) -> str:
-    return "<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in block.texts) + "</ul>"
-
-
-@_element.register
-def _signature(block: SignatureFields) -> str:
-    fields = (f"<div>{html.escape(label)}, date</div>" for label in block.labels)
-    return f'<div class="sign">{"".join(fields)}</div>'
-
-
-@_element.register
-def _table(block: Table) -> str:
-    wide = [' class="wide"' if column.wide else "" for column in block.columns]
-    groups = "".join(f'<th colspan="{n}">{html.escape(t)}</th>' for t, n in block.groups)
-    head = f'<tr class="groups">{groups}</tr>' if groups else ""
-    head += "<tr>" + "".join(
-        f"<th{kind}>{html.escape(column.title)}</th>"
-        for column, kind in zip(block.columns, wide, strict=True)
-    ) + "</tr>"  # fmt: skip
-    rows = []
-    for row in block.rows:
-        cells = "".join(map(_cell, block.columns, row))
-        rows.append(f"<tr>{cells}</tr>")
-    note = f'<p class="small">{html.escape(block.note)}</p>' if block.note else ""
-    dense = ' class="dense"' if len(block.columns) > DENSE else ""
-    table = f"<table{dense}><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>"
-    return f'<div class="scroll">{table}</div>{note}'
-
-
-def _cell(column: Column, cell: Cell) -> str:
-    short = column.wide and len(cell.text) <= SHORT
-    kinds = (cell.mark, "wide" * column.wide, "short" * short)
-    return f'<td class="{" ".join(filter(None, kinds))}">{html.escape(cell.text)}</td>'
-
-
-@_element.register
-def _picture(block: Picture) -> str:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(WIDTH, block.height), layout="constrained")
-    block.draw(figure)
-    settle_layout(figure)
-    drawn = figure_bytes(figure, "svg", dpi=200, metadata={"Date": None})
-    data = base64.b64encode(drawn).decode("ascii")
-    caption = html.escape(block.caption)
+def _facts(s: MotorSelection, date: str | None) -> tuple[tuple[str, str], ...]:
+    share = f"of it motors of {1e3 * s.contained:.3g} g each, which are replaced"
     return (
-        f'<figure><img alt="{caption}" src="data:image/svg+xml;base64,{data}">'
-        f"<figcaption>{caption}</figcaption></figure>"
+        ("Robot", f"{s.robot_name}, {number(s.total_mass)} kg as its file says ({share})"),
+        ("Walks to be carried", "; ".join(s.walks) or UNKNOWN),
+        (
+            "Motors",
+            f"{len(s.candidates)} judged, {sum(c.passes for c in s.candidates)} of them pass on "
+            f"all joints; {len(s.unusable)} could not be judged. Catalogue: {s.catalog}",
+        ),
+        (
+            "Allowed",
+            f"{s.derating.peak:g} of the torque-speed line at {s.derating.voltage:g} of the rated "
+            f"voltage; for ever the published rated torque, else {s.derating.continuous:g} of the "
+            "stall torque",
+        ),
+        ("Made by", f"hexapod-pin {version('hexapod-pin')}" + (f", {date}" if date else "")),
     )
+
+
+def _choice(s: MotorSelection) -> Iterator[Block]:
+    best = s.best
+    what = "Choice" if s.choice is not None else "No choice; the first in rank"
+    yield Heading(f"1. {what}")
+    yield choice_table(best)
+    yield Facts(
+        (
+            ("Robot with these motors", mass_change(s, best)),
+            ("Motors in all", with_unit(best.motor_mass, "kg")),
+            ("Price of all", price_text(best)),
+            ("Battery current (estimate)", _battery(best)),
+            *((("Of the masses", "; ".join(best.notes)),) if best.notes else ()),
+        )
+    )
+    if s.iterations:
+        yield Paragraph(
+            "Lightest motor for each kind of joint, the motors' masses, rotors and lines fed back "
+            "into the simulation until masses and choice agree:"
+        )
+        yield iteration_table(s.iterations)
+
+
+def _battery(best: MotorCandidate) -> str:
+    peak, mean = (
+        with_unit(best.battery_current_peak, "A"),
+        with_unit(best.battery_current_mean, "A"),
+    )
+    return peak if peak == mean == UNKNOWN else f"{peak} peak, {mean} mean; hardest walks"
+
+
+def _ranking(s: MotorSelection) -> Iterator[Block]:
+    passing = [c for c in s.candidates if c.passes]
+    others = [c for c in s.candidates if not c.passes]
+    yield Heading("2. Ranking: one motor on all joints")
+    yield Paragraph(f"{USE_NOTE} Battery peaks are estimates.", small=True)
+    if passing:
+        yield Paragraph(f"Motors that pass ({len(passing)}), the lightest first:")
+        yield from ranking_tables(s, passing)
+    else:
+        yield Paragraph("No motor passes on all joints.")
+    if others:
+        near = others[:FAILING]
+        yield Paragraph(f"Motors that fail: the nearest {len(near)} of {len(others)}:")
+        yield from ranking_tables(s, near)
+        yield _reasons(near)
+    if others[FAILING:]:
+        rest = (f"{c.name} ({use_text(deciding(c.uses).use)})" for c in others[FAILING:])
+        yield Paragraph(f"Fail as well, with their largest use [-]: {', '.join(rest)}.", small=True)
+    if s.unusable:
+        yield Paragraph("Could not be judged:", small=True)
+        yield Items(tuple(f"{name}: {why}" for name, why in s.unusable))
+
+
+def _reasons(candidates: Sequence[MotorCandidate]) -> Table:
+    rows = []
+    for c in candidates:
+        found = _varied_reasons(c)
+        more = len(found) - REASONS
+        found = found[:REASONS] or [UNKNOWN]
+        found += [f"and {more} more reason{'s' * (more > 1)}"] if more > 0 else []
+        rows.append((Cell(c.name), Cell("; ".join(found))))
+    return Table((Column("Motor", wide=True), Column("Why it is rejected", wide=True)), tuple(rows))
+
+
+def _varied_reasons(candidate: MotorCandidate) -> list[str]:
+    """Return all reasons: the first of each kind of joint and of the walks, then the second."""
+    groups = [[f"{u.kind}: {reason}" for reason in u.reasons] for u in candidate.uses]
+    groups.append([f"{run.walk}: {run.text}" for run in candidate.runs if not run.walks])
+    rows = zip_longest(*groups)
+    return [reason for row in rows for reason in row if reason is not None]
+
+
+def _simulated(s: MotorSelection) -> Iterator[Block]:
+    yield Heading("4. What was simulated")
+    yield Paragraph(f"With {s.best.name}, their masses, rotors and torque-speed lines acting:")
+    rows = [(Cell(run.walk), result_cell(run.walks), Cell(run.text)) for run in s.best.runs]
+    columns = (Column("Walk", wide=True), Column("Walks"), Column("Verdict", wide=True))
+    yield Table(columns, tuple(rows) or ((Cell(UNKNOWN), Cell(UNKNOWN), Cell(UNKNOWN)),))
+    if s.confidence is not None:
+        yield Paragraph(f"Inputs sampled for the confidence, in the walk {s.confidence.walk}:")
+        yield Items(s.confidence.inputs or (UNKNOWN,))
+
+
+def _grounds(s: MotorSelection) -> Iterator[Block]:
+    yield Heading("5. Derating, assumptions and notes")
+    yield Paragraph("Derating and its evidence:")
+    yield Items(s.derating.evidence or (UNKNOWN,))
+    yield Paragraph("Assumed, because no source gives it:")
+    yield Items(_assumed(s) or ("nothing",))
+    notes = dict.fromkeys(note for d in s.demands.values() for note in d.notes)
+    yield Paragraph("Notes:")
+    yield Items(tuple(dict.fromkeys([*s.notes, *notes])) or ("none",))
+
+
+def _assumed(s: MotorSelection) -> tuple[str, ...]:
+    """Return what is assumed; of the motors, where it is to be found."""
+    of_motors = {line for record in _records(s) for line in record.assumed}
+    found = [line for line in s.assumed if line not in of_motors]
+    if of_motors:
+        found.append("of motors (rotor inertias): see each motor's row in section 6")
+    return tuple(found)
+
+
+def _records(s: MotorSelection) -> list[MotorRecord]:
+    """Return all motors of the report, those of the choice first."""
+    listed = [s.best, *s.iterations, *s.candidates]
+    return list({r.name: r for c in listed for r in c.motors.values()}.values())
+
+
+def _sources(s: MotorSelection) -> Iterator[Block]:
+    yield Heading("6. Motors: data and sources")
+    used = list({record.name: record for record in s.best.motors.values()}.values())
+    yield Paragraph("Published data of the motors of section 1:")
+    yield data_sheet_table(used)
+    yield Paragraph("Sources, assumptions, flags and notes of all motors that were judged:")
+    columns = (Column("Motor", wide=True), Column("Source", wide=True),
+               Column("Assumed, flags, notes", wide=True))  # fmt: skip
+    yield Table(columns, tuple(_source_row(record) for record in _records(s)))
+
+
+def _source_row(record: MotorRecord) -> tuple[Cell, ...]:
+    remarks = [f"assumed: {line}" for line in record.assumed]
+    remarks += [*record.flags, *([record.note] if record.note else [])]
+    return Cell(record.name), Cell(record.source or UNKNOWN), Cell("; ".join(remarks) or "none")

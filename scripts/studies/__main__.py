@@ -1,4 +1,4 @@
-"""Studies: they measure, and write the pages of docs/results/ and some pages of docs/.
+"""Studies: they measure, and write the pages of docs/results/.
 
     python scripts/studies                   # lists them
     python scripts/studies NAME [options]    # runs one; `--help` lists its options

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from hexapod_pin.atomic_file import write_atomically
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation.machine import Machine, load
-from hexapod_pin.validation.tables import Table
 
 RESULTS = Path("docs") / "results"
 
@@ -38,7 +38,7 @@ class StudyReport:
     def failures(self) -> list[str]:
         """The rows of the tables with a cell that says FAIL or unexpected pass, joined."""
         tables = (part for part in self.parts if isinstance(part, Table))
-        return [", ".join(row) for table in tables for row in table.rows if any(map(fails, row))]
+        return [", ".join(row) for table in tables for row in table.texts() if any(map(fails, row))]
 
 
 def fails(cell: str) -> bool:

@@ -30,7 +30,7 @@ from fuzz.command_process import run_one
 from fuzz.command_run import PATIENCE
 from fuzz.shown import FaultFound
 from hexapod_pin.errors import HexapodError
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -49,9 +49,9 @@ SIMULATED = ("duration", "accuracy", "torque_accuracy", "estimate", "method", "s
 def settings(rng: random.Random) -> None:
     """A run with odd settings."""
     given = {"duration": 2e-3, **{name: odd_value(rng) for name in rng.sample(SIMULATED, 2)}}
-    given.setdefault("limits", hp.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8))
+    given.setdefault("limits", hp.simulation.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8))
     if given["limits"] is None:
-        given["limits"] = hp.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8)
+        given["limits"] = hp.simulation.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8)
     hp.simulate(material.scene(), material.control(), **given)
 
 
@@ -148,7 +148,9 @@ def height_field(rng: random.Random) -> None:
 
 def session(rng: random.Random) -> None:
     """Commands to a session."""
-    led = hp.Session(material.scene(), accuracy=1e-3, limits=hp.WorkLimits(evaluations=3e4))
+    led = hp.Session(
+        material.scene(), accuracy=1e-3, limits=hp.simulation.WorkLimits(evaluations=3e4)
+    )
     given = {name: odd_value(rng) for name in ("q", "v", "torque", "ramp") if rng.random() < 0.4}
     led.command(**given)
     led.advance(rng.choice((1e-3, odd_value(rng))))
@@ -178,7 +180,7 @@ def extremes(rng: random.Random) -> None:
     fixed: dict[str, Any] = {"step": rng.choice((1e-3, 1e-5)), "method": rng.choice(METHODS[3:])}
     trace = hp.simulate(
         scene, material.control(), duration=0.01, estimate=False,
-        limits=hp.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8),
+        limits=hp.simulation.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8),
         **rng.choice((adaptive, fixed)),
     )  # fmt: skip
     require_finite_data(trace)

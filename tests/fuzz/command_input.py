@@ -39,8 +39,8 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
 
 OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "walk": ("--out", "--html", "--save-case"), "run": ("--out", "--html"), "mend": ("--out",),
-    "contact": ("--out",), "sweep": ("--store", "--out", "--plot"), "select": ("--html", "--csv"),
-    "compare": ("--html", "--figure", "--json"), "bench": ("--out", "--plot"),
+    "contact": ("--out",), "sweep": ("--store", "--out", "--plot"), "select": ("--html", "--csv", "--store"),
+    "compare": ("--html", "--figure", "--json", "--store"), "bench": ("--out", "--plot"),
     "verify": ("--out",),
 }  # fmt: skip
 """Options that name a file to write."""

@@ -12,6 +12,7 @@ import hexapod_pin as hp
 from fuzz import material
 from fuzz.shown import require_finite
 from fuzz.values import odd_data, odd_text
+from hexapod_pin.results import RunRecord
 
 
 def urdf(rng: random.Random) -> None:
@@ -51,12 +52,12 @@ def case(rng: random.Random) -> None:
 
     found = Case.from_toml(odd_text(material.case_text(), rng))
     if (found.duration or 0.0) <= 0.02:
-        found.with_defaults(limits=hp.WorkLimits(evaluations=3e4, steps=1e4)).run()
+        found.with_defaults(limits=hp.simulation.WorkLimits(evaluations=3e4, steps=1e4)).run()
 
 
 def study(rng: random.Random) -> None:
     """A study file with changes; its first case is made."""
-    found = hp.SweepStudy.from_toml(odd_text(material.STUDY_TEXT, rng))
+    found = hp.study.SweepStudy.from_toml(odd_text(material.STUDY_TEXT, rng))
     str(found.case(0))
 
 
@@ -82,7 +83,7 @@ def sweep_store(rng: random.Random) -> None:
     """The store of a sweep with bytes changed or cut off."""
     path = _own_file("db")
     path.write_bytes(_damaged(material.store_bytes(), rng))
-    found = hp.open_sweep(path)
+    found = hp.study.open_sweep(path)
     str((found.dataset, found.reasons, found.pending, found.case_time))
 
 
@@ -110,7 +111,7 @@ def forged_trace(rng: random.Random) -> None:
 def _forged(trace: hp.Trace, rng: random.Random) -> hp.Trace:
     """Return a trace with other numbers or texts."""
     if rng.random() < 0.5:
-        run = hp.results.RunRecord.from_dict(odd_data(trace.run.to_dict(), rng))
+        run = RunRecord.from_dict(odd_data(trace.run.to_dict(), rng))
         return replace(trace, run=run)
     name = rng.choice(("time", "q", "v", "torque", "foot_force", "foot_gap", "com"))
     array = getattr(trace, name).copy()
@@ -120,7 +121,7 @@ def _forged(trace: hp.Trace, rng: random.Random) -> hp.Trace:
 
 def _read(trace: hp.Trace) -> None:
     """Show all that is told of a trace."""
-    for use in (hp.stability, hp.walk_verdict, hp.phase_torques, hp.torque_budget):
+    for use in (hp.stability, hp.walk_verdict, hp.results.phase_torques, hp.torque_budget):
         try:
             found = use(trace)
             shown = found.table() if hasattr(found, "table") else str(found)
@@ -133,9 +134,9 @@ def _read(trace: hp.Trace) -> None:
 def checkpoint(rng: random.Random) -> None:
     """A checkpoint's data with changes, gone on from."""
     data = odd_data(material.trace().checkpoint.to_dict(), rng)
-    start = hp.Checkpoint.from_dict(data)
+    start = hp.results.Checkpoint.from_dict(data)
     hp.simulate(material.scene(), material.control(), duration=2e-3, initial=start, estimate=False,
-                limits=hp.WorkLimits(evaluations=3e4, memory=1e8))  # fmt: skip
+                limits=hp.simulation.WorkLimits(evaluations=3e4, memory=1e8))  # fmt: skip
 
 
 def summary(rng: random.Random) -> None:

@@ -7,9 +7,6 @@ from functools import cache
 
 from fuzz.public_names import CONSTRUCTOR, PublicCall, public_calls
 from hexapod_pin.errors import HexapodError
-from hexapod_pin.spec import Spec
-
-CORE = "stands between this package and its compiled core: only the package calls it"
 
 RUN = "called by a run with what the run made itself"
 
@@ -17,7 +14,6 @@ LEFT_OUT: Mapping[str, str] = {
     "view.view": "opens a browser, and stays until Ctrl-C",
     "view.live_viewer": "starts a server that a browser connects to",
     "FeedbackController()": "a protocol: nothing is made of it",
-    "Checkpoint.from_native": CORE,
     "TorqueMap.from_group": "takes what a file was read into: the files have doors of their own",
     "GaitEnergy.from_group": "takes what a file was read into: the files have doors of their own",
     "Summary.from_data": "takes what a run or a file was read into",
@@ -38,29 +34,11 @@ LONG_NUMBERS: Mapping[str, str] = {
 """Parameters that are given anything odd but numbers: large ones are allowed, and take long."""
 
 
-RESULTS = tuple(f"hexapod_pin.{room}" for room in ("results", "sweep", "robot.robot", "errors"))
-"""Where the classes are whose instances the package alone makes, parameter sets apart."""
-
-
 def reason_for_sound(call: PublicCall, parameter: str) -> str:
     """Return why a parameter is only given what it takes; empty where it is given anything."""
     if call.kind == CONSTRUCTOR and issubclass(call.owner, HexapodError):
         return "an error is made by the package itself"
-    if call.kind == CONSTRUCTOR and _is_result(call.owner):
-        return "made by the package of what it computed; its fields are not checked"
     return SOUND_ONLY.get(f"{call.name}.{parameter}", "")
-
-
-def _is_result(owner: type) -> bool:
-    """Tell whether instances are results, which the package alone makes."""
-    return not issubclass(owner, Spec) and owner.__module__.startswith(
-        (
-            "hexapod_pin.results",
-            "hexapod_pin.sweep",
-            "hexapod_pin.robot.robot",
-            "hexapod_pin.errors",
-        )
-    )
 
 
 @cache

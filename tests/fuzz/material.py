@@ -178,7 +178,7 @@ models = ["AX-12A", "MX-106"]
 def store_bytes() -> bytes:
     """Return the store of a sweep."""
     path = folder() / f"{os.getpid()}.sound.db"
-    study = hp.SweepStudy.from_toml(SHORT_STUDY)
+    study = hp.study.SweepStudy.from_toml(SHORT_STUDY)
     str(hp.run_sweep(study, path).dataset)  # imports what a store is read with
     return path.read_bytes()
 
@@ -215,7 +215,7 @@ def used(robot_or_scene: Any) -> None:
     where = robot_or_scene
     if isinstance(where, hp.Robot):
         where = hp.Scene(where)
-    limits = hp.WorkLimits(evaluations=3e4)
+    limits = hp.simulation.WorkLimits(evaluations=3e4)
     found = hp.simulate(
         where, hp.HoldPosture(), duration=2e-3, sample=1e-3, estimate=False, limits=limits
     )

@@ -1,6 +1,6 @@
 """What can be called from outside, found by inspection of the package.
 
-The rooms are the package and every module among its public names, and theirs in turn. Of a class
+The public names are those of `public_surface`, of errors and of `view`. Of a class
 its constructor, class methods, static methods, methods and properties count, as far as a class of
 this package defines them, and what every object does: it is shown, compared, copied and pickled.
 """
@@ -11,8 +11,11 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
+from operator import attrgetter
 from types import ModuleType
 from typing import Any
+
+from public_surface import surface
 
 import hexapod_pin
 
@@ -63,7 +66,12 @@ class PublicCall:
 @cache
 def public_calls() -> Mapping[str, PublicCall]:
     """Return all public calls by name."""
-    return {call.name: call for call in _calls_of(hexapod_pin, "", set())}
+    found = [call for name, value in surface().items() for call in _calls(name, value)]
+    for room in (hexapod_pin.errors, hexapod_pin.view):
+        prefix = room.__name__.rpartition(".")[2]
+        for name in _names_of(room):
+            found += _calls(f"{prefix}.{name}", getattr(room, name), f"{prefix}.{name}")
+    return {call.name: call for call in found}
 
 
 @cache
@@ -72,19 +80,17 @@ def public_classes() -> tuple[type, ...]:
     return tuple(call.owner for call in public_calls().values() if call.kind == CONSTRUCTOR)
 
 
-def _calls_of(room: ModuleType, prefix: str, seen: set[int]) -> Iterator[PublicCall]:
-    seen.add(id(room))
-    for name in _names_of(room):
-        value, dotted = getattr(room, name), f"{prefix}{name}"
-        if inspect.ismodule(value):
-            if id(value) not in seen:
-                yield from _calls_of(value, f"{dotted}.", seen)
-        elif inspect.isclass(value):
-            yield PublicCall(f"{dotted}()", CONSTRUCTOR, value)
-            yield PublicCall(f"{dotted} (copies)", COPIES, value)
-            yield from _members_of(value, dotted)
-        elif callable(value):
-            yield PublicCall(dotted, FUNCTION, room, name)
+def _calls(place: str, value: Any, shown: str = "") -> Iterator[PublicCall]:
+    """Yield what can be called of a public name, which is found at a place of the package."""
+    room, _, name = place.rpartition(".")
+    dotted = shown or name
+    if inspect.isclass(value):
+        yield PublicCall(f"{dotted}()", CONSTRUCTOR, value)
+        yield PublicCall(f"{dotted} (copies)", COPIES, value)
+        yield from members_of(value, dotted)
+    elif callable(value):
+        owner = attrgetter(room)(hexapod_pin) if room else hexapod_pin
+        yield PublicCall(dotted, FUNCTION, owner, name)
 
 
 def _names_of(room: ModuleType) -> list[str]:
@@ -98,7 +104,8 @@ def _names_of(room: ModuleType) -> list[str]:
     ]  # fmt: skip
 
 
-def _members_of(owner: type, dotted: str) -> Iterator[PublicCall]:
+def members_of(owner: type, dotted: str) -> Iterator[PublicCall]:
+    """Yield the methods and properties of a class that the package defines."""
     for name, value in inspect.getmembers_static(owner):
         if name.startswith("_") or not _is_ours(owner, name):
             continue

@@ -24,7 +24,7 @@ from fuzz import material
 from fuzz.public_names import CONSTRUCTOR, PublicCall, public_classes
 from hexapod_pin.results.sizing.motor_budget import motor_ranking
 from hexapod_pin.results.sizing.trace_demand import joint_demand
-from hexapod_pin.value_kinds import resolved
+from hexapod_pin.type_checks import type_hints
 
 QUICK: Mapping[str, Any] = {"accuracy": 1e-3, "threads": 1}
 """Of every call that runs something."""
@@ -34,45 +34,52 @@ LEAST = 3.9
 
 
 def _controllers() -> list[Any]:
-    gait, path = material.control().gait, hp.Sine(amplitude=0.05, period=1.0)
-    body = hp.BodyMotion(pitch=path)
-    velocity = hp.VelocityCommand(time=(0.0, 1.0), forward=(0.02, 0.03))
+    gait, path = material.control().gait, hp.motion.Sine(amplitude=0.05, period=1.0)
+    body = hp.motion.BodyMotion(pitch=path)
+    velocity = hp.motion.VelocityCommand(time=(0.0, 1.0), forward=(0.02, 0.03))
     return [
         material.control(),
         hp.KinematicControl(gait, body=body, velocity=velocity),
-        hp.ArcWalk(gait),
+        hp.motion.ArcWalk(gait),
         hp.HoldPosture(),
-        hp.JointMotion({material.robot().joint_names[0]: path}),
-        hp.SampledTrajectory([0.0, 1.0], [material.robot().posture] * 2),
+        hp.motion.JointMotion({material.robot().joint_names[0]: path}),
+        hp.motion.SampledTrajectory([0.0, 1.0], [material.robot().posture] * 2),
         hp.FootControl(
-            material.control(), slip=hp.SlipPid(), suspension=hp.VirtualSuspension(),
-            touch_down=hp.TouchDown(), levelling=hp.Levelling(),
-            sensors=hp.Sensors(q=hp.Sensor(noise=1e-4)),
+            material.control(),
+            slip=hp.foot_control.SlipPid(),
+            suspension=hp.foot_control.VirtualSuspension(),
+            touch_down=hp.foot_control.TouchDown(),
+            levelling=hp.foot_control.Levelling(),
+            sensors=hp.sensors.Sensors(q=hp.sensors.Sensor(noise=1e-4)),
         ),
-    ]  # fmt: skip
+    ]
 
 
 def _functions_of_time() -> list[Any]:
     points = (0.0, 0.5, 1.0)
     step: dict[str, Any] = {"start": 0.0, "end": 1.0, "initial": 0.0, "final": 0.1}
-    sine = hp.Sine(amplitude=0.1, period=1.0)
+    sine = hp.motion.Sine(amplitude=0.1, period=1.0)
     return [
-        sine, hp.Hermite(time=points, value=(0.0, 0.1, 0.0), rate=(0.0, 0.1, 0.0)),
-        hp.Waypoints(time=points, value=(0.0, 0.1, 0.0)), hp.Havsin(**step), hp.Step(**step),
-        hp.Step5(**step), hp.Sum(terms=(sine, hp.Step5(**step))),
-        hp.Periodic(function=sine, period=1.0),
-    ]  # fmt: skip
+        sine,
+        hp.motion.Hermite(time=points, value=(0.0, 0.1, 0.0), rate=(0.0, 0.1, 0.0)),
+        hp.motion.Waypoints(time=points, value=(0.0, 0.1, 0.0)),
+        hp.motion.Havsin(**step),
+        hp.motion.Step(**step),
+        hp.motion.Step5(**step),
+        hp.motion.Sum(terms=(sine, hp.motion.Step5(**step))),
+        hp.motion.Periodic(function=sine, period=1.0),
+    ]
 
 
 def _grounds() -> list[Any]:
-    patch = hp.Patch(low=(0.2, -1.0), high=(0.5, 1.0), stiffness=0.5, friction=0.5)
+    patch = hp.terrain.Patch(low=(0.2, -1.0), high=(0.5, 1.0), stiffness=0.5, friction=0.5)
     return [
         hp.Flat(), hp.Slope(angle=0.1), hp.Stairs(start=0.3, rise=0.01, run=0.2, count=2),
-        hp.Ledge(edge=0.3, height=0.01), hp.Groove(angle_left=0.2, angle_right=0.2),
-        hp.Ramp(start=0.3, run=0.2, angle=0.1),
+        hp.terrain.Ledge(edge=0.3, height=0.01), hp.terrain.Groove(angle_left=0.2, angle_right=0.2),
+        hp.terrain.Ramp(start=0.3, run=0.2, angle=0.1),
         hp.HeightField.from_array([[0.0, 0.01], [0.0, 0.02]], spacing=1.0),
-        hp.PatchedGround(ground=hp.Flat(), patches=(patch,)),
-        hp.ShakingGround(amplitude=0.01, frequency=2.0),
+        hp.terrain.PatchedGround(ground=hp.Flat(), patches=(patch,)),
+        hp.terrain.ShakingGround(amplitude=0.01, frequency=2.0),
     ]  # fmt: skip
 
 
@@ -81,11 +88,11 @@ def _laws() -> list[Any]:
     slip: dict[str, Any] = {"mu_static": 0.6, "mu_dynamic": 0.5, "speed": 0.01}
     return [
         hp.Contact.accurate(), hp.Contact.s1(), hp.Contact.s1_printed(), hp.Contact.s2(),
-        hp.Contact.soil(), hp.HuntCrossley.hertz(**rubber),
-        hp.Restitution.hertz(**rubber, restitution=0.4),
-        hp.StickSlip(mu=0.6, stiffness=1e4, damping=50.0),
-        hp.KelvinVoigt(stiffness=1e4, damping=10.0),
-        hp.SmoothStep(**slip), hp.BrownMcPhee(**slip),
+        hp.Contact.soil(), hp.contact.HuntCrossley.hertz(**rubber),
+        hp.contact.Restitution.hertz(**rubber, restitution=0.4),
+        hp.contact.StickSlip(mu=0.6, stiffness=1e4, damping=50.0),
+        hp.contact.KelvinVoigt(stiffness=1e4, damping=10.0),
+        hp.contact.SmoothStep(**slip), hp.contact.BrownMcPhee(**slip),
     ]  # fmt: skip
 
 
@@ -98,17 +105,38 @@ def _runs() -> list[Any]:
     gait, once = {"tripod": control.gait}, {"check": 0, **QUICK}
     compared = hp.compare({"a": scene}, {"a": control, "b": hp.HoldPosture()}, **steady)
     return [
-        scene, walk, walk.summary, walk.checkpoint, demand, motor_ranking(demand, records),
-        hp.torque_budget(walk), hp.stability(walk), hp.walk_verdict(walk), hp.phase_torques(walk),
-        hp.joint_moments(walk), case, compared, hp.judge_peaks(case), *_selection(),
+        scene,
+        walk,
+        walk.summary,
+        walk.checkpoint,
+        demand,
+        motor_ranking(demand, records),
+        hp.torque_budget(walk),
+        hp.stability(walk),
+        hp.walk_verdict(walk),
+        hp.results.phase_torques(walk),
+        hp.results.joint_moments(walk),
+        case,
+        compared,
+        hp.study.judge_peaks(case),
+        *_selection(),
         hp.torque_map(scene, "arc", strokes=[0.06], cycle_times=[0.8], **once),
-        hp.gait_energy(scene, gait, [0.09], **once), *_studied(),
-        hp.amplification(scene, control, duration=0.1),
+        hp.study.gait_energy(scene, gait, [0.09], **once),
+        *_studied(),
+        hp.simulation.amplification(scene, control, duration=0.1),
         hp.tune(
-            crouch, {"angle": 0.0}, {"angle": (-0.2, 0.2)}, {"a": scene}, height,
-            held_out={"b": hp.Scene(material.robot())}, seed=1, budget=10, population=5, **STEPS,
+            crouch,
+            {"angle": 0.0},
+            {"angle": (-0.2, 0.2)},
+            {"a": scene},
+            height,
+            held_out={"b": hp.Scene(material.robot())},
+            seed=1,
+            budget=10,
+            population=5,
+            **STEPS,
         ),
-    ]  # fmt: skip
+    ]
 
 
 STEPS: Mapping[str, Any] = {"duration": 0.05, "method": "robust", "step": 2e-3}
@@ -133,34 +161,50 @@ def _selection() -> list[Any]:
 def _studied() -> list[Any]:
     path = material.new_file("db")
     path.write_bytes(material.store_bytes())
-    study, result = hp.SweepStudy.from_toml(material.STUDY_TEXT), hp.open_sweep(path)
+    study, result = hp.study.SweepStudy.from_toml(material.STUDY_TEXT), hp.study.open_sweep(path)
     data = {"torque_peak": np.arange(float(8))}
-    return [study, result, hp.uncertainty(study, data, "torque_peak", grid_point=0)]
+    return [study, result, hp.study.uncertainty(study, data, "torque_peak", grid_point=0)]
 
 
 def _parts() -> list[Any]:
     """Return instances of what is neither run nor in a run."""
-    solid = hp.Trunk.solid(1.0, (0.2, 0.1, 0.05))
-    rod = hp.Segment.rod(0.1, 0.1, 0.01, (-1.0, 1.0), 5.0, 5.0)
+    solid = hp.robot.Trunk.solid(1.0, (0.2, 0.1, 0.05))
+    rod = hp.robot.Segment.rod(0.1, 0.1, 0.01, (-1.0, 1.0), 5.0, 5.0)
     measurement = session().measure()
     return [
-        solid, rod, hp.load_catalog(), hp.load_catalog().records[0].motor(), hp.WorkLimits(),
+        solid,
+        rod,
+        hp.load_catalog(),
+        hp.load_catalog().records[0].motor(),
+        hp.simulation.WorkLimits(),
         hp.Blueprint.from_dimensions(
-            "six", trunk=solid, coxa=rod, femur=rod, tibia=rod, hip_x=0.1, hip_y=0.05,
-            foot_radius=0.01, posture=(0.0, 0.3, -0.6),
+            "six",
+            trunk=solid,
+            coxa=rod,
+            femur=rod,
+            tibia=rod,
+            hip_x=0.1,
+            hip_y=0.05,
+            foot_radius=0.01,
+            posture=(0.0, 0.3, -0.6),
         ),
         hp.LostLeg(leg=material.robot().legs[0].name, start=0.0),
         hp.Push("base_link", force=(1.0, 0.0, 0.0), start=0.0, duration=1e-3),
-        hp.MassFactor(links=("base_link",), factor=1.1),
-        hp.RemovedMass(link="base_link", mass=0.01), hp.RelativeObjective({"torque_rms": 1.0}),
-        hp.Servo.for_robot(material.robot()), hp.JointStops.for_robot(material.robot()),
-        measurement, hp.Command(q=measurement.q), material.state(), hp.FootForceSensing(),
-    ]  # fmt: skip
+        hp.loads.MassFactor(links=("base_link",), factor=1.1),
+        hp.loads.RemovedMass(link="base_link", mass=0.01),
+        hp.study.RelativeObjective({"torque_rms": 1.0}),
+        hp.Servo.for_robot(material.robot()),
+        hp.JointStops.for_robot(material.robot()),
+        measurement,
+        hp.feedback.Command(q=measurement.q),
+        material.state(),
+        hp.foot_control.FootForceSensing(),
+    ]
 
 
 def session() -> hp.Session:
     """Return a session; unlike other instances it changes, and is made anew for each call."""
-    limits = hp.WorkLimits(evaluations=3e4)
+    limits = hp.simulation.WorkLimits(evaluations=3e4)
     return hp.Session(material.scene(), accuracy=1e-3, limits=limits)
 
 
@@ -195,7 +239,7 @@ def instances(owner: type) -> list[Any]:
     """Return sound instances of a class; empty where there is none."""
     if owner is hp.Session:
         return [session()]
-    if owner is hp.FeedbackController:  # a protocol
+    if owner is hp.feedback.FeedbackController:  # a protocol
         owner = hp.FootControl
     found = [one for kind, several in pool().items() if issubclass(kind, owner) for one in several]
     if not found and issubclass(owner, Exception | tuple):
@@ -235,10 +279,14 @@ def argument(call: PublicCall, parameter: inspect.Parameter, rng: random.Random)
     for key in (f"{call.name}.{parameter.name}", parameter.name):
         if key in BY_NAME:
             return _made(BY_NAME[key])
-    annotation = parameter.annotation
-    if isinstance(annotation, typing.ForwardRef):
-        annotation = annotation.__forward_arg__
-    return _of_kind(resolved(annotation, call.target), rng)
+    function, owner = call.target, call.owner
+    if parameter.name == "obj":  # of `model_validate`
+        return (instances(owner) or [{}])[0]
+    if isinstance(owner, type) and call.kind == CONSTRUCTOR:
+        function = vars(owner).get("__init__", owner.__new__)
+    known = inspect.isroutine(function) and getattr(function, "__module__", None)
+    hints = type_hints(function, owner if isinstance(owner, type) else None) if known else {}
+    return _of_kind(hints.get(parameter.name, parameter.annotation), rng)
 
 
 def _made(entry: Any) -> Any:
@@ -292,8 +340,8 @@ FIGURES = tuple(
 )  # fmt: skip
 
 
-def _limits() -> hp.WorkLimits:
-    return hp.WorkLimits(evaluations=3e4, steps=1e4)
+def _limits() -> hp.simulation.WorkLimits:
+    return hp.simulation.WorkLimits(evaluations=3e4, steps=1e4)
 
 
 def _soil() -> Any:
@@ -307,11 +355,11 @@ def _checkpoint_data() -> dict[str, Any]:
 
 
 def _study_parts() -> dict[str, Any]:
-    return {"a": instances(hp.TorqueMap)[0]}
+    return {"a": instances(hp.study.TorqueMap)[0]}
 
 
 def _study_file() -> Path:
-    return hp.write_study(material.new_file("nc"), _study_parts())
+    return hp.study.write_study(material.new_file("nc"), _study_parts())
 
 
 def _image() -> Path:
@@ -324,54 +372,117 @@ def _joint() -> str:
 
 
 BY_NAME: Mapping[str, Any] = {
-    "robot": material.robot, "scene": material.scene, "trace": material.walk, "run": material.walk,
-    "dynamic": material.walk, "slow": material.walk, "controller": material.control,
-    "walk": material.control, "gait": lambda: material.control().gait, "duration": 2e-3,
+    "robot": material.robot,
+    "scene": material.scene,
+    "trace": material.walk,
+    "run": material.walk,
+    "dynamic": material.walk,
+    "slow": material.walk,
+    "controller": material.control,
+    "walk": material.control,
+    "gait": lambda: material.control().gait,
+    "duration": 2e-3,
     "cases": lambda: [hp.Case(material.scene(), material.control(), duration=2e-3, **EASY)],
-    "initial": material.state, "state": material.state, "q": lambda: material.state().q,
+    "initial": material.state,
+    "state": material.state,
+    "q": lambda: material.state().q,
     "v": lambda: material.state().v,
-    "Session.advance.until": 1e-3, "KinematicControl.plan_part.until": 1.0, "since": 0.0,
-    **{f"{kind}.{name}.time": lambda: np.array([0.0, 0.5]) for kind in TIME_FUNCTIONS
-       for name in ("acceleration", "derivatives", "value_and_rate")},
+    "Session.advance.until": 1e-3,
+    "KinematicControl.plan_part.until": 1.0,
+    "since": 0.0,
+    **{
+        f"{kind}.{name}.time": lambda: np.array([0.0, 0.5])
+        for kind in TIME_FUNCTIONS
+        for name in ("acceleration", "derivatives", "value_and_rate")
+    },
     **{f"view.{name}.path": lambda: material.new_file("png") for name in FIGURES},
-    "source": "kharagpur", "study": lambda: instances(hp.SweepStudy)[0], "vary": lambda: VARY,
-    "measurement": lambda: instances(hp.Measurement)[0], "time": 0.5, "points": [[0.0, 0.0, 0.1]],
-    "traces": lambda: {"a": material.walk()}, "scenes": lambda: {"a": material.scene()},
-    "parts": dict, "method": "robust", "step": 2e-3, "sample": 1e-3,
-    "threads": 1, "kind": "coxa", "joint": _joint, "Trace.joint.name": _joint,
-    "Robot.joint_index.name": _joint, "TorqueBudget.joint.name": _joint,
-    "MotorBudget.joint.name": _joint, "PeakVerdicts.joint.name": _joint,
-    "JointMoments.joint.name": _joint, "TorqueBudget.kind.name": "coxa", "legs": 6,
-    "MotorBudget.kind.name": "coxa", "PeakVerdicts.kind.name": "coxa",
-    "Robot.leg.name": lambda: material.robot().legs[0].name, "leg": "left_front",
-    "Robot.foot.name": lambda: material.robot().feet[0].name, "links": ("base_link",),
-    "Trace.foot.name": lambda: material.robot().feet[0].name, "link": "base_link",
-    "Contact.preset.name": "s1", "Contact.soil.name": "sand", "urdf_path.name": "athena",
-    "Stability.least.name": "static_margin", "model": "AX-12A", "quantity": "torque_peak",
-    "uncertainty.values": lambda: {"torque_peak": np.arange(8.0)}, "cost": "cost_of_transport",
-    "fps": 10.0, "polygons": 1, "postures": 2, "seed": 1, "size": 1.0, "spacing": 0.5,
+    "source": "kharagpur",
+    "study": lambda: instances(hp.study.SweepStudy)[0],
+    "vary": lambda: VARY,
+    "measurement": lambda: instances(hp.feedback.Measurement)[0],
+    "time": 0.5,
+    "points": [[0.0, 0.0, 0.1]],
+    "traces": lambda: {"a": material.walk()},
+    "scenes": lambda: {"a": material.scene()},
+    "parts": dict,
+    "method": "robust",
+    "step": 2e-3,
+    "sample": 1e-3,
+    "threads": 1,
+    "kind": "coxa",
+    "joint": _joint,
+    "Trace.joint.name": _joint,
+    "Robot.joint_index.name": _joint,
+    "TorqueBudget.joint.name": _joint,
+    "MotorBudget.joint.name": _joint,
+    "PeakVerdicts.joint.name": _joint,
+    "JointMoments.joint.name": _joint,
+    "TorqueBudget.kind.name": "coxa",
+    "legs": 6,
+    "MotorBudget.kind.name": "coxa",
+    "PeakVerdicts.kind.name": "coxa",
+    "Robot.leg.name": lambda: material.robot().legs[0].name,
+    "leg": "left_front",
+    "Robot.foot.name": lambda: material.robot().feet[0].name,
+    "links": ("base_link",),
+    "Trace.foot.name": lambda: material.robot().feet[0].name,
+    "link": "base_link",
+    "Contact.preset.name": "s1",
+    "Contact.soil.name": "sand",
+    "urdf_path.name": "athena",
+    "Stability.least.name": "static_margin",
+    "model": "AX-12A",
+    "quantity": "torque_peak",
+    "uncertainty.values": lambda: {"torque_peak": np.arange(8.0)},
+    "cost": "cost_of_transport",
+    "fps": 10.0,
+    "polygons": 1,
+    "postures": 2,
+    "seed": 1,
+    "size": 1.0,
+    "spacing": 0.5,
     "Scene.from_toml.text": lambda: material.scene().to_toml(),
     "Case.from_toml.text": material.case_text,
-    "SweepStudy.from_toml.text": lambda: material.STUDY_TEXT, "z": [[0.0, 0.0]] * 3,
+    "SweepStudy.from_toml.text": lambda: material.STUDY_TEXT,
+    "z": [[0.0, 0.0]] * 3,
     "Checkpoint.from_dict.data": _checkpoint_data,
-    "Amplification.at.time": 0.01, "voltage": 12.0, "supply": 11.0,
-    "Comparison.change.controller": "b", "Comparison.of.scene": "a", "Comparison.mean.scene": "a",
-    "Comparison.change.scene": "a", "Comparison.of.controller": "a", "metric": "torque_rms",
+    "Amplification.at.time": 0.01,
+    "voltage": 12.0,
+    "supply": 11.0,
+    "Comparison.change.controller": "b",
+    "Comparison.of.scene": "a",
+    "Comparison.mean.scene": "a",
+    "Comparison.change.scene": "a",
+    "Comparison.of.controller": "a",
+    "metric": "torque_rms",
     "Comparison.mean.controller": "a",
-    "record": lambda: hp.load_catalog().records[0], "simulate.record": ["torque"],
-    "Session().record": ["torque"], "Case().record": ["torque"],
-    "errors.NotRecordedError().record": ["com"], "Gait.feet_down.phase": [0.0, 0.5],
-    "HuntCrossley.soil.soil": _soil, "Summary.error_of.name": "torque_rms",
+    "record": lambda: hp.load_catalog().records[0],
+    "simulate.record": ["torque"],
+    "Session().record": ["torque"],
+    "Case().record": ["torque"],
+    "errors.NotRecordedError().record": ["com"],
+    "Gait.feet_down.phase": [0.0, 0.5],
+    "HuntCrossley.soil.soil": _soil,
+    "Summary.error_of.name": "torque_rms",
     "RelativeObjective.value.run": lambda: instances(hp.Summary)[0],
-    "Segment.box.size": (0.1, 0.02, 0.02), "Trunk.solid.size": (0.2, 0.1, 0.05), "limits": _limits,
-    "Segment.box.limits": (-1.0, 1.0), "Segment.rod.limits": (-1.0, 1.0),
-    "SweepStudy.of_case.case": lambda: instances(hp.Case)[0], "phase": "retraction",
-    "AdamsImpact.from_mm.exponent": 1.5, "Gait.custom.phases": [0.0, 0.5] * 3, "load": 10.0,
-    "JointDemand.of_kinds.kinds": ("coxa",), "posture": lambda: list(material.robot().posture),
-    "Scene.require_unloaded.where": "here", "Gait.custom.duty": 0.6,
+    "Segment.box.size": (0.1, 0.02, 0.02),
+    "Trunk.solid.size": (0.2, 0.1, 0.05),
+    "limits": _limits,
+    "Segment.box.limits": (-1.0, 1.0),
+    "Segment.rod.limits": (-1.0, 1.0),
+    "SweepStudy.of_case.case": lambda: instances(hp.Case)[0],
+    "phase": "retraction",
+    "AdamsImpact.from_mm.exponent": 1.5,
+    "Gait.custom.phases": [0.0, 0.5] * 3,
+    "load": 10.0,
+    "JointDemand.of_kinds.kinds": ("coxa",),
+    "posture": lambda: list(material.robot().posture),
+    "Scene.require_unloaded.where": "here",
+    "Gait.custom.duty": 0.6,
     "JointDemand.torque_rms_with_armature.armature": lambda: np.zeros(18),
     "write_study.parts": _study_parts,
-    "RelativeObjective.value.name": "torque_rms", "HeightField.from_image.path": _image,
+    "RelativeObjective.value.name": "torque_rms",
+    "HeightField.from_image.path": _image,
     "JointDemand.of_samples.torque": lambda: np.zeros((3, 18)),
     "JointDemand.of_samples.speed": lambda: np.zeros((3, 18)),
     "JointDemand.of_samples.time": lambda: np.arange(3.0),
@@ -388,11 +499,13 @@ BY_NAME: Mapping[str, Any] = {
     "load_trace.path": lambda: material.written("nc", material.trace_bytes()),
     "open_sweep.path": lambda: material.written("db", material.store_bytes()),
     "SweepResult().path": lambda: material.written("db", material.store_bytes()),
-    "load_torque_map.path": lambda: instances(hp.TorqueMap)[0].save(material.new_file("nc")),
-    "load_gait_energy.path": lambda: instances(hp.GaitEnergy)[0].save(material.new_file("nc")),
+    "load_torque_map.path": lambda: instances(hp.study.TorqueMap)[0].save(material.new_file("nc")),
+    "load_gait_energy.path": lambda: instances(hp.study.GaitEnergy)[0].save(
+        material.new_file("nc")
+    ),
     "load_summary.path": lambda: instances(hp.Summary)[0].save(material.new_file("json")),
     "HeightField.from_csv.path": lambda: material.written("csv", "0,0,0\n0,0.1,0\n"),
-}  # fmt: skip
+}
 """Sound arguments by call and parameter, or by parameter; of a function: what it returns."""
 
 EASY: Mapping[str, Any] = {"accuracy": 1e-3, "estimate": False}
@@ -400,21 +513,39 @@ EASY: Mapping[str, Any] = {"accuracy": 1e-3, "estimate": False}
 VARY: list[dict[str, Any]] = [{"input": "stroke", "values": [0.06, 0.08]}]
 
 SMALL: Mapping[str, Mapping[str, Any]] = {
-    "simulate": {"duration": 2e-3, **EASY}, "amplification": {"duration": 0.02},
-    "simulate_batch": {"threads": 1, **EASY}, "iterate_batch": {"threads": 1, **EASY},
+    "simulate": {"duration": 2e-3, **EASY},
+    "amplification": {"duration": 0.02},
+    "simulate_batch": {"threads": 1, **EASY},
+    "iterate_batch": {"threads": 1, **EASY},
     "compare": {"duration": LEAST, "controllers": lambda: {"a": material.control()}, **QUICK},
     "torque_map": {"strokes": [0.06], "cycle_times": [0.8], "check": 0, "walk": "arc", **QUICK},
-    "gait_energy": {"speeds": [0.09], "check": 0,
-                    "gaits": lambda: {"a": material.control().gait}, **QUICK},
+    "gait_energy": {
+        "speeds": [0.09],
+        "check": 0,
+        "gaits": lambda: {"a": material.control().gait},
+        **QUICK,
+    },
     "judge_peaks": {"run": lambda: instances(hp.Case)[0], "threads": 1},
     "select_motors": {"text": lambda: material.MOTORS_TEXT, "samples": 0, "threads": 1},
-    "run_sweep": {"study": lambda: hp.SweepStudy.from_toml(material.SHORT_STUDY), "threads": 1,
-                  "store": lambda: material.new_file("db")},
-    "tune": {"make_controller": lambda: crouch, "start": {"angle": 0.0}, "budget": 10,
-             "population": 5, "bounds": {"angle": (-0.2, 0.2)}, "objective": lambda: height,
-             "held_out": lambda: {"b": hp.Scene(material.robot())}, "threads": 1, **STEPS},
-    "Session()": {"limits": lambda: hp.WorkLimits(evaluations=3e4), "accuracy": 1e-3},
-    "joint_demand": {"postures": 2}, "HeightField.random": {"size": 1.0},
+    "run_sweep": {
+        "study": lambda: hp.study.SweepStudy.from_toml(material.SHORT_STUDY),
+        "threads": 1,
+        "store": lambda: material.new_file("db"),
+    },
+    "tune": {
+        "make_controller": lambda: crouch,
+        "start": {"angle": 0.0},
+        "budget": 10,
+        "population": 5,
+        "bounds": {"angle": (-0.2, 0.2)},
+        "objective": lambda: height,
+        "held_out": lambda: {"b": hp.Scene(material.robot())},
+        "threads": 1,
+        **STEPS,
+    },
+    "Session()": {"limits": lambda: hp.simulation.WorkLimits(evaluations=3e4), "accuracy": 1e-3},
+    "joint_demand": {"postures": 2},
+    "HeightField.random": {"size": 1.0},
     "uncertainty": {"grid_point": 0},
-}  # fmt: skip
+}
 """What is always given, so that a sound call ends within a second."""

@@ -24,6 +24,7 @@ from hexapod_pin.errors import (
     UnknownNameError,
 )
 from hexapod_pin.foreign_text import csv_cell
+from hexapod_pin.text_table import Table
 from hexapod_pin.user_file import user_path
 
 SAME_VOLTAGE = 1e-6
@@ -72,7 +73,7 @@ class Catalog:
         if len(fits) == 1:
             return fits[0]
         raise ParameterError(
-            f"voltage of {found[0].model}", voltage, f"one of {_voltages(found)} V",
+            "voltage", voltage, f"one of {_voltages(found)} V for {found[0].model}",
             f"Write {found[0].name!r}, or the like, for one of them.",
         )  # fmt: skip
 
@@ -105,8 +106,10 @@ class Catalog:
         low = min(r.voltage_min or r.voltage for r in found)
         high = max(r.voltage_max or r.voltage for r in found)
         if not low <= voltage <= high:
-            allowed = f"from {low:g} to {high:g} V (data at {_voltages(found)} V)"
-            raise ParameterError(f"voltage of {nearest.model}", voltage, allowed)
+            allowed = (
+                f"from {low:g} to {high:g} V for {nearest.model} (data at {_voltages(found)} V)"
+            )
+            raise ParameterError("voltage", voltage, allowed)
         return nearest, voltage / nearest.voltage
 
     def _of(self, model: str) -> list[MotorRecord]:
@@ -159,8 +162,8 @@ def catalog_table(records: Sequence[MotorRecord]) -> str:
     models: dict[str, list[MotorRecord]] = {}
     for record in records:
         models.setdefault(record.model, []).append(record)
-    rows = [HEAD, ("---",) * len(HEAD), *(_row(model, found) for model, found in models.items())]
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+    rows = [_row(model, found) for model, found in models.items()]
+    return Table("", HEAD, rows).markdown().rstrip("\n")
 
 
 def _row(model: str, found: list[MotorRecord]) -> tuple[str, ...]:

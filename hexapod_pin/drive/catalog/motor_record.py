@@ -205,7 +205,7 @@ class MotorRecord(Spec):
         """
         if self.no_load_speed is None:
             raise ParameterError(
-                f"{self.name}: no_load_speed", None, "known [rad/s]",
+                "MotorRecord.no_load_speed", None, f"known of {self.name} [rad/s]",
                 "Write it into a catalogue of your own, or choose another motor.",
             )  # fmt: skip
         ratio = self.gear_ratio or 1.0

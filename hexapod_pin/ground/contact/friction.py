@@ -18,6 +18,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import Spec, require_factor
+from hexapod_pin.type_checks import Unbounded
 
 if TYPE_CHECKING:
     from typing import Self
@@ -68,7 +69,7 @@ class FrictionLaw(Spec):
         law = self.native()
         return np.asarray(np.vectorize(lambda s: law(s)[0] * s, otypes=[float])(speed))
 
-    def creep_speed(self, load_ratio: float) -> float:
+    def creep_speed(self, load_ratio: Unbounded) -> float:
         """Return the steady slip speed [m/s] under a tangential load; inf above the limit.
 
         On a slope the load ratio is tan(angle).

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.contact.soil import Soil
 from hexapod_pin.spec import Spec, require_factor
@@ -26,11 +27,13 @@ MM_PER_M = 1e3
 Exponent = Annotated[float, Field(ge=1.0)]
 
 
+@checked
 def stiffness_from_mm(stiffness: float, exponent: float) -> float:
     """Convert a contact stiffness from N/mm^n to N/m^n (factor 1000^n)."""
     return stiffness * float(MM_PER_M**exponent)
 
 
+@checked
 def hertz_stiffness(*, young: float, poisson: float, radius: float) -> float:
     """Return Hertz' K [N/m^1.5] of an elastic sphere on rigid ground.
 

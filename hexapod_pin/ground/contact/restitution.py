@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, PositiveFloat, model_validator
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.contact.normal import NormalLaw, hertz_stiffness
 
@@ -39,6 +40,7 @@ Model = Literal[
 ]
 
 
+@checked
 def delivered_restitution(eta: float) -> float:
     """Return the restitution e that a free impact delivers.
 
@@ -66,6 +68,7 @@ def delivered_restitution(eta: float) -> float:
     return min(y / eta, 1.0)
 
 
+@checked
 def exact_damping_ratio(restitution: float) -> float:
     """Return the eta that delivers a restitution in (0, 1] to rounding.
 

@@ -258,9 +258,9 @@ def _require_grid(z: Array, spacing: Any) -> None:
         if steepest > MAX_FACE_ANGLE_RAD:
             j, i = (int(k) for k in np.unravel_index(grade.argmax(), grade.shape))
             raise ParameterError(
-                f"slope of HeightField.z after [{j}, {i}]",
+                f"HeightField.z[{j}, {i}]",
                 f"{np.degrees(steepest):.3g} deg",
-                "60 deg at most",
+                "followed by a slope of 60 deg at most",
                 "Use a wider spacing or lower heights.",
             )
 

@@ -124,6 +124,7 @@ KINDS: dict[str, type[AnyTerrain]] = {
 }
 
 
+@checked
 def read_terrain(data: Mapping[str, Any]) -> AnyTerrain:
     """Return the ground that `model_dump` turned into plain data.
 

@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from hexapod_pin.ground.terrain.ground import MAX_FACE_ANGLE_RAD, Ground, Heading, Place, Size
+from hexapod_pin.immutable import Immutable
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -130,7 +131,7 @@ Angle = Annotated[float, Field(ge=-MAX_FACE_ANGLE_RAD, le=MAX_FACE_ANGLE_RAD)]
 
 
 @dataclass(frozen=True)
-class Plane:
+class Plane(Immutable):
     """The plane through `point` (3,) [m] with unit `normal` (3,), pointing up, world axes."""
 
     point: tuple[float, float, float]
@@ -194,7 +195,7 @@ class Slope(Ground):
 
 
 @dataclass(frozen=True)
-class Polyline:
+class Polyline(Immutable):
     """Points of a polyline, level beyond its ends.
 
     Attributes:

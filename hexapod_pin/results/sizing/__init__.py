@@ -1,5 +1,7 @@
 """Sizing: what the joints demand of any motor, and how a motor of the catalogue fares with it."""
 
+from hexapod_pin.drive.catalog import Catalog, MotorRecord
+from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.results.sizing.demand import JointDemand
 from hexapod_pin.results.sizing.motor_budget import (
     MotorBudget,
@@ -13,9 +15,12 @@ from hexapod_pin.results.sizing.winding import Winding
 
 __all__ = [
     "BatteryLoad",
+    "Catalog",
+    "Derating",
     "JointDemand",
     "MotorBudget",
     "MotorRanking",
+    "MotorRecord",
     "MotorUse",
     "Winding",
     "joint_demand",

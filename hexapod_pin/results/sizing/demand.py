@@ -3,97 +3,77 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hexapod_pin.arrays import Array, protect, read_only
+from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.joint_budget import joint_kinds as kinds_by_name
+from hexapod_pin.results.schema import Record, quantity, schema
 from hexapod_pin.results.torque_budget import SAMPLES
 
-PER_JOINT = (
-    "torque_peak", "torque_peak_time", "torque_peak_speed", "speed_peak", "torque_p99",
-    "torque_rms", "speed_rms", "acceleration_rms", "torque_acceleration", "power_peak",
-    "positive_energy", "negative_energy", "armature", "load_inertia", "standing", "holding",
-    "holding_lost_leg",
-)  # fmt: skip
 
-
-@dataclass(frozen=True, eq=False)
-class JointDemand(Immutable):
+class JointDemand(Record):
     """What n joints demand over a window that repeats; SI units. Of no motor in particular.
 
     Torques are those that the motor gives at the joint, the acceleration of the rotor that the
-    run had (`armature`) included. Means are over time by the trapezoidal rule. NaN is unknown.
+    run had (`armature`) included. Means are over time by the trapezoidal rule. Energies are per
+    cycle, or of the window where nothing repeats. NaN is unknown.
 
     Attributes:
         joint_names: n names.
         joint_kinds: "coxa", "femur", "tibia", ... of each joint.
-        time: of the samples in the window [s]. Shape (T,).
-        torque: samples [N m]. Shape (T, n).
-        speed: samples of the joints' rates, signed [rad/s]. Shape (T, n).
-        acceleration: differences of the speeds [rad/s^2]. Shape (T, n).
         cycles: whole gait cycles in the window; None where nothing repeats.
         peaks: what peaks, RMS and energies below are of: "accepted steps" or "samples". The
             larger of the accepted steps' peak and the samples' is taken.
-        torque_peak: largest |torque| (n,) [N m].
-        torque_peak_time: its time (n,) [s].
-        torque_peak_speed: rate at that time, > 0 where the joint drives (n,) [rad/s].
-        speed_peak: largest |rate| (n,) [rad/s].
-        torque_p99: |torque| not exceeded for 99 % of the time (n,) [N m].
-        torque_rms: (n,) [N m].
-        speed_rms: (n,) [rad/s].
-        acceleration_rms: (n,) [rad/s^2].
-        torque_acceleration: mean of torque times acceleration (n,) [N m rad/s^2].
-        power_peak: largest |torque times rate| (n,) [W].
-        positive_energy: work given per cycle (or window) (n,) [J].
-        negative_energy: work taken up per cycle (or window) (n,) [J], <= 0.
-        armature: rotor inertia at the joint that the torques contain (n,) [kg m^2].
-        load_inertia: of what the joint carries outwards, trunk held, rotor left out: mean diagonal
-            of the mass matrix over the window (n,) [kg m^2]. A leg in the air; on the ground
-            there is no such number.
-        standing: |torque| at rest in the first posture on all feet (n,) [N m].
-        holding: largest |torque| at rest in the postures and on the feet of the window (n,) [N m].
-        holding_lost_leg: the same with one leg lost, of the stances that hold (n,) [N m].
-        unheld: share of the window's stances that cannot hold at rest [-].
+        unheld: fraction of the window's stances that cannot hold at rest [-].
         unheld_lost_leg: the same by lost leg or foot, in the order of the feet.
         weight: mass times gravity [N].
-        distance: way per cycle along the heading [m]; None where none is known.
+        distance: along the heading per cycle [m]; None where none is known.
         robot_name: its name.
         notes: what to know of these numbers, one sentence each.
     """
 
+    AXES: ClassVar[Mapping[str, str | tuple[str, ...]]] = {"time": "time", "joint": "joint_names"}
+
+    # fmt: off
     joint_names: tuple[str, ...]
     joint_kinds: tuple[str, ...]
-    time: Array = field(repr=False)
-    torque: Array = field(repr=False)
-    speed: Array = field(repr=False)
-    acceleration: Array = field(repr=False)
+    time: Array = quantity("time", "s", "time of the samples in the window")
+    torque: Array = quantity("time joint", "N m", "samples of the torque")
+    speed: Array = quantity("time joint", "rad/s", "samples of the joints' rates, signed")
+    acceleration: Array = quantity("time joint", "rad/s^2", "differences of the speeds")
     cycles: int | None
     peaks: str
-    torque_peak: Array = field(repr=False)
-    torque_peak_time: Array = field(repr=False)
-    torque_peak_speed: Array = field(repr=False)
-    speed_peak: Array = field(repr=False)
-    torque_p99: Array = field(repr=False)
-    torque_rms: Array = field(repr=False)
-    speed_rms: Array = field(repr=False)
-    acceleration_rms: Array = field(repr=False)
-    torque_acceleration: Array = field(repr=False)
-    power_peak: Array = field(repr=False)
-    positive_energy: Array = field(repr=False)
-    negative_energy: Array = field(repr=False)
-    armature: Array = field(repr=False)
-    load_inertia: Array = field(repr=False)
-    standing: Array = field(repr=False)
-    holding: Array = field(repr=False)
-    holding_lost_leg: Array = field(repr=False)
+    torque_peak: Array = quantity("joint", "N m", "largest |torque|")
+    torque_peak_time: Array = quantity("joint", "s", "time of torque_peak")
+    torque_peak_speed: Array = quantity("joint", "rad/s",
+        "rate at that time, > 0 where the joint drives")
+    speed_peak: Array = quantity("joint", "rad/s", "largest |rate|")
+    torque_p99: Array = quantity("joint", "N m", "|torque| not exceeded for 99 % of the time")
+    torque_rms: Array = quantity("joint", "N m", "RMS torque")
+    speed_rms: Array = quantity("joint", "rad/s", "RMS rate")
+    acceleration_rms: Array = quantity("joint", "rad/s^2", "RMS acceleration")
+    torque_acceleration: Array = quantity("joint", "N m rad/s^2",
+        "mean of torque times acceleration")
+    power_peak: Array = quantity("joint", "W", "largest |torque times rate|")
+    positive_energy: Array = quantity("joint", "J", "work done by the joint")
+    negative_energy: Array = quantity("joint", "J", "work absorbed by the joint, not positive")
+    armature: Array = quantity("joint", "kg m^2",
+        "rotor inertia at the joint that the torques contain")
+    load_inertia: Array = quantity("joint", "kg m^2",
+        "mean diagonal of the mass matrix, trunk fixed, rotor left out: of a leg in the air")
+    standing: Array = quantity("joint", "N m", "|torque| at rest in the first posture, all feet")
+    holding: Array = quantity("joint", "N m",
+        "largest |torque| at rest in the postures and on the feet of the window")
+    holding_lost_leg: Array = quantity("joint", "N m",
+        "the same with one leg lost, of the stances that hold")
+    # fmt: on
     unheld: float = float("nan")
     unheld_lost_leg: dict[str, float] = field(default_factory=dict)
     weight: float = float("nan")
@@ -107,17 +87,13 @@ class JointDemand(Immutable):
         Raises:
             ParameterError: an array of another shape, or fewer than two samples.
         """
-        samples = (len(self.time), len(self.joint_names))
-        if samples[0] < 2 or np.any(np.diff(self.time) <= 0.0):
-            raise ParameterError("JointDemand.time", samples[0], "two increasing times or more [s]")
-        for name in ("torque", "speed", "acceleration", *PER_JOINT):
-            shape = samples[1:] if name in PER_JOINT else samples
-            if getattr(self, name).shape != shape:
-                found = getattr(self, name).shape
-                raise ParameterError(f"JointDemand.{name}", found, f"of shape {shape}")
-        if len(self.joint_kinds) != samples[1]:
-            raise ParameterError("JointDemand.joint_kinds", self.joint_kinds, f"{samples[1]} names")
-        protect(self)
+        super().__post_init__()
+        if len(self.time) < 2 or np.any(np.diff(self.time) <= 0.0):
+            allowed = "two increasing times or more [s]"
+            raise ParameterError("JointDemand.time", len(self.time), allowed)
+        if len(self.joint_kinds) != len(self.joint_names):
+            allowed = f"{len(self.joint_names)} names"
+            raise ParameterError("JointDemand.joint_kinds", self.joint_kinds, allowed)
 
     @classmethod
     def of_samples(
@@ -248,7 +224,7 @@ class JointDemand(Immutable):
                  "weight", "distance", "robot_name", "notes", "duration", "cost_of_transport",
                  "cost_of_transport_positive")  # fmt: skip
         plain = {name: getattr(self, name) for name in whole}
-        return plain | {name: getattr(self, name).tolist() for name in PER_JOINT}
+        return plain | {name: getattr(self, name).tolist() for name in per_joint()}
 
     def of_kinds(self, kinds: Sequence[str]) -> JointDemand:
         """Return the demand of the joints of some kinds alone.
@@ -266,8 +242,13 @@ class JointDemand(Immutable):
             joint_names=tuple(self.joint_names[j] for j in kept),
             joint_kinds=tuple(self.joint_kinds[j] for j in kept),
             **samples,
-            **{name: getattr(self, name)[kept] for name in PER_JOINT},
+            **{name: getattr(self, name)[kept] for name in per_joint()},
         )
+
+
+def per_joint() -> list[str]:
+    """Return the names of the numbers of each joint."""
+    return [name for name, one in schema(JointDemand).items() if one.axes == ("joint",)]
 
 
 def _per_joint(name: str, value: ArrayLike, count: int) -> Any:

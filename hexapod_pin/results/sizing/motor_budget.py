@@ -10,11 +10,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from hexapod_pin.arguments import checked, explain_methods
+from hexapod_pin.arguments import checked
 from hexapod_pin.drive.catalog import MotorRecord
 from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.results.joint_budget import aligned
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.sizing.demand import JointDemand
 from hexapod_pin.results.sizing.motor_use import (
     UNITS,
@@ -29,14 +29,14 @@ from hexapod_pin.results.sizing.motor_use import (
 from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.text_table import Cell, Table, indented, labelled
 
 NO_MOTOR = ("slide",)
 """Kinds of joints that no motor of a catalogue drives: they need a force."""
 
 
-@explain_methods
 @dataclass(frozen=True)
-class MotorBudget:
+class MotorBudget(Immutable):
     """Whether a motor carries the joints, and at what load; `table()` prints it.
 
     Attributes:
@@ -192,17 +192,18 @@ def _row(kind: str, name: str, rows: Mapping[str, MotorUse]) -> MotorUse:
 # A motor's budget as plain text.
 
 USE_HEADER = (
-    "", "verdict", "peak|[-]", "margin|[N m]", "outside|[%]", "RMS|[-]", "moving RMS|[-]",
-    "standing|[-]", "holding|[-]", "leg lost|[-]", "speed|[-]", "current|peak [A]", "RMS|[A]",
-    "winding|[deg C]",
+    "", "verdict", "peak\n[-]", "margin\n[N m]", "outside\n[%]", "RMS\n[-]", "moving RMS\n[-]",
+    "standing\n[-]", "holding\n[-]", "leg lost\n[-]", "speed\n[-]", "current\npeak [A]", "RMS\n[A]",
+    "winding\n[deg C]",
 )  # fmt: skip
 INERTIA_HEADER = (
-    "", "load inertia|[kg m^2]", "rotor's at joint|[kg m^2]", "load / rotor|[-]",
-    "RMS with rotor|[N m]", "best gear ratio|[-]", "ratio by speed|[-]",
+    "", "load inertia\n[kg m^2]", "rotor's at joint\n[kg m^2]", "load / rotor\n[-]",
+    "RMS with rotor\n[N m]", "best gear ratio\n[-]", "ratio by speed\n[-]",
 )  # fmt: skip
 NEED_HEADER = (
-    "", "peak|[N m]", "p99|[N m]", "RMS|[N m]", "standing|[N m]", "holding|[N m]", "leg lost|[N m]",
-    "peak speed|[rad/s]", "RMS|[rad/s]", "power|[W]", "energy +|[J]", "energy -|[J]",
+    "", "peak\n[N m]", "p99\n[N m]", "RMS\n[N m]", "standing\n[N m]", "holding\n[N m]",
+    "leg lost\n[N m]", "peak speed\n[rad/s]", "RMS\n[rad/s]", "power\n[W]",
+    "energy +\n[J]", "energy -\n[J]",
 )  # fmt: skip
 
 
@@ -218,9 +219,9 @@ def budget_text(budget: MotorBudget) -> str:
     per = "window" if budget.demand.cycles is None else "cycle"
     blocks = (
         head,
-        ["Need over what is allowed; a use passes at 1 or below", *aligned(USE_HEADER, uses)],
+        _table("Need over what is allowed; a use passes at 1 or below", USE_HEADER, uses),
         demand_lines(budget.demand),
-        ["Rotor and gear", *aligned(INERTIA_HEADER, inertias)],
+        _table("Rotor and gear", INERTIA_HEADER, inertias),
         [
             f"All joints at the same time, per {per}",
             *work_lines(budget.demand),
@@ -238,11 +239,17 @@ def demand_lines(demand: JointDemand) -> list[str]:
         "speed_peak", "speed_rms", "power_peak", "positive_energy", "negative_energy",
     )  # fmt: skip
     rows = [
-        [joint, *(number(getattr(demand, name)[j]) for name in names)]
+        [joint, *(getattr(demand, name)[j] for name in names)]
         for j, joint in enumerate(demand.joint_names)
     ]
     per = "window" if demand.cycles is None else "cycle"
-    return [f"Need of every joint; energies per {per}", *aligned(NEED_HEADER, rows)]
+    return _table(f"Need of every joint; energies per {per}", NEED_HEADER, rows)
+
+
+def _table(
+    title: str, head: Sequence[str], rows: Sequence[Sequence[Cell]], number: str = ".3g"
+) -> list[str]:
+    return Table(title, head, rows, "<>", number=number, missing=UNKNOWN).lines()
 
 
 def work_lines(demand: JointDemand) -> list[str]:
@@ -254,7 +261,7 @@ def work_lines(demand: JointDemand) -> list[str]:
         ("mechanical cost of transport, work by its size", demand.cost_of_transport, ""),
         ("the same, work given only", demand.cost_of_transport_positive, ""),
     ]
-    return [f"  {name:<50}{number(value)} {unit}".rstrip() for name, value, unit in rows]
+    return indented(labelled(rows, ".3g", UNKNOWN, least=48))
 
 
 def battery_lines(load: BatteryLoad) -> list[str]:
@@ -274,15 +281,8 @@ def battery_lines(load: BatteryLoad) -> list[str]:
         ("electrical cost of transport, nothing given back", load.cost_of_transport, ""),
         ("the same, braking gives back", load.cost_of_transport_regeneration, ""),
     ]
-    lines = [f"  {name:<50}{number(value)} {unit}".rstrip() for name, value, unit in rows]
-    return [*lines, "  estimated from the data sheet's stall and standby currents"]
-
-
-def number(value: float | str | None, digits: int = 3) -> str:
-    """Return a number as text; `unknown` of None and NaN."""
-    if value is None or isinstance(value, str) or value != value:
-        return UNKNOWN
-    return f"{value:.{digits}g}"
+    lines = labelled(rows, ".3g", UNKNOWN, least=48)
+    return indented([*lines, "estimated from the data sheet's stall and standby currents"])
 
 
 def _allowed(budget: MotorBudget) -> str:
@@ -293,21 +293,21 @@ def _allowed(budget: MotorBudget) -> str:
     )
 
 
-def _use_cells(row: MotorUse, name: str) -> Sequence[str]:
+def _use_cells(row: MotorUse, name: str) -> Sequence[Cell]:
     return (
-        name, "passes" if row.passes else "FAILS", number(row.peak_use), number(row.margin),
-        number(100.0 * row.outside_share), number(row.continuous_use), number(row.thermal_use),
-        number(row.standing_use), number(row.holding_use), number(row.lost_leg_use),
-        number(row.speed_use), number(row.current_peak), number(row.current_rms),
-        number(row.winding_temperature),
+        name, "passes" if row.passes else "FAILS", row.peak_use, row.margin,
+        100.0 * row.outside_share, row.continuous_use, row.thermal_use,
+        row.standing_use, row.holding_use, row.lost_leg_use,
+        row.speed_use, row.current_peak, row.current_rms,
+        row.winding_temperature,
     )  # fmt: skip
 
 
-def _inertia_cells(row: MotorUse, demand: JointDemand) -> Sequence[str]:
+def _inertia_cells(row: MotorUse, demand: JointDemand) -> Sequence[Cell]:
     load = demand.load_inertia[demand.joint_names.index(row.joint)]
     return (
-        row.joint, number(load), number(row.armature), number(row.inertia_ratio),
-        number(row.torque_rms_with_armature), number(row.optimal_ratio), number(row.ratio_limit),
+        row.joint, load, row.armature, row.inertia_ratio,
+        row.torque_rms_with_armature, row.optimal_ratio, row.ratio_limit,
     )  # fmt: skip
 
 
@@ -322,9 +322,8 @@ SHOWN = 15
 """Motors of the text table that do not pass."""
 
 
-@explain_methods
 @dataclass(frozen=True)
-class MotorRanking:
+class MotorRanking(Immutable):
     """Motors in their order for one run.
 
     Attributes:
@@ -350,14 +349,12 @@ class MotorRanking:
         """Return need and ranking as text with units."""
         good = len(self.passing)
         shown = self.budgets[: good + SHOWN]
-        head = ["motor", "mass|[g]", "verdict"]
+        head = ["motor", "mass\n[g]", "verdict"]
         for row in self.budgets[0].kinds if self.budgets else ():
-            head += [f"{row.kind}|peak", "|RMS", "|rest", "|speed"]
+            head += [f"{row.kind}\npeak", "\nRMS", "\nrest", "\nspeed"]
         rows = [_cells(b, mass) for b, mass in zip(shown, self.masses, strict=False)]
-        lines = [
-            f"Motors of {self.source}, need over what is allowed; passes at 1 or below",
-            *aligned(head, rows),
-        ]
+        title = f"Motors of {self.source}, need over what is allowed; passes at 1 or below"
+        lines = _table(title, head, rows, ".2g")
         left = len(self.budgets) - len(shown)
         lines += [f"and {left} more that fail (--json lists all)"] if left else []
         why = [f"  {b.motor}: {b.reasons[0]}" for b in shown if b.reasons]
@@ -413,14 +410,13 @@ def _order(budget: MotorBudget, mass: float | None) -> tuple[Any, ...]:
     return (1, failing, budget.robot.deciding_use, 0.0)
 
 
-def _cells(budget: MotorBudget, mass: float | None) -> list[str]:
-    cells = [
+def _cells(budget: MotorBudget, mass: float | None) -> list[Cell]:
+    cells: list[Cell] = [
         budget.motor,
-        "unknown" if mass is None else f"{1e3 * mass:.4g}",
+        None if mass is None else f"{1e3 * mass:.4g}",
         "passes" if budget.passes else "FAILS",
     ]
     for row in budget.kinds:
         rest = [use for use in (row.standing_use, row.holding_use) if use is not None]
-        uses = (row.peak_use, row.continuous_use, max(rest, default=None), row.speed_use)
-        cells += [number(use, 2) for use in uses]
+        cells += [row.peak_use, row.continuous_use, max(rest, default=None), row.speed_use]
     return cells

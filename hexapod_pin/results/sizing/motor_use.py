@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from hexapod_pin.arguments import explain_methods
 from hexapod_pin.arrays import Array
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import without_non_finite
 from hexapod_pin.results.sizing.demand import JointDemand
 from hexapod_pin.results.sizing.motors import Motors, gear_numbers
@@ -25,9 +25,8 @@ USES = (
 """Need over what the derated motor allows."""
 
 
-@explain_methods
 @dataclass(frozen=True)
-class MotorUse:
+class MotorUse(Immutable):
     """What one joint, or the worst of several, takes of a motor. A use passes at <= 1.
 
     None: unknown, because the data sheet or the run does not tell; never taken as passed silently,
@@ -113,9 +112,8 @@ class MotorUse:
         return max(use for use in uses if use is not None)
 
 
-@explain_methods
 @dataclass(frozen=True)
-class BatteryLoad:
+class BatteryLoad(Immutable):
     """What all joints together draw at the same time; from data-sheet currents, an estimate.
 
     A motor at torque tau and speed w runs at the duty d = tau / T0 + w / w0 of its rated voltage V

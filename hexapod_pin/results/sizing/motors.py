@@ -67,7 +67,7 @@ class Motors:
         for row in distinct.values():
             if row.no_load_speed is None:
                 raise ParameterError(
-                    f"{row.name}: no_load_speed", row.no_load_speed, "known [rad/s]",
+                    "MotorRecord.no_load_speed", None, f"known of {row.name} [rad/s]",
                     "Without it there is no torque-speed line to hold a joint against.",
                 )  # fmt: skip
 

@@ -231,7 +231,7 @@ def _without(body: pin.Inertia, point: RemovedPoint, where: Array) -> pin.Inerti
 
 def _too_much(point: RemovedPoint, left: str) -> ParameterError:
     return ParameterError(
-        f"mass removed from {point.link}", point.mass,
+        f"RemovedMass.mass[{point.link}]", point.mass,
         f"of what the link contains there [kg]: {left}, which no rigid body has",
         "Take less away, or take it from the link on the other side of the joint.",
     )  # fmt: skip

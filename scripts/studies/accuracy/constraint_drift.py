@@ -17,14 +17,14 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import DivergenceError
 from hexapod_pin.formulations import maximal
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation.cases.flight import flying
 from hexapod_pin.validation.checks.maximal_checks import maximal_twin, position_difference
-from hexapod_pin.validation.tables import Table
 from hexapod_pin.view.figure_file import write_svg
 from studies.accuracy.solve_cost import solve_costs
-from studies.study import StudyReport
+from studies.study import RESULTS, StudyReport
 
-FIGURE = Path("docs") / "constraint_drift.svg"
+FIGURE = RESULTS / "constraint_drift.svg"
 STEPS = (4e-3, 2e-3, 1e-3)
 SAMPLE = 0.02
 

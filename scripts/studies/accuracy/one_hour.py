@@ -17,7 +17,7 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport, verdict
 
 CYCLE, STEP = 2.4, 1e-3  # [s]

@@ -15,7 +15,7 @@ from hexapod_pin.control.gait import GAITS
 from hexapod_pin.errors import GaitError
 from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.results.joint_budget import KINDS, joint_kinds
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport, verdict
 
 ROBOTS = ("kharagpur", "athena")

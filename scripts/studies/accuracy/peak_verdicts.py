@@ -10,7 +10,7 @@ import hexapod_pin as hp
 from hexapod_pin.control.feasible_gait import feasible_gait
 from hexapod_pin.errors import GaitError
 from hexapod_pin.results.peak_verdict import ACCURACY, CONTACT, SERVO, PeakVerdict, PeakVerdicts
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport
 
 ROBOTS = ("kharagpur", "athena")
@@ -46,7 +46,7 @@ def peak_verdicts(
     for contact, robot, gait in walks:
         print("...", contact, robot, gait, file=sys.stderr, flush=True)
         case, stride = _walk(robot, gait, contact, cycle_time, cycles, accuracy)
-        found = hp.judge_peaks(case, threads=threads)
+        found = hp.study.judge_peaks(case, threads=threads)
         walk = [contact, robot, gait, f"{stride:.3g}"]
         rows += [[*walk, *_cells(row, found)] for row in found.kinds]
     head = [

@@ -26,7 +26,7 @@ from hexapod_pin.simulation.amplification import (
     Amplification,
     amplification,
 )
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport
 
 USEFUL = 1e-4

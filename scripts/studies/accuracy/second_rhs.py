@@ -25,8 +25,8 @@ from oracles.second_rhs.long_scenes import long_scenes
 from oracles.second_rhs.robot_scenes import robot_scenes
 
 from hexapod_pin.errors import DivergenceError
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation.position_error import PositionError
-from hexapod_pin.validation.tables import Table
 from studies.study import StudyReport
 
 GROUPS: dict[str, Callable[[], Mapping[str, LawScene]]] = {

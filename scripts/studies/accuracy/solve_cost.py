@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.formulations import maximal
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation.checks.maximal_checks import maximal_twin, pressed_states
-from hexapod_pin.validation.tables import Table
 from studies.cost.timing import interleaved
 
 Index = NDArray[np.signedinteger[Any]]

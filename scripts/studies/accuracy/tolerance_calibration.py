@@ -12,7 +12,7 @@ from hexapod_pin.benchmark.calibration import (
     largest_cost_ratio,
     random_tasks,
 )
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport
 
 METHOD_ACCURACIES = {"extrapolated-euler": ACCURACIES, "ndf": (1e-5, 1e-6, 1e-7)}

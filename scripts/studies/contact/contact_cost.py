@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import hexapod_pin as hp
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.cost.native_motion import NativeMotion
 from studies.cost.step_entries import STEP
 from studies.cost.timing import interleaved
@@ -22,16 +22,16 @@ MAX_COST_RATIO = 1.3
 
 NORMAL: dict[str, Any] = {
     "Hunt-Crossley": hp.Contact.s1().normal,
-    "Kelvin-Voigt": hp.KelvinVoigt(stiffness=4e4, damping=60.0),
+    "Kelvin-Voigt": hp.contact.KelvinVoigt(stiffness=4e4, damping=60.0),
     "restitution (exact)": hp.Contact.accurate().normal,
     "ADAMS IMPACT": hp.Contact.s2().normal,
 }
 FRICTION: dict[str, Any] = {
-    "stick-slip": hp.StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
-    "tanh": hp.TanhCoulomb(mu=0.7, slope=1e3),
+    "stick-slip": hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
+    "tanh": hp.contact.TanhCoulomb(mu=0.7, slope=1e3),
     "ADAMS": hp.Contact.s2().friction,
-    "smooth step": hp.SmoothStep(mu_static=0.7, mu_dynamic=0.6, speed=5e-3),
-    "Brown-McPhee": hp.BrownMcPhee(mu_static=0.7, mu_dynamic=0.6, speed=5e-3),
+    "smooth step": hp.contact.SmoothStep(mu_static=0.7, mu_dynamic=0.6, speed=5e-3),
+    "Brown-McPhee": hp.contact.BrownMcPhee(mu_static=0.7, mu_dynamic=0.6, speed=5e-3),
 }
 
 

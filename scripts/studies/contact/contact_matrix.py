@@ -25,10 +25,12 @@ ALLOWED_GAIN = 0.01
 
 NORMAL: dict[str, Any] = {
     "hunt-crossley": hp.Contact.s1().normal,
-    "kelvin-voigt": hp.KelvinVoigt(stiffness=4e4, damping=60.0),
+    "kelvin-voigt": hp.contact.KelvinVoigt(stiffness=4e4, damping=60.0),
     "adams-impact": hp.Contact.s2().normal,
     **{
-        f"restitution {model}": hp.Restitution(stiffness=RUBBER, restitution=0.3, model=model)
+        f"restitution {model}": hp.contact.Restitution(
+            stiffness=RUBBER, restitution=0.3, model=model
+        )
         for model in DAMPING_RATIO
     },
 }

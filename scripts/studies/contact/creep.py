@@ -9,7 +9,7 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.benchmark.engines.mujoco_engine import CONES, MujocoSettings
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.cost.mujoco_twin import SAMPLE, MujocoTwin
 from studies.cost.step_entries import STEP
 from studies.study import StudyReport
@@ -19,10 +19,10 @@ LOAD_RATIOS = {"20 %": 0.2, "just below mu": 0.98 * MU, "just above mu": 1.02 * 
 """Side load over normal load."""
 
 LAWS: dict[str, Any] = {
-    "stick-slip": hp.StickSlip(mu=MU, stiffness=2e4, damping=60.0),
-    "tanh, kt 1000 s/m": hp.TanhCoulomb(mu=MU, slope=1e3),
-    "smooth step, vs 1 mm/s": hp.SmoothStep(mu_static=MU, mu_dynamic=MU, speed=1e-3),
-    "ADAMS, vs 1 mm/s": hp.AdamsCoulomb(
+    "stick-slip": hp.contact.StickSlip(mu=MU, stiffness=2e4, damping=60.0),
+    "tanh, kt 1000 s/m": hp.contact.TanhCoulomb(mu=MU, slope=1e3),
+    "smooth step, vs 1 mm/s": hp.contact.SmoothStep(mu_static=MU, mu_dynamic=MU, speed=1e-3),
+    "ADAMS, vs 1 mm/s": hp.contact.AdamsCoulomb(
         mu_static=MU, mu_dynamic=MU, stiction_speed=1e-3, transition_speed=1e-2
     ),
 }

@@ -14,7 +14,7 @@ import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.control import FootPath, SixLegs, six_legs
 from hexapod_pin.simulation.session import lock_step_runs
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.cost.timing import Quartiles, interleaved
 from studies.study import StudyReport
 
@@ -26,12 +26,12 @@ PERIOD = 0.005
 """[s]"""
 
 FOOT_CONTROL: dict[str, dict[str, Any]] = {
-    "both": {"slip": hp.SlipPid(), "suspension": hp.VirtualSuspension()},
+    "both": {"slip": hp.foot_control.SlipPid(), "suspension": hp.foot_control.VirtualSuspension()},
     "all": {
-        "slip": hp.SlipPid(),
-        "suspension": hp.VirtualSuspension(),
-        "touch_down": hp.TouchDown(),
-        "levelling": hp.Levelling(),
+        "slip": hp.foot_control.SlipPid(),
+        "suspension": hp.foot_control.VirtualSuspension(),
+        "touch_down": hp.foot_control.TouchDown(),
+        "levelling": hp.foot_control.Levelling(),
     },
 }
 """Foot control that is timed, by name."""
@@ -78,12 +78,14 @@ class YieldingWalk:
         """Return the filtered loads [N]. Shape (B, 6)."""
         return np.zeros((batch, 6))
 
-    def update(self, at: float, m: hp.Measurement, load: Array) -> tuple[hp.Command, Array]:
+    def update(
+        self, at: float, m: hp.feedback.Measurement, load: Array
+    ) -> tuple[hp.feedback.Command, Array]:
         """Return the set-points that the feet's loads ask for."""
         load = load + 0.1 * (m.foot_force[..., 2] - load)
         feet = np.repeat(self.targets[None, round(at / self.period)], len(load), axis=0)
         feet[..., 2] += self.compliance * load
-        return hp.Command(self.legs.joint_angles(feet, m.q), ramp=True), load
+        return hp.feedback.Command(self.legs.joint_angles(feet, m.q), ramp=True), load
 
 
 def closed_loop_cost(

@@ -21,10 +21,10 @@ from hexapod_pin.formulations.inverse import (
 )
 from hexapod_pin.formulations.rigid import RigidModel, derivative, plastic_impact
 from hexapod_pin.simulation.plant import native_plant
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation.checks.limit_checks import slow_gait, tripod
 from hexapod_pin.validation.checks.maximal_checks import maximal_twin, pressed_states
 from hexapod_pin.validation.checks.samples import constrained_motion
-from hexapod_pin.validation.tables import Table
 from studies.cost.timing import Quartiles, interleaved
 from studies.study import StudyReport
 

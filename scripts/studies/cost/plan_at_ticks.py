@@ -11,7 +11,7 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.joint_trajectory import JointTrajectory, trajectory_curve
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport
 
 PERIODS = (0.04, 0.02, 0.01, 0.005, 0.0025, 0.00125)
@@ -55,10 +55,12 @@ class PlanAtTicks:
     def start(self, scene: hp.Scene, batch: int) -> None:
         """Return no state."""
 
-    def update(self, time: float, m: hp.Measurement, state: None) -> tuple[hp.Command, None]:
+    def update(
+        self, time: float, m: hp.feedback.Measurement, state: None
+    ) -> tuple[hp.feedback.Command, None]:
         """Return where the plan is at the next tick."""
         row = self._angles(time + self.period)
-        return hp.Command(np.repeat(row[None], len(m.q), axis=0), ramp=True), None
+        return hp.feedback.Command(np.repeat(row[None], len(m.q), axis=0), ramp=True), None
 
 
 def plan_at_ticks(*, quick: bool = False) -> StudyReport:

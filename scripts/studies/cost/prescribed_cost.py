@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.cost.prescribed_rows import (
     HEAD,
     MAX_COST_RATIO,

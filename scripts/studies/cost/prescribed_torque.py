@@ -10,7 +10,7 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.feasible_gait import feasible_gait
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 
 CYCLE = 2.4
 """[s], as [S2]."""
@@ -28,7 +28,7 @@ def walk_of(robot: str, name: str) -> Any:
         gait, _ = feasible_gait(hp.load_robot(robot), name, None, cycle_time=CYCLE)
         return hp.KinematicControl(gait)
     profile = name.partition(" ")[2]
-    return hp.ArcWalk(hp.Gait.tetrapod(cycle_time=CYCLE), profile=profile)  # type: ignore[arg-type]
+    return hp.motion.ArcWalk(hp.Gait.tetrapod(cycle_time=CYCLE), profile=profile)  # type: ignore[arg-type]
 
 
 def torque_table(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.cost.step_entries import (
     PINOCCHIO,
     QUICK_SIZE,

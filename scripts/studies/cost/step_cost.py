@@ -13,7 +13,7 @@ import hexapod_pin as hp
 from hexapod_pin import native
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import DivergenceError
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.cost.native_motion import NativeMotion
 from studies.cost.step_entries import (
     MUJOCO,

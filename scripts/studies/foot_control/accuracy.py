@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import hexapod_pin as hp
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.foot_control.scenes import Size, controllers, ground, uneven
 
 REFERENCE: dict[str, Any] = {"method": "ndf", "accuracy": 1e-8}

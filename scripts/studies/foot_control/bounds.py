@@ -11,7 +11,7 @@ import hexapod_pin as hp
 from hexapod_pin.control.foot_control.controller import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.walk_metrics import Estimate
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.foot_control.page import save_figure
 from studies.foot_control.scenes import (
     Size,
@@ -122,7 +122,9 @@ def _of_control(robot: str, size: Size) -> list[Point]:
     places: list[tuple[str, float, str, dict[str, str]]] = []
     for parameter, (unit, values) in SUSPENSION.items():
         for value in size.some(values):
-            part = hp.VirtualSuspension(**{parameter: 1e-3 * value if unit == "mm" else value})
+            part = hp.foot_control.VirtualSuspension(
+                **{parameter: 1e-3 * value if unit == "mm" else value}
+            )
             key = f"{parameter} {value:g}"
             walks[key] = hp.FootControl(gait, suspension=part)
             places.append((parameter, value, unit, {ALONE: key}))

@@ -11,7 +11,7 @@ import numpy as np
 from hexapod_pin.control.foot_control.controller import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.walk_metrics import METRICS
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.foot_control.page import save_figure
 from studies.foot_control.scenes import percent, walked
 

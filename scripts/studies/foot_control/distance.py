@@ -11,7 +11,7 @@ import hexapod_pin as hp
 from hexapod_pin.control.foot_control.controller import CONVENTIONAL
 from hexapod_pin.results.comparison import fall_of
 from hexapod_pin.results.summary import Summary
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.foot_control.scenes import (
     Size,
     controllers,

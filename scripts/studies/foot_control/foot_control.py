@@ -9,8 +9,8 @@ from typing import Any
 
 from hexapod_pin.control.foot_control.controller import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
-from hexapod_pin.sweep.tuning_result import TuningResult
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.study.tuning_result import TuningResult
+from hexapod_pin.text_table import Table
 from studies.foot_control.accuracy import ErrorRow, error_table, errors
 from studies.foot_control.bounds import (
     Point,
@@ -55,7 +55,7 @@ from studies.foot_control.targets import (
     targets,
 )
 from studies.foot_control.tuning import crossed, tuned, tuning_tables
-from studies.study import StudyReport
+from studies.study import RESULTS, StudyReport
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ class Found:
         }
 
 
-def foot_control(*, quick: bool = False, docs: Path = Path("docs")) -> StudyReport:
+def foot_control(*, quick: bool = False, docs: Path = RESULTS) -> StudyReport:
     """S1's comparison on all grounds, targets, bounds, ranking with noise, 10 m, accuracy."""
     found = Found.of(Size.of(quick))
     docs.mkdir(parents=True, exist_ok=True)
@@ -153,7 +153,7 @@ INTRODUCTION = (
     "Tripods of athena (stroke 0.08 m in 1.6 s) and kharagpur (0.10 m in 1.2 s); on flat ground "
     "lift 20 mm, elsewhere 40 mm; grounds of `study_grounds`. Gains as by default, the same on "
     "all grounds. Numbers of `WalkMetrics`, over whole cycles; ± are 95 % intervals over grounds. "
-    "What each part is: [docs](../s1_comparison.md). S1 prints no numbers to hold these "
+    "What each part is: [docs](s1_comparison.md). S1 prints no numbers to hold these "
     "against."
 )
 

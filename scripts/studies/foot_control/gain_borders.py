@@ -19,7 +19,7 @@ from hexapod_pin.control.foot_control.stability import (
     stable_range,
     with_parameter,
 )
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from hexapod_pin.view.figure_file import write_svg
 from studies.foot_control.standing_growth import (
     STAND,
@@ -27,11 +27,11 @@ from studies.foot_control.standing_growth import (
     UnrefusedFootControl,
     border,
 )
-from studies.study import StudyReport
+from studies.study import RESULTS, StudyReport
 
 ROBOTS = ("kharagpur", "athena")
 QUANTITIES = ("suspension.stiffness", "suspension.frequency", "slip.ki")
-FIGURE = Path("docs") / "gain_borders.svg"
+FIGURE = RESULTS / "gain_borders.svg"
 MARGIN = 0.1
 """Largest difference between the predicted border and that of the simulation, as a share."""
 

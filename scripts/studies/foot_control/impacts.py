@@ -9,7 +9,7 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.foot_control.bounds import ALONE, WITH_TOUCH_DOWN
 from studies.foot_control.scenes import Size, bumps, controllers, uneven
 

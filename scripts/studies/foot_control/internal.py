@@ -15,7 +15,7 @@ from hexapod_pin.control.foot_control.controller import CONVENTIONAL
 from hexapod_pin.control.foot_control.stability import parameter_value
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.foot_control.page import save_figure
 from studies.foot_control.scenes import (
     GAITS,

@@ -11,7 +11,7 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.control.foot_control.controller import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.foot_control.scenes import (
     Size,
     bumps,
@@ -30,13 +30,13 @@ SEEDS = (1, 2)
 """Of the sensors' noise: a controller of its own each."""
 
 NOISE: dict[str, Any] = {
-    "q": hp.Sensor(quantisation=2.0 * np.pi / 4096),
-    "v": hp.Sensor(noise=0.01),
-    "torque": hp.Sensor(noise=0.02, quantisation=0.01),
-    "rotation": hp.Sensor(noise=0.002, bias=0.005),
-    "angular_velocity": hp.Sensor(noise=0.005, bias=0.002),
-    "acceleration": hp.Sensor(noise=0.05, bias=0.05),
-    "foot_force": hp.Sensor(noise=0.2, bias=0.1, quantisation=0.05),
+    "q": hp.sensors.Sensor(quantisation=2.0 * np.pi / 4096),
+    "v": hp.sensors.Sensor(noise=0.01),
+    "torque": hp.sensors.Sensor(noise=0.02, quantisation=0.01),
+    "rotation": hp.sensors.Sensor(noise=0.002, bias=0.005),
+    "angular_velocity": hp.sensors.Sensor(noise=0.005, bias=0.002),
+    "acceleration": hp.sensors.Sensor(noise=0.05, bias=0.05),
+    "foot_force": hp.sensors.Sensor(noise=0.2, bias=0.1, quantisation=0.05),
 }
 """Encoders of 4096 steps a turn (ROBOTIS e-Manual, X series), all else *assumed*."""
 
@@ -80,13 +80,13 @@ class Condition:
 
 def conditions() -> dict[str, Condition]:
     """Return all conditions by name, the ideal one first."""
-    noise = tuple({"sensors": hp.Sensors(seed=seed, **NOISE)} for seed in SEEDS)
-    late = {"sensors": hp.Sensors(delay=DELAY), "delay": DELAY}
-    torque = hp.FootForceSensing(source="torque", cutoff=CUTOFF)
-    current = hp.FootForceSensing(source="current", cutoff=CUTOFF)
+    noise = tuple({"sensors": hp.sensors.Sensors(seed=seed, **NOISE)} for seed in SEEDS)
+    late = {"sensors": hp.sensors.Sensors(delay=DELAY), "delay": DELAY}
+    torque = hp.foot_control.FootForceSensing(source="torque", cutoff=CUTOFF)
+    current = hp.foot_control.FootForceSensing(source="current", cutoff=CUTOFF)
     worst = tuple(
         {
-            "sensors": hp.Sensors(seed=seed, delay=DELAY, **NOISE),
+            "sensors": hp.sensors.Sensors(seed=seed, delay=DELAY, **NOISE),
             "delay": DELAY,
             "force": torque,
         }

@@ -12,7 +12,8 @@ from hexapod_pin.control.foot_control.stability import parameter_value, stable_r
 from hexapod_pin.ground.terrain import study_grounds
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.walk_metrics import Estimate
-from hexapod_pin.sweep.compare import PlannedRun, compare_runs, plan_runs
+from hexapod_pin.study.compare import PlannedRun, compared, plan_runs
+from hexapod_pin.study.runs.runner import run_study
 
 GAITS = {
     "athena": hp.Gait.tripod(stroke=0.08, cycle_time=1.6),
@@ -28,10 +29,10 @@ STABLE_SHARE = 0.6
 
 PARTS: dict[str, dict[str, Any]] = {
     **{name: {part: kind() for part, kind in parts.items()} for name, parts in S1_PARTS.items()},
-    "slip, not anticipating": {"slip": hp.SlipPid(anticipates=False)},
+    "slip, not anticipating": {"slip": hp.foot_control.SlipPid(anticipates=False)},
     "suspension, touch-down": {
-        "suspension": hp.VirtualSuspension(),
-        "touch_down": hp.TouchDown(),
+        "suspension": hp.foot_control.VirtualSuspension(),
+        "touch_down": hp.foot_control.TouchDown(),
     },
 }
 """What foot control consists of, by name; everything else as by default."""
@@ -127,7 +128,7 @@ def ground_comparison(robot: str, size: Size) -> Comparison:
             others[name] = ground(robot, name, way=size.way)
     planned: list[PlannedRun] = plan_runs(flat, controllers(gait), duration=duration)
     planned += plan_runs(others, controllers(uneven(robot)), duration=duration)
-    return compare_runs(planned)
+    return run_study(compared, planned)
 
 
 def percent(change: Estimate | None) -> str:

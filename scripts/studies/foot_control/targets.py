@@ -10,15 +10,15 @@ import hexapod_pin as hp
 from hexapod_pin.control.foot_control.controller import CONVENTIONAL
 from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.walk_metrics import Estimate
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.foot_control.scenes import Size, percent
 
 SLIP_CUT, BUMP_CUT, ENERGY_RISE = 0.4, 0.3, 0.1
 """Least cut of slip path, of acceleration and peak force on bumps; largest rise of energy."""
 
 ARC_PARTS = {
-    "slip: force, 10 Hz": hp.SlipPid(),
-    "slip: slip, 2 Hz": hp.SlipPid(signal="slip", bandwidth=2.0),
+    "slip: force, 10 Hz": hp.foot_control.SlipPid(),
+    "slip: slip, 2 Hz": hp.foot_control.SlipPid(signal="slip", bandwidth=2.0),
 }
 """Corrections of S2's arcs, which force feet to slide."""
 
@@ -63,7 +63,7 @@ class Target:
 
 def arc_comparison(size: Size) -> Comparison:
     """Return S2's arc motion on kharagpur, conventional and corrected, with two contacts."""
-    arc = hp.ArcWalk()
+    arc = hp.motion.ArcWalk()
     walks: dict[str, Any] = {CONVENTIONAL: arc}
     walks |= {name: hp.FootControl(arc, slip=part) for name, part in ARC_PARTS.items()}
     robot = hp.load_robot("kharagpur")

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 
 import hexapod_pin as hp
-from hexapod_pin.sweep.tuning_result import TuningResult
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.study.tuning_result import TuningResult
+from hexapod_pin.text_table import Table
 from studies.foot_control.ranking import ROBUST
 from studies.foot_control.scenes import Size, ground, uneven
 
@@ -37,15 +37,15 @@ def _slip(summary: hp.Summary) -> float:
     return float(summary.slip_distance.sum())
 
 
-OBJECTIVE = hp.RelativeObjective(WEIGHTS, {"energy": _energy, "slip": _slip})
+OBJECTIVE = hp.study.RelativeObjective(WEIGHTS, {"energy": _energy, "slip": _slip})
 
 
 def both(robot: str, values: Mapping[str, float]) -> hp.FootControl:
     """Return slip correction and suspension with the tuned gains."""
     return hp.FootControl(
         uneven(robot),
-        slip=hp.SlipPid(bandwidth=values["bandwidth"]),
-        suspension=hp.VirtualSuspension(
+        slip=hp.foot_control.SlipPid(bandwidth=values["bandwidth"]),
+        suspension=hp.foot_control.VirtualSuspension(
             travel=values["travel"], frequency=values["frequency"], damping=values["damping"]
         ),
     )

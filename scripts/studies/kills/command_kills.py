@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.kills.killed_process import (
     Ending,
     KilledProcess,

@@ -123,7 +123,7 @@ def broken_file(path: Path) -> str | None:
     from hexapod_pin.results.result_files import read_netcdf
     from hexapod_pin.results.trace_file import load_trace
     from hexapod_pin.simulation.case import load_case
-    from hexapod_pin.sweep.runs import open_sweep
+    from hexapod_pin.study.runs import open_sweep
 
     try:
         if path.suffix == ".nc":

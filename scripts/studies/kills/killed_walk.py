@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 
 import hexapod_pin as hp
-from hexapod_pin.sweep.runs.worker_main import end_with_parent
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.study.runs.worker_main import end_with_parent
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport, verdict
 
 CYCLE = 2.4

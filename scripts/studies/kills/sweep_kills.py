@@ -16,12 +16,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.errors import SweepStoreError
-from hexapod_pin.sweep.runs import open_sweep, run_sweep
-from hexapod_pin.sweep.runs.run_sweep import Distribution
-from hexapod_pin.sweep.runs.store import SweepStore
-from hexapod_pin.sweep.runs.workers import WorkerProcesses
-from hexapod_pin.sweep.study import SweepStudy
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.study.runs import open_sweep, run_sweep
+from hexapod_pin.study.runs.distribution import Distribution
+from hexapod_pin.study.runs.store import SweepStore
+from hexapod_pin.study.runs.workers import WorkerProcesses
+from hexapod_pin.study.sweep import SweepStudy
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport, verdict
 from studies.sweeps.loopback_cluster import loopback_cluster
 

@@ -10,7 +10,7 @@ import numpy as np
 from random_scenes.named import walk
 
 from hexapod_pin.simulation.case import simulate
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 
 PRESETS = ("accurate", "s1", "s2")
 FINE_SAMPLE = 5e-5

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from random_scenes import KINDS, draw_scene
 
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.promise.rows import SceneResult, judge_scene, settings_of
 from studies.promise.runner import read_results, run_scenes
 from studies.promise.tables import (

@@ -16,8 +16,8 @@ from typing import Any
 from random_scenes.named_cases import CASES, NamedCase
 
 from hexapod_pin.atomic_file import write_atomically
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation.solver_setting import SolverSetting
-from hexapod_pin.validation.tables import Table
 from studies.promise.forces import force_rows, force_table
 from studies.promise.rows import PromiseRun, SceneResult, judge_scene
 from studies.promise.runner import run_scenes

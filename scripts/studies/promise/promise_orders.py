@@ -20,8 +20,8 @@ from random_scenes.switching import SWITCHING
 
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.simulation.methods import METHODS, resolve_method
+from hexapod_pin.text_table import Table
 from hexapod_pin.validation.solver_setting import SolverSetting
-from hexapod_pin.validation.tables import Table
 from studies.promise.rows import PromiseRun, judge_run
 from studies.promise.truth import Truth, find_truth
 from studies.study import RESULTS, StudyReport

@@ -13,7 +13,7 @@ from random_scenes.robots import WALKERS
 
 from hexapod_pin.control.gait import GAITS
 from hexapod_pin.ground.contact.contact import PRESETS
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.promise.rows import SceneResult, judge_scene, settings_of
 from studies.promise.runner import run_scenes
 from studies.promise.tables import (

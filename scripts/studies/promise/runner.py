@@ -10,7 +10,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from hexapod_pin.errors import SimulationInterrupted
-from hexapod_pin.sweep.runs.worker_main import end_with_parent
+from hexapod_pin.study.runs.worker_main import end_with_parent
 from studies.promise.rows import SceneResult
 
 Judge = Callable[[str], SceneResult]

@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.promise.rows import BEYOND, PromiseRun, SceneResult
 
 LEAST_SHARE, MOST_OVERESTIMATE = 0.99, 3.0

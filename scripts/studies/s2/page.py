@@ -16,7 +16,7 @@ from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.torque_map import TorqueMap
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_file import StudyPart
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.s2 import words
 from studies.s2.claims import claims
 

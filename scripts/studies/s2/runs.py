@@ -14,7 +14,7 @@ from hexapod_pin.control.arc_walk import ArcWalk, paper_motion
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_trajectory import Controller
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.errors import SimulationInterrupted, SweepInterrupted
+from hexapod_pin.errors import SimulationInterrupted, StudyInterrupted
 from hexapod_pin.ground.contact import Contact, HuntCrossley
 from hexapod_pin.results.gait_energy import GaitEnergy
 from hexapod_pin.results.torque_map import TorqueMap
@@ -24,8 +24,8 @@ from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.batch import simulate_batch
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.sweep.gait_energy import SPEEDS, gait_energy
-from hexapod_pin.sweep.torque_map import CYCLE_TIMES, STROKES, torque_map
+from hexapod_pin.study.gait_energy import SPEEDS, gait_energy
+from hexapod_pin.study.torque_map import CYCLE_TIMES, STROKES, torque_map
 
 STROKE = 0.14
 """Of S2's study [m]."""
@@ -49,7 +49,7 @@ Part = TypeVar("Part", Trace, TorqueMap, GaitEnergy)
 Bar = Callable[[str], AbstractContextManager[Callable[[float], None]]]
 
 
-class StudyInterrupted(SimulationInterrupted):
+class PartsInterrupted(SimulationInterrupted):
     """Ctrl-C in the study; `.parts` holds what was done."""
 
     def __init__(self, parts: dict[str, StudyPart]) -> None:
@@ -121,7 +121,7 @@ def study_parts(bar: Bar, *, threads: int = 2, every: int = 1) -> dict[str, Stud
         every: of each axis of the sweeps only every N-th value, for a quick look.
 
     Raises:
-        StudyInterrupted: Ctrl-C; `.parts` holds what was done.
+        PartsInterrupted: Ctrl-C; `.parts` holds what was done.
     """
     parts: dict[str, StudyPart] = {}
     scene, cases = study_scene(load_robot("kharagpur")), study_cases()
@@ -146,13 +146,13 @@ def study_parts(bar: Bar, *, threads: int = 2, every: int = 1) -> dict[str, Stud
                 {"servo": replace(scene, prescribed=False), "prescribed": scene},
                 speeds=SPEEDS[::every], accuracy=ACCURACY, threads=threads, progress=progress,
             )  # fmt: skip
-    except SweepInterrupted as stop:
+    except StudyInterrupted as stop:
         name = "gait_energy" if "torque_map" in parts else "torque_map"
-        raise StudyInterrupted({**parts, name: stop.result}) from None
+        raise PartsInterrupted({**parts, name: stop.result}) from None
     except SimulationInterrupted as stop:
-        raise StudyInterrupted(parts | _traces(cases, stop.results or [])) from None
+        raise PartsInterrupted(parts | _traces(cases, stop.results or [])) from None
     except KeyboardInterrupt:
-        raise StudyInterrupted(parts) from None
+        raise PartsInterrupted(parts) from None
     return parts
 
 

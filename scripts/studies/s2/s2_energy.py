@@ -22,13 +22,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--group", default="gait_energy", help="which study of energy")
     options = parser.parse_args(argv)
     options.out.mkdir(parents=True, exist_ok=True)
-    energy = load_part(options.study, options.group, hp.GaitEnergy)
+    energy = load_part(options.study, options.group, hp.study.GaitEnergy)
     report(energy)
     print(write_gait_energy_figure(energy, options.out / "s2_energy.png"))
     return 0
 
 
-def report(energy: hp.GaitEnergy) -> None:
+def report(energy: hp.study.GaitEnergy) -> None:
     """Print the costs, and whether low duty is cheaper at the highest common speed."""
     for scene in energy.scenes:
         for cost in COSTS:

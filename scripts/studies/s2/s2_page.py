@@ -1,4 +1,4 @@
-"""The page of S2's study, docs/s2_study.md, from its file; peaks are computed again for it."""
+"""The page docs/results/s2_study.md, from the file of S2's study; computes its peaks again."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("study", type=Path, help="file of s2_study")
     parser.add_argument("out", type=Path, help="folder of the page")
     options = parser.parse_args(argv)
-    study = hp.load_study(options.study)
+    study = hp.study.load_study(options.study)
     verdicts = {
-        name: hp.judge_peaks(load_part(options.study, name, hp.Trace), threads=2) for name in WALKS
+        name: hp.study.judge_peaks(load_part(options.study, name, hp.Trace), threads=2)
+        for name in WALKS
     }
     print(write_page(options.out, study, verdicts))
     return 0

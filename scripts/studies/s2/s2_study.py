@@ -13,7 +13,7 @@ from pathlib import Path
 
 import hexapod_pin as hp
 from hexapod_pin.commands.progress import progress_bar
-from studies.s2.runs import StudyInterrupted, study_parts
+from studies.s2.runs import PartsInterrupted, study_parts
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -26,10 +26,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     begin, status = time.perf_counter(), 0
     try:
         parts = study_parts(progress_bar, threads=options.threads, every=options.every)
-    except StudyInterrupted as stop:
+    except PartsInterrupted as stop:
         parts, status = stop.parts, 130
     if parts:
-        hp.write_study(options.out, parts)
+        hp.study.write_study(options.out, parts)
     took = time.perf_counter() - begin
     print(f"{options.out}: {', '.join(parts) or 'nothing'} in {took:.1f} s")
     return status

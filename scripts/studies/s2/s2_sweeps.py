@@ -22,7 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--group", default="torque_map", help="which map")
     options = parser.parse_args(argv)
     options.out.mkdir(parents=True, exist_ok=True)
-    torques = load_part(options.study, options.group, hp.TorqueMap)
+    torques = load_part(options.study, options.group, hp.study.TorqueMap)
     for name in ("peak", "rms"):
         path = options.out / f"s2_torque_{name}.png"
         print(write_torque_curves(

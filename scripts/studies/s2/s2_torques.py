@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def report(name: str, trace: hp.Trace) -> None:
     """Print the largest torque about an axis and the largest total moment of each kind of joint."""
-    moments = hp.joint_moments(trace)
+    moments = hp.results.joint_moments(trace)
     kinds = np.array(joint_kinds(trace.joint_names, len(trace.foot_names)))
     for kind in dict.fromkeys(kinds.tolist()):
         axis = np.abs(moments.axis_torque[:, kinds == kind])

@@ -10,8 +10,8 @@ import numpy as np
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.native_run import open_loop_run
-from hexapod_pin.sweep.runs.outcome import outcome_of
-from hexapod_pin.sweep.study import SweepStudy
+from hexapod_pin.study.runs.outcome import outcome_of
+from hexapod_pin.study.sweep import SweepStudy
 
 STROKES = (0.06, 0.08, 0.1, 0.12)
 """Grid axis of the study [m]."""

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hexapod_pin.sweep.runs.outcome import from_bytes
-from hexapod_pin.sweep.runs.store import SweepStore
-from hexapod_pin.sweep.runs.task import run_task, task_of
-from hexapod_pin.sweep.runs.workers import WorkerProcess
-from hexapod_pin.sweep.study import SweepStudy
+from hexapod_pin.study.runs.outcome import from_bytes
+from hexapod_pin.study.runs.store import SweepStore
+from hexapod_pin.study.runs.task import run_task, task_of
+from hexapod_pin.study.runs.workers import WorkerProcess
+from hexapod_pin.study.sweep import SweepStudy
 from studies.sweeps.forecast import SweepCosts, line
 from studies.sweeps.many_walks import STROKES, many_walks
 from studies.sweeps.simulated_workers import SimulatedSweep, like, simulated_sweep
@@ -25,7 +25,7 @@ CHUNKS = (4, 64)
 READ = """
 import sys
 from pathlib import Path
-from hexapod_pin.sweep.runs import open_sweep
+from hexapod_pin.study.runs import open_sweep
 import numpy, xarray
 def size():
     (line,) = [x for x in Path("/proc/self/status").read_text().splitlines() if "VmHWM" in x]

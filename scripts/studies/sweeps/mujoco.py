@@ -24,7 +24,7 @@ STEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5)
 """Steps that MuJoCo is run at, the largest first [s]; each divides the samples' spacing."""
 
 METHODS = (("implicitfast", "pyramidal"), ("RK4", "pyramidal"))
-"""Integrators and cones: the cheapest at coarse and fine errors (docs/speed_against_error.md)."""
+"""The cheapest at coarse and at fine errors (docs/results/speed_against_error.md)."""
 
 
 @dataclass(frozen=True)

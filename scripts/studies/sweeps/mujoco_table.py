@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hexapod_pin.sweep.study import SweepStudy
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.study.sweep import SweepStudy
+from hexapod_pin.text_table import Table
 from studies.sweeps.mujoco import SampledCase, geometric_mean, sampled_case
 
 CORES = 2

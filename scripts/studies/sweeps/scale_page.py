@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.sweeps.forecast import MESSAGES, Forecast, SweepCosts, forecast
 from studies.sweeps.measurements import Measured
 from studies.sweeps.simulated_workers import SimulatedSweep

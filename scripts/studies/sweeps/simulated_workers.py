@@ -11,12 +11,12 @@ from itertools import cycle
 from pathlib import Path
 from typing import Any
 
-from hexapod_pin.sweep.runs.outcome import Outcome, from_bytes, to_bytes
-from hexapod_pin.sweep.runs.run_sweep import Distribution
-from hexapod_pin.sweep.runs.store import SweepStore
-from hexapod_pin.sweep.runs.task import Task, task_of
-from hexapod_pin.sweep.runs.workers import DaskWorkers
-from hexapod_pin.sweep.study import SweepStudy
+from hexapod_pin.study.runs.distribution import Distribution
+from hexapod_pin.study.runs.outcome import Outcome, from_bytes, to_bytes
+from hexapod_pin.study.runs.store import SweepStore
+from hexapod_pin.study.runs.task import Task, task_of
+from hexapod_pin.study.runs.workers import DaskWorkers
+from hexapod_pin.study.sweep import SweepStudy
 from studies.sweeps.loopback_cluster import cluster_processes
 
 
@@ -71,7 +71,7 @@ class SimulatedWorkers(DaskWorkers):
     def submit(self, task: Task) -> Any:
         """Run a task."""
         seconds = self.case_time * len(task.indices)
-        return self.executor.submit(simulated_task, self.path, seconds, *task)
+        return self.executor.submit(simulated_task, self.path, seconds, *task[:6])
 
 
 @dataclass(frozen=True)
@@ -154,4 +154,4 @@ def _warm_up(workers: SimulatedWorkers, study: SweepStudy) -> None:
 
 
 def _once(path: str, task: Task) -> None:
-    simulated_task(path, 0.0, *task)
+    simulated_task(path, 0.0, *task[:6])

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexapod_pin.sweep.runs import SweepResult, run_sweep
-from hexapod_pin.sweep.study import SweepStudy
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.study.runs import SweepResult, run_sweep
+from hexapod_pin.study.sweep import SweepStudy
+from hexapod_pin.text_table import Table
 from studies.kills.sweep_kills import same_bits
 from studies.study import StudyReport, verdict
 from studies.sweeps.batch import peak_memory

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.validation.machine import Machine
-from studies.study import StudyReport
+from studies.study import RESULTS, StudyReport
 from studies.sweeps.forecast import SweepCosts, forecast
 from studies.sweeps.many_walks import many_walks
 from studies.sweeps.measurements import Measured, measure
@@ -43,7 +43,7 @@ def sweep_scale(
     seed: int = -1,
     memory: float = 8.0,
     most: int = 1000,
-    page: Path = Path("docs") / "scale.md",
+    page: Path = RESULTS / "scale.md",
 ) -> StudyReport:
     """Measure what a case, a task and a row cost; forecast a large sweep; check it.
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from hexapod_pin.drive.catalog import MotorRecord, load_catalog
 from hexapod_pin.drive.catalog.motor_record import Derating
-from hexapod_pin.sweep.selection.evaluation import Evaluation, LightestChoice
-from hexapod_pin.sweep.selection.motor_cases import motor_counts
-from hexapod_pin.sweep.selection.selecting import required_walks
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.study.selection.evaluation import Evaluation, LightestChoice
+from hexapod_pin.study.selection.motor_cases import motor_counts
+from hexapod_pin.study.selection.selecting import required_walks
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.robot.robot import load_robot
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport
 
 WALKS, REFUSED = 0, 2
@@ -59,8 +59,8 @@ def real_robots(folder: Path = Path("urdfs"), duration: float = 10.0) -> StudyRe
     counts = (
         f"{plain} of {len(rows)} files walk as downloaded, {mended} with `--mend`; default gait, "
         f"{duration:g} s, no other option. A robot walks that keeps 80 % of its nominal speed, "
-        "does not fall and keeps its trunk off the ground ([verdict.md](verdict.md)). Not walked: "
-        "refused, with the reason in the last column. FAIL (3): does not walk. "
+        "does not fall and keeps its trunk off the ground ([verdict.md](../verdict.md)). Not "
+        "walked: refused, with the reason in the last column. FAIL (3): does not walk. "
         "Sources: [robots' sources](robot_sources.md)."
     )
     return StudyReport(

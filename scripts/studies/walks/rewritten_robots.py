@@ -27,8 +27,9 @@ from rewriting.comparison import (
 )
 
 from hexapod_pin.atomic_file import write_atomically
+from studies.study import RESULTS
 
-OUT = Path("docs/rewritten_robots.md")
+OUT = RESULTS / "rewritten_robots.md"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -66,6 +67,8 @@ def report(rows: Sequence[Difference], base: int, mend: bool) -> str:
     """Return the results as a page of Markdown."""
     lines = [
         "# Robots rewritten in other conventions",
+        "",
+        "`python scripts/studies rewritten_robots`",
         "",
         f"{len(rows)} random combinations, base seed {base}{', mended' if mend else ''}: "
         "root frame, names, axis signs, zero postures, link frames, fixed joints, foot frames, "

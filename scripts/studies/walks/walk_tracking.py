@@ -15,7 +15,7 @@ from hexapod_pin.control import FootPath, JointTrajectory
 from hexapod_pin.control.gait import GAITS
 from hexapod_pin.errors import GaitError
 from hexapod_pin.robot.robot import scratch_data
-from hexapod_pin.validation.tables import Table
+from hexapod_pin.text_table import Table
 from studies.study import StudyReport, verdict
 
 ROBOTS = ("kharagpur", "athena")

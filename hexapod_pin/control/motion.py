@@ -1,0 +1,26 @@
+"""Motions: functions of time for joints and trunk, walks on arcs, velocity commands."""
+
+from hexapod_pin.control.arc_walk import ArcWalk, paper_motion
+from hexapod_pin.control.body_motion import BodyMotion
+from hexapod_pin.control.commanded_body import VelocityCommand
+from hexapod_pin.control.curves import Havsin, Hermite, Sine, Step, Step5, Waypoints
+from hexapod_pin.control.joint_motion import JointMotion
+from hexapod_pin.control.sampled_trajectory import SampledTrajectory
+from hexapod_pin.control.time_function import Periodic, Sum
+
+__all__ = [
+    "ArcWalk",
+    "BodyMotion",
+    "Havsin",
+    "Hermite",
+    "JointMotion",
+    "Periodic",
+    "SampledTrajectory",
+    "Sine",
+    "Step",
+    "Step5",
+    "Sum",
+    "VelocityCommand",
+    "Waypoints",
+    "paper_motion",
+]

@@ -1,0 +1,353 @@
+"""The result of a sweep is read from its store, as a labelled dataset, a CSV file or lists."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import json
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hexapod_pin.arguments import checked
+from hexapod_pin.arrays import Array
+from hexapod_pin.atomic_file import write_atomically
+from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.foreign_text import csv_cell
+from hexapod_pin.results.joint_budget import KINDS, OTHER_KINDS
+from hexapod_pin.results.result_files import NETCDF, Column, check_ending, write_netcdf
+from hexapod_pin.study.runs.outcome import PATH, Quantity
+from hexapod_pin.study.runs.store_reading import NOT_RUN, StoredSweep, columns, read_store, ways
+from hexapod_pin.user_file import user_path
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+
+CSV = (".csv",)
+"""Endings of tables."""
+
+
+ENDINGS = (*NETCDF, *CSV)
+"""Of a dataset's file."""
+
+
+@checked
+class SweepResult:
+    """What a store held when it was opened; a sweep under way may be looked at.
+
+    Attributes:
+        path: of the store.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        """Read the store.
+
+        Raises:
+            SweepStoreError: missing, damaged, no store, of a newer schema, or not accessible.
+        """
+        self.path = user_path(path)
+        self._stored: StoredSweep = read_store(self.path)
+
+    def __len__(self) -> int:
+        """Return the number of cases of the study."""
+        return self._stored.count
+
+    @property
+    def name(self) -> str:
+        """Name of the study."""
+        return self._stored.texts["name"]
+
+    @property
+    def study_text(self) -> str:
+        """The study's file."""
+        return self._stored.texts["study"]
+
+    @property
+    def study_digest(self) -> str:
+        """The study's digest."""
+        return self._stored.texts["digest"]
+
+    @property
+    def done(self) -> int:
+        """How many cases were run and have numbers."""
+        return len(self._stored.values)
+
+    @property
+    def failed(self) -> list[tuple[int, str]]:
+        """Index and reason of each case that failed."""
+        reasons = enumerate(self._stored.reason)
+        return [(k, reason) for k, reason in reasons if reason not in ("", NOT_RUN)]
+
+    @property
+    def pending(self) -> list[int]:
+        """Indices of the cases that were not run yet."""
+        return [k for k, reason in enumerate(self._stored.reason) if reason == NOT_RUN]
+
+    @property
+    def reasons(self) -> dict[str, int]:
+        """How many cases failed for each type of error, most first."""
+        kinds = Counter(reason.split(":", 1)[0] for _, reason in self.failed)
+        return dict(kinds.most_common())
+
+    @property
+    def not_walking(self) -> int:
+        """How many cases were run in which the robot does not walk."""
+        return int(np.sum(self.columns["walks"].values == 0.0))
+
+    @property
+    def case_time(self) -> float:
+        """Mean wall time of a case, from its planning to its end [s]; NaN without any."""
+        known = self._stored.wall_time[~np.isnan(self._stored.wall_time)]
+        return float(known.mean()) if len(known) else float("nan")
+
+    @cached_property
+    def dataset(self) -> Dataset:
+        """An `xarray.Dataset`: case by joint, foot or kind; inputs are coordinates along `case`.
+
+        Variables have `units` and `long_name`. Cases without numbers are NaN, and `reason` says
+        why. Wall times are no part of it: the same study gives the same bits.
+        """
+        return to_dataset(self.columns, self.attributes, self.inputs)
+
+    @cached_property
+    def columns(self) -> dict[str, Column]:
+        """The dataset's variables and coordinates, without importing xarray."""
+        return sweep_columns(self._stored)
+
+    @cached_property
+    def attributes(self) -> dict[str, str]:
+        """The dataset's attributes."""
+        return sweep_attributes(self._stored)
+
+    @property
+    def inputs(self) -> list[dict[str, Any]]:
+        """What the study varies: `name`, `unit`, `meaning`, and `grid`, False where it is drawn."""
+        return [item.about for item in self._stored.inputs]
+
+    def input_values(self, name: str) -> Array:
+        """Return the values of an input along the cases, as of the dataset's coordinate.
+
+        Raises:
+            UnknownNameError: the study does not vary it.
+        """
+        names = [item.about["name"] for item in self._stored.inputs]
+        if name not in names:
+            raise UnknownNameError("input", name, names)
+        values: Array = self._stored.inputs[names.index(name)].values
+        return values
+
+    def save(self, path: str | Path) -> Path:
+        """Write the dataset as netCDF-4 (.nc) or CSV (.csv), wholly or not at all.
+
+        Raises:
+            TraceFileError: another ending, or the file cannot be written; an old one is intact.
+        """
+        form = check_ending(path, ENDINGS)
+        made, attributes = self.columns, self.attributes
+        if form in CSV:
+            return write_atomically(path, sweep_csv(made))
+        names = coordinate_names(self.inputs).values()
+        return write_netcdf(path, made, {**attributes, "coordinates": " ".join(names)})
+
+
+@checked
+def open_sweep(path: str | Path) -> SweepResult:
+    """Return what the store of a sweep holds, finished or not; it may be written to meanwhile.
+
+    Args:
+        path: of the store that `run_sweep` or `hexapod-pin sweep` wrote.
+
+    Raises:
+        SweepStoreError: missing, damaged, no store, of a newer schema, or not accessible.
+
+    Example:
+        >>> sweep = open_sweep("study.db")
+        >>> sweep.dataset["kind_torque_peak"].sel(kind="femur").max()
+    """
+    return SweepResult(path)
+
+
+# The labelled dataset of a sweep: cases by joints, feet and kinds, inputs as coordinates.
+
+CASE = "case"
+TITLE = "hexapod_pin sweep"
+NOT_BY_KIND = ("s", "rad")
+"""Units of joint quantities of which no largest of a kind is given: times and angles."""
+
+SUMMED = ("J",)
+"""Units of joint quantities that are added up over the joints of a kind."""
+
+
+def sweep_columns(found: StoredSweep) -> dict[str, Column]:
+    """Return all variables and coordinates of a sweep's dataset."""
+    values = columns(found)
+    made = _coordinates(found)
+    for name, one in found.quantities.items():
+        made[name] = Column((CASE, *one.axes), values[name], _about(one))
+        made |= _of_kinds(found, name, one, values[name])
+    made[PATH] = Column(
+        (CASE, "edge", "way_column"), ways(found),
+        {"units": "s, m, m, rad", "long_name": "time, x and y of the centre of mass, yaw of the "
+         "trunk at edges and middles of the cycles"},
+    )  # fmt: skip
+    made |= _counters(found)
+    made["reason"] = _text(found.reason, "why a case has no numbers; empty where it has")
+    made["verdict"] = _text(found.verdict, "why a robot does not walk; empty where it does")
+    return made
+
+
+def sweep_attributes(found: StoredSweep) -> dict[str, str]:
+    """Return the attributes of a sweep's dataset."""
+    texts = found.texts
+    return {
+        "title": TITLE,
+        "study_name": texts["name"],
+        "study": texts["study"],
+        "study_digest": texts["digest"],
+        "robots": "\n".join(found.robots),
+        "assumed": "\n".join(found.assumed),
+        "versions": texts["versions"],
+        "inputs": json.dumps([item.about for item in found.inputs]),
+    }
+
+
+def to_dataset(
+    made: Mapping[str, Column], attributes: Mapping[str, str], varied: Iterable[Mapping[str, Any]]
+) -> Dataset:
+    """Return columns as an xarray dataset; what is varied and labels are its coordinates."""
+    import xarray
+
+    inputs = coordinate_names(varied)
+    variables = {
+        name: xarray.Variable(column.dims, column.values, dict(column.attributes))
+        for name, column in made.items()
+    }
+    labels = [name for name, column in made.items() if column.dims == (name,)]
+    coordinates = {name: variables.pop(name) for name in [*labels, *inputs.values()]}
+    return xarray.Dataset(variables, coordinates, dict(attributes))
+
+
+def coordinate_names(inputs: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+    """Return the name of each input's coordinate: its own, or `input_` and its own if taken."""
+    from hexapod_pin.study.runs.outcome import quantities
+
+    taken = {*quantities(), PATH, CASE, "joint", "foot", "axis", "kind", "reason", "verdict"}
+    names = [item["name"].replace("/", "_") for item in inputs]
+    return {name: f"input_{name}" if name in taken else name for name in names}
+
+
+def _coordinates(found: StoredSweep) -> dict[str, Column]:
+    """Return the labels of the axes, and the inputs along the cases."""
+    kinds = _kinds(found)
+    numbers = np.arange(found.count)
+    made = {
+        CASE: Column((CASE,), numbers, {"long_name": "index of the case in its study"}),
+        "joint": _labels("joint", found.place("joints")),
+        "foot": _labels("foot", found.place("feet")),
+        "axis": _labels("axis", ["x", "y", "z"]),
+        "kind": _labels("kind", kinds),
+    }
+    names = coordinate_names([item.about for item in found.inputs])
+    for about, values in found.inputs:
+        text = {"units": about["unit"], "long_name": f"{about['meaning']}: {about['values']}"}
+        made[names[about["name"].replace("/", "_")]] = Column((CASE,), values, text)
+    return made
+
+
+def _labels(axis: str, names: Iterable[str]) -> Column:
+    return Column(
+        (axis,), np.array(list(names), dtype=object), {"long_name": f"name of the {axis}"}
+    )
+
+
+def _text(words: Iterable[str], meaning: str) -> Column:
+    return Column((CASE,), np.array(list(words), dtype=object), {"long_name": meaning})
+
+
+def _about(one: Quantity) -> dict[str, str]:
+    return {"units": one.unit, "long_name": one.meaning}
+
+
+def _kinds(found: StoredSweep) -> list[str]:
+    """Return the kinds of joints that there are, in their usual order."""
+    there = set(found.kinds.values())
+    return [kind for kind in (*KINDS, *OTHER_KINDS) if kind in there]
+
+
+def _of_kinds(found: StoredSweep, name: str, one: Quantity, values: Array) -> dict[str, Column]:
+    """Return what the joints of each kind come to: the largest size, the sum of energies."""
+    if one.axes != ("joint",) or one.unit in NOT_BY_KIND or name.endswith("_time"):
+        return {}
+    kinds, own = _kinds(found), found.kinds
+    of_joint = np.array([kinds.index(own[joint]) for joint in found.place("joints")], dtype=int)
+    filled = np.full((found.count, len(kinds)), np.nan)
+    for k in range(len(kinds)):
+        part = values[:, of_joint == k]
+        known = ~np.isnan(part).all(axis=1)
+        reduced = np.nansum if one.unit in SUMMED else lambda x, axis: np.nanmax(np.abs(x), axis)
+        filled[known, k] = reduced(part[known], 1)
+    how = "sum over" if one.unit in SUMMED else "largest size among"
+    about = {"units": one.unit, "long_name": f"{one.meaning}: {how} the joints of a kind"}
+    return {f"kind_{name}": Column((CASE, "kind"), filled, about)}
+
+
+def _counters(found: StoredSweep) -> dict[str, Column]:
+    """Return the counters of the integration."""
+    names = dict.fromkeys(name for one in found.counters.values() for name in one)
+    made = {}
+    for name in sorted(names):
+        values = np.full(found.count, np.nan)
+        for number, one in found.counters.items():
+            values[number] = one.get(name, np.nan)
+        about = {"units": "1", "long_name": f"counter of the integration: {name}"}
+        made[f"count_{name}"] = Column((CASE,), values, about)
+    return made
+
+
+# A sweep as CSV: one row for each case, one column for each number.
+
+ROWS = 256
+"""Rows that are made at a time."""
+
+
+def sweep_csv(made: Mapping[str, Column]) -> bytes:
+    """Return all columns along the cases but the way; every digit is kept, NaN is empty.
+
+    The head names quantity, label and unit: `torque_peak.lf_coxa_joint [N m]`.
+    """
+    along = {k: c for k, c in made.items() if c.dims[:1] == (CASE,) and k != PATH}
+    order = sorted(along, key=lambda name: (name != CASE, len(along[name].dims)))
+    parts = {name: column for name in order for column in [along[name]]}
+    heads = [head for name, column in parts.items() for head in _heads(name, column, made)]
+    content = io.BytesIO()
+    text = io.TextIOWrapper(
+        content, encoding="utf-8", errors="backslashreplace", newline="", write_through=True
+    )
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(heads)
+    tables = [column.values.reshape(len(column.values), -1) for column in parts.values()]
+    for start in range(0, len(along[CASE].values), ROWS):
+        some = [table[start : start + ROWS].tolist() for table in tables]
+        for rows in zip(*some, strict=True):
+            writer.writerow([_cell(value) for row in rows for value in row])
+    return content.getvalue()
+
+
+def _heads(name: str, column: Column, made: Mapping[str, Column]) -> Iterator[str]:
+    unit = column.attributes.get("units", "")
+    shown = f" [{unit}]" if unit not in ("", "1", "-") else ""
+    labels = [made[axis].values.tolist() for axis in column.dims[1:]]
+    for place in itertools.product(*labels):
+        yield csv_cell(".".join([name, *place]) + shown)
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, str):
+        return csv_cell(value)
+    return "" if value != value else repr(value)

@@ -1,0 +1,379 @@
+"""Motors are selected for a robot on its required walks.
+
+The walk that requires most is sampled, which says how sure the choice is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hexapod_pin.arguments import checked
+from hexapod_pin.control.body_path import TRANSIENT_CYCLES
+from hexapod_pin.errors import StudyInterrupted
+from hexapod_pin.results.joint_budget import joint_kinds
+from hexapod_pin.results.motor_selection import USES, Confidence, MotorCandidate, MotorSelection
+from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.walk_verdict import summary_verdict
+from hexapod_pin.simulation.case import Case
+from hexapod_pin.study.assumed_inputs import assumed_inputs
+from hexapod_pin.study.runs.measure import SUMMARY
+from hexapod_pin.study.runs.runner import Runner, RunOptions, run_study
+from hexapod_pin.study.selection.evaluation import Evaluation, LightestChoice, lightest_choice
+from hexapod_pin.study.selection.motor_cases import (
+    MOTOR_SHARE,
+    assumed_motor_mass,
+    motor_counts,
+    motor_loads,
+    with_motors,
+)
+from hexapod_pin.study.selection.motor_study import candidates, read_motor_study
+from hexapod_pin.study.sweep.base_case import base_case, gait_of
+from hexapod_pin.study.sweep.fields import table_at
+from hexapod_pin.study.sweep.sweep_study import SweepStudy
+from hexapod_pin.study.uncertainty import Uncertainty, uncertainty
+from hexapod_pin.user_file import read_text, user_path
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from hexapod_pin.drive.catalog.motor_record import Derating
+    from hexapod_pin.study.selection.motor_cases import Motors
+    from hexapod_pin.study.selection.motor_study import Candidates
+
+
+Stage = Callable[[str], Callable[[float], None]]
+"""Begins a stage of the work by its title, and returns what is told its finished fraction."""
+
+
+@checked
+def select_motors(
+    text: str,
+    folder: str | Path | None = None,
+    *,
+    samples: int | None = None,
+    stage: Stage | None = None,
+    **how: Unpack[RunOptions],
+) -> MotorSelection:
+    """Rank the motors of a catalogue for a robot and its walks.
+
+    Every motor is put on all joints, with its mass, its rotor's inertia and its torque-speed line,
+    and all walks are simulated; where a line acts, again without it, for what the walk asks for.
+    From all of them the lightest motor for each kind of joint follows, with the masses fed back,
+    and for it the uncertain inputs are sampled.
+
+    Args:
+        text: of the study: a sweep study (`base`, `vary`, `design`) with the tables `motors` and
+            `derating`. Inputs on a grid are the walks that must be carried; those with a
+            distribution are uncertain. Without any, *assumed* ones are taken.
+        folder: where its relative paths start, if not here.
+        samples: of the uncertain inputs, 0 for none; None: as the study says, else 64.
+        stage: called with the title of each stage, and returns what is told its progress.
+        **how: store, threads, workers, progress: see `RunOptions`.
+
+    Raises:
+        ParameterError: the study is not usable; names the place in it.
+        CatalogError: the catalogue is not.
+        UrdfError, UnknownNameError, GaitError: its robot, a motor or a gait is not.
+        StudyInterrupted: Ctrl-C; `.result` holds what was done, None before any motor was.
+        HexapodError: as of `run_study`.
+
+    Example:
+        >>> found = select_motors(*load_motor_study("study.toml"))
+        >>> print(found.table())
+    """
+    file, place = read_motor_study(text), user_path(folder or ".").absolute()
+    motors = candidates(file.choice, place)
+    walks = required_walks(file.sweep, place)
+    first = next(iter(walks.values()))
+    inputs = None if samples == 0 else UncertainInputs.of(file.sweep, first, samples)
+    contained = file.choice.motor_mass
+    if contained is None:
+        contained = assumed_motor_mass(first.scene.robot)
+    begun = partial(Evaluation, walks, contained, file.derating)
+    return run_study(_selected, begun, motors, inputs, file.choice.motor_mass, stage, **how)
+
+
+def _selected(
+    run: Runner, begun: Callable[[Runner], Evaluation], motors: Candidates,
+    inputs: UncertainInputs | None, motor_mass: float | None, stage: Stage | None,
+) -> MotorSelection:  # fmt: skip
+    """Rank, find the lightest choice, sample its inputs; the study behind `select_motors`."""
+    evaluation = begun(run)
+    walks, robot, contained = evaluation.walks, evaluation.robot, evaluation.contained
+    kinds = tuple(motor_counts(robot))
+    sets = [dict.fromkeys(kinds, record) for record in motors.records]
+
+    def begin(title: str, *shares: float) -> tuple[float, float]:
+        """Begin a stage; return its part of the whole."""
+        if stage is None:
+            return shares[0], shares[1]
+        run.progress = stage(title)
+        return 0.0, 1.0
+
+    ranked = ranked_candidates(evaluation.of(sets, begin(f"{len(sets)} motors", 0.0, 0.6)))
+    if not ranked:
+        raise StudyInterrupted("interrupted before any motor was done", None)
+    begin("lightest motors", 0.6, 0.7)
+    run.progress, progress = None, run.progress  # how many steps it takes is not known
+    search, others = lightest_choice(evaluation, motors.records, kinds)
+    run.progress = progress
+    selection = MotorSelection(
+        robot_name=robot.name, total_mass=robot.total_mass, contained=contained, walks=tuple(walks),
+        candidates=ranked, unusable=motors.unusable, choice=search.choice,
+        iterations=tuple(search.steps), confidence=None, derating=evaluation.derating,
+        catalog=motors.source, assumed=_assumed(walks, motor_mass, contained, ranked),
+        notes=(*others, *_notes(search, ranked)), interrupted=evaluation.interrupted,
+    )  # fmt: skip
+    if evaluation.interrupted:
+        return selection
+    best = selection.best
+    selection = replace(selection, demands=evaluation.demands(best.motors))
+    if inputs is None or not best.passes:
+        return selection
+    found = confidence_of(best, inputs, evaluation, begin("uncertain inputs", 0.7, 1.0))
+    return replace(selection, confidence=found, interrupted=evaluation.interrupted)
+
+
+def load_motor_study(path: str | Path) -> tuple[str, Path]:
+    """Return the text of a study file and its folder, for `select_motors`.
+
+    Raises:
+        ParameterError: no such file.
+    """
+    return read_text(path, "study file"), user_path(path).absolute().parent
+
+
+def ranked_candidates(found: Sequence[MotorCandidate]) -> tuple[MotorCandidate, ...]:
+    """Return candidates in their order: those that pass by mass, then the others by their use."""
+    passing = [c for c in found if c.passes]
+    others = [c for c in found if not c.passes]
+    return (
+        *sorted(passing, key=lambda c: (c.motor_mass, c.worst)),
+        *sorted(others, key=lambda c: (sum(not u.passes for u in c.uses), c.worst)),
+    )
+
+
+def _assumed(
+    walks: Mapping[str, Case],
+    given: float | None,
+    contained: float,
+    ranked: Sequence[MotorCandidate],
+) -> tuple[str, ...]:
+    """Return what no source gives: of the scenes, of the masses, of the motors."""
+    found = [line for case in walks.values() for line in case.scene.assumed]
+    if given is None:
+        found.append(
+            f"the robot's file contains motors of {1e3 * contained:.3g} g each: "
+            f"{100 * MOTOR_SHARE:g} % of its mass in all (motors.motor_mass gives it)"
+        )
+    records = {record.name: record for c in ranked for record in c.motors.values()}
+    found += [f"{name}: {line}" for name, r in records.items() for line in r.assumed]
+    return tuple(dict.fromkeys(found))
+
+
+def _notes(search: LightestChoice, ranked: Sequence[MotorCandidate]) -> tuple[str, ...]:
+    found = [f"no motor of the catalogue carries the {kind} joints" for kind in search.missing]
+    return tuple(dict.fromkeys([*found, *(note for c in ranked[:1] for note in c.notes)]))
+
+
+# How sure it is that chosen motors pass: the walk that asks most of them, its inputs sampled.
+
+SAMPLES = 64
+"""Samples of the uncertain inputs where no study says how many; a power of two."""
+
+DESIGN = "sobol-indices"
+USE = "motor use"
+LIMIT = 1.0
+
+
+@dataclass(frozen=True)
+class UncertainInputs:
+    """What is sampled, and how.
+
+    Attributes:
+        vary: tables `[[vary]]` of a study file, each with a distribution.
+        design: its table `[design]`.
+        words: the inputs in words.
+    """
+
+    vary: Sequence[Mapping[str, Any]]
+    design: Mapping[str, Any]
+    words: tuple[str, ...]
+
+    @classmethod
+    def of(cls, tables: Mapping[str, Any], case: Case, samples: int | None) -> UncertainInputs:
+        """Return those of a study file, *assumed* ones where it has none; checked on a case.
+
+        Args:
+            tables: of the study file.
+            case: a walk.
+            samples: rows of the design; None: as the study says, else 64.
+
+        Raises:
+            ParameterError: distributions or design are not usable.
+        """
+        vary = [x for x in tables.get("vary", []) if isinstance(x, Mapping)]
+        given = [x for x in vary if "distribution" in x]
+        default = {"kind": DESIGN, "samples": SAMPLES, "seed": 1}
+        design = dict(table_at(tables.get("design", default), "design"))
+        if samples is not None:
+            design["samples"] = samples
+        if given:
+            words = tuple(_words(x) for x in given)
+        else:
+            assumed = assumed_inputs(case.scene.robot, prescribed=case.scene.prescribed)
+            given, words = [dict(x.table) for x in assumed], tuple(x.text for x in assumed)
+        SweepStudy.of_case(case, given, design)
+        return cls(given, design, words)
+
+
+def _words(table: Mapping[str, Any]) -> str:
+    names = ("distribution", "input", "path")
+    rest = ", ".join(f"{key} {value}" for key, value in table.items() if key not in names)
+    return f"{table.get('input', table.get('path'))}: {table['distribution']}, {rest}"
+
+
+def confidence_of(
+    chosen: MotorCandidate,
+    inputs: UncertainInputs,
+    evaluation: Evaluation,
+    span: tuple[float, float] = (0.0, 1.0),
+) -> Confidence | None:
+    """Sample the uncertain inputs of the walk that asks most of chosen motors.
+
+    A sampled walk passes where the robot walks and no motor is used above 1: peak torque over the
+    derated line at its speed and RMS torque over continuous torque, of accepted steps.
+
+    Args:
+        chosen: motors that pass.
+        inputs: what is sampled.
+        evaluation: walks, masses and derating.
+        span: fractions of the study that are finished before and after.
+
+    Returns:
+        None after Ctrl-C.
+    """
+    walk = _hardest(chosen, evaluation)
+    loads, _ = motor_loads(evaluation.robot, chosen.motors, evaluation.contained)
+    case = with_motors(
+        evaluation.walks[walk], chosen.motors, loads, evaluation.derating.voltage, line=True
+    )
+    study = SweepStudy.of_case(case, inputs.vary, inputs.design)
+    values = np.full(len(study), np.nan)
+    cases = [study.case(k) for k in range(len(study))]
+    rows = evaluation.run.rows(cases, SUMMARY, span=span)
+    if not rows.complete:
+        return None
+    for index, row in enumerate(rows):
+        if isinstance(row, Summary):
+            values[index] = _use(row, chosen.motors, evaluation.derating)
+    found = uncertainty(study, {USE: values}, USE, LIMIT)
+    return _confidence(chosen, walk, found, values, inputs.words)
+
+
+def _hardest(chosen: MotorCandidate, evaluation: Evaluation) -> str:
+    """Return the walk in which the largest use is reached."""
+    use = max(chosen.uses, key=lambda item: item.worst)
+    name = max(USES, key=lambda key: np.nan_to_num(getattr(use, key), nan=-1.0))
+    return use.walk.get(name) or next(iter(evaluation.walks))
+
+
+def _use(summary: Summary, motors: Motors, derating: Derating) -> float:
+    """Return the largest use of any motor; NaN of a robot that does not walk."""
+    if not summary_verdict(summary).walks:
+        return math.nan
+    kinds = joint_kinds(summary.joint_names, len(summary.foot_names), summary.run.robot.joint_kinds)
+    peak = np.asarray(summary.limit_use) / derating.peak
+    found = []
+    for j, kind in enumerate(kinds):
+        if kind in motors:
+            allowed = derating.continuous_torque(motors[kind])
+            found += [float(peak[j]), float(summary.torque_rms[j]) / allowed]
+    return max(found)
+
+
+def _confidence(
+    chosen: MotorCandidate, walk: str, found: Uncertainty, values: Any, words: tuple[str, ...]
+) -> Confidence:
+    low, high = found.interval or (math.nan, math.nan)
+    indices = found.deciding
+    totals = {} if indices is None else {
+        indices.names[k]: float(indices.total[k]) for k in indices.order
+    }  # fmt: skip
+    return Confidence(
+        sentence=f"{chosen.name} {found.sentence}.",
+        walk=walk,
+        share=found.share or 0.0,
+        low=low,
+        high=high,
+        walks=found.walks,
+        indices=totals,
+        percentiles={f"{p} %": value for p, value in found.percentiles.items()},
+        inputs=words,
+        values=tuple(values[: found.walks].tolist()),
+    )
+
+
+# The walks that motors must carry: the grid of a study, each with its name.
+
+STEADY_CYCLES = 1
+"""Whole cycles of steady walking that a budget is taken over, at least: they repeat."""
+
+
+SAMPLE = 2e-3
+"""Time between samples where the study gives none [s]: lines are held against samples."""
+
+
+def required_walks(tables: Mapping[str, Any], folder: Path) -> dict[str, Case]:
+    """Return the cases of a study's grid; without a grid, its base.
+
+    Each lasts as long as the study says, or as its start-up and one more cycle where that is
+    longer.
+
+    Args:
+        tables: of the study file; uncertain inputs are left out.
+        folder: where its relative paths start.
+
+    Raises:
+        ParameterError: the file is not usable; names the place in it.
+        UrdfError, UnknownNameError, GaitError: its robot or gait is not.
+    """
+    import tomli_w
+
+    base = tables.get("base", {})
+    if isinstance(base, Mapping) and "case" not in base:
+        tables = {**tables, "base": {"sample": SAMPLE, **base}}
+    vary = tables.get("vary", [])
+    grid = [x for x in vary if not (isinstance(x, Mapping) and "distribution" in x)]
+    if not grid:
+        return {"walk": long_enough(base_case(tables.get("base", {}), folder))}
+    kept = {key: value for key, value in tables.items() if key != "design"}
+    study = SweepStudy(tomli_w.dumps({**kept, "vary": grid}), folder)
+    names = [_name(study, k) for k in range(len(study))]
+    return {name: long_enough(study.case(k)) for k, name in enumerate(names)}
+
+
+def long_enough(case: Case) -> Case:
+    """Return a case that holds a steady cycle."""
+    gait = gait_of(case.controller)
+    if gait is None or case.duration is None:
+        return case
+    least = (TRANSIENT_CYCLES + STEADY_CYCLES) * gait.cycle_time
+    return case if case.duration >= least else replace(case, duration=least)
+
+
+def _name(study: SweepStudy, index: int) -> str:
+    """Return what a walk is called: the values of its inputs."""
+    parts = []
+    for item in study.inputs:
+        value = study.point(index)[item.name]
+        unit = "" if item.unit in ("", "-") else f" {item.unit}"
+        parts.append(value if isinstance(value, str) else f"{item.name} {value:g}{unit}")
+    return ", ".join(parts)

@@ -1,0 +1,110 @@
+"""A table as text: aligned columns for a terminal, or Markdown."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+Cell = str | float | None
+"""A text stands as it is; a number is written in its table's format."""
+
+
+@dataclass(frozen=True)
+class Table:
+    r"""A table of texts and numbers.
+
+    Attributes:
+        title: what it shows, with units; "" for none.
+        head: names of the columns, with units; a line break parts a name into lines. Empty for
+            none.
+        rows: as many cells each.
+        align: "<" (left) or ">" (right) for each column; the last sign holds for all that follow.
+        rule: whether a line stands between head and rows.
+        number: format of numbers that are no integers.
+        missing: what stands for None and NaN.
+        least: width of the narrowest column.
+
+    Example:
+        >>> print(Table("", ("joint", "peak\n[N m]"), [("coxa", 1.25)], align="<>").text(), end="")
+                peak
+        joint  [N m]
+        ------------
+        coxa    1.25
+    """
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    align: str = "<"
+    rule: bool = True
+    number: str = ".4g"
+    missing: str = "-"
+    least: int = 0
+
+    def texts(self) -> list[list[str]]:
+        """Return the cells of all rows as they are written."""
+        return [[cell_text(cell, self.number, self.missing) for cell in row] for row in self.rows]
+
+    def lines(self) -> list[str]:
+        """Return title, head and rows, with aligned columns two spaces apart."""
+        names = [name.split("\n") for name in self.head]
+        depth = max(map(len, names), default=0)
+        names = [[""] * (depth - len(parts)) + parts for parts in names]
+        cells = [*zip(*names, strict=True), *self.texts()]
+        widths = [max(self.least, *map(len, column)) for column in zip(*cells, strict=True)]
+        sides = self._sides(len(widths))
+        form = "  ".join(f"{{:{side}{width}}}" for side, width in zip(sides, widths, strict=True))
+        lines = [form.format(*line) for line in cells]
+        if sides.endswith("<"):
+            lines = [line.rstrip() for line in lines]
+        if self.rule and depth:
+            lines.insert(depth, "-" * (sum(widths) + 2 * (len(widths) - 1)))
+        return [self.title, *lines] if self.title else lines
+
+    def text(self) -> str:
+        """Return `lines` as a text that ends with its last line."""
+        return "".join(f"{line}\n" for line in self.lines())
+
+    def markdown(self) -> str:
+        """Return the table, without its title, as Markdown."""
+        sides = ["---:" if side == ">" else "---" for side in self._sides(len(self.head))]
+        lines = [list(self.head), sides, *self.texts()]
+        return "".join(f"| {' | '.join(map(escaped, line))} |\n" for line in lines)
+
+    def _sides(self, count: int) -> str:
+        return self.align[:count].ljust(count, self.align[-1])
+
+
+def cell_text(cell: Cell, number: str = ".4g", missing: str = "-") -> str:
+    """Return a cell as it is written; the other arguments are as of a `Table`."""
+    if isinstance(cell, str):
+        return cell
+    if cell is None or math.isnan(cell):
+        return missing
+    return str(cell) if isinstance(cell, int) else f"{cell:{number}}"
+
+
+def labelled(
+    rows: Sequence[tuple[str, Cell, str]], number: str = ".4g", missing: str = "-", least: int = 0
+) -> list[str]:
+    """Return a line for each label, value and unit, the values below one another.
+
+    Args:
+        rows: labels, values and units.
+        number: format of values.
+        missing: what stands for None and NaN.
+        least: width of the narrowest label.
+    """
+    cells = [(label, f"{cell_text(value, number, missing)} {unit}") for label, value, unit in rows]
+    return Table("", (), cells, least=least).lines()
+
+
+def indented(lines: Sequence[str]) -> list[str]:
+    """Return lines that stand in by two spaces."""
+    return [f"  {line}" for line in lines]
+
+
+def escaped(text: str) -> str:
+    """Return a text as a cell or line of Markdown."""
+    return text.replace("|", "\\|").replace("\n", " ")

@@ -1,0 +1,80 @@
+"""The public names of the package by room: what is promised to its users.
+
+A name that is added, moved or taken away is a change of this list.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from operator import attrgetter
+from typing import Any
+
+import hexapod_pin
+
+MODULES = """
+contact errors feedback foot_control loads motion results robot sensors simulation sizing study
+terrain view
+""".split()
+"""Rooms, and the modules of errors and of figures and playback."""
+
+SURFACE: Mapping[str, str] = {
+    "": """
+        Blueprint Case compare Contact Flat FootControl Gait HeightField HoldPosture JointStops
+        KinematicControl load_case load_catalog load_robot load_summary load_sweep load_trace
+        LostLeg Motor motor_budget Payload Push register_controller Robot run_sweep Scene
+        select_motors Servo Session simulate simulate_batch Slope stability Stairs State Summary
+        torque_budget torque_map Trace tune urdf_path walk_verdict
+    """,
+    "contact": """
+        AdamsCoulomb AdamsImpact BrownMcPhee HuntCrossley KelvinVoigt Restitution SmoothStep
+        StickSlip TanhCoulomb
+    """,
+    "terrain": """
+        Groove Ledge Patch PatchedGround Ramp ShakingGround study_grounds
+    """,
+    "motion": """
+        ArcWalk BodyMotion Havsin Hermite JointMotion paper_motion Periodic SampledTrajectory Sine
+        Step Step5 Sum VelocityCommand Waypoints
+    """,
+    "sensors": """
+        Sensor Sensors
+    """,
+    "feedback": """
+        Command FeedbackController Measurement
+    """,
+    "foot_control": """
+        FootForceSensing Levelling SlipPid TouchDown VirtualSuspension
+    """,
+    "loads": """
+        MassFactor RemovedMass
+    """,
+    "sizing": """
+        BatteryLoad Catalog Derating joint_demand JointDemand motor_ranking MotorBudget MotorRanking
+        MotorRecord MotorUse
+    """,
+    "study": """
+        assumed_inputs Comparison gait_energy GaitEnergy judge_peaks load_gait_energy load_study
+        load_torque_map MotorSelection open_sweep PeakVerdict PeakVerdicts RelativeObjective
+        SweepResult SweepStudy TorqueMap TuningResult Uncertainty uncertainty WalkMetrics
+        write_study
+    """,
+    "results": """
+        Checkpoint joint_moments JointMoments phase_torques PhaseTorques Stability TorqueBudget
+        WalkVerdict
+    """,
+    "simulation": """
+        Amplification amplification iterate_batch WorkLimits
+    """,
+    "robot": """
+        Segment Trunk
+    """,
+}
+"""Names by the room in which they are found, "" for `hp` itself."""
+
+
+@cache
+def surface() -> Mapping[str, Any]:
+    """Return what each public name stands for, by dotted name such as "contact.StickSlip"."""
+    dotted = [".".join(filter(None, (room, n))) for room, ns in SURFACE.items() for n in ns.split()]
+    return {name: attrgetter(name)(hexapod_pin) for name in dotted}

@@ -1,0 +1,55 @@
+"""Tables as text: alignment, titles in lines, numbers, what is missing, and Markdown."""
+
+from __future__ import annotations
+
+import math
+
+from hexapod_pin.text_table import Table, cell_text, indented, labelled
+
+ROWS = [("coxa", 1.25, 3), ("femur, left", math.nan, None), ("tibia", 123456.0, -1)]
+
+
+def test_columns_are_aligned_below_titles_in_lines():
+    """The first column to the left, the others to the right; a title's last lines stand low."""
+    table = Table("Need", ("joint", "peak\n[N m]", "steps"), ROWS, "<>")
+    assert table.lines() == [
+        "Need",
+        "                  peak       ",
+        "joint            [N m]  steps",
+        "-----------------------------",
+        "coxa              1.25      3",
+        "femur, left          -      -",
+        "tibia        1.235e+05     -1",
+    ]
+    assert table.text() == "\n".join(table.lines()) + "\n"
+
+
+def test_a_last_column_of_texts_leaves_no_blanks_and_columns_have_a_least_width():
+    lines = Table("", ("a", "note"), [("x", ""), ("y", "read")], rule=False, least=6).lines()
+    assert lines == ["a       note", "x", "y       read"]
+    assert Table("", ("p5", "p95"), [(0.5, 1.0)], ">", rule=False, least=5).lines() == [
+        "   p5    p95", "  0.5      1"
+    ]  # fmt: skip
+
+
+def test_numbers_have_the_tables_format_and_what_is_unknown_its_word():
+    table = Table("", ("", ""), ROWS, number=".2g", missing="unknown")
+    assert table.texts()[:2] == [["coxa", "1.2", "3"], ["femur, left", "unknown", "unknown"]]
+    assert [cell_text(x) for x in (None, math.inf, 12345, "as it is")] == [
+        "-", "inf", "12345", "as it is"
+    ]  # fmt: skip
+
+
+def test_markdown_has_sides_and_escapes_bars():
+    table = Table("not in it", ("|F|\n[N]", "b", "c"), [("a|b", 1.0, None)], "<>")
+    assert table.markdown() == (
+        "| \\|F\\| [N] | b | c |\n| --- | ---: | ---: |\n| a\\|b | 1 | - |\n"
+    )
+
+
+def test_labels_and_an_empty_table():
+    """Values stand below one another; a table without rows is its head."""
+    rows = [("mean speed", 0.25, "m/s"), ("cost", None, "")]
+    assert indented(labelled(rows)) == ["  mean speed  0.25 m/s", "  cost        -"]
+    assert Table("", ("a", "bc"), []).lines() == ["a  bc", "-----"]
+    assert Table("none", (), []).lines() == ["none"]
