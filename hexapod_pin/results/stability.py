@@ -24,8 +24,8 @@ from hexapod_pin.results.stability_margins import (
     zero_moment_point,
 )
 from hexapod_pin.results.steady_window import Window, steady_window
-from hexapod_pin.results.summary import trunk_yaw
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.robot.rotations import trunk_yaw, yawed
 from hexapod_pin.text_table import Table
 
 MARGINS: dict[str, str] = {
@@ -204,9 +204,7 @@ def _whole(trace: Trace) -> Window:
 def _heading(trace: Trace, axes: Array) -> Array:
     """Return the direction of travel across gravity, in `axes`' first two. Shape (T, 2)."""
     along = np.array(trace.run.walk.travel_direction)
-    turned = trunk_yaw(trace.q) - trunk_yaw(trace.q[:1])
-    cos, sin = np.cos(turned), np.sin(turned)
-    world = np.stack([cos * along[0] - sin * along[1], sin * along[0] + cos * along[1]], axis=1)
+    world = yawed(along, trunk_yaw(trace.q) - trunk_yaw(trace.q[:1]))
     heading = world @ axes[:2, :2].T
     found: Array = heading / np.linalg.norm(heading, axis=1, keepdims=True)
     return found

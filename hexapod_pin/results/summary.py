@@ -30,6 +30,7 @@ from hexapod_pin.results.schema import (
     schema,
     to_plain,
 )
+from hexapod_pin.robot.rotations import yawed
 from hexapod_pin.user_file import TEXT_BYTES, read_bytes, reason_of
 
 FILE = ("hexapod_pin.summary", 1)
@@ -374,13 +375,6 @@ def _require_known(values: Mapping[str, Any], where: str) -> None:
 # How far a walk comes along its heading.
 
 
-def trunk_yaw(q: Array) -> Array:
-    """Return the trunk's yaw [rad] of (k, nq) positions."""
-    x, y, z, w = q[:, 3:7].T
-    yaw: Array = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return yaw
-
-
 def distance_per_cycle(place: Array, turn: Array, along: Array) -> float:
     """Return the mean way per cycle along the heading [m].
 
@@ -393,15 +387,7 @@ def distance_per_cycle(place: Array, turn: Array, along: Array) -> float:
         along: unit vector of travel at the start. Shape (2,).
     """
     ways, middle = np.diff(place[::2], axis=0), turn[1::2]
-    return float(np.mean(np.sum(ways * heading_at(middle, along), axis=1)))
-
-
-def heading_at(turn: Array, along: Array) -> Array:
-    """Return unit vectors `along` (2,) or (k, 2), turned with the trunk by (k,) [rad]. (k, 2)."""
-    cos, sin = np.cos(turn), np.sin(turn)
-    x, y = along[..., 0], along[..., 1]
-    heading: Array = np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)
-    return heading
+    return float(np.mean(np.sum(ways * yawed(along, middle), axis=1)))
 
 
 def path_error(

@@ -29,8 +29,9 @@ from hexapod_pin.results.joint_budget import (
 from hexapod_pin.results.result_files import without_non_finite
 from hexapod_pin.results.run_record import RunRecord
 from hexapod_pin.results.steady_window import Window, steady_window, summary_window
-from hexapod_pin.results.summary import Summary, distance_per_cycle, trunk_yaw
+from hexapod_pin.results.summary import Summary, distance_per_cycle
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.robot.rotations import trunk_yaw
 from hexapod_pin.text_table import indented, labelled
 
 

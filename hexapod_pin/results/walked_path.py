@@ -14,9 +14,9 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.commanded_body import planned_body
 from hexapod_pin.errors import GaitError, ParameterError
 from hexapod_pin.results.steady_window import steady_window, summary_window
-from hexapod_pin.results.summary import heading_at, trunk_yaw
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.robot.rotations import trunk_yaw, yawed
 
 LEAST_WAY = 0.25
 """Planned way over the stroke below which a run is too short to judge its speed (*assumed*)."""
@@ -121,7 +121,7 @@ def _over_all(trace: Trace) -> WalkedWay:
     along = np.divide(pace, length[:, None], where=moving[:, None], out=np.zeros_like(pace))
     middle = 0.5 * (yaw[1:] + yaw[:-1]) - yaw[0]
     place = trace.com if "com" in trace.recorded else trace.q
-    ways = np.diff(place[:, :2], axis=0) * heading_at(middle, along)
+    ways = np.diff(place[:, :2], axis=0) * yawed(along, middle)
     planned = float(np.sum(0.5 * (size[1:] + size[:-1]) * np.diff(time)))
     return WalkedWay(
         float(time[0]), float(time[-1]), None, planned_distance=planned,

@@ -25,9 +25,9 @@ from hexapod_pin.robot.description.urdf_file import (
     UrdfFile,
     length,
     lengths,
+    mesh_scale,
     origin,
     parse_urdf,
-    triple,
 )
 from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.reading.mesh_file import read_mesh
@@ -139,9 +139,8 @@ def _mesh_bounds(robot: Robot, mesh: ElementTree.Element) -> Array:
     path = resources_of(robot).find(name)
     if path is None:
         raise ValueError(f"mesh {name!r} not found")
-    scale = triple(mesh.get("scale")) if mesh.get("scale") else (1.0, 1.0, 1.0)
     try:
-        return read_mesh(path, scale).bounds
+        return read_mesh(path, mesh_scale(mesh)).bounds
     except MeshError as error:
         raise ValueError(f"mesh {name!r} {error.reason}") from error
 

@@ -10,8 +10,8 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, field_validator, mo
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.robot.description.solids import INERTIA_RELATIVE_TOLERANCE
-from hexapod_pin.robot.loading.pin_model import placement, symmetric_matrix
+from hexapod_pin.robot.description.solids import INERTIA_RELATIVE_TOLERANCE, symmetric_matrix
+from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:

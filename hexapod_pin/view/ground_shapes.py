@@ -21,6 +21,7 @@ from hexapod_pin.ground.terrain import (
     ShakingGround,
 )
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.robot.rotations import trunk_yaw, yawed
 from hexapod_pin.view.meshcat_commands import (
     GROUND_COLOR,
     ROOT,
@@ -263,10 +264,7 @@ def middle(trace: Trace, index: npt.NDArray[np.intp]) -> Array:
     span = float(np.max(np.linalg.norm(feet - feet.mean(axis=0), axis=1)))
     if not np.linalg.norm(aside) > ASIDE * span:
         return np.asarray(places)
-    turned = _yaw(trace.q[index]) - _yaw(trace.q[:1])
-    cos, sin = np.cos(turned), np.sin(turned)
-    x, y = aside
-    return np.asarray(places + np.column_stack([cos * x - sin * y, sin * x + cos * y]))
+    return np.asarray(places + yawed(aside, trunk_yaw(trace.q[index]) - trunk_yaw(trace.q[:1])))
 
 
 def eye_level(trace: Trace) -> float:
@@ -280,12 +278,6 @@ def eye_level(trace: Trace) -> float:
         return height
     feet, reach = float(np.mean(trace.foot_position[0, :, 2])), Sizes.of(trace, 1.0).reach
     return height if 0.0 <= height - feet <= 1.5 * reach else feet + 0.4 * reach
-
-
-def _yaw(q: Array) -> Array:
-    """Return the trunk's heading (K,) [rad]."""
-    x, y, z, w = q[:, 3:7].T
-    return np.asarray(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
 
 
 def _weight(trace: Trace) -> float:

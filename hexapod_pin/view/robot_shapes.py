@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import MeshError, ParameterError, ViewerError
-from hexapod_pin.robot.description.urdf_file import origin, triple
+from hexapod_pin.robot.description.urdf_file import mesh_scale, origin
 from hexapod_pin.robot.reading.mesh_file import Mesh, read_mesh
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.rotations import rotation
@@ -331,8 +331,7 @@ def _visual(
     path = finder.find(name)
     if path is None:
         raise ValueError(finder.why(name))
-    scale = triple(shape.get("scale")) if shape.get("scale") else (1.0, 1.0, 1.0)
-    mesh = read_mesh(path, scale)
+    mesh = read_mesh(path, mesh_scale(shape))
     xyz, rpy = origin(element)
     if not np.isfinite((*xyz, *rpy)).all():
         raise ValueError(f"{name}: its origin is not finite")

@@ -18,7 +18,7 @@ from pydantic import Field, model_validator
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.description import urdf_writer as xml
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
-from hexapod_pin.robot.description.solids import Vector, box_inertia, rod_inertia
+from hexapod_pin.robot.description.solids import Vector, box_inertia, point_inertia, rod_inertia
 from hexapod_pin.robot.description.urdf_writer import Shape
 from hexapod_pin.spec import Spec
 
@@ -296,5 +296,5 @@ def _inertial(mass: float, com: float, moments: Vector, parts: list[tuple[float,
     centre = places[0] if np.ptp(places, axis=0).max() == 0 else masses @ places / total
     inertia = np.diag(moments).astype(float)
     for part, arm in zip(masses, places - centre, strict=True):
-        inertia += part * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+        inertia += part * point_inertia(arm)
     return xml.inertial(total, tuple(centre.tolist()), inertia.tolist())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -74,11 +74,22 @@ def bodies(file: UrdfFile) -> list[list[str]]:
     return [file.rigid_group(head) for head in dict.fromkeys([*file.roots, *moved])]
 
 
+def symmetric_matrix(moments: Sequence[float] | None) -> Array:
+    """Return the (3, 3) inertia of (ixx, iyy, izz, ixy, ixz, iyz) [kg m^2]; zero for None."""
+    xx, yy, zz, xy, xz, yz = moments or (0.0,) * 6
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
 def inertia_matrix(link: Link) -> Array:
     """Return the (3, 3) inertia about the centre of mass in the link's axes [kg m^2]."""
-    xx, yy, zz, xy, xz, yz = link.moments
     turn = rotation(link.inertia_rpy)
-    matrix: Array = turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.T
+    matrix: Array = turn @ symmetric_matrix(link.moments) @ turn.T
+    return matrix
+
+
+def point_inertia(arm: Array) -> Array:
+    """Return the (3, 3) inertia [m^2] of a unit point mass about a point it is an arm away from."""
+    matrix: Array = arm @ arm * np.eye(3) - np.outer(arm, arm)
     return matrix
 
 
@@ -91,7 +102,7 @@ def principal_moments(inertia: Array) -> Array:
 
 def body_inertia(file: UrdfFile, group: list[str]) -> Array:
     """Return the (3, 3) inertia [kg m^2] of a rigid group about its common centre of mass."""
-    places = _placements(file, group)
+    places = placements(file, group[:1], rigid=True)
     heavy = [(file.link_by_name[n], *places[n]) for n in group if file.link_by_name[n].mass]
     masses = np.array([link.mass for link, _, _ in heavy])
     centres = np.array([p + turn @ np.array(link.com) for link, turn, p in heavy])
@@ -99,23 +110,36 @@ def body_inertia(file: UrdfFile, group: list[str]) -> Array:
     total = np.zeros((3, 3))
     for (link, turn, _), mass, arm in zip(heavy, masses, arms, strict=True):
         total += turn @ inertia_matrix(link) @ turn.T
-        total += mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+        total += mass * point_inertia(arm)
     return total
 
 
-def _placements(file: UrdfFile, group: list[str]) -> dict[str, tuple[Array, Array]]:
-    """Return rotation and position of every link of a rigid group in its first link's frame."""
-    places = {group[0]: (np.eye(3), np.zeros(3))}
-    for name in group:
-        turn, position = places[name]
-        for joint in file.joints_below[name]:
-            if joint.moves or joint.child not in file.link_by_name or joint.child in places:
-                continue
-            numbers = joint.xyz + joint.rpy
-            xyz, rpy = (joint.xyz, joint.rpy) if all(map(math.isfinite, numbers)) else ZEROS
-            places[joint.child] = (turn @ rotation(rpy), position + turn @ np.array(xyz))
-    return places
+def placements(
+    file: UrdfFile, roots: Sequence[str], *, rigid: bool = False
+) -> dict[str, tuple[Array, Array]]:
+    """Return rotation (3, 3) and position (3,) [m] of links in the frame of the root above them.
+
+    Args:
+        file: a URDF; numbers of an origin that cannot be read count as zero.
+        roots: links to begin with; a link below several of them is placed by the first.
+        rigid: go through fixed joints alone; else all joints are at zero.
+    """
+    found: dict[str, tuple[Array, Array]] = {}
+    for root in roots:
+        found[root] = (np.eye(3), np.zeros(3))
+        queue = [root]
+        for name in queue:
+            turn, place = found[name]
+            for joint in file.joints_below.get(name, ()):
+                child = joint.child
+                if child in found or child not in file.link_by_name or (rigid and joint.moves):
+                    continue
+                xyz, rpy = finite(joint.xyz), finite(joint.rpy)
+                found[child] = (turn @ rotation(rpy), place + turn @ np.array(xyz))
+                queue.append(child)
+    return found
 
 
-ZEROS = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-"""Place of a joint whose origin cannot be read."""
+def finite(values: tuple[float, ...]) -> tuple[float, ...]:
+    """Return three numbers, zeros where one is none."""
+    return values if all(map(math.isfinite, values)) else (0.0, 0.0, 0.0)

@@ -363,6 +363,11 @@ def lengths(text: str | None) -> tuple[float, ...]:
     return triple(text, LARGEST_LENGTH)
 
 
+def mesh_scale(element: ET.Element) -> tuple[float, ...]:
+    """Return the factors along the axes of a <mesh>; 1 without any, NaN for what is no number."""
+    return triple(element.get("scale") or "1 1 1")
+
+
 def quantity(element: ET.Element | None, name: str) -> float:
     """Return a mass or moment; NaN where it is absent, no number or beyond all measure."""
     return _bounded(attribute(element, name, math.nan), LARGEST)

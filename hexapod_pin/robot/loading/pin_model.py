@@ -12,6 +12,7 @@ import numpy as np
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
 from hexapod_pin.immutable import Immutable
+from hexapod_pin.robot.description.solids import point_inertia, symmetric_matrix
 from hexapod_pin.robot.description.urdf_file import LARGEST_RADIUS, POINT, Joint, UrdfFile
 
 if TYPE_CHECKING:
@@ -156,12 +157,6 @@ class ScaledBodies(NamedTuple):
 MassChange = AddedBody | RemovedPoint | ScaledBodies
 
 
-def symmetric_matrix(moments: Sequence[float] | None) -> Array:
-    """Return the (3, 3) inertia of (ixx, iyy, izz, ixy, ixz, iyz) [kg m^2]; zero for None."""
-    xx, yy, zz, xy, xz, yz = moments or (0.0,) * 6
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
 def mass_change(load: Mapping[str, Any]) -> MassChange | None:
     """Return what a load, as plain data of a scene, does to the masses; None: nothing."""
     position = np.array(load.get("position", (0.0, 0.0, 0.0)), dtype=float)
@@ -226,18 +221,12 @@ def _without(body: pin.Inertia, point: RemovedPoint, where: Array) -> pin.Inerti
         raise _too_much(point, f"{left:.4g} kg are left")
     arm = where - body.lever
     shift = -point.mass / left * arm  # of the centre of mass
-    inertia = body.inertia - point.mass * _of_point(arm) - left * _of_point(shift)
+    inertia = body.inertia - point.mass * point_inertia(arm) - left * point_inertia(shift)
     small, middle, large = np.linalg.eigvalsh(inertia)
     if small < 0.0 or small + middle < large:
         moments = f"{small:.3g}, {middle:.3g}, {large:.3g}"
         raise _too_much(point, f"principal moments of {moments} kg m^2 are left")
     return pin.Inertia(left, body.lever + shift, inertia)
-
-
-def _of_point(arm: Array) -> Array:
-    """Return the inertia of a unit point mass about a point it is an arm away from [m^2]."""
-    matrix: Array = arm @ arm * np.eye(3) - np.outer(arm, arm)
-    return matrix
 
 
 def _too_much(point: RemovedPoint, left: str) -> ParameterError:

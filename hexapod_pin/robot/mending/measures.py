@@ -16,7 +16,13 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import HexapodError
-from hexapod_pin.robot.description.solids import box_inertia, rod_inertia
+from hexapod_pin.robot.description.solids import (
+    box_inertia,
+    finite,
+    placements,
+    point_inertia,
+    rod_inertia,
+)
 from hexapod_pin.robot.description.urdf_file import (
     Joint,
     Link,
@@ -55,19 +61,7 @@ class Measures:
     @cached_property
     def places(self) -> dict[str, tuple[Array, Array]]:
         """Rotation (3, 3) and position (3,) [m] of every link that a root leads to."""
-        found: dict[str, tuple[Array, Array]] = {}
-        for root in self.file.roots:
-            found[root] = (np.eye(3), np.zeros(3))
-            queue = [root]
-            for name in queue:
-                for joint in self.file.joints_below.get(name, ()):
-                    if joint.child in found or joint.child not in self.file.link_by_name:
-                        continue
-                    turn, place = found[name]
-                    xyz, rpy = finite(joint.xyz), finite(joint.rpy)
-                    found[joint.child] = (turn @ rotation(rpy), place + turn @ np.array(xyz))
-                    queue.append(joint.child)
-        return found
+        return placements(self.file, self.file.roots)
 
     @cached_property
     def span(self) -> float:
@@ -213,11 +207,6 @@ def _rod(end: Array) -> Solid | None:
     return Solid(volume, end / 2, inertia, np.minimum(end, 0.0), np.maximum(end, 0.0))
 
 
-def finite(values: tuple[float, ...]) -> tuple[float, ...]:
-    """Return three numbers, zeros where one of them is none."""
-    return values if all(map(math.isfinite, values)) else (0.0, 0.0, 0.0)
-
-
 def two_digits(value: float) -> float:
     """Round to two significant digits."""
     return float(f"{value:.2g}")
@@ -275,8 +264,7 @@ class Solid:
     def about(self, point: Array) -> Array:
         """Return the inertia about another point [m^5]. Shape (3, 3)."""
         arm = self.centre - point
-        parallel: Array = self.volume * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-        return self.inertia + parallel
+        return self.inertia + self.volume * point_inertia(arm)
 
 
 def joined(solids: Sequence[Solid]) -> Solid | None:

@@ -13,11 +13,11 @@ from statistics import median
 
 import numpy as np
 
-from hexapod_pin.robot.description.solids import inertia_matrix
+from hexapod_pin.robot.description.solids import finite, inertia_matrix
 from hexapod_pin.robot.description.urdf_file import Link, length, lengths, origin
 from hexapod_pin.robot.mending import rules
 from hexapod_pin.robot.mending.finding import Draft, scaled
-from hexapod_pin.robot.mending.measures import Measures, finite
+from hexapod_pin.robot.mending.measures import Measures
 
 INERTIA_UNITS = {
     3: "g m^2", 4: "kg cm^2", 6: "kg mm^2", 7: "g cm^2", 9: "g mm^2",

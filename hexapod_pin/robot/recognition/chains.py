@@ -82,7 +82,7 @@ def similar_chains(
     best = max(by_count.values(), key=lambda group: (len(group), len(group[0].joints)), default=[])
     if not 2 <= len(best[0].joints if best else ()) <= MOST_JOINTS or len(best) < min(LEG_COUNTS):
         return list(best)
-    lengths = np.array([_link_lengths(chain, frames, tips[chain.label]) for chain in best])
+    lengths = np.array([_links(_axes(chain, frames), tips[chain.label]) for chain in best])
     middle = np.median(lengths, axis=0)
     off = np.abs(lengths - middle).max(axis=1) / max(float(middle.sum()), 1e-12)
     return [chain for chain, share in zip(best, off, strict=True) if share <= UNLIKE]
@@ -130,13 +130,6 @@ def _wrong_legs(file: UrdfFile, trunk: str, chains: Sequence[Chain], joints: int
         " joints. Name the legs with legs=[...]; for a simulation without gait give feet=[...],"
         " the names of the foot links"
     )
-
-
-def _link_lengths(chain: Chain, frames: TreeFrames, tip: Array) -> list[float]:
-    """Return the distances between successive axes, and of the tip from the last one [m]."""
-    axes = [frames.axes[joint.name] for joint in chain.joints]
-    between = [axis_distance(a, b) for a, b in zip(axes, axes[1:], strict=False)]
-    return [*between, float(np.linalg.norm(axes[-1].arm(tip)))]
 
 
 def axis_distance(a: Axis, b: Axis) -> float:
@@ -354,7 +347,7 @@ def walking_joints(
     count = len(chains[0].joints)
     if count <= WALKING:
         return tuple(range(count)), ""
-    axes = [[frames.axes[joint.name] for joint in chain.joints] for chain in chains]
+    axes = [_axes(chain, frames) for chain in chains]
     run = _parallel_run(axes[0])
     links = np.mean([_links(a, tips[c.label]) for a, c in zip(axes, chains, strict=True)], axis=0)
     pairs = [(i, j) for i in run for j in run if i < j]
@@ -385,6 +378,11 @@ def _parallel_run(axes: Sequence[Axis]) -> list[int]:
             run = [k]
     runs.append(run)
     return max(runs, key=len)
+
+
+def _axes(chain: Chain, frames: TreeFrames) -> list[Axis]:
+    """Return the axes of a chain's joints."""
+    return [frames.axes[joint.name] for joint in chain.joints]
 
 
 def _links(axes: Sequence[Axis], tip: Array) -> list[float]:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import UrdfError
-from hexapod_pin.robot.description.urdf_file import POINT, UrdfFile
-from hexapod_pin.robot.recognition.chains import Pose, TreeFrames
+from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
+from hexapod_pin.robot.description.urdf_file import LARGEST_RADIUS, POINT, Joint, UrdfFile
+from hexapod_pin.robot.recognition.chains import Axis, Pose, TreeFrames
 from hexapod_pin.robot.recognition.layout import FOOT_WORDS, foot_word, named_foot
-from hexapod_pin.robot.recognition.legs import BodySphere, LegBody
-from hexapod_pin.robot.recognition.shape_points import Ball, fitted_ball
+from hexapod_pin.robot.recognition.legs import Legs
+from hexapod_pin.robot.recognition.shape_points import Ball, BodySphere, LegBody, fitted_ball
 from hexapod_pin.robot.rotations import perpendicular
 
 AT_TIP = 0.15
@@ -275,3 +275,152 @@ def _middle(near: Array, down: Array, side: Array) -> tuple[Array, float]:
         middle = middle + 0.5 * (along.max() + along.min()) * unit
         widths.append(float(along.max() - along.min()))
     return middle, 0.5 * sum(widths)
+
+
+# The feet of all legs are chosen together.
+
+Feet = tuple[FoundFoot, ...]
+
+
+def provisional_feet(
+    file: UrdfFile,
+    legs: Legs,
+    names: Sequence[str],
+    given: Sequence[str] | None,
+    radius: float | None,
+) -> Feet:
+    """Return the feet at the points furthest from the legs' last joints.
+
+    Args:
+        file: the URDF.
+        legs: the legs.
+        names: of the legs, in the same order.
+        given: foot links, one per leg; None to find them.
+        radius: of all feet [m]; None takes each foot's own.
+
+    Raises:
+        UrdfError: a leg without any sign of a foot; given feet that are not one on each leg.
+        UnknownNameError: a given foot that is no link.
+        ParameterError: a radius out of range.
+    """
+    if radius is not None and not 0.0 <= radius <= LARGEST_RADIUS:
+        raise ParameterError("foot_radius", radius, f"from 0 to {LARGEST_RADIUS:g} m")
+    downs = [np.zeros(3) if body.empty else body.furthest() for body in legs.bodies]
+    if given is not None:
+        return _sized(_given_feet(file, legs, names, given), radius)
+    if (frames := trusted_frames(file, legs.frames, legs.bodies)) is not None:
+        links, rule = frames
+        return _sized(
+            [frame_foot(file, legs.frames, links[c.label], rule) for c in legs.chains], radius
+        )
+    return _sized(_found(file, legs, names, downs), radius, downs)
+
+
+def standing_feet(
+    file: UrdfFile, legs: Legs, names: Sequence[str], before: Feet, angles: Sequence[Array],
+    down: Array, radius: float | None,
+) -> Feet:  # fmt: skip
+    """Return the feet at the lowest points of the standing posture.
+
+    Args:
+        file: the URDF.
+        legs: the legs.
+        names: of the legs, in the same order.
+        before: the provisional feet: settled ones stay.
+        angles: of every leg's joints in that posture [rad].
+        down: downward unit vector in the root link's frame. Shape (3,).
+        radius: of all feet [m]; None takes each foot's own.
+    """
+    downs = [
+        _unturned(body.chain.joints, legs, q, down)
+        for body, q in zip(legs.bodies, angles, strict=True)
+    ]
+    found = _found(file, legs, names, downs)
+    kept = [old if old.settled else new for old, new in zip(before, found, strict=True)]
+    return _sized(kept, radius, downs)
+
+
+def _found(
+    file: UrdfFile, legs: Legs, names: Sequence[str], downs: Sequence[Array]
+) -> list[FoundFoot]:
+    """Return the feet of the legs' shapes along a direction each, else what stands for them."""
+    findings, feet = [], []
+    for name, body, down in zip(names, legs.bodies, downs, strict=True):
+        try:
+            foot = (
+                shape_foot(body, down)
+                if not body.empty
+                else bare_foot(file, legs.frames, body, name)
+            )
+            feet.append(foot)
+        except UrdfError as error:
+            findings += error.findings
+    if findings:
+        raise UrdfError(file.source, findings)
+    return feet
+
+
+def _given_feet(
+    file: UrdfFile, legs: Legs, names: Sequence[str], given: Sequence[str]
+) -> list[FoundFoot]:
+    """Return the given feet in the order of the legs."""
+    for link in given:
+        if link not in file.link_by_name:
+            raise UnknownNameError("foot link", link, list(file.link_by_name))
+    twice = sorted({link for link in given if list(given).count(link) > 1})
+    feet, findings = (
+        [],
+        [f"feet: {', '.join(twice)} given twice; give each link once"] if twice else [],
+    )
+    for name, body in zip(names, legs.bodies, strict=True):
+        on_leg = [link for link in given if link in body.chain.body]
+        if len(on_leg) == 1:
+            feet.append(_given_foot(file, legs, name, body, on_leg[0]))
+        else:
+            links = ", ".join(body.chain.body)
+            findings.append(
+                f"leg {name}: {len(on_leg)} of the given feet on it; give one of {links}"
+            )
+    if not findings and len(given) != len(feet):
+        findings.append(f"{len(given)} feet given for {len(feet)} legs; give each foot link once")
+    if findings:
+        raise UrdfError(file.source, findings)
+    return feet
+
+
+def _given_foot(file: UrdfFile, legs: Legs, leg: str, body: LegBody, link: str) -> FoundFoot:
+    """Return a given link's sphere or frame; where that is at the knee the tip of the shapes."""
+    foot = frame_foot(file, legs.frames, link, "")
+    if np.linalg.norm(body.axis.arm(foot.centre)) > SAME * max(body.reach, SAME):
+        return foot
+    if body.empty:
+        joint = body.chain.joints[-1].name
+        text = f"leg {leg}: foot {link!r} is on the axis of the last joint {joint!r}"
+        raise UrdfError(file.source, [f"{text}; give feet=[...] a link at the tip"])
+    return shape_foot(body, body.furthest())
+
+
+def _sized(
+    feet: Sequence[FoundFoot], radius: float | None, downs: Sequence[Array] | None = None
+) -> Feet:
+    """Return the feet with the radius that the user gives, if any: tips of shapes stay in place."""
+    if radius is None:
+        return tuple(feet)
+    ways = [np.zeros(3)] * len(feet) if downs is None else downs
+    return tuple(
+        replace(
+            foot,
+            radius=float(radius),
+            centre=foot.centre if foot.own else foot.centre + (foot.radius - radius) * down,
+        )
+        for foot, down in zip(feet, ways, strict=True)
+    )
+
+
+def _unturned(joints: Sequence[Joint], legs: Legs, angles: Array, down: Array) -> Array:
+    """Return the downward direction of a posture in the last body's place at q = 0. Shape (3,)."""
+    for joint, angle in zip(joints, angles, strict=True):
+        unit = legs.frames.axes[joint.name].unit
+        moved = float(angle) - legs.places.get(joint.name, 0.0)
+        down = Axis(np.zeros(3), unit).turned(down, -moved)
+    return down

@@ -10,6 +10,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.recognition.chains import Axis, Chain, TreeFrames
+from hexapod_pin.robot.serial_chain import axis_points
 
 COMMON = 0.8
 """Least share of the first axes' squares along one direction (27 deg off it) (*assumed*)."""
@@ -125,7 +126,8 @@ def _sign(
     known = all(joint.name in stated for chain in chains for joint in chain.joints)
     for chain in chains:
         axes, tip = [frames.axes[joint.name] for joint in chain.joints], tips[chain.label]
-        points = _own_points(axes, tip)
+        units, origins = np.array([x.unit for x in axes]), np.array([x.origin for x in axes])
+        points = np.vstack([axis_points(units, origins, tip), tip])
         length = max(float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()), 1e-12)
         hip = points[0]
         if known:
@@ -195,14 +197,3 @@ def _bend(chain: Chain, axes: Sequence[Axis], points: Array, inwards: Array, lin
     turned = float(np.cross(thigh, mean) @ axis.unit) / size
     lifts = float(np.cross(axis.unit, outwards * across) @ line)
     return turned * float(np.sign(lifts))
-
-
-def _own_points(axes: Sequence[Axis], tip: Array) -> Array:
-    """Return for each axis its point nearest to the next one's, and the tip [m]. (k + 1, 3).
-
-    Where a file has a joint's origin on its axis does not matter.
-    """
-    points = [tip]
-    for axis in reversed(axes):
-        points.insert(0, points[0] - axis.arm(points[0]))
-    return np.array(points)
