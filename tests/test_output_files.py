@@ -257,9 +257,9 @@ def test_least_sizes_are_below_what_files_come_to(tmp_path: Path) -> None:
 
 WRITING = {
     "atomic_file.py": "every file that a user names: a temporary file takes its name",
-    "sweep/runs/store_guard.py": "the empty file of a store: created where nothing has its name",
-    "sweep/runs/store_file.py": "the store of a sweep and its log: opened by SQLite",
-    "sweep/runs/store_lock.py": "the lock of a store: created whole, recognised by its content",
+    "study/runs/store_guard.py": "the empty file of a store: created where nothing has its name",
+    "study/runs/store_file.py": "the store of a sweep and its log: opened by SQLite",
+    "study/runs/store_lock.py": "the lock of a store: created whole, recognised by its content",
     "commands/process.py": "the null device, in place of streams whose reader has gone",
     "commands/resources.py": "the null device, in place of closed streams",
 }

@@ -35,7 +35,7 @@ def blocks(step: int) -> list[list[int]]:
     return [seeds[k::BLOCKS] for k in range(BLOCKS)]
 
 
-@pytest.mark.parametrize("seeds", blocks(8), ids=range(BLOCKS))
+@pytest.mark.parametrize("seeds", blocks(20), ids=range(BLOCKS))
 def test_commands_agree_on_mutated_files(run: Run, tmp_path: Path, seeds: list[int]) -> None:
     """Files with one to three faults each: they disagreed on 238 of 430."""
     for seed in seeds:
@@ -57,7 +57,7 @@ def test_commands_agree_on_mutated_files(run: Run, tmp_path: Path, seeds: list[i
             assert "REFUSED" in done.err or " = " in done.err, seed  # what is left, or which option
 
 
-@pytest.mark.parametrize("seeds", blocks(3), ids=range(BLOCKS))
+@pytest.mark.parametrize("seeds", blocks(12), ids=range(BLOCKS))
 def test_findings_know_whether_they_are_repaired(seeds: list[int]) -> None:
     """After a repair nothing is left that a repair is said to exist for, and it is all done."""
     for seed in seeds:

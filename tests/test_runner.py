@@ -263,7 +263,7 @@ def test_worker_processes_give_the_same_bits() -> None:
 
 
 def test_limits_of_a_case_hold_on_workers_too() -> None:
-    few = replace(walks(0.0)[0], limits=hp.WorkLimits(evaluations=3.0))
+    few = replace(walks(0.0)[0], limits=hp.simulation.WorkLimits(evaluations=3.0))
     for how in ({}, {"executor": lambda: ThreadPoolExecutor(1)}):
         rows = run_study(lambda run: list(run.rows([few, *walks(0.0)], SUMMARY)), **how)
         assert isinstance(rows[0], WorkLimitError) and rows[0].limit == "evaluations"
