@@ -132,9 +132,15 @@ def check_fields(owner: Any, fields: Mapping[str, Any], rule: Rule) -> None:
     Raises:
         ParameterError: a field is of a wrong type, or too large a number.
     """
-    for name, check in _field_checks(owner, rule).items():
-        if name in fields:
-            _refuse_wrong(check, fields[name], f"{owner.__name__}.{name}")
+    checks = _field_checks(owner, rule)
+    try:
+        for name, check in checks.items():
+            if name in fields:
+                check(fields[name])
+    except WrongTypeError:
+        for name, check in checks.items():
+            if name in fields:
+                _refuse_wrong(check, fields[name], f"{owner.__name__}.{name}")
 
 
 @functools.cache

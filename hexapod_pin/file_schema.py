@@ -208,9 +208,12 @@ class FileData(BaseModel):
         Raises:
             ParameterError: one is of a wrong type or breaks a rule.
         """
-        check_fields(type(self), fields, FACTS)
-        with plain_errors(type(self).__name__, fields):
+        try:
             super().__init__(**fields)
+        except ValidationError as error:
+            check_fields(type(self), fields, FACTS)  # names the place where a type is wrong
+            with plain_errors(type(self).__name__, fields):
+                raise error
 
     @classmethod
     def __pydantic_init_subclass__(cls, **options: Any) -> None:

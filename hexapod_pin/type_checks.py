@@ -245,8 +245,12 @@ def _each(check: Check, exact: type | None = None, *, stored: bool = True) -> Ch
             return  # its items are made as they are taken
         if not _is_collection(value) or isinstance(value, str | bytes | bytearray | Mapping):
             raise WrongTypeError(value, "a sequence")
-        for index, one in enumerate(value):
-            _inside(check, one, index)
+        index = 0
+        try:
+            for index, one in enumerate(value):  # noqa: B007  # told where one is refused
+                check(one)
+        except WrongTypeError as error:
+            raise _inside(error, index) from None
 
     return check_all
 
@@ -258,8 +262,12 @@ def _row(checks: list[Check]) -> Check:
         stored(value)
         if len(value) != len(checks):
             raise WrongTypeError(value, f"{len(checks)} values")
-        for index, (check, one) in enumerate(zip(checks, value, strict=True)):
-            _inside(check, one, index)
+        index = 0
+        try:
+            for index, (check, one) in enumerate(zip(checks, value, strict=True)):  # noqa: B007
+                check(one)
+        except WrongTypeError as error:
+            raise _inside(error, index) from None
 
     return check_all
 
@@ -268,19 +276,20 @@ def _values(key_check: Check, check: Check) -> Check:
     def check_all(value: Any) -> None:
         if not isinstance(value, Mapping):
             raise WrongTypeError(value, "a mapping")
-        for key, one in value.items():
-            _inside(key_check, key, key)
-            _inside(check, one, key)
+        key = None
+        try:
+            for key, one in value.items():
+                key_check(key)
+                check(one)
+        except WrongTypeError as error:
+            raise _inside(error, key) from None
 
     return check_all
 
 
-def _inside(check: Check, value: Any, place: Any) -> None:
-    """Check a part of an argument."""
-    try:
-        check(value)
-    except WrongTypeError as error:
-        raise WrongTypeError(error.value, error.allowed, f"[{place}]{error.where}") from None
+def _inside(error: WrongTypeError, place: Any) -> WrongTypeError:
+    """Return the refusal of a part of an argument."""
+    return WrongTypeError(error.value, error.allowed, f"[{place}]{error.where}")
 
 
 # What the names in annotations stand for, those imported for type checkers alone included.
