@@ -182,6 +182,8 @@ def _is_path(value: Any) -> bool:
 
 def _is_array(value: Any) -> bool:
     """Tell whether something is an array of numbers, or makes one."""
+    if type(value) is np.ndarray:
+        return value.dtype.kind in "biuf"
     try:
         return np.asarray(value).dtype.kind in "biuf"
     except (TypeError, ValueError, OverflowError):
@@ -212,14 +214,17 @@ ANYTHING, NOTHING = _PLAIN[Any], _PLAIN[None]
 
 def any_of(checks: list[Check]) -> Check:
     """Return the check that a value passes one of several; the deepest refusal counts."""
+    optional, others = NOTHING in checks, [one for one in checks if one is not NOTHING]
 
     def check(value: Any) -> None:
-        refusals = []
-        for one in checks:
+        if value is None and optional:
+            return
+        for one in others:
             try:
                 return one(value)
-            except WrongTypeError as error:
-                refusals.append(error)
+            except WrongTypeError:
+                continue  # all refusals are collected below
+        refusals = [refusal for one in checks if (refusal := _refusal(one, value))]
         deepest = max(refusals, key=lambda error: len(error.where))
         if deepest.where:
             raise deepest
@@ -227,6 +232,14 @@ def any_of(checks: list[Check]) -> Check:
         raise WrongTypeError(value, "finite" if "finite" in allowed else " or ".join(allowed))
 
     return check
+
+
+def _refusal(check: Check, value: Any) -> WrongTypeError | None:
+    try:
+        check(value)
+    except WrongTypeError as error:
+        return error
+    return None
 
 
 def _each(check: Check, exact: type | None = None, *, stored: bool = True) -> Check:
@@ -247,7 +260,7 @@ def _each(check: Check, exact: type | None = None, *, stored: bool = True) -> Ch
             raise WrongTypeError(value, "a sequence")
         index = 0
         try:
-            for index, one in enumerate(value):  # noqa: B007  # told where one is refused
+            for index, one in enumerate(value):  # noqa: B007  # for the error
                 check(one)
         except WrongTypeError as error:
             raise _inside(error, index) from None

@@ -13,6 +13,7 @@ from pathlib import Path
 import hexapod_pin as hp
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.results.schema import Record, schema
+from hexapod_pin.study.runs.outcome import CaseNumbers
 
 PAGE = Path(__file__).parents[1] / "docs" / "results" / "quantities.md"
 
@@ -23,6 +24,7 @@ RECORDS: tuple[type[Record], ...] = (
     hp.study.TorqueMap,
     hp.study.GaitEnergy,
     hp.sizing.JointDemand,
+    CaseNumbers,
 )
 
 HEAD = """# Numbers of results

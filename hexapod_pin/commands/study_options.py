@@ -64,5 +64,5 @@ def run_options(
 
 
 def with_progress(options: RunOptions, progress: Callable[[float], None]) -> RunOptions:
-    """Return the options with what is told how far a study is."""
+    """Return the options with a function that receives the finished fraction."""
     return {**options, "progress": progress}

@@ -5,21 +5,25 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Optional
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hexapod_pin.commands.options import OptionalPath, OptionalText
+from hexapod_pin.commands.options import OptionalPath
 from hexapod_pin.commands.output_files import writable, writable_figure, written_files
 from hexapod_pin.commands.progress import time_left_bar
+from hexapod_pin.commands.study_options import (
+    Processes,
+    Resume,
+    RetryFailed,
+    Scheduler,
+    StudyThreads,
+)
 from hexapod_pin.commands.terminal import echo
 
 if TYPE_CHECKING:
     from hexapod_pin.study.runs import SweepResult
     from hexapod_pin.study.sweep import SweepStudy
-
-
-OptionalInt = Optional[int]  # noqa: UP045
 
 
 def sweep(
@@ -32,23 +36,11 @@ def sweep(
         OptionalPath, typer.Option(help="Dataset to write: .nc, .h5, .hdf5, or .csv as a table.")
     ] = None,
     plot: Annotated[OptionalPath, typer.Option(help="Figure to write: .png, .svg or .pdf.")] = None,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with a store: finished cases are not run again.")
-    ] = False,
-    retry_failed: Annotated[
-        bool, typer.Option("--retry-failed", help="Go on with a store, and run failed cases again.")
-    ] = False,
-    threads: Annotated[
-        OptionalInt,
-        typer.Option(help="Cases at a time; default 2, with workers 1 in each of them."),
-    ] = None,
-    processes: Annotated[
-        OptionalInt, typer.Option(help="Run on this many worker processes of this machine.")
-    ] = None,
-    scheduler: Annotated[
-        OptionalText,
-        typer.Option(help="Run on the workers of the Dask scheduler at this address."),
-    ] = None,
+    resume: Resume = False,
+    retry_failed: RetryFailed = False,
+    threads: StudyThreads = None,
+    processes: Processes = None,
+    scheduler: Scheduler = None,
     chunk: Annotated[int, typer.Option(help="Cases that a worker is given at a time.")] = 4,
     code: Annotated[
         OptionalPath,

@@ -276,7 +276,9 @@ def check_ending(path: str | Path, allowed: Sequence[str]) -> str:
 
 
 def without_non_finite(value: Any) -> Any:
-    """Return nested data with None in place of NaN and infinities."""
+    """Return nested data with None in place of NaN and infinities, arrays as nested lists."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
     if isinstance(value, dict):
         return {key: without_non_finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

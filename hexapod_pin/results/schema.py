@@ -18,7 +18,7 @@ from hexapod_pin.arrays import Array, read_only, same_bits
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.file_schema import LARGEST, ArrayRule
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.results.result_files import Column
+from hexapod_pin.results.result_files import Column, without_non_finite
 
 if TYPE_CHECKING:
     import xarray
@@ -183,6 +183,8 @@ def known_quantity(kind: type[Record], name: str) -> Quantity:
 
 def _fits(shape: tuple[int, ...], axes: tuple[str, ...], sizes: Mapping[str, int]) -> bool:
     """Tell whether a shape is that of some axes; one without labels may have any length."""
+    if shape == tuple(map(sizes.get, axes)):
+        return True
     wanted = (sizes.get(axis) for axis in axes)
     return len(shape) == len(axes) and all(
         size in (None, own) for size, own in zip(wanted, shape, strict=True)
@@ -214,27 +216,9 @@ def document(kind: type[Record]) -> dict[str, str]:
 # Records as plain data: for JSON, and as rows of doubles.
 
 
-def empty(kind: type[Record], sizes: Mapping[str, int]) -> dict[str, Array]:
-    """Return an array of NaN for each quantity whose axes all have a size."""
-    return {
-        name: np.full(tuple(sizes[axis] for axis in one.axes), np.nan)
-        for name, one in schema(kind).items()
-        if all(axis in sizes for axis in one.axes)
-    }
-
-
 def plain(record: Record) -> dict[str, Any]:
     """Return all quantities as nested lists of numbers, with None in place of NaN."""
-    return {name: to_plain(getattr(record, name)) for name in schema(type(record))}
-
-
-def to_plain(value: Any) -> Any:
-    """Return a number or an array as nested lists, with None in place of what is not finite."""
-    if isinstance(value, np.ndarray):
-        return to_plain(value.tolist())
-    if isinstance(value, list):
-        return [to_plain(one) for one in value]
-    return None if value is None or not math.isfinite(value) else value
+    return {name: without_non_finite(getattr(record, name)) for name in schema(type(record))}
 
 
 def from_plain(
@@ -259,15 +243,15 @@ def from_plain(
         ParameterError: a value is no number, out of its range, or there are too many or too few.
     """
     found: dict[str, Any] = {}
-    for name, one in schema(kind).items():
-        if errors and name not in data:
-            continue
-        free = any(axis not in sizes for axis in one.axes)
-        value, place = data.get(name), ".".join(filter(None, (where, name)))
-        if name not in data or (value is None and free):
+    known = schema(kind)
+    for name, one in {k: known[k] for k in known if k in data}.items() if errors else known.items():
+        value, place = data.get(name), f"{where}.{name}" if where else name
+        if name not in data or (value is None and not sizes.keys() >= {*one.axes}):
             raise ParameterError(place, None, "there: it is missing")
         if value is None:
-            value = np.full(tuple(sizes[axis] for axis in one.axes), np.nan)
+            shape = tuple(sizes[axis] for axis in one.axes)
+            found[name] = np.full(shape, np.nan) if shape else math.nan
+            continue
         rule = Quantity(one.axes, one.unit, least=0.0, nan=True) if errors else one
         array = _array(place, value, rule, sizes)
         found[name] = array if one.axes else float(array)

@@ -28,7 +28,6 @@ from hexapod_pin.results.schema import (
     plain,
     quantity,
     schema,
-    to_plain,
 )
 from hexapod_pin.robot.rotations import yawed
 from hexapod_pin.user_file import TEXT_BYTES, read_bytes, reason_of
@@ -188,7 +187,7 @@ class Summary(Record):  # noqa: PLW1641  # no record has a hash
     @property
     def plain_errors(self) -> dict[str, Any]:
         """The errors as JSON-able data, NaN as None."""
-        return {name: to_plain(error) for name, error in self.errors.items()}
+        return {name: without_non_finite(error) for name, error in self.errors.items()}
 
     def __eq__(self, other: object) -> bool:
         """Tell whether all numbers, names and entries are the same."""

@@ -252,7 +252,7 @@ class CandidateRuns:
     objective: Objective
     settings: Mapping[str, Any]
     penalty: float
-    budget: int = 0  # no progress is told without
+    budget: int = 0  # 0: no progress is reported
     run: Runner = field(default_factory=Runner)
     baseline: list[Summary] = field(default_factory=list)
     history: list[Candidate] = field(default_factory=list)

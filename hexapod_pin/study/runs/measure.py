@@ -19,7 +19,7 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.control.check_controller import settings_of
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.run_record import RunCase, RunRecord
-from hexapod_pin.results.schema import schema
+from hexapod_pin.results.schema import pack, schema, unpack
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.scene.robot_file import robot_to_dict
 from hexapod_pin.simulation.case_data import run_to_dict
@@ -249,7 +249,7 @@ def _summary_parts(summary: Summary) -> dict[str, Any]:
     return {
         **{name: getattr(summary, name) for name in ("joint_names", "foot_names", "cycles")},
         "states": summary.states,
-        **{name: getattr(summary, name) for name in schema(Summary)},
+        "numbers": pack(summary),
         "counters": summary.counters,
         "errors": summary.errors,
         "run": summary.run.to_dict(),
@@ -258,12 +258,14 @@ def _summary_parts(summary: Summary) -> dict[str, Any]:
 
 def _summary_of(case: Case, parts: dict[str, Any]) -> Summary:
     joints, feet = len(parts["joint_names"]), len(parts["foot_names"])
+    sizes = {"joint": joints, "foot": feet, "axis": 3, "path_column": 4}
+    numbers = unpack(Summary, parts.pop("numbers"), sizes)
     run = RunRecord.from_dict(parts.pop("run"), joint=joints, foot=feet)
     what = RunCase(
         case.scene.settings, robot_to_dict(case.scene.robot), settings_of(case.controller),
         run_to_dict(case),
     )  # fmt: skip
-    return Summary(**parts, run=run.model_copy(update={"case": what}))
+    return Summary(**parts, **numbers, run=run.model_copy(update={"case": what}))
 
 
 # An error as text.

@@ -7,13 +7,13 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.results.joint_budget import joint_kinds
-from hexapod_pin.results.schema import pack, schema
+from hexapod_pin.results.schema import Quantity, Record, pack, quantity, schema
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_budget import energy_per_way
 from hexapod_pin.results.walk_verdict import SummaryVerdict, summary_verdict
@@ -96,50 +96,46 @@ def from_bytes(message: bytes) -> list[Outcome]:
 
 # What a case leaves: its numbers in the order in which a store keeps them.
 
-JOINT, FOOT, SCALAR = ("joint",), ("foot",), ()
-
 PATH, PATH_COLUMNS = "path", 4
 """The array of a summary whose length differs from run to run; it stands last."""
 
 
-class Quantity(NamedTuple):
-    """One quantity of a case."""
+class CaseNumbers(Record):
+    """What is found from a summary and its run, beside the summary's own numbers.
 
-    axes: tuple[str, ...]  # "joint", "foot", "axis"
-    unit: str
-    meaning: str
+    Attributes:
+        joint_names: of the axis "joint".
+    """
 
+    AXES: ClassVar[Mapping[str, str | tuple[str, ...]]] = {"joint": "joint_names"}
 
-FOUND: Mapping[str, Quantity] = {
-    "cycles": Quantity(SCALAR, "1", "whole gait cycles in the window; NaN where nothing repeats"),
-    "states": Quantity(SCALAR, "1", "accepted states of the whole run"),
-    "total_mass": Quantity(SCALAR, "kg", "mass of the robot with its loads"),
-    "distance": Quantity(SCALAR, "m", "way of the centre of mass per cycle along the heading"),
-    "measured_speed": Quantity(SCALAR, "m/s", "distance per time"),
-    "nominal_speed": Quantity(SCALAR, "m/s", "speed that the gait asks for"),
-    "measured_turn_rate": Quantity(SCALAR, "rad/s", "mean yaw rate, left > 0"),
-    "cost_of_transport": Quantity(SCALAR, "1", "absolute energy over weight and distance"),
-    "cost_of_transport_positive": Quantity(SCALAR, "1", "work given over weight and distance"),
-    "speed_share": Quantity(SCALAR, "1", "way over planned way"),
-    "turn_share": Quantity(SCALAR, "1", "yaw over planned yaw"),
-    "walks": Quantity(SCALAR, "1", "1: walks as planned; 0: does not; NaN: cannot be judged"),
-    "trunk_contacts": Quantity(SCALAR, "1", "contacts of the trunk with the ground"),
-    "effort_limit": Quantity(JOINT, "N m", "torque limit at standstill"),
-    "limit_count": Quantity(JOINT, "1", "times the torque limit was reached, whole run"),
-    "limit_time": Quantity(JOINT, "s", "time at the torque limit, whole run"),
-    "stop_count": Quantity(JOINT, "1", "times a joint stop was reached, whole run"),
-}
-"""What is found from a summary and its run, beside the summary's own numbers."""
+    # fmt: off
+    joint_names: tuple[str, ...]
+    cycles: float = quantity("", "1", "whole gait cycles in the window; NaN where nothing repeats")
+    states: float = quantity("", "1", "accepted states of the whole run")
+    total_mass: float = quantity("", "kg", "mass of the robot with its loads")
+    distance: float = quantity("", "m",
+        "distance of the centre of mass per cycle along the heading")
+    measured_speed: float = quantity("", "m/s", "distance per time")
+    nominal_speed: float = quantity("", "m/s", "planned speed of the gait")
+    measured_turn_rate: float = quantity("", "rad/s", "mean yaw rate, left > 0")
+    cost_of_transport: float = quantity("", "1", "absolute energy over weight and distance")
+    cost_of_transport_positive: float = quantity("", "1", "work done over weight and distance")
+    speed_share: float = quantity("", "1", "distance over planned distance")
+    turn_share: float = quantity("", "1", "yaw over planned yaw")
+    walks: float = quantity("", "1", "1: walks as planned; 0: does not; NaN: cannot be judged")
+    trunk_contacts: float = quantity("", "1", "contacts of the trunk with the ground")
+    effort_limit: Array = quantity("joint", "N m", "torque limit at standstill")
+    limit_count: Array = quantity("joint", "1", "times the torque limit was reached, whole run")
+    limit_time: Array = quantity("joint", "s", "time at the torque limit, whole run")
+    stop_count: Array = quantity("joint", "1", "times a joint stop was reached, whole run")
+    # fmt: on
 
 
 def quantities() -> dict[str, Quantity]:
-    """Return all quantities but the way, in the order of the stored doubles."""
-    own = {
-        name: Quantity(one.axes, one.unit, one.meaning)
-        for name, one in schema(Summary).items()
-        if name != PATH
-    }
-    return {**FOUND, **own}
+    """Return all quantities but the path, in the order of the stored doubles."""
+    own = schema(Summary)
+    return {**schema(CaseNumbers), **{name: own[name] for name in own if name != PATH}}
 
 
 @lru_cache(maxsize=64)
@@ -159,11 +155,12 @@ def labels_of(summary: Summary) -> str:
 
 
 def case_numbers(summary: Summary, verdict: SummaryVerdict) -> Array:
-    """Return all numbers of a case in one row: `quantities` one after the other, then the way."""
-    found = {**_found(summary), "speed_share": verdict.speed_share,
-             "turn_share": verdict.turn_share, "walks": _number(verdict.walks)}  # fmt: skip
-    parts = [np.ravel(np.asarray(found[name], dtype=float)) for name in FOUND]
-    return np.concatenate([*parts, pack(summary)])
+    """Return all numbers of a case in one row: `quantities` one after the other, then the path."""
+    found = CaseNumbers(
+        summary.joint_names, **_found(summary), speed_share=_number(verdict.speed_share),
+        turn_share=_number(verdict.turn_share), walks=_number(verdict.walks),
+    )  # fmt: skip
+    return np.concatenate([pack(found), pack(summary)])
 
 
 def _found(summary: Summary) -> dict[str, Any]:
@@ -188,7 +185,9 @@ def _found(summary: Summary) -> dict[str, Any]:
         "trunk_contacts": touches,
         "effort_limit": nothing if run.robot.effort_limit is None else run.robot.effort_limit,
         **{
-            name: nothing if run.limits is None else [getattr(row, name) for row in run.limits]
+            name: nothing
+            if run.limits is None
+            else np.array([getattr(row, name) for row in run.limits], dtype=float)
             for name in ("limit_count", "limit_time", "stop_count")
         },
     }

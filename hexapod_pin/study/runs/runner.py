@@ -156,7 +156,7 @@ class Runner:
             cases: what to run. An exception stands for a case that cannot be, and is its row.
             measure: what is kept of each run, or of each case one.
             span: fractions of the study that are finished before and after these cases; None:
-                nothing is told.
+                no progress is reported.
 
         Raises:
             ParameterError: a controller cannot be written as data, with a store or workers.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import sqlite3
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -59,7 +60,7 @@ Kind = TypeVar("Kind", bound="Store")
 """A kind of store."""
 
 
-class Store:
+class Store(ABC):
     """A store, open for writing; a context that closes it.
 
     Attributes:
@@ -132,17 +133,17 @@ class Store:
     def _count(self, table: str = "cases") -> int:
         return int(self.connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0])
 
+    @abstractmethod
     def _begin(self) -> None:
         """Write down what a new store is for."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _go_on(self) -> None:
         """Refuse a store that is for something else."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _read_finished(self) -> None:
         """Find which cases need not be run."""
-        raise NotImplementedError
 
     def _intact_rows(self, check: Callable[[list[CaseRow]], None] | None = None) -> list[CaseRow]:
         """Return the rows without their numbers; damaged ones are forgotten, and run again.
@@ -297,7 +298,9 @@ class SweepStore(Store):
 
 
 def _quantities_text() -> str:
-    return json.dumps([[name, *entry] for name, entry in quantities().items()])
+    return json.dumps(
+        [[name, one.axes, one.unit, one.meaning] for name, one in quantities().items()]
+    )
 
 
 class RowStore(Store):

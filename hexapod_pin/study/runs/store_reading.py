@@ -13,7 +13,8 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import SweepStoreError
 from hexapod_pin.file_schema import check_data
-from hexapod_pin.study.runs.outcome import PATH_COLUMNS, Quantity, shape_of, sizes_of
+from hexapod_pin.results.schema import Quantity
+from hexapod_pin.study.runs.outcome import PATH_COLUMNS, shape_of, sizes_of
 from hexapod_pin.study.runs.store_file import DONE, connect, nothing_yet, store_errors
 from hexapod_pin.study.runs.store_schema import (
     CounterText,

@@ -14,7 +14,8 @@ from pydantic import AfterValidator, Field
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.file_schema import FileData, Name, Number, check_data, per
 from hexapod_pin.results.joint_budget import KINDS, OTHER_KINDS
-from hexapod_pin.study.runs.outcome import PATH_COLUMNS, Outcome, Quantity, shape_of, sizes_of
+from hexapod_pin.results.schema import Quantity
+from hexapod_pin.study.runs.outcome import PATH_COLUMNS, Outcome, shape_of, sizes_of
 from hexapod_pin.study.runs.store_file import DONE, FAILED
 
 if TYPE_CHECKING:
@@ -113,7 +114,9 @@ def checked_meta(texts: Mapping[str, str]) -> tuple[int, dict[str, Quantity]]:
     for place, entry in enumerate(data["quantities"]):
         about = dict(zip(("name", "axes", "unit", "meaning"), entry, strict=True))
         check_data(QuantityText, f"meta.quantities[{place}]", about)
-        found[about["name"]] = Quantity(tuple(about["axes"]), about["unit"], about["meaning"])
+        found[about["name"]] = Quantity(
+            tuple(about["axes"]), about["unit"], meaning=about["meaning"]
+        )
     return data["cases"], found
 
 

@@ -21,7 +21,8 @@ from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.foreign_text import csv_cell
 from hexapod_pin.results.joint_budget import KINDS, OTHER_KINDS
 from hexapod_pin.results.result_files import NETCDF, Column, check_ending, write_netcdf
-from hexapod_pin.study.runs.outcome import PATH, Quantity
+from hexapod_pin.results.schema import Quantity
+from hexapod_pin.study.runs.outcome import PATH
 from hexapod_pin.study.runs.store_reading import NOT_RUN, StoredSweep, columns, read_store, ways
 from hexapod_pin.user_file import user_path
 
@@ -189,7 +190,7 @@ def sweep_columns(found: StoredSweep) -> dict[str, Column]:
     values = columns(found)
     made = _coordinates(found)
     for name, one in found.quantities.items():
-        made[name] = Column((CASE, *one.axes), values[name], _about(one))
+        made[name] = Column((CASE, *one.axes), values[name], one.about)
         made |= _of_kinds(found, name, one, values[name])
     made[PATH] = Column(
         (CASE, "edge", "way_column"), ways(found),
@@ -268,10 +269,6 @@ def _labels(axis: str, names: Iterable[str]) -> Column:
 
 def _text(words: Iterable[str], meaning: str) -> Column:
     return Column((CASE,), np.array(list(words), dtype=object), {"long_name": meaning})
-
-
-def _about(one: Quantity) -> dict[str, str]:
-    return {"units": one.unit, "long_name": one.meaning}
 
 
 def _kinds(found: StoredSweep) -> list[str]:

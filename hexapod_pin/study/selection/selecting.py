@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 
 Stage = Callable[[str], Callable[[float], None]]
-"""Begins a stage of the work by its title, and returns what is told its finished fraction."""
+"""Begins a stage of the work by its title, and returns what receives its finished fraction."""
 
 STAGES = 3
 """Motors, the lightest ones, uncertain inputs."""
@@ -137,7 +137,7 @@ def selected(
 
 
 def _stages(run: Runner, stage: Stage | None) -> Callable[[str], None]:
-    """Return what begins a stage by its title: its progress is told from then on."""
+    """Return what begins a stage by its title: from then on its progress is reported."""
     whole, begun = run.progress, itertools.count()
 
     def begin(title: str) -> None:
