@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -52,6 +53,18 @@ def test_cores_fed_is_task_time_over_time_of_the_busier_one(
     found, said = COSTS.cores_fed(chunk)
     assert found == pytest.approx(cores, rel=1e-4)
     assert limit in (None, said)
+
+
+def test_a_server_whose_time_is_below_the_tick_of_the_clock_is_no_limit() -> None:
+    """A short study on a fast machine reads 0 for the scheduler: the parent alone counts."""
+    idle = replace(COSTS, scheduler_task=0.0, scheduler_case=0.0)
+    assert idle.cores_fed(4) == (pytest.approx(4 * 0.05 / 2.6e-3), "parent")
+    assert forecast(idle, 1_000_000, 1000, 4).scheduler_load == 0.0
+    assert len(fed_table(idle).rows) == len(fed_table(COSTS).rows)
+    never = replace(idle, parent_task=0.0, parent_case=0.0)
+    assert never.cores_fed(4)[0] == math.inf
+    assert forecast(never, 1_000_000, 1000, 4).limit == "cores"
+    assert fed_table(never).rows
 
 
 def test_forecast_where_cores_are_the_limit() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 MESSAGES = 6
@@ -54,11 +55,12 @@ class SweepCosts:
     def cores_fed(self, chunk: int) -> tuple[float, str]:
         """Return how many cores are kept busy with tasks of so many cases, and what allows no more.
 
-        A core asks for a task every `chunk * case`; parent and scheduler serve one at a time.
+        A core asks for a task every `chunk * case`; parent and scheduler serve one at a time. A
+        server whose time is below the tick of the clock that measured it, 0, is no limit (inf).
         """
         task = chunk * self.case
-        return min((task / self.parent_time(chunk), "parent"),
-                   (task / self.scheduler_time(chunk), "scheduler"))  # fmt: skip
+        times = {"parent": self.parent_time(chunk), "scheduler": self.scheduler_time(chunk)}
+        return min((task / time if time > 0.0 else math.inf, who) for who, time in times.items())
 
     def dataset_cases(self, memory: float) -> float:
         """Return how many cases a dataset can have that is built within a memory [bytes]."""
