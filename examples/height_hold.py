@@ -8,7 +8,7 @@ lower. Prints how far the trunk sinks with and without it, empty and under 0.5 k
 import numpy as np
 
 import hexapod_pin as hp
-from hexapod_pin.control import six_legs
+from hexapod_pin.control import leg_group
 
 
 class HeightHold:
@@ -18,7 +18,7 @@ class HeightHold:
 
     def __init__(self, robot: hp.Robot, compliance: float) -> None:
         """Keep the legs' kinematics and the compliance."""
-        self.legs, self.compliance = six_legs(robot), compliance
+        self.legs, self.compliance = leg_group(robot), compliance
 
     def start(self, scene: hp.Scene, batch: int) -> np.ndarray:
         """Return how far each foot is put down at first. Shape (B, 6) [m]."""
@@ -36,7 +36,7 @@ def leg_compliance(scene: hp.Scene) -> float:
 
     The foot does not slip: stiffness at the foot is J^-T kp J^-1, of which the z-z entry counts.
     """
-    legs = six_legs(scene.robot).kinematics
+    legs = leg_group(scene.robot).kinematics
     inverse = np.linalg.inv(legs.jacobian(legs.posture[:, None])[:, 0])  # (6, 3, 3), rad/m
     return float(np.mean(1.0 / (SERVO_STIFFNESS * np.sum(inverse[:, :, 2] ** 2, axis=1))))
 

@@ -201,7 +201,7 @@ class SensorError(HexapodError, ValueError):
         self.reading, self.value, self.time, self.row = reading, value, time, row
         super().__init__(
             f"{reading} reads {value:g} at t = {time:g} s (run {row} of the lock-step): must be "
-            "finite. Mend the sensor, or let the controller that wraps it hold the last good value."
+            "finite. Repair the sensor, or let the controller around it hold the last good value."
         )
 
 

@@ -341,7 +341,7 @@ def groups(robots: Path | None) -> Iterator[tuple[str, Callable[[], Lines]]]:
     for name in ("kharagpur", "athena"):
         yield f"robot {name}", lambda name=name: of_robot(hp.load_robot(name))
     for path in sorted(robots.glob("*.urdf")) if robots else ():
-        yield f"robot {path.stem}", lambda path=path: of_robot(hp.load_robot(path, mend=True))
+        yield f"robot {path.stem}", lambda path=path: of_robot(hp.load_robot(path, repair=True))
 
 
 def _group(row: str) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
 from hexapod_pin.robot.description.solids import inertia_matrix, principal_moments
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
-from hexapod_pin.robot.mending import Mended, MendOptions, mend_urdf
+from hexapod_pin.robot.repair import Repaired, RepairOptions, repair_urdf
 
 SOUND = KHARAGPUR.urdf()
 WHOLE = parse_urdf(SOUND.encode(), "sound")
@@ -106,8 +106,8 @@ def all_inertias(factor: float) -> Break:
     return lambda root: [step(root) for step in steps] and None
 
 
-def mended(*breaks: Break, **options: float) -> Mended:
-    return mend_urdf(broken(*breaks), NoMeshes(), MendOptions(**options))
+def repaired(*breaks: Break, **options: float) -> Repaired:
+    return repair_urdf(broken(*breaks), NoMeshes(), RepairOptions(**options))
 
 
 def masses(file: UrdfFile) -> np.ndarray:

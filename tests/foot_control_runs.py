@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import hexapod_pin as hp
-from hexapod_pin.control import six_legs
+from hexapod_pin.control import leg_group
 from hexapod_pin.control.feedback import Measurement
 
 HEAD = {"pitch": 0, "roll": 1, "begun": 2, "lag": 3, "pace": 4}
@@ -42,7 +42,7 @@ def reading(
     name: str = "kharagpur", feet: Any = None, batch: int = 1, **others: Any
 ) -> Measurement:
     """Return a robot at rest, level, its feet at places in the base frame (6, 3), without force."""
-    six = six_legs(robot(name))
+    six = leg_group(robot(name))
     q = six.joint_angles((six.neutral_feet if feet is None else np.asarray(feet))[None])
     n = q.shape[1]
     still = Measurement(
@@ -58,7 +58,7 @@ def foot_order(name: str) -> np.ndarray:
     """Return the place of each leg's foot (gait order) among the feet of a measurement."""
     feet = [foot.name for foot in robot(name).feet]
     return np.array(
-        [feet.index(robot(name).leg(leg.name).foot) for leg in six_legs(robot(name)).legs]
+        [feet.index(robot(name).leg(leg.name).foot) for leg in leg_group(robot(name)).legs]
     )
 
 

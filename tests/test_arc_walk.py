@@ -9,7 +9,7 @@ import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.control import six_legs
+from hexapod_pin.control import leg_group
 from hexapod_pin.errors import GaitError, ParameterError
 
 ROBOT = hp.load_robot("kharagpur")
@@ -34,7 +34,7 @@ def test_stance_feet_move_on_arcs_about_their_hips() -> None:
     """Measured on the path: distance to the yaw axis R, height level, sideways R (1 - cos A)."""
     path = hp.motion.ArcWalk(profile="step").path(ROBOT)
     feet, down = path.positions(DENSE), path.stance(DENSE)
-    for k, leg in enumerate(six_legs(ROBOT).legs):
+    for k, leg in enumerate(leg_group(ROBOT).legs):
         held = feet[down[:, k], k]
         assert np.hypot(*(held - leg.origins[0])[:, :2].T) == pytest.approx(R, abs=1e-9)
         assert np.ptp(held[:, 2]) < 1e-12
@@ -66,7 +66,7 @@ def test_all_stance_feet_go_backwards_and_all_femora_lift(robot: str) -> None:
     p, v, down = path.positions(DENSE), path.velocities(DENSE), path.stance(DENSE)
     assert (v[down][:, 0] < 0.0).all()
     assert v[down][:, 0].mean() == pytest.approx(-path.speed, rel=1e-3)
-    sole = six_legs(loaded).neutral_feet[:, 2]
+    sole = leg_group(loaded).neutral_feet[:, 2]
     assert (np.where(down, 0.0, p[..., 2] - sole).min() > -1e-12).all()
     assert ((p[..., 2] - sole).max(axis=0) > 0.01).all()
 
@@ -110,7 +110,7 @@ def test_plan_repeats_and_does_not_depend_on_the_duration() -> None:
     mean = 0.5 * (long.time[1:] + long.time[:-1])
     eighth = np.diff(long.time)[:, None] / 8.0
     cubic = 0.5 * (long.q[1:] + long.q[:-1]) + eighth * (long.v[:-1] - long.v[1:])
-    asked = six_legs(ROBOT).joint_rows(path.joints(mean)[0], ROBOT.posture)
+    asked = leg_group(ROBOT).joint_rows(path.joints(mean)[0], ROBOT.posture)
     assert np.abs(cubic - asked).max() < 1e-9
 
 

@@ -178,7 +178,7 @@ def test_files_agree_with_their_tables() -> None:
 
 
 def test_check_names_the_stale_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Written, then one number changed: exit 1 and the file's name; writing mends it."""
+    """Written, then one number changed: exit 1 and the file's name; writing repairs it."""
     build = script()
     assert build.main(["--check", "--folder", str(tmp_path)]) == 1
     assert build.main(["--folder", str(tmp_path)]) == 0

@@ -16,7 +16,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.commands.app import main
-from hexapod_pin.control import six_legs
+from hexapod_pin.control import leg_group
 from hexapod_pin.errors import GaitError, ParameterError, StudyInterrupted, UnknownNameError
 from hexapod_pin.results.comparison import ComparedRun, Outcome
 from hexapod_pin.results.walk_metrics import METRICS
@@ -75,7 +75,7 @@ class Crouch:
         self, time: float, m: hp.feedback.Measurement, state: None
     ) -> tuple[hp.feedback.Command, None]:
         """Raise all feet by what the trunk is above the ground, and more."""
-        legs = six_legs(ROBOT)
+        legs = leg_group(ROBOT)
         up = min(1.0, time) * (0.02 - legs.neutral_feet[:, 2].min())
         feet = np.repeat(legs.neutral_feet[None], len(m.q), axis=0) + np.array([0.0, 0.0, up])
         return hp.feedback.Command(legs.joint_angles(feet)), None

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicHermiteSpline
 from hexapod_pin.control import HoldPosture, JointTrajectory, KinematicControl
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import LEG_ORDER, Gait
-from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
@@ -50,7 +50,7 @@ def leg_columns(robot: Robot, leg: str) -> list[int]:
 
 def foot_path(robot: Robot, gait: Gait, stop_at: float | None = None) -> FootPath:
     """Return the path the plan should follow."""
-    return FootPath.of(six_legs(robot), gait, stop_at=stop_at)
+    return FootPath.of(leg_group(robot), gait, stop_at=stop_at)
 
 
 @every_gait

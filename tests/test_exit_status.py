@@ -78,7 +78,7 @@ def benchmark_row(error: float, estimate: float, **changes) -> BenchmarkRow:
         (benchmark_row(3.2e-4, 1e-5, method="ndf"), "no promise"),
         (benchmark_row(3.2e-4, 1e-5), "FAIL: 3.2 times"),
         (benchmark_row(3.2e-4, math.nan), "FAIL: 3.2 times"),
-        (benchmark_row(3.2e-4, 2e-4), "said so: 3.2 times"),
+        (benchmark_row(3.2e-4, 2e-4), "error reported: 3.2 times"),
         (benchmark_row(3.2e-4, 1e-5, uncertainty=2e-4), "not judged: reference known to 2e-04"),
         (benchmark_row(math.nan, 1e-5), "FAIL: did not end"),
         (benchmark_row(math.nan, 1e-5, note="refused: no bristles"), "not run: no bristles"),

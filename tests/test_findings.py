@@ -23,8 +23,8 @@ from broken_urdfs import (
 
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.urdf_file import parse_urdf
-from hexapod_pin.robot.mending import find_all, folded, mend_urdf
-from hexapod_pin.robot.mending.finding import finding_lines
+from hexapod_pin.robot.repair import find_all, folded, repair_urdf
+from hexapod_pin.robot.repair.finding import finding_lines
 
 MESH = '<visual><geometry><mesh filename="package://none/a.stl"/></geometry></visual>'
 
@@ -162,11 +162,11 @@ def test_more_than_forty_kinds() -> None:
 
 @pytest.mark.parametrize("name", [*TOGETHER, *ALONE])
 def test_each_trouble_is_found(name: str) -> None:
-    """Kind and place; each finding says value, rule and what a mend does."""
+    """Kind and place; each finding says value, rule and what a repair does."""
     change, kind, place = {**TOGETHER, **ALONE}[name]
     findings = find_all(broken(change), NoMeshes())
     assert any(x.what == kind and place in x.where + x.value for x in findings), findings
-    assert all(x.value and x.rule and x.mend for x in findings)
+    assert all(x.value and x.rule and x.repair for x in findings)
 
 
 def test_all_at_once_in_one_pass() -> None:
@@ -214,7 +214,7 @@ JUNK = ["", "nan", "inf", "-1", "0", "1e308", "-1e308", "1e-320", "x", "0 0", "0
 
 @pytest.mark.parametrize("block", range(4))
 def test_odd_attributes_are_no_traceback(block: int) -> None:
-    """Random attributes set to junk, elements dropped and doubled; found and mended without one."""
+    """Attributes set to junk, elements dropped and doubled, are found and repaired without one."""
     for seed in range(25 * block, 25 * (block + 1)):
         rng, root = random.Random(seed), parse_urdf(SOUND.encode(), "x").root
         for _ in range(rng.randint(1, 30)):
@@ -231,7 +231,7 @@ def test_odd_attributes_are_no_traceback(block: int) -> None:
         file = parse_urdf(ET.tostring(root), f"seed {seed}")
         find_all(file, NoMeshes())
         if seed % 4 == 0:
-            find_all(mend_urdf(file, NoMeshes()).file, NoMeshes())
+            find_all(repair_urdf(file, NoMeshes()).file, NoMeshes())
 
 
 def test_odd_bytes_are_no_traceback() -> None:

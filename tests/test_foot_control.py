@@ -9,7 +9,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import digest
-from hexapod_pin.control import ArcWalk, six_legs
+from hexapod_pin.control import ArcWalk, leg_group
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.session import lock_step_runs
 
@@ -55,7 +55,7 @@ def test_without_parts_it_sends_the_plan(name, walk, delay):
     expected = CubicHermiteSpline(knots.time, knots.q, knots.v)(time)
     assert np.ptp(expected, axis=0).max() > 0.1
     assert np.abs(np.concatenate(run.answers) - expected).max() < 1e-5  # 1e-6 m over short levers
-    again = six_legs(robot(name)).joint_angles(walk.path(robot(name)).positions(time))
+    again = leg_group(robot(name)).joint_angles(walk.path(robot(name)).positions(time))
     assert np.abs(np.concatenate(run.answers) - again).max() < 1e-5
 
 
@@ -170,5 +170,5 @@ def test_a_case_is_read_back_equal_and_runs_to_the_same_bits(name, control, tmp_
 def test_a_run_starts_in_the_posture_of_the_plan():
     walk = hp.KinematicControl(hp.Gait.tripod(), body=hp.motion.BodyMotion(height=0.01))
     trace = hp.simulate(hp.Scene(robot("athena")), hp.FootControl(walk), duration=0.1, sample=0.1)
-    expected = six_legs(robot("athena")).joint_angles(walk.path(robot("athena")).positions([0.0]))
+    expected = leg_group(robot("athena")).joint_angles(walk.path(robot("athena")).positions([0.0]))
     assert trace.q[0, 7:] == pytest.approx(expected[0], abs=1e-12)

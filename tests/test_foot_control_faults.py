@@ -13,7 +13,7 @@ from refusals import refused
 from test_foot_control_parts import PUSHED, T, loads_on, made, ticks
 
 import hexapod_pin as hp
-from hexapod_pin.control import six_legs
+from hexapod_pin.control import leg_group
 from hexapod_pin.control.foot_control.controller import ready_law
 from hexapod_pin.control.registry import read_controller
 from hexapod_pin.robot.robot import urdf_path
@@ -161,7 +161,7 @@ def test_a_leg_lost_under_a_tripod_does_not_end_the_run():
 def test_targets_out_of_reach_are_gone_part_of_the_way():
     law = made("athena", standing())
     plan = law.walk.table.at(law.lead)[:, :3]
-    six, feet = six_legs(robot("athena")), np.array(plan)
+    six, feet = leg_group(robot("athena")), np.array(plan)
     feet[2] += [0.0, 0.0, -0.4]
     feet[4] += [0.0, -0.01, 0.0]
     angles = law.joint_angles(0.0, feet[None])[0]
@@ -310,13 +310,13 @@ def test_legs_without_closed_form_are_controlled_too(tmp_path: Path):
     path = tmp_path / "offset.urdf"
     path.write_text(urdf_path(NAME).read_text().replace(old, new))
     odd = hp.load_robot(path)
-    assert six_legs(odd).legs[0].closed_form is None
+    assert leg_group(odd).legs[0].closed_form is None
     law = ready_law(replace(full(), walk=standing()), hp.Scene(odd))
     told = loads_on(NAME, PUSHED)
     told = replace(told, q=np.array(odd.posture)[None])
     feet, _ = law.tick(0.0, told, law.first_memory(1))
     angles = law.joint_angles(0.0, feet)[0]
-    six = six_legs(odd)
+    six = leg_group(odd)
     for leg, index, foot in zip(six.legs, six.joint_index, feet[0], strict=True):
         assert leg.forward(angles[index]) == pytest.approx(foot, abs=1e-7)
     assert 1e-5 < np.abs(feet[0] - six.neutral_feet).max() < 0.01

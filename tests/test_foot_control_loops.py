@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 from test_foot_control_parts import PUSHED, T, loads_on, made, ticks
 
 import hexapod_pin as hp
-from hexapod_pin.control import six_legs
+from hexapod_pin.control import leg_group
 
 NAME = "kharagpur"
-FEET = six_legs(robot(NAME)).neutral_feet
+FEET = leg_group(robot(NAME)).neutral_feet
 ALONG = (FEET[4] - FEET[0]) / np.linalg.norm(FEET[4] - FEET[0])
 
 

@@ -10,7 +10,7 @@ from foot_control_runs import EARLY, in_foot_order, reading, recall, robot, stan
 from scipy.spatial.transform import Rotation
 
 import hexapod_pin as hp
-from hexapod_pin.control import six_legs
+from hexapod_pin.control import leg_group
 from hexapod_pin.control.foot_control.controller import ReadyLaw, ready_law
 from hexapod_pin.control.foot_control.leg_model import foot_stiffness, standing_centre
 
@@ -59,7 +59,7 @@ def anticipated(name: str, walk: Any, tick: int, rotation: Any = None):
         told = loads_on(name, PUSHED * plan[:, 6:7] @ rotation.T, rotation=rotation[None])
         told = reading(name, plan[:, :3], foot_force=told.foot_force, rotation=told.rotation)
         target, memory = law.tick(k * T, told, law.first_memory(1) if k == 0 else memory)
-    six = six_legs(robot(name))
+    six = leg_group(robot(name))
     jacobian = [
         leg.jacobian(told.q[0, i]) for leg, i in zip(six.legs, six.joint_index, strict=True)
     ]
@@ -168,7 +168,7 @@ def internal(name: str, tangential: np.ndarray, load: np.ndarray, rotation: Any 
     told = loads_on(name, force @ rotation.T, rotation=rotation[None])
     target, memory = ticks(made(name, slip=FORCED), [told])
     error = recall(memory, "error")[0]
-    plan = six_legs(robot(name)).neutral_feet
+    plan = leg_group(robot(name)).neutral_feet
     assert target[0] - plan == pytest.approx(1e-5 * error, abs=1e-12)  # feet give way along it
     return error
 
@@ -179,7 +179,7 @@ def test_internal_forces_have_no_resultant_and_no_moment(name, turn):
     rng = np.random.default_rng(5)
     tangential, load = rng.normal(size=(6, 2)), rng.uniform(3.0, 9.0, 6)
     error = internal(name, tangential, load, Rotation.from_rotvec(turn).as_matrix())
-    feet = six_legs(robot(name)).neutral_feet
+    feet = leg_group(robot(name)).neutral_feet
     assert np.abs(error).max() > 0.3
     assert np.abs(error.sum(axis=0)).max() < 1e-12 and np.abs(error[:, 2]).max() < 1e-12
     assert np.cross(feet, error).sum(axis=0)[2] == pytest.approx(0.0, abs=1e-12)
@@ -189,7 +189,7 @@ def test_internal_forces_have_no_resultant_and_no_moment(name, turn):
 def test_forces_in_proportion_to_the_loads_are_not_internal(name):
     """They push the trunk ahead or turn it: a sum along the loads, a turn about their middle."""
     load = np.array([3.0, 5.0, 4.0, 6.0, 8.0, 7.0])
-    feet = six_legs(robot(name)).neutral_feet
+    feet = leg_group(robot(name)).neutral_feet
     arm = feet - load @ feet / load.sum()
     turning = np.column_stack([-arm[:, 1], arm[:, 0]])
     tangential = load[:, None] * (np.array([0.2, -0.1]) + 0.7 * turning)
@@ -200,7 +200,7 @@ def test_forces_in_proportion_to_the_loads_are_not_internal(name):
 @every_robot
 def test_two_feet_that_squeeze_the_trunk_are_wholly_internal(name):
     """Along the line between them, equal and opposed."""
-    feet = six_legs(robot(name)).neutral_feet[:, :2]
+    feet = leg_group(robot(name)).neutral_feet[:, :2]
     along = (feet[4] - feet[0]) / np.linalg.norm(feet[4] - feet[0])
     tangential = np.zeros((6, 2))
     tangential[0], tangential[4] = 2.0 * along, -2.0 * along

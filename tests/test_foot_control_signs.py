@@ -9,7 +9,7 @@ import pytest
 from foot_control_runs import EARLY, SEARCH, Recorded, robot, standing
 
 import hexapod_pin as hp
-from hexapod_pin.control import ArcWalk, six_legs
+from hexapod_pin.control import ArcWalk, leg_group
 
 every_robot = pytest.mark.parametrize("name", ["athena", "kharagpur"])
 
@@ -76,7 +76,7 @@ def test_slip_correction_relieves_feet_that_squeeze_the_trunk():
 @pytest.mark.parametrize("height", [0.003, -0.003])
 def test_a_foot_on_a_bump_is_drawn_up_and_one_over_a_hole_reaches_down(name, height):
     """And the trunk is less tilted than without."""
-    ground = patch(six_legs(robot(name)).neutral_feet[0], height)
+    ground = patch(leg_group(robot(name)).neutral_feet[0], height)
     ends = []
     for part in (None, hp.foot_control.VirtualSuspension()):
         run = Recorded(hp.FootControl(standing(), suspension=part))
@@ -133,7 +133,7 @@ def stepped(name: str, height: float, touch_down: hp.foot_control.TouchDown | No
 
 def sole(name: str, trace: hp.Trace, time: float) -> float:
     """Return the height of the lowest point of foot LEG [m]."""
-    foot = robot(name).leg(six_legs(robot(name)).legs[LEG].name).foot
+    foot = robot(name).leg(leg_group(robot(name)).legs[LEG].name).foot
     index = [f.name for f in robot(name).feet].index(foot)
     row = int(np.argmin(np.abs(trace.time - time)))
     return float(trace.foot_position[row, index, 2] - robot(name).foot(foot).radius)

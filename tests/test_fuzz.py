@@ -22,7 +22,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError, ParameterError, UrdfError
-from hexapod_pin.robot.mending.finding import MendOptions
+from hexapod_pin.robot.repair.finding import RepairOptions
 
 INPUTS = 10
 """Of each door; `make fuzz` tries many more with seeds of the clock."""
@@ -92,7 +92,7 @@ PAST: dict[str, tuple[Callable[[], Any], str, Any]] = {
     ),
     "ground at 1e308 m": (lambda: hp.Flat(height=-1e308), "Flat.height", -1e308),
     "hills of no seed": (lambda: hp.HeightField.random(-1), "seed", -1),
-    "a robot of 1e18 kg": (lambda: MendOptions(mass=1e18), "MendOptions.mass", 1e18),
+    "a robot of 1e18 kg": (lambda: RepairOptions(mass=1e18), "RepairOptions.mass", 1e18),
     "a tuple for a time": (
         lambda: hp.motion.JointMotion({}, cycle_time=()),
         "JointMotion.cycle_time",

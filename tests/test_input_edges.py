@@ -64,7 +64,7 @@ def texts() -> dict[str, dict[str, Any]]:
         "schema": 1, "name": "a", "base": {
             "robot": "kharagpur", "gait": {"name": "tripod", "stroke": 0.04, "cycle_time": 0.3},
             "duration": 0.9, "accuracy": 1e-2, "contact": "accurate", "mu": 0.7, "kp": 20.0,
-            "kd": 0.5, "options": {"mend": False},
+            "kd": 0.5, "options": {"repair": False},
         },
         "vary": [
             {"input": "payload", "values": [0.0, 0.5]},
@@ -134,7 +134,7 @@ def test_every_key_with_a_value_of_every_type(name: str) -> None:
         (("gravity",), [0.0, "x", 0.0], "scene.gravity[1]"),
         (("robot",), "kharagpur", "scene.robot"),
         (("robot", "feet"), [[1.0]], "robot.feet[0]"),
-        (("robot", "options"), {"mend": datetime.date(2020, 1, 1)}, "LoadOptions.mend"),
+        (("robot", "options"), {"repair": datetime.date(2020, 1, 1)}, "LoadOptions.repair"),
         (("terrain",), [], "scene.terrain"),
         (("terrain", "kind"), [], "terrain.kind"),
         (("loads",), {}, "scene.loads"),

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import hexapod_pin as hp
 from hexapod_pin.commands.app import app
 from hexapod_pin.control import FootPath, leg_clearance
-from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.errors import GaitError
 from hexapod_pin.robot.description.blueprint import Segment, Trunk
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
@@ -194,7 +194,7 @@ def test_built_in_robots_keep_their_legs_apart(name: str, gait: str) -> None:
 def test_the_nearest_moment_is_found_between_samples(tmp_path: Path) -> None:
     """Against distances on a grid 20 times as fine; what is left is the finer one's own error."""
     robot = narrow(tmp_path)
-    six, bodies = six_legs(robot), leg_bodies(robot)
+    six, bodies = leg_group(robot), leg_bodies(robot)
     gait = hp.Gait.tripod(stroke=0.06, cycle_time=2.3, turn_rate=0.1, heading=0.3)
     path = FootPath(gait, six.neutral_feet, stop_at=7 * gait.cycle_time)
     p_BF, _ = six.foot_motion(path, np.linspace(0.0, 7 * gait.cycle_time, 8401))

@@ -10,7 +10,7 @@ import pytest
 from foot_control_runs import Recorded, foot_order, robot
 
 import hexapod_pin as hp
-from hexapod_pin.control import six_legs
+from hexapod_pin.control import leg_group
 from hexapod_pin.control.foot_control.leg_model import foot_stiffness, leg_chains, standing_centre
 
 NAMES = ("kharagpur", "athena")
@@ -35,7 +35,7 @@ def random_states(name: str, count: int = 20):
 @every_robot
 def test_feet_and_jacobians_are_those_of_the_whole_tree(name):
     """Against Pinocchio's frames with the base at the origin, and against LegKinematics."""
-    model, six = robot(name).model, six_legs(robot(name))
+    model, six = robot(name).model, leg_group(robot(name))
     data = model.createData()
     for q, _, _ in random_states(name):
         q[:7] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
@@ -69,7 +69,7 @@ def chains_of(name: str):
 def test_own_torques_are_those_of_newton_and_euler_for_the_whole_tree(name, rotor):
     """The accelerometer reads R^T (a - g); the trunk turns, but not ever faster."""
     scene = hp.Scene(robot(name), servo=hp.Servo(kp=50.0, kd=1.0, motor=rotor))
-    model, index = robot(name).model, six_legs(robot(name)).joint_index
+    model, index = robot(name).model, leg_group(robot(name)).joint_index
     data, chains = model.createData(), leg_chains(scene)
     heavier = 0.0 if rotor is None else 2e-7 * 150.0**2
     assert not np.any(model.armature)
@@ -100,7 +100,7 @@ def test_a_foot_gives_way_to_a_force_as_its_servos_do(name):
     """Against statics by hand: torques J^T f turn the joints by J^T f / kp, the foot follows."""
     kp = np.linspace(20.0, 60.0, 18)
     scene = hp.Scene(robot(name), servo=hp.Servo(kp=list(kp), kd=1.0))
-    six, stiffness = six_legs(robot(name)), foot_stiffness(scene)
+    six, stiffness = leg_group(robot(name)), foot_stiffness(scene)
     for leg, index, matrix in zip(six.legs, six.joint_index, stiffness, strict=True):
         force = np.array([1e-4, 2e-4, -3e-4])
         q = np.asarray(robot(name).posture)[index]
@@ -122,7 +122,7 @@ def sole_jacobian(name: str, leg: int, q: np.ndarray) -> np.ndarray:
 
     Of the centre, and of the arm to the sole, from the model's own axes at q = 0.
     """
-    six, turn = six_legs(robot(name)), np.eye(3)
+    six, turn = leg_group(robot(name)), np.eye(3)
     arm, out = np.array([0.0, 0.0, -six.radius[leg]]), six.legs[leg].jacobian(q)
     for k, (angle, joint) in enumerate(zip(q, six.legs[leg].joints, strict=True)):
         axis = turn @ neutral_axes(name)[:, column(name, joint)]
@@ -161,7 +161,7 @@ def test_motor_currents_know_nothing_of_friction(name, motor):
 
     Joints that dry friction holds are left out: no formula tells what it holds there.
     """
-    six, weight = six_legs(robot(name)), 9.81 * robot(name).total_mass
+    six, weight = leg_group(robot(name)), 9.81 * robot(name).total_mass
     damping = motor.viscous_friction + np.asarray(robot(name).damping)[six.joint_index]
     dry = motor.dry_friction + np.asarray(robot(name).friction)[six.joint_index]
     for source in ("torque", "current"):

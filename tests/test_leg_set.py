@@ -12,7 +12,7 @@ from refusals import refused
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.gait import LEG_ORDER
-from hexapod_pin.control.six_legs import SixLegs, six_legs
+from hexapod_pin.control.leg_group import LegGroup, leg_group
 from hexapod_pin.errors import ReachError
 from hexapod_pin.robot.leg_geometry import (
     BRANCHES,
@@ -44,11 +44,11 @@ def variant(folder: Path, femur: str) -> Robot:
 
 
 @pytest.fixture(scope="module", params=["kharagpur", "athena", *REPLACED_FEMUR])
-def legs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> SixLegs:
+def legs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> LegGroup:
     """The legs of both robots and of odd geometries."""
     if request.param not in REPLACED_FEMUR:
-        return six_legs(load_robot(request.param))
-    return six_legs(variant(tmp_path_factory.mktemp("legs"), REPLACED_FEMUR[request.param]))
+        return leg_group(load_robot(request.param))
+    return leg_group(variant(tmp_path_factory.mktemp("legs"), REPLACED_FEMUR[request.param]))
 
 
 @pytest.fixture(scope="module", params=["kharagpur", "athena"])
@@ -56,14 +56,14 @@ def robot(request: pytest.FixtureRequest) -> Robot:
     return load_robot(request.param)
 
 
-def paths(legs: SixLegs, count: int = 80) -> tuple[Array, Array]:
+def paths(legs: LegGroup, count: int = 80) -> tuple[Array, Array]:
     """Return foot paths near the standing posture and their velocities, (6, count, 3)."""
     s = np.linspace(0.0, 2.0 * np.pi, count)[:, None]
     around = 0.02 * np.sin(s * [1.0, 2.0, 3.0] + np.arange(18).reshape(6, 1, 3))
     return legs.neutral_feet[:, None] + around, 5.0 * np.roll(around, 7, axis=1)
 
 
-def test_stacked_legs_equal_each_leg_on_its_own(legs: SixLegs) -> None:
+def test_stacked_legs_equal_each_leg_on_its_own(legs: LegGroup) -> None:
     """The last bits are those of one leg, so that stacking changes no run."""
     p_BF, v_BF = paths(legs)
     q = legs.kinematics.inverse(p_BF)
@@ -76,7 +76,7 @@ def test_stacked_legs_equal_each_leg_on_its_own(legs: SixLegs) -> None:
         np.testing.assert_allclose(leg.forward(q[index]), p_BF[index], atol=1e-9)
 
 
-def test_rows_of_the_core_equal_the_stacked_legs(legs: SixLegs) -> None:
+def test_rows_of_the_core_equal_the_stacked_legs(legs: LegGroup) -> None:
     """Control at ticks solves rows in the core; where it could not, it would go a slower way."""
     form = legs.kinematics.closed_form
     if form is None:
@@ -92,7 +92,7 @@ def test_rows_of_the_core_equal_the_stacked_legs(legs: SixLegs) -> None:
     np.testing.assert_allclose(near, rows, rtol=0.0, atol=1e-12)  # some ten roundings
 
 
-def test_estimated_rates_and_determinant_are_those_of_the_jacobian(legs: SixLegs) -> None:
+def test_estimated_rates_and_determinant_are_those_of_the_jacobian(legs: LegGroup) -> None:
     p_BF, v_BF = paths(legs)
     q = legs.kinematics.inverse(p_BF)
     jacobian = legs.kinematics.jacobian(q)
@@ -133,17 +133,19 @@ def test_branch_is_the_one_nearest_to_the_posture(robot: Robot) -> None:
         posture[[robot.joint_index(joint) for joint in leg.joints]] = found[1]
     other = dataclasses.replace(robot, posture=posture, lower=-inf, upper=inf)
     for standing in (robot, other):
-        legs = six_legs(standing)
+        legs = leg_group(standing)
         q = legs.kinematics.inverse(paths(legs)[0])
         expected = np.stack([leg.posture for leg in legs.legs])[:, None]
         assert np.abs(q - expected).max() < 0.8
-    assert np.abs(six_legs(robot).kinematics.posture - six_legs(other).kinematics.posture).max() > 1
+    assert (
+        np.abs(leg_group(robot).kinematics.posture - leg_group(other).kinematics.posture).max() > 1
+    )
 
 
 def test_angles_go_on_from_a_reference_by_whole_turns(robot: Robot) -> None:
     inf = np.full(len(robot.joint_names), np.inf)
-    legs = six_legs(dataclasses.replace(robot, lower=-inf, upper=inf)).kinematics
-    p_BF = paths(six_legs(robot))[0]
+    legs = leg_group(dataclasses.replace(robot, lower=-inf, upper=inf)).kinematics
+    p_BF = paths(leg_group(robot))[0]
     turned = legs.inverse(p_BF, near=legs.posture + [2.0 * np.pi, 0.0, -2.0 * np.pi])
     expected = legs.inverse(p_BF) + [2.0 * np.pi, 0.0, -2.0 * np.pi]
     np.testing.assert_allclose(turned, expected, atol=1e-14)
@@ -160,9 +162,9 @@ def test_angles_go_on_from_a_reference_by_whole_turns(robot: Robot) -> None:
     ids=["too far", "not finite", "beyond a joint limit", "on the yaw axis"],
 )
 def test_refused_path_has_the_error_of_its_leg(
-    spoil: Callable[[SixLegs, Array], None],
+    spoil: Callable[[LegGroup, Array], None],
 ) -> None:
-    legs = six_legs(load_robot("kharagpur"))
+    legs = leg_group(load_robot("kharagpur"))
     p_BF = paths(legs)[0]
     spoil(legs, p_BF)
     with pytest.raises(ReachError) as alone:
@@ -186,7 +188,7 @@ def test_one_leg_without_closed_form_makes_all_go_one_by_one(tmp_path: Path) -> 
         np.testing.assert_allclose(leg.forward(own), target, atol=1e-9)
 
 
-def test_the_core_solves_as_the_stacked_legs_do(legs: SixLegs) -> None:
+def test_the_core_solves_as_the_stacked_legs_do(legs: LegGroup) -> None:
     """Unrelated targets of 12 robots: as leg by leg, near angles a turn away."""
     p_BF, _ = paths(legs, 12)
     feet = np.swapaxes(p_BF, 0, 1)
@@ -204,7 +206,7 @@ def test_the_core_solves_as_the_stacked_legs_do(legs: SixLegs) -> None:
 
 
 def test_one_robot_has_the_bits_of_many(robot: Robot) -> None:
-    legs = six_legs(robot)
+    legs = leg_group(robot)
     feet = np.swapaxes(paths(legs, 64)[0], 0, 1)
     together = legs.joint_angles(feet)
     alone = np.concatenate([legs.joint_angles(row[None]) for row in feet])
@@ -213,7 +215,7 @@ def test_one_robot_has_the_bits_of_many(robot: Robot) -> None:
 
 def test_what_a_leg_cannot_reach_is_refused(robot: Robot) -> None:
     """Out of reach, on the yaw axis, not a number: the leg is named."""
-    legs = six_legs(robot)
+    legs = leg_group(robot)
     form = legs.kinematics.closed_form
     assert form is not None
     far, axis, nothing = (legs.neutral_feet[None].copy() for _ in range(3))
@@ -227,7 +229,7 @@ def test_what_a_leg_cannot_reach_is_refused(robot: Robot) -> None:
 
 def test_an_angle_beyond_its_limit_is_refused_with_the_joint(robot: Robot) -> None:
     """0.05 rad beyond the coxa's limit in reach: the core passes it on to what names the joint."""
-    legs = six_legs(robot)
+    legs = leg_group(robot)
     leg, feet = legs.legs[2], legs.neutral_feet[None].copy()
     for beyond, works in ((-0.05, True), (0.05, False)):
         feet[0, 2] = leg.forward(leg.upper * [1.0, 0.0, 0.5] + [beyond, 0.0, 0.0])

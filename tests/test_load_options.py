@@ -15,8 +15,8 @@ from hexapod_pin.robot.loading.load_options import LoadOptions, hints_path, read
 
 def test_arguments_go_before_hints() -> None:
     hints = LoadOptions(forward="y", foot_radius=0.01, package_path=("a",))
-    both = LoadOptions(forward="-x", mend=True).over(hints)
-    assert both == LoadOptions(forward="-x", foot_radius=0.01, package_path=("a",), mend=True)
+    both = LoadOptions(forward="-x", repair=True).over(hints)
+    assert both == LoadOptions(forward="-x", foot_radius=0.01, package_path=("a",), repair=True)
 
 
 def test_what_is_given_reads_back_as_itself() -> None:
@@ -52,7 +52,7 @@ def test_a_bad_hints_file_is_named(tmp_path: Path, text: str, name: str, value: 
 def test_the_command_line_speaks_degrees() -> None:
     options = load_options(
         feet="a, b", legs="lf=a,b;rf=c", posture="a=90,b=-45", held="head=30",
-        package_path=[Path("/x")], xacro_arg=["n=1=2"], forward="y", mend=True, mass=2.0,
+        package_path=[Path("/x")], xacro_arg=["n=1=2"], forward="y", repair=True, mass=2.0,
     )  # fmt: skip
     assert options.feet == ("a", "b") and options.legs == {"lf": ("a", "b"), "rf": ("c",)}
     assert options.posture == {"a": math.pi / 2, "b": -math.pi / 4}

@@ -1,4 +1,4 @@
-"""Names of motors on the command line: `walk --motor`, `mend --effort`, `--velocity`."""
+"""Names of motors on the command line: `walk --motor`, `repair --effort`, `--velocity`."""
 
 from __future__ import annotations
 
@@ -67,17 +67,17 @@ def test_refused(run: Run, words: tuple[str, ...], text: str) -> None:
     assert text in done.err
 
 
-def test_limits_of_a_mended_file(run: Run, tmp_path: Path) -> None:
+def test_limits_of_a_repaired_file(run: Run, tmp_path: Path) -> None:
     """A motor's stall torque as effort and its no-load speed as velocity."""
     (tmp_path / "bad.urdf").write_text(
         broken(every("joint", "limit", velocity="0", effort="0")).text
     )
     motor = ("--effort", "AX-12A", "--velocity", "mx-64 at 12 V")
-    assert run("mend", "bad.urdf", "-o", "good.urdf", *motor).status == 0
+    assert run("repair", "bad.urdf", "-o", "good.urdf", *motor).status == 0
     robot = hp.load_robot(tmp_path / "good.urdf")
     assert robot.effort_limit == pytest.approx(1.5, rel=1e-12)
     assert robot.velocity_limit == pytest.approx(6.5973, rel=1e-12)
-    walked = run("walk", "bad.urdf", "--duration", "0.1", "--no-html", "--mend", *motor)
+    walked = run("walk", "bad.urdf", "--duration", "0.1", "--no-html", "--repair", *motor)
     assert "effort" in walked.out
 
 
@@ -100,6 +100,6 @@ def test_numbers_and_names() -> None:
 def test_sound_file_is_left_alone(run: Run, tmp_path: Path) -> None:
     """A motor's name is looked up even where nothing needs it: a typing error is told."""
     (tmp_path / "sound.urdf").write_text(SOUND)
-    done = run("mend", "sound.urdf", "-o", "copy.urdf", "--effort", "AX-12B")
+    done = run("repair", "sound.urdf", "-o", "copy.urdf", "--effort", "AX-12B")
     assert (done.status, done.left) == (2, ["sound.urdf"])
     assert "AX-12A" in done.err

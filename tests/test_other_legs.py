@@ -13,7 +13,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.control.feasible_gait import default_gait, named_gait
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.six_legs import leg_order, six_legs
+from hexapod_pin.control.leg_group import leg_group, leg_order
 from hexapod_pin.errors import GaitError, ParameterError
 from hexapod_pin.robot.leg_bodies import leg_bodies
 from hexapod_pin.robot.leg_kinematics import LegKinematics
@@ -88,7 +88,7 @@ def test_a_held_joint_is_the_same_as_a_fixed_one(tmp_path: Path) -> None:
 def test_the_measure_of_two_joint_legs_is_that_of_yaw_and_lift(tmp_path: Path) -> None:
     """|sin yaw| l / rho: l across and rho from the lifting axis to the foot, travel along x."""
     robot = load(legged(4, joints=2), tmp_path)
-    legs = six_legs(robot)
+    legs = leg_group(robot)
     measure = legs.kinematics.normalised_determinant(legs.kinematics.posture[:, None])[:, 0]
     lift = 0.1
     across = FEMUR * np.cos(lift) + TIBIA * np.cos(lift + 1.5)
@@ -105,7 +105,7 @@ def test_two_joint_legs_follow_one_direction(tmp_path: Path) -> None:
     turning = KinematicControl(hp.Gait.tripod(stroke=0.0, cycle_time=1.0, turn_rate=0.2))
     plan, path = turning.plan(robot, 2.0), turning.path(robot)
     off = feet_of(robot, plan.q, leg_order(robot)) - path.positions(plan.time)
-    feet = six_legs(robot).neutral_feet
+    feet = leg_group(robot).neutral_feet
     along = (
         np.stack([-feet[:, 1], feet[:, 0]], axis=-1) / np.linalg.norm(feet[:, :2], axis=1)[:, None]
     )

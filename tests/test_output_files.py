@@ -61,7 +61,7 @@ OVERWRITING = [
     ("run", "c.toml", "--html", "c.toml"),
     ("run", "c.toml", "--out", "same.nc", "--html", "same.nc"),
     ("compare", "c.json", "c.toml", "--json", "c.json"),
-    ("mend", "r.urdf", "-o", "r.urdf"),
+    ("repair", "r.urdf", "-o", "r.urdf"),
     ("sweep", "s.toml", "--store", "s.toml"),
     ("select", "kharagpur", "m.toml", "--no-html", "--csv", "m.csv"),
 ]
@@ -81,7 +81,7 @@ OUTPUTS = {
     "walk --html": ("walk", "kharagpur", *WALK, "--html", "x.html"),
     "walk --save-case": ("walk", "kharagpur", *WALK, "--no-html", "--save-case", "x.toml"),
     "run --out": ("run", "c.toml", "--no-html", "--out", "x.csv"),
-    "mend": ("mend", "r.urdf", "-o", "x.urdf"),
+    "repair": ("repair", "r.urdf", "-o", "x.urdf"),
     "contact": ("contact", "s1", "--out", "x.png"),
     "sweep --store": ("sweep", "s.toml", "--store", "x.db"),
     "sweep --out": ("sweep", "s.toml", "--out", "x.nc"),

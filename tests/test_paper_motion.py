@@ -7,7 +7,7 @@ import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.control import six_legs
+from hexapod_pin.control import leg_group
 from hexapod_pin.control.gait import LEG_ORDER
 from hexapod_pin.control.joint_trajectory import trajectory_curve
 from hexapod_pin.control.registry import read_controller
@@ -48,7 +48,7 @@ def test_legs_lift_in_the_printed_order(robot: hp.Robot) -> None:
 
 def test_feet_go_back_in_stance_and_forward_in_swing(robot: hp.Robot) -> None:
     """By forward kinematics: x of each foot is largest at its placement, R sin 20 deg ahead."""
-    gait, six = hp.Gait.tetrapod(), six_legs(robot)
+    gait, six = hp.Gait.tetrapod(), leg_group(robot)
     plan = hp.motion.paper_motion(robot).plan(robot, 8.0)
     curve = trajectory_curve(plan)
     for leg, phase in enumerate(gait.phases):
@@ -71,7 +71,7 @@ def test_feet_go_back_in_stance_and_forward_in_swing(robot: hp.Robot) -> None:
 def test_it_is_the_steady_arc_walk(robot: hp.Robot, gait: hp.Gait, profile: str) -> None:
     """`ArcPath.joints` is computed from the body's motion, at any time, without functions."""
     walk = hp.motion.ArcWalk(gait, amplitude=0.3, lift_angle=0.08, profile=profile)
-    path, six = walk.path(robot), six_legs(robot)
+    path, six = walk.path(robot), leg_group(robot)
     motion = hp.motion.paper_motion(robot, gait, amplitude=0.3, lift_angle=0.08, profile=profile)
     cycles = np.random.default_rng(2).uniform(2.0, 5.0, 3000)
     time = np.sort(cycles) * gait.cycle_time
@@ -89,7 +89,7 @@ def test_there_is_no_ramp(robot: hp.Robot) -> None:
 
     At t = 0 legs 2 and 3 lift off, 4 and 5 were just placed, 1 and 6 are in mid-stance.
     """
-    plan, six = hp.motion.paper_motion(robot).plan(robot, 4.8), six_legs(robot)
+    plan, six = hp.motion.paper_motion(robot).plan(robot, 4.8), leg_group(robot)
     curve, time = trajectory_curve(plan), np.linspace(0.0, 2.4, 401)
     np.testing.assert_allclose(curve(time), curve(time + 2.4), atol=1e-12)
     feet = six.kinematics.chain.forward(six.leg_rows(plan.q[0])[:, None])[:, 0]

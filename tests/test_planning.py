@@ -18,7 +18,7 @@ from hexapod_pin.control import KinematicControl, gait_refusal
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.knot_table import knot_times, sample_knots
-from hexapod_pin.control.six_legs import SixLegs, six_legs
+from hexapod_pin.control.leg_group import LegGroup, leg_group
 from hexapod_pin.errors import GaitError
 from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
 
@@ -37,7 +37,7 @@ def robot(request: pytest.FixtureRequest) -> Robot:
 
 
 def test_positions_and_velocities_together_are_those_apart(robot: Robot) -> None:
-    path = FootPath(GAITS["turning"], six_legs(robot).neutral_feet, stop_at=16.8)
+    path = FootPath(GAITS["turning"], leg_group(robot).neutral_feet, stop_at=16.8)
     time = np.linspace(0.0, 20.0, 777)
     p_BF, v_BF = path.positions_and_velocities(time)
     np.testing.assert_array_equal(p_BF, path.positions(time))
@@ -60,7 +60,7 @@ def test_knots_part_every_span_as_linspace_does() -> None:
 
 def directly(robot: Robot, gait: Gait, end: float, stop_at: float | None) -> list[Array]:
     """Return times, angles and rates of a plan without any table: one evaluation of all knots."""
-    legs = six_legs(robot)
+    legs = leg_group(robot)
     path = FootPath.of(legs, gait, stop_at=stop_at)
     spacing = 0.01
     while True:
@@ -158,7 +158,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     checked: list[str] = []
     check = gait_refusal.violation
 
-    def violation(legs: SixLegs, gait: Gait, motion: object) -> object:
+    def violation(legs: LegGroup, gait: Gait, motion: object) -> object:
         checked.append(gait.name)
         return check(legs, gait, motion)
 

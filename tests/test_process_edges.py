@@ -150,7 +150,7 @@ COMMANDS = {
     "select": ["select", "kharagpur"],
     "stability": ["stability", "walk.nc"],
     "check": ["check", "kharagpur"],
-    "mend": ["mend", "kharagpur", "--out", "mended.urdf"],
+    "repair": ["repair", "kharagpur", "--out", "repaired.urdf"],
     "contact": ["contact", "kelvin-voigt"],
     "bench": ["bench", "stand"],
     "verify": ["verify", "--only", "gait-form"],

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from random_scenes import KINDS, draw_scene
 from random_scenes.contacts import FRICTION_LAWS, NORMAL_LAWS, draw_contact
-from random_scenes.dice import Dice
+from random_scenes.draws import Draws
 from random_scenes.grounds import TERRAINS, draw_terrain
 from random_scenes.named import point_on_a_slope
 from random_scenes.switching import SWITCHING
@@ -38,7 +38,7 @@ def test_a_scene_is_that_of_its_seed_and_index(kind: str) -> None:
 
 def test_every_law_and_ground_is_drawn() -> None:
     contacts, grounds = (
-        [draw(Dice(1, k)) for k in range(400)] for draw in (draw_contact, draw_terrain)
+        [draw(Draws(1, k)) for k in range(400)] for draw in (draw_contact, draw_terrain)
     )
     assert {row[1] for row in contacts} >= {"default", "s1", "s1-printed", "s2", *NORMAL_LAWS}
     assert {row[2] for row in contacts} >= {"default", *FRICTION_LAWS}
@@ -97,21 +97,21 @@ def test_order_of_errors_that_follow_the_accuracy() -> None:
 
 
 def run(
-    error: float, estimate: float, said_so: bool = False, uncertainty: float = 1e-9
+    error: float, estimate: float, error_reported: bool = False, uncertainty: float = 1e-9
 ) -> PromiseRun:
-    return PromiseRun("ndf", 1e-6, error, estimate, said_so, "", uncertainty, 1, 0.0)
+    return PromiseRun("ndf", 1e-6, error, estimate, error_reported, "", uncertainty, 1, 0.0)
 
 
 def test_shares_leave_out_what_was_said_or_is_not_known() -> None:
     runs = [
         run(5e-7, 1e-6),
         run(2e-6, 1e-6),
-        run(1.0, 0.0, said_so=True),
+        run(1.0, 0.0, error_reported=True),
         run(1e-3, 0.0, uncertainty=1e-3),
     ]
     shares = Shares(runs)
     assert (shares.within, shares.within_beyond) == (0.5, 1.0)
-    assert (len(shares.said_so), shares.needless) == (1, 0)
+    assert (len(shares.error_reported), shares.needless) == (1, 0)
     assert shares.covered == pytest.approx(1 / 3)  # an estimate is one whatever the run says
     assert shares.overestimate == pytest.approx(0.5)
     assert not shares.kept

@@ -1,4 +1,4 @@
-"""`check` sends to `mend` what `mend` repairs, and nothing else; what `mend` writes, it accepts."""
+"""`check` recommends `repair` where it repairs the file, and accepts what `repair` writes."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from test_findings import ALONE, TOGETHER
 import hexapod_pin as hp
 from hexapod_pin.robot import inspect
 from hexapod_pin.robot.description.urdf_file import parse_urdf
-from hexapod_pin.robot.mending import find_all, mend_urdf
-from hexapod_pin.robot.mending.finding import finding_lines
+from hexapod_pin.robot.repair import find_all, repair_urdf
+from hexapod_pin.robot.repair.finding import finding_lines
 
-RECOMMENDED = "`hexapod-pin mend` repairs it"
+RECOMMENDED = "`hexapod-pin repair` repairs it"
 TEXTS = (hp.urdf_path("athena").read_text(), hp.urdf_path("kharagpur").read_text(), SOUND)
 TELLING = (2, 11, 12, 18, 39, 44, 51, 67, 75, 85, 86, 95, 129, 141, 152, 153, 156, 171, 271, 329,
            419)  # fmt: skip
@@ -42,7 +42,7 @@ def test_commands_agree_on_mutated_files(run: Run, tmp_path: Path, seeds: list[i
         text = mutated(TEXTS[seed % len(TEXTS)], seed)
         (tmp_path / "in.urdf").write_text(text)
         (tmp_path / "out.urdf").unlink(missing_ok=True)
-        before, done = run("check", "in.urdf"), run("mend", "in.urdf", "-o", "out.urdf")
+        before, done = run("check", "in.urdf"), run("repair", "in.urdf", "-o", "out.urdf")
         assert {before.status, done.status} <= {0, 2}, seed
         assert (tmp_path / "in.urdf").read_text() == text
         assert (done.status == 0) == ("out.urdf" in done.left), seed
@@ -50,7 +50,7 @@ def test_commands_agree_on_mutated_files(run: Run, tmp_path: Path, seeds: list[i
         if before.status == 2:
             recommended = RECOMMENDED in before.out + before.err
             assert recommended == (done.status == 0), seed
-            assert "nothing to mend" not in done.out, seed
+            assert "nothing to repair" not in done.out, seed
         if done.status == 0:
             assert run("check", "out.urdf").status == 0, seed
         else:
@@ -62,10 +62,10 @@ def test_findings_know_whether_they_are_repaired(seeds: list[int]) -> None:
     """After a repair nothing is left that a repair is said to exist for, and it is all done."""
     for seed in seeds:
         text = mutated(TEXTS[seed % len(TEXTS)], seed)
-        repaired = mend_urdf(parse_urdf(text.encode(), "x"), NoMeshes())
+        repaired = repair_urdf(parse_urdf(text.encode(), "x"), NoMeshes())
         left = find_all(repaired.file, NoMeshes())
         assert [str(x) for x in left if x.repairable] == [], seed
-        assert mend_urdf(repaired.file, NoMeshes()).changes == (), seed
+        assert repair_urdf(repaired.file, NoMeshes()).changes == (), seed
 
 
 @pytest.mark.parametrize("name", [*TOGETHER, *ALONE])
@@ -73,7 +73,7 @@ def test_each_kind_of_finding_knows_it(name: str) -> None:
     change, kind, place = {**TOGETHER, **ALONE}[name]
     file = broken(change)
     found = [x for x in find_all(file, NoMeshes()) if x.what == kind and place in x.where + x.value]
-    left = {(x.what, x.where) for x in find_all(mend_urdf(file, NoMeshes()).file, NoMeshes())}
+    left = {(x.what, x.where) for x in find_all(repair_urdf(file, NoMeshes()).file, NoMeshes())}
     assert {(x.what, x.where) in left for x in found} == {not found[0].repairable}
     assert {x.repairable for x in found} == {found[0].repairable}
 
@@ -82,7 +82,7 @@ def test_sliding_joints(run: Run, tmp_path: Path) -> None:
     """`sed s/revolute/prismatic/`: no legs to walk with, which no repair invents."""
     text = TEXTS[1].replace("revolute", "prismatic")
     (tmp_path / "a.urdf").write_text(text)
-    before, done = run("check", "a.urdf"), run("mend", "a.urdf", "-o", "b.urdf")
+    before, done = run("check", "a.urdf"), run("repair", "a.urdf", "-o", "b.urdf")
     assert (before.status, done.status) == (2, 2)
     assert RECOMMENDED not in before.out + before.err
     assert "18 joints move otherwise" in done.err and "--legs" in done.err and "--feet" in done.err
@@ -99,7 +99,7 @@ def test_a_file_that_is_refused_for_one_thing_too_many(run: Run, tmp_path: Path)
     (left,) = {text for text in report.left if "unreadable origin" in text}
     assert "lf_foot_joint" in left and left in report.findings
     assert not any("velocity" in text for text in report.left)
-    done = run("mend", "a.urdf", "-o", "b.urdf")
+    done = run("repair", "a.urdf", "-o", "b.urdf")
     assert (done.status, done.left) == (2, ["a.urdf"])
     assert "lf_foot_joint" in done.err and "velocity" not in done.err
 
@@ -115,14 +115,14 @@ def test_hints_are_those_of_check(run: Run, tmp_path: Path) -> None:
     text = f'<robot name="block"><link name="b"><inertial><mass value="-1"/>{inertia}</inertial>'
     (tmp_path / "a.urdf").write_text(f"{text}{BOX}</link>{feet}</robot>")
     given = ("--feet", "p0,p1,p2")
-    plain = run("mend", "a.urdf", "-o", "b.urdf")
+    plain = run("repair", "a.urdf", "-o", "b.urdf")
     assert (plain.status, plain.left) == (2, ["a.urdf"]) and "--feet" in plain.err
     before = run("check", "a.urdf", *given)
     assert before.status == 2 and RECOMMENDED in before.out + before.err
-    assert run("mend", "a.urdf", "-o", "b.urdf", *given).status == 0
+    assert run("repair", "a.urdf", "-o", "b.urdf", *given).status == 0
     assert run("check", "b.urdf", *given).status == 0
     (tmp_path / "a.hints.toml").write_text('feet = ["p0", "p1", "p2"]\n')
-    assert run("mend", "a.urdf", "-o", "c.urdf").status == 0
+    assert run("repair", "a.urdf", "-o", "c.urdf").status == 0
 
 
 BOX = '<visual><geometry><box size="0.2 0.2 0.05"/></geometry></visual>'
@@ -130,8 +130,8 @@ BOX = '<visual><geometry><box size="0.2 0.2 0.05"/></geometry></visual>'
 
 def test_lines_say_where_there_is_no_repair() -> None:
     file = broken(put("joint lf_foot_joint/origin", xyz="z"), every("joint", "limit", velocity="0"))
-    mends = [line for line in finding_lines(find_all(file, None)) if line.startswith("  mend ")]
-    assert [line.split()[1] == "none:" for line in mends] == [True, False]
+    repairs = [line for line in finding_lines(find_all(file, None)) if line.startswith("  repair ")]
+    assert [line.split()[1] == "none:" for line in repairs] == [True, False]
 
 
 # what the campaign found ------------------------------------------------------------------------
@@ -150,7 +150,7 @@ def test_elements_of_fixed_joints_that_parsers_refuse(text: str) -> None:
     assert (found.what, found.where) == ("unreadable element", "joint 'lf_foot_joint'")
     assert (found.severity, found.repairable) == ("refused", True)
     tag = ET.fromstring(text).tag
-    repaired = mend_urdf(file).file
+    repaired = repair_urdf(file).file
     assert part(repaired.root, "joint lf_foot_joint").find(tag) is None
     assert find_all(repaired, None) == []
 
@@ -174,7 +174,7 @@ def test_statements_that_do_not_fit_the_links(tmp_path: Path) -> None:
         "joint 'tail'", "joint 'lf_coxa_joint'", "joint 'lm_coxa_joint'", "robot"
     }  # fmt: skip
     assert not report.ok and report.left == ()
-    repaired = mend_urdf(parse_urdf(path.read_bytes(), "x"))
+    repaired = repair_urdf(parse_urdf(path.read_bytes(), "x"))
     path.write_text(repaired.file.text)
     assert inspect(path).ok and hp.load_robot(path).legs == hp.load_robot("athena").legs
 
@@ -191,9 +191,9 @@ def test_what_a_repair_shows_is_repaired_too() -> None:
     """Without its joint a sliding foot's link is a second root, whose joint then leads nowhere."""
     top = '<joint name="top" type="planar"><parent link="odom"/><child link="lr_foot"/></joint>'
     file = broken(remove("link lr_tibia"), add("", '<link name="odom"/>'), add("", top))
-    repaired = mend_urdf(file)
+    repaired = repair_urdf(file)
     assert [x for x in find_all(repaired.file, None) if x.repairable] == []
-    assert mend_urdf(repaired.file).changes == ()
+    assert repair_urdf(repaired.file).changes == ()
 
 
 def test_an_inertial_without_mass_or_numbers() -> None:
@@ -202,7 +202,7 @@ def test_an_inertial_without_mass_or_numbers() -> None:
     file = broken(add("link lf_foot", bad))
     (found,) = find_all(file, None)
     assert (found.what, found.severity) == ("unreadable inertial", "refused")
-    assert find_all(mend_urdf(file).file, None) == []
+    assert find_all(repair_urdf(file).file, None) == []
 
 
 @pytest.mark.parametrize("number", ["1_0", "\u0661", "inf"])
@@ -215,4 +215,4 @@ def test_numbers_that_other_parsers_refuse(number: str) -> None:
         "refused",
         True,
     )
-    assert find_all(mend_urdf(file).file, None) == []
+    assert find_all(repair_urdf(file).file, None) == []

@@ -21,10 +21,10 @@ import hexapod_pin as hp
 from hexapod_pin.control import leg_clearance
 from hexapod_pin.errors import MeshError, ParameterError, UrdfError
 from hexapod_pin.robot.description.urdf_file import MAX_LINKS, parse_urdf, read_urdf
-from hexapod_pin.robot.mending import find_all, mend_urdf
-from hexapod_pin.robot.mending.measures import mesh_solid
 from hexapod_pin.robot.reading import read_mesh
 from hexapod_pin.robot.reading.mesh_file import LARGEST_MESH, SMALLEST_MESH
+from hexapod_pin.robot.repair import find_all, repair_urdf
+from hexapod_pin.robot.repair.measures import mesh_solid
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0], [1, 1, 1]])
 
@@ -48,7 +48,7 @@ HULLS = """
 import json, sys
 import numpy as np
 from hexapod_pin.errors import MeshError
-from hexapod_pin.robot.mending.measures import mesh_solid
+from hexapod_pin.robot.repair.measures import mesh_solid
 from hexapod_pin.robot.reading import read_mesh
 
 def hull(path, scale):
@@ -241,7 +241,7 @@ def test_shapes_of_absurd_size_are_dropped(
     assert robot.legs == plain.legs
     assert {x.what for x in hp.robot.inspect(file).found} == {"unreadable shape"}
     assert leg_clearance(robot, WALK).distance == pytest.approx(plain_distance)
-    assert find_all(mend_urdf(parse_urdf(file.read_bytes(), "a")).file, None) == []
+    assert find_all(repair_urdf(parse_urdf(file.read_bytes(), "a")).file, None) == []
 
 
 @pytest.mark.parametrize("value", ["1e9", "1e12", "1e300", "nan"])
@@ -307,7 +307,7 @@ def load_check_repair(path: Path) -> None:
     with suppress(UrdfError):
         hp.load_robot(path)
     assert str(hp.robot.inspect(path))
-    mend_urdf(read_urdf(path), NoMeshes())
+    repair_urdf(read_urdf(path), NoMeshes())
 
 
 @pytest.mark.parametrize("kind", LONG)

@@ -13,7 +13,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control import BodyMotion, KinematicControl, Sine, VelocityCommand, Waypoints
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import LEG_ORDER, Gait
-from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.errors import GaitError
 from hexapod_pin.robot.robot import Robot, load_robot
 
@@ -63,7 +63,7 @@ def test_contact_points_stand_still(robot: Robot, name: str) -> None:
     control = CONTROLS[name]
     path, plan = control.path(robot), control.plan(robot, 8.0)
     model, data = robot.model, robot.model.createData()
-    neutral, down = six_legs(robot).neutral_feet, path.stance(plan.time)
+    neutral, down = leg_group(robot).neutral_feet, path.stance(plan.time)
     slip, rise, rolled = 0.0, 0.0, 0.0
     for k in range(0, len(plan.time), 7):
         rotation, position, velocity, omega = trunk_motion(control, path, plan.time[k])
@@ -126,7 +126,7 @@ def test_paths_are_twice_continuously_differentiable(robot: Robot, name: str) ->
 def test_points_do_not_roll() -> None:
     robot = load_robot("kharagpur", foot_radius=0.0)
     time = np.linspace(0.0, 8.0, 400)
-    rolling = FootPath.of(six_legs(robot), TURNING)
+    rolling = FootPath.of(leg_group(robot), TURNING)
     np.testing.assert_array_equal(
         rolling.positions(time), replace(rolling, legs=None).positions(time)
     )

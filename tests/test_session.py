@@ -80,7 +80,7 @@ def test_pauses_between_samples_change_nothing_beyond_the_accuracy(scene):
         whole = hp.simulate(
             scene, hold, duration=trace.time[-1], initial=initial, method=method, sample=2e-3, **how
         )
-        # fixed steps are split where the run pauses: that mends less than their own error
+        # fixed steps are split where the run pauses: that repairs less than their own error
         truth = hp.simulate(
             scene, hold, duration=trace.time[-1], initial=initial, sample=2e-3, accuracy=1e-7
         )

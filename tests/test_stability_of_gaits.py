@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import hexapod_pin as hp
 from hexapod_pin.control.foot_path import FootPath
-from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.results.stability_margins import nesm, static_margin
 
 STROKE, PERIOD, HEIGHT = 0.14, 2.4, 0.0988  # m, s, m
@@ -53,7 +53,7 @@ def least(name: str, motion: str, at_events: bool = False) -> tuple[float, float
     elif motion == "rolling":
         path = hp.KinematicControl(table).path(robot)
     else:
-        path = FootPath(table, six_legs(robot).neutral_feet)
+        path = FootPath(table, leg_group(robot).neutral_feet)
     begin = path.steady_from
     time = begin + PERIOD * (np.arange(720) + 0.5) / 720
     if at_events:  # margins are least just before lift-offs and after placements

@@ -13,7 +13,7 @@ import hexapod_pin as hp
 from hexapod_pin.control.feasible_gait import default_gait, named_gait
 from hexapod_pin.control.gait import gaits_for
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.six_legs import leg_order
+from hexapod_pin.control.leg_group import leg_order
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError, UrdfError
 
 

@@ -9,7 +9,7 @@ import pytest
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.control import six_legs
+from hexapod_pin.control import leg_group
 from hexapod_pin.errors import ParameterError, StudyInterrupted, TraceFileError, UnknownNameError
 from hexapod_pin.results.grid_columns import NOT_RUN
 from hexapod_pin.results.phase_torque import scheduled_phase_torque
@@ -234,5 +234,5 @@ def test_legs_of_joints_are_those_of_the_robot() -> None:
 
     leg, legged = _legs(ROBOT)
     assert legged.all()
-    names = [one.name for one in six_legs(ROBOT).legs]
+    names = [one.name for one in leg_group(ROBOT).legs]
     assert [names[k] for k in leg] == [joint.split("_")[0] for joint in ROBOT.joint_names]

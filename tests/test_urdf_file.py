@@ -12,7 +12,7 @@ from refusals import refused
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
 from hexapod_pin.robot.description.urdf_file import parse_urdf, read_urdf
-from hexapod_pin.robot.mending.find_all import check_urdf
+from hexapod_pin.robot.repair.find_all import check_urdf
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.robot.urdf_report import inspect
 

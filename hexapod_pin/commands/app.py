@@ -23,7 +23,7 @@ from hexapod_pin.commands.select import select
 from hexapod_pin.commands.sweep import sweep
 from hexapod_pin.commands.terminal import FAILED, INTERRUPTED_TEXT, echo, fail, interrupted_status
 from hexapod_pin.commands.trace_commands import budget, stability, view
-from hexapod_pin.commands.urdf_commands import check, mend
+from hexapod_pin.commands.urdf_commands import check, repair
 from hexapod_pin.commands.walk import run, walk
 from hexapod_pin.errors import HexapodError, SimulationInterrupted
 from hexapod_pin.stop_signals import begin, received
@@ -107,7 +107,8 @@ def _root(
 
 
 for _command in (
-    walk, run, compare, sweep, view, budget, select, stability, check, mend, contact, bench, verify
+    walk, run, compare, sweep, view, budget, select, stability, check, repair, contact, bench,
+    verify,
 ):  # fmt: skip
     app.command(cls=_Command)(_command)
 

@@ -214,16 +214,16 @@ Hold = Annotated[
     OptionalText,
     typer.Option(help="Joints that do not walk: 'JOINT=DEGREES,...' (m for sliding joints)."),
 ]
-MendFirst = Annotated[
-    bool, typer.Option("--mend", help="Mend the file's faults first; see `hexapod-pin mend`.")
+RepairFirst = Annotated[
+    bool, typer.Option("--repair", help="Repair the file's faults first; see `hexapod-pin repair`.")
 ]
-Mass = Annotated[OptionalFloat, typer.Option(help="With --mend: mass of the robot [kg].")]
-Density = Annotated[OptionalFloat, typer.Option(help="With --mend: of its parts [kg/m^3].")]
+Mass = Annotated[OptionalFloat, typer.Option(help="With --repair: mass of the robot [kg].")]
+Density = Annotated[OptionalFloat, typer.Option(help="With --repair: of its parts [kg/m^3].")]
 Effort = Annotated[
-    OptionalText, typer.Option(help="With --mend: of all joints [N m], or a motor's name.")
+    OptionalText, typer.Option(help="With --repair: of all joints [N m], or a motor's name.")
 ]
 Velocity = Annotated[
-    OptionalText, typer.Option(help="With --mend: of all joints [rad/s], or a motor's name.")
+    OptionalText, typer.Option(help="With --repair: of all joints [rad/s], or a motor's name.")
 ]
 
 
@@ -243,15 +243,15 @@ def load_options(
 
     Raises:
         ParameterError: a text that does not have the form its option wants, or a number or motor
-            that only --mend takes.
+            that only --repair takes.
     """
     from hexapod_pin.robot.loading.load_options import LoadOptions
 
     numbers |= {"effort": torque_limit(effort), "velocity": speed_limit(velocity)}
-    mends = ("mass", "density", "effort", "velocity")
-    wanted = [name for name in mends if numbers.get(name) is not None]
-    if wanted and not numbers.get("mend"):
-        allowed = "left out without --mend"
+    repairs = ("mass", "density", "effort", "velocity")
+    wanted = [name for name in repairs if numbers.get(name) is not None]
+    if wanted and not numbers.get("repair"):
+        allowed = "left out without --repair"
         raise ParameterError(f"--{wanted[0]}", numbers[wanted[0]], allowed)
     found: dict[str, Any] = {
         "feet": foot_names(feet),

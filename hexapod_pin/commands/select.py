@@ -51,7 +51,9 @@ def select(
             "robot's mass in all, assumed."
         ),
     ] = None,
-    mend: Annotated[bool, typer.Option("--mend", help="Mend the robot's file first.")] = False,
+    repair: Annotated[
+        bool, typer.Option("--repair", help="Repair the robot's file first.")
+    ] = False,
     html: Annotated[Path, typer.Option(help="Report to write: .html or .pdf.")] = Path(
         "motors.html"
     ),
@@ -79,7 +81,7 @@ def select(
     if report is not None:
         require_report(f"--html {html}", report.suffix.lower())
     table = None if csv is None else writable("--csv", csv, (".csv",))
-    text, folder = study_text(robot, study, catalog, voltage, motor_mass, mend)
+    text, folder = study_text(robot, study, catalog, voltage, motor_mass, repair)
     how = run_options(store, resume, retry_failed, threads, processes, scheduler)
     try:
         with progress_bar("motors") as bar:
@@ -107,7 +109,7 @@ def study_text(
     catalog: Path | None,
     voltage: float | None,
     motor_mass: float | None,
-    mend: bool,
+    repair: bool,
 ) -> tuple[str, Path]:
     """Return the text of the study with the options in it, and where its relative paths start.
 
@@ -120,14 +122,14 @@ def study_text(
     from hexapod_pin.study.selection import load_motor_study
 
     if study is None:
-        text, folder = _default(robot, mend), Path.cwd()
+        text, folder = _default(robot, repair), Path.cwd()
     else:
         text, folder = load_motor_study(study)
     data = read_toml(text)
     base = data.setdefault("base", {"accuracy": 1e-4})
     if study is not None:
         _require_same_robot(base, robot, study)
-    base |= {"robot": _source(robot), **({"mend": True} if mend else {})}
+    base |= {"robot": _source(robot), **({"repair": True} if repair else {})}
     base.pop("case", None)
     given = {
         "catalog": None if catalog is None else str(user_path(catalog).absolute()),
@@ -146,13 +148,13 @@ def study_text(
     return tomli_w.dumps(data), folder
 
 
-def _default(robot: str, mend: bool) -> str:
+def _default(robot: str, repair: bool) -> str:
     from hexapod_pin.control.feasible_gait import default_gait
     from hexapod_pin.control.gait import gaits_for
     from hexapod_pin.robot.robot import load_robot
     from hexapod_pin.study.selection import default_study
 
-    loaded = load_robot(_source(robot), mend=mend)
+    loaded = load_robot(_source(robot), repair=repair)
     names = [default_gait(loaded)]
     if "tripod" in gaits_for(len(loaded.legs)):
         names.insert(0, "tripod")

@@ -1,4 +1,4 @@
-"""The commands `check` and `mend` say whether a URDF can be used, and repair it."""
+"""The commands `check` and `repair` say whether a URDF can be used, and repair it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
-    from hexapod_pin.robot.mending import Mended
+    from hexapod_pin.robot.repair import Repaired
 
 
 def check(
@@ -51,7 +51,7 @@ def check(
         typer.Option("--write", help="Write what was inferred to NAME.hints.toml, to be edited."),
     ] = False,
 ) -> None:
-    """Say whether a URDF can be used, everything that is wrong with it, and what mends it."""
+    """Say whether a URDF can be used, everything that is wrong with it, and what repairs it."""
     from hexapod_pin.robot.loading.load_options import write_hints
     from hexapod_pin.robot.urdf_report import inspect
 
@@ -71,7 +71,7 @@ def check(
         echo("note: it can stand, but not walk: it has no legs to walk with")
 
 
-# `hexapod-pin mend`: write a URDF that can be used, and say what was changed and assumed.
+# `hexapod-pin repair`: write a URDF that can be used, and say what was changed and assumed.
 
 Mass = Annotated[OptionalFloat, typer.Option(help="Total mass of the robot [kg].")]
 Density = Annotated[
@@ -88,10 +88,10 @@ Velocity = Annotated[
 ]
 
 
-def mend(
+def repair(
     context: typer.Context,
-    file: Annotated[Path, typer.Argument(help="The URDF to mend; it is not touched.")],
-    out: Annotated[Path, typer.Option("-o", "--out", help="The mended URDF to write.")],
+    file: Annotated[Path, typer.Argument(help="The URDF to repair; it is not touched.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="The repaired URDF to write.")],
     mass: Mass = None,
     density: Density = None,
     effort: Effort = None,
@@ -113,10 +113,10 @@ def mend(
     from hexapod_pin.commands.output_files import writable
     from hexapod_pin.robot.loading.load_options import read_hints
     from hexapod_pin.robot.loading.load_urdf import read_file
-    from hexapod_pin.robot.mending import MendOptions, mend_urdf
-    from hexapod_pin.robot.mending.appearance import rebased
-    from hexapod_pin.robot.mending.finding import finding_lines
     from hexapod_pin.robot.reading.resources import ResourceFinder
+    from hexapod_pin.robot.repair import RepairOptions, repair_urdf
+    from hexapod_pin.robot.repair.appearance import rebased
+    from hexapod_pin.robot.repair.finding import finding_lines
     from hexapod_pin.robot.urdf_report import judged
 
     path, folders = writable("--out", out), package_path or []
@@ -127,12 +127,12 @@ def mend(
     read = read_file(file, hints)
     urdf, finder = read.file, read.finder
     if path.exists() and path.samefile(user_path(file)):
-        raise ParameterError("--out", str(out), "another file than the one to mend")
+        raise ParameterError("--out", str(out), "another file than the one to repair")
     options = given(
         mass=mass, density=density, effort=torque_limit(effort), velocity=speed_limit(velocity)
     )
-    mended = mend_urdf(urdf, finder, MendOptions(**options))
-    written, moved = rebased(mended.file, finder, path, folders)
+    repaired = repair_urdf(urdf, finder, RepairOptions(**options))
+    written, moved = rebased(repaired.file, finder, path, folders)
     report = judged(read._replace(file=written, finder=ResourceFinder(path, folders)), hints)
     if not report.ok:
         text = "\n".join([f"{file}: no repair for this; nothing is written", *report.refused_lines])
@@ -143,21 +143,21 @@ def mend(
         write_atomically(path, written.text)
     for line in [
         *(f"note: {text}" for text in read.notes),
-        *_report(mended),
+        *_report(repaired),
         *(f"changed: {text}" for text in moved),
         *finding_lines(report.found),
     ]:
         echo(line)
-    echo(f"wrote {path}" + ("" if mended.changes or moved else ": a copy, nothing to mend"))
+    echo(f"wrote {path}" + ("" if repaired.changes or moved else ": a copy, nothing to repair"))
 
 
-def _report(mended: Mended) -> list[str]:
+def _report(repaired: Repaired) -> list[str]:
     """Return changes, assumptions, options not used, and the masses before and after."""
-    from hexapod_pin.robot.mending.mend_urdf import mass_lines
+    from hexapod_pin.robot.repair.repair_urdf import mass_lines
 
     return [
-        *(f"changed: {text}" for text in mended.changes),
-        *(f"assumed: {text}" for text in mended.assumed),
-        *(f"note: {text}" for text in mended.notes),
-        *mass_lines(mended.masses),
+        *(f"changed: {text}" for text in repaired.changes),
+        *(f"assumed: {text}" for text in repaired.assumed),
+        *(f"note: {text}" for text in repaired.notes),
+        *mass_lines(repaired.masses),
     ]

@@ -19,7 +19,6 @@ from hexapod_pin.commands.options import (
     Hold,
     Legs,
     Mass,
-    MendFirst,
     MotorName,
     NoHtml,
     OptionalFloat,
@@ -29,6 +28,7 @@ from hexapod_pin.commands.options import (
     PostureText,
     Quick,
     Record,
+    RepairFirst,
     RobotName,
     Threads,
     TraceOut,
@@ -163,7 +163,7 @@ def walk(
     held: Hold = None,
     package_path: PackagePath = None,
     xacro_arg: XacroArgs = None,
-    mend: MendFirst = False,
+    repair: RepairFirst = False,
     mass: Mass = None,
     density: Density = None,
     effort: Effort = None,
@@ -189,7 +189,7 @@ def walk(
     motor_of_all, motor_lines = chosen_motor(motor, voltage, catalog)
     options = load_options(
         feet=feet, legs=legs, posture=posture, held=held, package_path=package_path,
-        xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward, mend=mend or None,
+        xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward, repair=repair or None,
         mass=mass, density=density, effort=effort, velocity=velocity,
     )  # fmt: skip
     loaded = load_robot(robot, options=options)
@@ -249,7 +249,7 @@ def _print_plan(robot: Robot, fitted: FittedGait) -> None:
         f"{gait.speed:.4g} m/s"
     )
     lines = {
-        "mended": robot.mended,
+        "repaired": robot.repaired,
         "inferred": robot.inferred,
         "note": (*robot.notes, *leg_clearance(robot, gait).notes),
     }

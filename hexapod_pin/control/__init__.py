@@ -20,10 +20,10 @@ from hexapod_pin.control.gait_refusal import Clearance, leg_clearance
 from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
 from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.leg_group import LegGroup, leg_group, leg_order
 from hexapod_pin.control.registry import register_controller
 from hexapod_pin.control.sampled_trajectory import HoldPosture, SampledTrajectory
 from hexapod_pin.control.sensors import Sensor, SensorReader, Sensors
-from hexapod_pin.control.six_legs import SixLegs, leg_order, six_legs
 from hexapod_pin.control.time_function import Periodic, Sum
 
 __all__ = [
@@ -43,6 +43,7 @@ __all__ = [
     "JointMotion",
     "JointTrajectory",
     "KinematicControl",
+    "LegGroup",
     "Measurement",
     "Periodic",
     "SampledTrajectory",
@@ -50,7 +51,6 @@ __all__ = [
     "SensorReader",
     "Sensors",
     "Sine",
-    "SixLegs",
     "Step",
     "Step5",
     "Sum",
@@ -62,11 +62,11 @@ __all__ = [
     "fit_gait",
     "foot_control",
     "leg_clearance",
+    "leg_group",
     "leg_order",
     "motion",
     "named_gait",
     "paper_motion",
     "register_controller",
     "sensors",
-    "six_legs",
 ]

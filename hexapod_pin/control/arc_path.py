@@ -27,7 +27,7 @@ from hexapod_pin.control.curves import adams_step
 from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_trajectory import cycles_between
-from hexapod_pin.control.six_legs import SixLegs
+from hexapod_pin.control.leg_group import LegGroup
 from hexapod_pin.errors import GaitError
 from hexapod_pin.immutable import Immutable
 
@@ -57,7 +57,7 @@ class ArcPath(WalkSchedule, Immutable):
         ParameterError: a stop too early for starting and stopping.
     """
 
-    six: SixLegs
+    six: LegGroup
     table: Gait
     amplitude: float
     lift_angle: float
@@ -257,7 +257,7 @@ def blend(s: Array) -> tuple[Array, Array]:
     return x * left**2, left**2 - 2.0 * x * left / BLEND_SHARE
 
 
-def arc_senses(six: SixLegs) -> tuple[Array, Array]:
+def arc_senses(six: LegGroup) -> tuple[Array, Array]:
     """Return R (6,) [m] and the signs (6, 3) that move feet ahead (joint 1) and up (joint 2).
 
     Raises:

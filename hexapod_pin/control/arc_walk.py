@@ -30,7 +30,7 @@ from hexapod_pin.control.gait_refusal import MAX_CYCLE_DOUBLINGS, TOUCHING, bise
 from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration, whole_cycles
 from hexapod_pin.control.knot_table import MAX_KNOT_SPACING, knot_times
-from hexapod_pin.control.six_legs import SixLegs, require_six_of_three
+from hexapod_pin.control.leg_group import LegGroup, require_six_of_three
 from hexapod_pin.control.time_function import Periodic, Sum
 from hexapod_pin.errors import GaitError, ParameterError
 from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
@@ -165,7 +165,7 @@ CHECKED_WALKS = 64
 
 @lru_cache(maxsize=CHECKED_WALKS)
 def _find_refusal(
-    six: SixLegs,
+    six: LegGroup,
     bodies: LegBodies,
     gait: Gait,
     amplitude: float,
@@ -235,7 +235,7 @@ def _slowest(works: Callable[[float], bool], period: float) -> float | None:
 
 
 def _violation(
-    six: SixLegs,
+    six: LegGroup,
     bodies: LegBodies,
     gait: Gait,
     amplitude: float,
@@ -258,7 +258,7 @@ def _violation(
 
 @lru_cache(maxsize=CHECKED_WALKS)
 def _joints(
-    six: SixLegs, gait: Gait, amplitude: float, lift_angle: float, profile: StanceProfile
+    six: LegGroup, gait: Gait, amplitude: float, lift_angle: float, profile: StanceProfile
 ) -> tuple[Array, Array]:
     """Return joint angles [rad] and rates [rad/s] at the checked times, (6, K, 3) each."""
     end = CHECKED_CYCLES * gait.cycle_time
@@ -269,7 +269,7 @@ def _joints(
     return path.joints(time[(time <= once) | (time >= path.steady_until)])
 
 
-def _out_of_range(six: SixLegs, q: Array) -> Violation | None:
+def _out_of_range(six: LegGroup, q: Array) -> Violation | None:
     """Return the joint that goes farthest beyond its range, joint angles (6, K, 3)."""
     lower, upper = (np.stack([getattr(leg, x) for leg in six.legs]) for x in ("lower", "upper"))
     beyond = np.maximum(lower - q.min(axis=1), q.max(axis=1) - upper)
@@ -287,7 +287,7 @@ def _out_of_range(six: SixLegs, q: Array) -> Violation | None:
 @lru_cache(maxsize=CHECKED_WALKS)
 def _touching(
     bodies: LegBodies,
-    six: SixLegs,
+    six: LegGroup,
     gait: Gait,
     amplitude: float,
     lift_angle: float,

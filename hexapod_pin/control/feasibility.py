@@ -18,7 +18,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.body_path import TRANSIENT_CYCLES
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.six_legs import SixLegs
+from hexapod_pin.control.leg_group import LegGroup
 from hexapod_pin.errors import GaitError, ReachError
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 
@@ -70,7 +70,7 @@ class Violation:
     text: str
 
 
-def violation(six: SixLegs, gait: Gait, motion: BodyMotion | None = None) -> Violation | None:
+def violation(six: LegGroup, gait: Gait, motion: BodyMotion | None = None) -> Violation | None:
     """Return why the robot cannot walk this gait, or None if it can.
 
     Args:
@@ -91,7 +91,7 @@ def violation(six: SixLegs, gait: Gait, motion: BodyMotion | None = None) -> Vio
     return None if fast is None else fast[0]
 
 
-def shortest_cycle(six: SixLegs, gait: Gait) -> float | None:
+def shortest_cycle(six: LegGroup, gait: Gait) -> float | None:
     """Return the cycle time at which the fastest joint of a gait turns at its velocity limit [s].
 
     Its paths are those of the gait's own cycle time, on which they depend where it turns. None
@@ -113,7 +113,7 @@ def shortest_cycle(six: SixLegs, gait: Gait) -> float | None:
 
 @lru_cache(maxsize=KEPT_PATHS)
 def _path_or_rates(
-    six: SixLegs, gait: Gait, motion: BodyMotion | None
+    six: LegGroup, gait: Gait, motion: BodyMotion | None
 ) -> Violation | NDArray[np.float64]:
     """Return what is wrong with the paths of a gait, or its joint rates [rad/s], (L, K, J)."""
     if six.kinematics.task is not None:
@@ -133,7 +133,7 @@ def _path_or_rates(
     return six.kinematics.estimated_rates(p_BF, v_BF, q) if found is None else found[0]
 
 
-def posture_violation(six: SixLegs, q: Array, v: Array) -> tuple[Violation, int] | None:
+def posture_violation(six: LegGroup, q: Array, v: Array) -> tuple[Violation, int] | None:
     """Return a near singular posture or a joint that is too fast, and at which time.
 
     Args:
@@ -147,7 +147,7 @@ def posture_violation(six: SixLegs, q: Array, v: Array) -> tuple[Violation, int]
     return _singular(six, q, len(six.legs)) or _too_fast(six, v)
 
 
-def _singular(six: SixLegs, q: Array, legs: int) -> tuple[Violation, int] | None:
+def _singular(six: LegGroup, q: Array, legs: int) -> tuple[Violation, int] | None:
     """Return the violation of the first of some legs that gets too near a singular posture."""
     determinant = six.kinematics.normalised_determinant(q)
     for leg, values in zip(six.legs[:legs], determinant, strict=False):
@@ -167,7 +167,7 @@ def checked_times(path: FootPath, samples_per_cycle: int = SAMPLES_PER_CYCLE) ->
     return time[(cycles <= TRANSIENT_CYCLES + 1) | (time >= path.steady_until)]
 
 
-def _uneven(six: SixLegs) -> Violation:
+def _uneven(six: LegGroup) -> Violation:
     """Return the violation of a robot whose feet do not stand on one level."""
     low, high = (six.legs[int(k)].name for k in (np.argmin(six.soles), np.argmax(six.soles)))
     return Violation(
@@ -187,7 +187,7 @@ def _near_singular(leg: LegKinematics, lowest: float) -> Violation:
     )
 
 
-def _too_fast(six: SixLegs, rates: Array) -> tuple[Violation, int] | None:
+def _too_fast(six: LegGroup, rates: Array) -> tuple[Violation, int] | None:
     """Return the violation of the joint that exceeds its velocity limit most, rates (L, K, J).
 
     Of legs that move alike, up to rounding, the first in gait order is named.
@@ -212,7 +212,7 @@ SEARCH_STEP = 0.02
 """Spacing of the times at which a target out of reach is looked for [s]."""
 
 
-def walk_refusal(six: SixLegs, path: FootPath, end: float, error: ReachError) -> GaitError:
+def walk_refusal(six: LegGroup, path: FootPath, end: float, error: ReachError) -> GaitError:
     """Return the error of a walk in which a leg cannot follow, with the time.
 
     Args:
@@ -233,7 +233,7 @@ def walk_refusal(six: SixLegs, path: FootPath, end: float, error: ReachError) ->
     return GaitError(f"gait {path.gait.name}: {when}{_asked(path)}{error}", _culprit(path), None)
 
 
-def refuse_impossible_knots(six: SixLegs, path: FootPath, time: Array, q: Array, v: Array) -> None:
+def refuse_impossible_knots(six: LegGroup, path: FootPath, time: Array, q: Array, v: Array) -> None:
     """Refuse a planned walk that comes near a singular posture or turns a joint too fast.
 
     Args:

@@ -10,7 +10,7 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.control.feasibility import shortest_cycle
 from hexapod_pin.control.gait import Gait, gaits_for
 from hexapod_pin.control.gait_refusal import refuse_impossible
-from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.errors import GaitError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.leg_geometry import leg_length
@@ -155,7 +155,7 @@ def _slow_enough(robot: Robot, gait: Gait) -> Gait:
     returned as it is: it is refused by them.
     """
     for tries in range(MOST_TRIES):
-        least = shortest_cycle(six_legs(robot), gait)
+        least = shortest_cycle(leg_group(robot), gait)
         share = 1.0 if tries == 0 else RATE_SHARE
         if least is None or least <= share * gait.cycle_time:
             return gait
@@ -205,7 +205,7 @@ def default_gait(robot: Robot) -> str:
     Raises:
         GaitError: the robot has no legs that a gait can move.
     """
-    fitting = gaits_for(len(six_legs(robot).legs))
+    fitting = gaits_for(len(leg_group(robot).legs))
     return next(name for name in PREFERRED if name in fitting)
 
 
@@ -224,4 +224,4 @@ def named_gait(robot: Robot, name: str, **fields: float) -> Gait:
         ParameterError: a value is out of range.
     """
     values: dict[str, Any] = fields
-    return Gait.by_name(name, legs=len(six_legs(robot).legs), **values)
+    return Gait.by_name(name, legs=len(leg_group(robot).legs), **values)

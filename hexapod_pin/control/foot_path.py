@@ -57,7 +57,7 @@ from hexapod_pin.robot.rotations import yawed
 if TYPE_CHECKING:
     from hexapod_pin.control.body_motion import BodyMotion, TrunkOffset
     from hexapod_pin.control.commanded_body import VelocityCommand
-    from hexapod_pin.control.six_legs import SixLegs
+    from hexapod_pin.control.leg_group import LegGroup
 
 
 EVENT_SEPARATION_CYCLES = 1e-6
@@ -88,7 +88,7 @@ class FootPath(WalkSchedule, Immutable):
     gait: Gait
     neutral_feet: Array
     stop_at: float | None = None
-    legs: SixLegs | None = field(default=None, kw_only=True)
+    legs: LegGroup | None = field(default=None, kw_only=True)
     motion: BodyMotion | None = field(default=None, kw_only=True)
     command: VelocityCommand | None = field(default=None, kw_only=True)
     horizon: float = field(default=0.0, kw_only=True)
@@ -97,7 +97,7 @@ class FootPath(WalkSchedule, Immutable):
     _halt: float = field(init=False, repr=False, compare=False)
 
     @staticmethod
-    def of(six: SixLegs, gait: Gait, **settings: Any) -> FootPath:
+    def of(six: LegGroup, gait: Gait, **settings: Any) -> FootPath:
         """Return the path of a robot's own feet; `settings` as of `stop_at`, `motion`, `command`.
 
         Raises:
@@ -305,7 +305,7 @@ class RollTable:
 
 
 @lru_cache(maxsize=KEPT_TABLES)
-def roll_table(six: SixLegs, path: FootPath, until: float) -> RollTable:
+def roll_table(six: LegGroup, path: FootPath, until: float) -> RollTable:
     """Return how the feet of a path roll, from 0 to some time [s].
 
     Raises:
@@ -333,14 +333,14 @@ class _Rolling:
         trunk: of the trunk relative to the level body; None where they are one.
     """
 
-    six: SixLegs
+    six: LegGroup
     yaw: Array
     p_LF: Array
     twist: Array
     trunk: TrunkOffset | None
 
     @staticmethod
-    def of(six: SixLegs, path: FootPath, pieces: Stances) -> _Rolling:
+    def of(six: LegGroup, path: FootPath, pieces: Stances) -> _Rolling:
         """Evaluate the motion of a path's body at the points of the pieces."""
         share = 0.5 * (points() + 1.0)
         count = len(pieces.begin)

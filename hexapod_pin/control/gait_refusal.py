@@ -25,7 +25,7 @@ from hexapod_pin.control.feasibility import (
 )
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.six_legs import SixLegs, six_legs
+from hexapod_pin.control.leg_group import LegGroup, leg_group
 from hexapod_pin.errors import GaitError, ReachError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
@@ -60,7 +60,7 @@ def refuse_impossible(robot: Robot, gait: Gait, motion: BodyMotion | None = None
     Raises:
         GaitError: naming leg, joint, value and limit, and the largest request that works.
     """
-    six, bodies = six_legs(robot), leg_bodies(robot)
+    six, bodies = leg_group(robot), leg_bodies(robot)
     found = _find_refusal(six, bodies, gait, motion)
     if found is None:
         return
@@ -69,7 +69,7 @@ def refuse_impossible(robot: Robot, gait: Gait, motion: BodyMotion | None = None
     raise GaitError(*found)
 
 
-def _refuse_motion(six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion) -> GaitError:
+def _refuse_motion(six: LegGroup, bodies: LegBodies, gait: Gait, motion: BodyMotion) -> GaitError:
     """Return the error of offsets with which a gait fails that works without them."""
 
     def reaches(share: float) -> bool:
@@ -116,7 +116,7 @@ def refuse_impossible_command(
 
 @lru_cache(maxsize=CHECKED_GAITS)
 def _find_refusal(
-    six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None
+    six: LegGroup, bodies: LegBodies, gait: Gait, motion: BodyMotion | None
 ) -> tuple[str, str, float | None] | None:
     """Return message, quantity and limit of the error that refuses a gait, None if it works."""
 
@@ -283,12 +283,12 @@ def leg_clearance(robot: Robot, gait: Gait) -> Clearance:
         GaitError: the robot does not have six legs.
         ReachError: the feet cannot follow the gait.
     """
-    return clearance(six_legs(robot), leg_bodies(robot), gait)
+    return clearance(leg_group(robot), leg_bodies(robot), gait)
 
 
 @lru_cache(maxsize=CHECKED_GAITS)
 def clearance(
-    six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None = None
+    six: LegGroup, bodies: LegBodies, gait: Gait, motion: BodyMotion | None = None
 ) -> Clearance:
     """Return the clearance of a gait, as `leg_clearance`; `motion` is the trunk's, constant."""
     found = _clearance(six, bodies, gait.in_one_second(), motion)
@@ -296,7 +296,9 @@ def clearance(
 
 
 @lru_cache(maxsize=CHECKED_GAITS)
-def _clearance(six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None) -> Clearance:
+def _clearance(
+    six: LegGroup, bodies: LegBodies, gait: Gait, motion: BodyMotion | None
+) -> Clearance:
     """Return the clearance of a gait in one second; times scale with the cycle."""
     if not bodies.pairs:
         return Clearance(("", ""), 0.0, np.inf, bodies.excluded, bodies.assumed)
@@ -315,7 +317,7 @@ def _clearance(six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion |
 
 
 def collision(
-    six: SixLegs, bodies: LegBodies, gait: Gait, motion: BodyMotion | None = None
+    six: LegGroup, bodies: LegBodies, gait: Gait, motion: BodyMotion | None = None
 ) -> Violation | None:
     """Return why legs are in each other's way, or None if they are not.
 
@@ -335,7 +337,7 @@ def collision(
     )
 
 
-def _postures(six: SixLegs, path: FootPath, time: Array, near: Array | None = None) -> Array:
+def _postures(six: LegGroup, path: FootPath, time: Array, near: Array | None = None) -> Array:
     """Return configurations of the robot at planned times, its base at the origin. (K, 7 + n).
 
     Args:

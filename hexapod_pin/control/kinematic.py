@@ -33,7 +33,7 @@ from hexapod_pin.control.knot_table import (
     knot_times,
     sample_knots,
 )
-from hexapod_pin.control.six_legs import SixLegs, six_legs
+from hexapod_pin.control.leg_group import LegGroup, leg_group
 from hexapod_pin.errors import GaitError, ParameterError, ReachError
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class KinematicControl:
             ParameterError: a stop too early for starting and stopping.
         """
         return FootPath.of(
-            six_legs(robot),
+            leg_group(robot),
             self.gait,
             stop_at=self.stop_at,
             motion=self.body,
@@ -129,7 +129,7 @@ class KinematicControl:
             raise ParameterError("since, until", (since, until), "in their order, from 0 s on")
         path = self.path(robot)
         refuse_impossible(robot, self.gait, self.body)
-        six = six_legs(robot).along(self.gait, self.velocity)
+        six = leg_group(robot).along(self.gait, self.velocity)
         return self._trajectory(path, duration, walk_knots(six, path, until, since))
 
     def _trajectory(
@@ -160,7 +160,7 @@ class KinematicControl:
         Raises:
             GaitError: naming what fails, and when.
         """
-        six = six_legs(robot).along(self.gait, self.velocity)
+        six = leg_group(robot).along(self.gait, self.velocity)
         try:
             knots = walk_knots(six, path, end)
             refuse_impossible_knots(six, path, *knots)
@@ -201,7 +201,7 @@ BLOCK_KNOTS = 20_000
 
 
 def walk_knots(
-    six: SixLegs, path: FootPath, end: float, since: float = 0.0
+    six: LegGroup, path: FootPath, end: float, since: float = 0.0
 ) -> tuple[Array, Array, Array]:
     """Return knot times (K,) [s], joint angles (K, n) [rad] and rates (K, n) [rad/s].
 
@@ -237,7 +237,9 @@ def _require_few(length: float, period: float) -> None:
         )  # fmt: skip
 
 
-def _repeated(six: SixLegs, path: FootPath, end: float, since: float) -> tuple[Array, Array, Array]:
+def _repeated(
+    six: LegGroup, path: FootPath, end: float, since: float
+) -> tuple[Array, Array, Array]:
     """Return the knots of a walk whose cycles repeat: from the table, and those of its stop."""
     table = knot_table(six, path.gait, path.motion)
     period = path.gait.cycle_time
@@ -261,7 +263,7 @@ def _repeated(six: SixLegs, path: FootPath, end: float, since: float) -> tuple[A
 
 @lru_cache(maxsize=KEPT_STOPS)
 def _stop_knots(
-    six: SixLegs, gait: Gait, motion: BodyMotion | None, stop_at: float, begin: float, row: int
+    six: LegGroup, gait: Gait, motion: BodyMotion | None, stop_at: float, begin: float, row: int
 ) -> Knots:
     """Return the knots from an event before a walk prepares to stop until it stands.
 
@@ -282,7 +284,7 @@ def _stop_knots(
     return fine_knots(six, path, events, table.spacing, table.knots.q[row])[2]
 
 
-def _unrepeated(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array, Array]:
+def _unrepeated(six: LegGroup, path: FootPath, end: float) -> tuple[Array, Array, Array]:
     """Return the knots of a walk that does not repeat, each span as dense as it needs."""
     period = path.gait.cycle_time
     events = np.append(0.0, path.events(end + 2.0 * period))
@@ -302,7 +304,7 @@ def _unrepeated(six: SixLegs, path: FootPath, end: float) -> tuple[Array, Array,
     return columns[0], columns[1], columns[2]
 
 
-def _span_knots(six: SixLegs, path: FootPath, events: Array, near: Array | None) -> Knots:
+def _span_knots(six: LegGroup, path: FootPath, events: Array, near: Array | None) -> Knots:
     """Return the knots between some events, spacing halved in the spans that need it."""
     spacing = np.full(len(events) - 1, MAX_KNOT_SPACING)
     while True:
@@ -320,7 +322,7 @@ _listener: ContextVar[Callable[[float], None] | None] = ContextVar("listener", d
 
 
 @contextmanager
-def planning_told_to(listener: Callable[[float], None] | None) -> Iterator[None]:
+def planning_progress(listener: Callable[[float], None] | None) -> Iterator[None]:
     """Call `listener` with the finished fraction, 0 to 1, of what is planned in this block."""
     token = _listener.set(listener)
     try:

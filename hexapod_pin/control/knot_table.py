@@ -16,7 +16,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.body_path import TRANSIENT_CYCLES
 from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES, FootPath
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.six_legs import SixLegs
+from hexapod_pin.control.leg_group import LegGroup
 
 if TYPE_CHECKING:
     from hexapod_pin.control.body_motion import BodyMotion
@@ -54,7 +54,7 @@ class Knots:
     error: Array
 
 
-def sample_knots(six: SixLegs, path: FootPath, time: Array, near: Array | None = None) -> Knots:
+def sample_knots(six: LegGroup, path: FootPath, time: Array, near: Array | None = None) -> Knots:
     """Return the knots at given times.
 
     Args:
@@ -117,7 +117,7 @@ class KnotTable:
         steady: the first span that repeats.
     """
 
-    six: SixLegs
+    six: LegGroup
     path: FootPath
     spacing: float
     events: Array
@@ -157,7 +157,7 @@ class KnotTable:
 
 
 @lru_cache(maxsize=KEPT_TABLES)
-def knot_table(six: SixLegs, gait: Gait, motion: BodyMotion | None = None) -> KnotTable:
+def knot_table(six: LegGroup, gait: Gait, motion: BodyMotion | None = None) -> KnotTable:
     """Return the knots of a walk through its first event after STEADY_CYCLES cycles.
 
     The spacing is halved until the cubics between the knots are close enough.
@@ -181,7 +181,7 @@ def knot_table(six: SixLegs, gait: Gait, motion: BodyMotion | None = None) -> Kn
 
 
 def fine_knots(
-    six: SixLegs, path: FootPath, events: Array, spacing: float, near: Array | None = None
+    six: LegGroup, path: FootPath, events: Array, spacing: float, near: Array | None = None
 ) -> tuple[float, NDArray[np.intp], Knots]:
     """Return knots between events, the spacing [s] halved until cubics between them are close.
 

@@ -12,6 +12,16 @@ from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.run_record import Event
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.travelled_path import (
+    SUNK,
+    SUNK_WORDS,
+    TIPPED,
+    TIPPED_WORDS,
+    Fall,
+    TravelledPath,
+    find_fall,
+    travelled_path,
+)
 from hexapod_pin.results.walk_causes import (
     JointShare,
     Slip,
@@ -20,16 +30,6 @@ from hexapod_pin.results.walk_causes import (
     at_torque_limit,
     lag,
     slip_of,
-)
-from hexapod_pin.results.walked_path import (
-    SUNK,
-    SUNK_WORDS,
-    TIPPED,
-    TIPPED_WORDS,
-    Fall,
-    WalkedWay,
-    find_fall,
-    walked_way,
 )
 
 LEAST_SHARE = 0.8
@@ -69,7 +69,7 @@ class WalkVerdict(Immutable):
     """
 
     robot_name: str
-    travel: WalkedWay
+    travel: TravelledPath
     fall: Fall | None
     trunk_contact: Event | None
     trunk_contacts: int
@@ -128,7 +128,7 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         >>> print(verdict.line)
         >>> assert verdict.walks, verdict.advice
     """
-    way, fall, events = walked_way(trace), find_fall(trace), trace.events
+    way, fall, events = travelled_path(trace), find_fall(trace), trace.events
     touches = [event for event in events if event.kind == "trunk-contact"]
     slip = slip_of(trace, way.nominal_speed)
     torque, speed, behind = at_torque_limit(trace), at_speed_limit(trace), lag(trace)
@@ -156,7 +156,7 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
     )  # fmt: skip
 
 
-def why_it_does_not_walk(way: WalkedWay, fall: Fall | None, touches: Sequence[Event]) -> str:
+def why_it_does_not_walk(way: TravelledPath, fall: Fall | None, touches: Sequence[Event]) -> str:
     """Return why a robot does not walk; empty where it does.
 
     Args:
@@ -174,7 +174,7 @@ def why_it_does_not_walk(way: WalkedWay, fall: Fall | None, touches: Sequence[Ev
     return ""
 
 
-def _needs(trace: Trace, way: WalkedWay) -> float | None:
+def _needs(trace: Trace, way: TravelledPath) -> float | None:
     """Return the shortest duration that holds a whole cycle [s], where this run is shorter."""
     cycle = trace.run.walk.cycle_time
     if cycle is None or way.cycles is not None:
@@ -328,13 +328,13 @@ def summary_verdict(summary: Summary) -> SummaryVerdict:
     return SummaryVerdict(walks, reason, _number(way.speed_share), _number(way.turn_share))
 
 
-def summary_way(summary: Summary) -> WalkedWay:
+def summary_way(summary: Summary) -> TravelledPath:
     """Return way and yaw over the whole cycles of a summary, planned and made; nil without."""
     walk, distance = summary.run.walk, summary.distance
     if distance is None:
-        return WalkedWay(summary.start, summary.end, None, 0.0, 0.0, 0.0, 0.0)
+        return TravelledPath(summary.start, summary.end, None, 0.0, 0.0, 0.0, 0.0)
     time, cycles = summary.window_time, summary.cycles or 1
-    return WalkedWay(
+    return TravelledPath(
         summary.start, summary.end, cycles,
         planned_distance=walk.speed * time,
         travelled_distance=distance * cycles,

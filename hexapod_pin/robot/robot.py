@@ -91,7 +91,7 @@ class Robot(Immutable):
         provenance: one line: where the numbers come from.
         assumed: statements of what is assumed.
         inferred: what was inferred from the file's geometry, and from what.
-        mended: what was changed to mend the file, before and after.
+        repaired: what was changed to repair the file, before and after.
         notes: what the loader dropped or changed.
         options: how it was loaded (`LoadOptions` as plain data), what differs from the defaults.
         urdf: full text of the file.
@@ -117,7 +117,7 @@ class Robot(Immutable):
     provenance: str
     assumed: tuple[str, ...] = field(repr=False)
     inferred: tuple[str, ...] = field(repr=False)
-    mended: tuple[str, ...] = field(repr=False)
+    repaired: tuple[str, ...] = field(repr=False)
     notes: tuple[str, ...] = field(repr=False)
     options: Mapping[str, Any] = field(repr=False)
     urdf: str = field(repr=False)
@@ -200,7 +200,7 @@ def load_robot(
     forward: str | float | None = None,
     legs: Mapping[str, Sequence[str]] | None = None,
     held: Mapping[str, float] | None = None,
-    mend: bool = False,
+    repair: bool = False,
     package_path: Sequence[str | Path] = (),
     options: LoadOptions | None = None,
 ) -> Robot:
@@ -219,7 +219,7 @@ def load_robot(
             x axis [degrees].
         legs: leg name -> its joints from the trunk outwards, or one joint or link of it.
         held: where joints that do not walk are held, by name [rad or m].
-        mend: mend what can be mended first; `Robot.mended` lists it.
+        repair: repair what can be repaired first; `Robot.repaired` lists it.
         package_path: folders in which packages and meshes are looked for first.
         options: all of these and more, as one object; the arguments go before it.
 
@@ -235,7 +235,7 @@ def load_robot(
     """
     named: dict[str, Any] = {
         "feet": feet, "foot_radius": foot_radius, "posture": plain_posture(posture),
-        "forward": forward, "legs": legs, "held": held, "mend": mend or None,
+        "forward": forward, "legs": legs, "held": held, "repair": repair or None,
         "package_path": [str(folder) for folder in package_path] or None,
     }  # fmt: skip
     arguments = LoadOptions(**{key: value for key, value in named.items() if value is not None})
@@ -281,7 +281,7 @@ def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
         friction=read_only([joint.dynamics("friction") for joint in joints]),
         total_mass=math.fsum(link.mass or 0.0 for link in file.links),
         posture=angles, provenance=said.line, assumed=said.assumed, inferred=said.inferred,
-        mended=urdf.repaired,
+        repaired=urdf.repaired,
         notes=(*urdf.notes, *foot_notes, *posture_notes, *_unused(file, feet)),
         options=_given(options),
         urdf=file.text, digest=digest(file.text), held=_held(joints, angles, legs),

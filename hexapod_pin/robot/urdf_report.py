@@ -14,11 +14,11 @@ from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.description.urdf_file import UrdfFile
 from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
 from hexapod_pin.robot.loading.load_urdf import SourceFile, loaded, read_file
-from hexapod_pin.robot.mending.find_all import check_urdf, find_all
-from hexapod_pin.robot.mending.finding import Finding, finding_lines, places_text
-from hexapod_pin.robot.mending.measures import LinkSolids, Measures
 from hexapod_pin.robot.recognition.layout import RobotLayout
 from hexapod_pin.robot.recognition.recognise import recognise
+from hexapod_pin.robot.repair.find_all import check_urdf, find_all
+from hexapod_pin.robot.repair.finding import Finding, finding_lines, places_text
+from hexapod_pin.robot.repair.measures import LinkSolids, Measures
 from hexapod_pin.robot.robot import PACKAGED, Leg, Robot, robot_of, urdf_path
 
 
@@ -94,7 +94,7 @@ class UrdfReport(Immutable):
         if self.ok:
             return "accepted"
         if not self.left:
-            return "refused; `hexapod-pin mend` repairs it"
+            return "refused; `hexapod-pin repair` repairs it"
         if self.left == self.findings:
             return "refused; no repair changes that"
         return f"refused; a repair would leave this: {'; '.join(folded_texts(self.left))}"
@@ -161,14 +161,14 @@ def inspect(
     path = urdf_path(str(source)) if source in PACKAGED else Path(source)
     arguments = LoadOptions(feet=None if feet is None else tuple(feet))
     arguments = arguments if options is None else arguments.over(options)
-    given = arguments.over(read_hints(path)).model_copy(update={"mend": False})
+    given = arguments.over(read_hints(path)).model_copy(update={"repair": False})
     read = read_file(path, given)
     report = judged(read, given)
     return report if report.ok else replace(report, left=_left(read, given))
 
 
 def judged(read: SourceFile, options: LoadOptions) -> UrdfReport:
-    """Report on a URDF as it was read, whether by `check` or as what `mend` is about to write.
+    """Report on a URDF as it was read, whether by `check` or as what `repair` is about to write.
 
     Raises:
         UnknownNameError: a hint names no link or joint of a sound file.
@@ -192,9 +192,9 @@ def judged(read: SourceFile, options: LoadOptions) -> UrdfReport:
 
 def _left(read: SourceFile, options: LoadOptions) -> tuple[str, ...]:
     """Return why a refused file would be refused after a repair too; empty where it would not."""
-    from hexapod_pin.robot.mending.mend_urdf import mend_urdf
+    from hexapod_pin.robot.repair.repair_urdf import repair_urdf
 
-    repaired = mend_urdf(read.file, read.finder)
+    repaired = repair_urdf(read.file, read.finder)
     try:
         report = judged(read._replace(file=repaired.file), options)
     except UnknownNameError as error:

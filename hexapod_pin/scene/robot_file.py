@@ -39,7 +39,7 @@ class RobotText(FileData):
 def robot_to_dict(robot: Robot) -> dict[str, Any]:
     """Return what `read_robot` takes; a path is absolute."""
     packaged = robot.source in PACKAGED
-    explicit = robot.inferred or robot.mended or set(robot.options) - set(OPTIONS)
+    explicit = robot.inferred or robot.repaired or set(robot.options) - set(OPTIONS)
     options = {"options": dict(robot.options)} if explicit else {}
     return {
         "source": robot.source if packaged else str(user_path(robot.source).absolute()),

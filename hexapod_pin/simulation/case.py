@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.control.feedback import FeedbackController
-from hexapod_pin.control.kinematic import planning_told_to
+from hexapod_pin.control.kinematic import planning_progress
 from hexapod_pin.errors import SimulationInterrupted
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
@@ -212,7 +212,7 @@ def run_case(
     `planning` is called with the finished fraction of what is planned before the run.
     """
     try:
-        with planning_told_to(planning):
+        with planning_progress(planning):
             if isinstance(case.controller, FeedbackController):
                 if case.settings.estimate:
                     return controlled_loop(case, progress).trace()

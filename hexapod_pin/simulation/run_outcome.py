@@ -137,7 +137,7 @@ def robot_facts(scene: Scene) -> RobotFacts:
         provenance=robot.provenance,
         digest=robot.digest,
         total_mass=scene.total_mass,
-        joint_kinds=told_kinds(robot),
+        joint_kinds=named_joint_kinds(robot),
         effort_limit=tuple(torque_limit(robot, scene.servos).tolist()),
         velocity_limit=tuple(robot.velocity_limit.tolist()),
         foot_radius=tuple(contact_radii(scene)),
@@ -159,7 +159,7 @@ def level_start(run: RunState) -> LevelStart | None:
     return LevelStart(ground=ground.height, trunk=float(run.start.q[2]))
 
 
-def told_kinds(robot: Robot) -> tuple[str, ...] | None:
+def named_joint_kinds(robot: Robot) -> tuple[str, ...] | None:
     """Return `joint_kinds` of a robot with legs where names and places do not tell them."""
     if not robot.legs:
         return None

@@ -15,7 +15,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.feasible_gait import DEFAULT_STROKE
 from hexapod_pin.control.gait import Gait, gaits_for
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.gait_energy import GRID, GaitEnergy
 from hexapod_pin.results.grid_columns import GridRecord
@@ -123,7 +123,7 @@ def gait_energy(
     """
     check_counts(cycles, check)
     named = _named(scenes)
-    legs = [six_legs(scene.robot) for scene in named.values()]
+    legs = [leg_group(scene.robot) for scene in named.values()]
     tables = study_gaits(len(legs[0].legs)) if gaits is None else dict(gaits)
     if not tables:
         raise ParameterError("gaits", gaits, "at least one gait by its name")

@@ -15,7 +15,7 @@ from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.feasible_gait import default_gait, named_gait
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.errors import GaitError, ParameterError
 from hexapod_pin.results.grid_columns import GridRecord
 from hexapod_pin.results.joint_budget import joint_kinds
@@ -26,7 +26,7 @@ from hexapod_pin.results.torque_map import GRID, TorqueMap
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
-from hexapod_pin.simulation.run_outcome import contact_names, package_versions, told_kinds
+from hexapod_pin.simulation.run_outcome import contact_names, named_joint_kinds, package_versions
 from hexapod_pin.study.grid_runs import (
     Cases,
     Numbers,
@@ -148,7 +148,7 @@ def _maker(
             raise ParameterError("gait", gait.name, "left out with a walk of your own")
         return walk
     base = named_gait(robot, default_gait(robot)) if gait is None else gait
-    six_legs(robot).fitted(base)
+    leg_group(robot).fitted(base)
     if walk == "straight":
         return lambda stroke, period: KinematicControl(
             base.with_changes(stroke=stroke, cycle_time=period)
@@ -224,7 +224,7 @@ def _phases(case: Case, trace: Trace) -> Numbers:
 
 def _legs(robot: Robot) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
     """Return the leg of each joint, and whether it belongs to one. Shape (n,) each."""
-    index = six_legs(robot).joint_index
+    index = leg_group(robot).joint_index
     leg, legged = np.zeros(len(robot.joint_names), dtype=np.intp), np.zeros(len(robot.joint_names))
     leg[index.ravel()] = np.repeat(np.arange(len(index)), index.shape[1])
     legged[index.ravel()] = 1.0
@@ -243,7 +243,7 @@ def _map(
     filled = grid_arrays(found, TorqueMap.empty(sizes), [sizes[name] for name in GRID])
     return TorqueMap(
         stroke=axes[0], cycle_time=axes[1], joint_names=joints, foot_names=feet,
-        joint_kinds=joint_kinds(joints, len(scene.robot.feet), told_kinds(scene.robot)),
+        joint_kinds=joint_kinds(joints, len(scene.robot.feet), named_joint_kinds(scene.robot)),
         check=check, run=record, **filled,
     )  # fmt: skip
 

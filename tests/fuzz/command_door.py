@@ -86,7 +86,7 @@ def _commands() -> list[tuple[str, ...]]:
     urdf.write_text(material.urdf_text(), encoding="utf-8")
     walk = ("walk", "kharagpur", "--duration", "0.02", "--quick", "--no-html")
     return [walk, walk, ("run", str(case), "--no-html"), ("budget", trace), ("stability", trace),
-            ("check", str(urdf)), ("mend", str(urdf)), ("contact", "s1")]  # fmt: skip
+            ("check", str(urdf)), ("repair", str(urdf)), ("contact", "s1")]  # fmt: skip
 
 
 @cache

@@ -26,7 +26,7 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("walk", "kharagpur", "--duration", "0.02", "--quick", "--no-estimate"),
     ("run", "case.toml", "--quick", "--no-html"),
     ("check", "robot.urdf"), ("check", "robot.urdf", "--write"),
-    ("mend", "robot.urdf", "--out", "mended.urdf"), ("contact", "s1"), ("contact", "s2"),
+    ("repair", "robot.urdf", "--out", "repaired.urdf"), ("contact", "s1"), ("contact", "s2"),
     ("budget", "walk.nc"), ("budget", "walk.nc", "--catalog-file", "motors.csv"),
     ("stability", "walk.nc"), ("compare", "case.toml", "--controllers", "conventional,slip"),
     ("sweep", "study.toml"), ("sweep", "study.toml", "--store", "done.db", "--resume"),
@@ -38,7 +38,7 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
 """Commands that end soon, with files that `SOUND` lays down. `view` stays until Ctrl-C."""
 
 OUTPUTS: Mapping[str, tuple[str, ...]] = {
-    "walk": ("--out", "--html", "--save-case"), "run": ("--out", "--html"), "mend": ("--out",),
+    "walk": ("--out", "--html", "--save-case"), "run": ("--out", "--html"), "repair": ("--out",),
     "contact": ("--out",), "sweep": ("--store", "--out", "--plot"),
     "select": ("--html", "--csv", "--store"),
     "compare": ("--html", "--figure", "--json", "--store"), "bench": ("--out", "--plot"),
@@ -48,7 +48,7 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
 
 INPUTS: Mapping[str, tuple[str, ...]] = {
     "walk": ("--catalog", "--package-path"), "run": ("--import",), "check": ("--package-path",),
-    "mend": ("--package-path",), "budget": ("--catalog-file", "--import"),
+    "repair": ("--package-path",), "budget": ("--catalog-file", "--import"),
     "compare": ("--import",), "sweep": ("--import",), "select": ("--catalog",),
     "view": ("--package-path",),
 }  # fmt: skip
@@ -68,7 +68,7 @@ BESIDE_INPUT: Mapping[str, tuple[str, str]] = {
 ENDINGS: Mapping[str, tuple[str, ...]] = {
     "--html": (".html",), "--save-case": (".toml",), "--store": (".db",), "--csv": (".csv",),
     "--plot": (".png", ".svg"), "--figure": (".png", ".pdf"), "--json": (".json",),
-    "mend --out": (".urdf",), "contact --out": (".png",), "bench --out": (".md", ".json", ".csv"),
+    "repair --out": (".urdf",), "contact --out": (".png",), "bench --out": (".md", ".json", ".csv"),
     "verify --out": (".md",),
 }  # fmt: skip
 """Endings of files to write; of a trace where nothing is said here."""

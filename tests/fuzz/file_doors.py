@@ -19,7 +19,7 @@ def urdf(rng: random.Random) -> None:
     """A URDF with changes."""
     path = _own_file("urdf")
     path.write_text(odd_text(material.urdf_text(), rng), encoding="utf-8")
-    material.used(hp.load_robot(path, mend=rng.random() < 0.2))
+    material.used(hp.load_robot(path, repair=rng.random() < 0.2))
 
 
 def xacro(rng: random.Random) -> None:

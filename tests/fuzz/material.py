@@ -124,7 +124,7 @@ def urdf_text() -> str:
 
 HINTS_TEXT = """forward = "x"
 foot_radius = 0.01
-mend = false
+repair = false
 mass = 2.0
 
 [posture]

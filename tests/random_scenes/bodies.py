@@ -22,7 +22,7 @@ from hexapod_pin.validation.cases.bodies import (
     six_feet_body,
 )
 from random_scenes.contacts import draw_contact
-from random_scenes.dice import Dice
+from random_scenes.draws import Draws
 from random_scenes.grounds import draw_terrain
 from random_scenes.scene import PromiseScene, SceneLabels
 
@@ -44,7 +44,7 @@ def _standing_body(name: str) -> Robot:
     return six_feet_body((0.01, -0.005, 0.0), 0.1, (0.02, 0.06, 0.07), feet)
 
 
-def draw_body(rng: Dice, names: tuple[str, ...]) -> tuple[Robot, str]:
+def draw_body(rng: Draws, names: tuple[str, ...]) -> tuple[Robot, str]:
     """Return a body and its name, one of these."""
     name = rng.pick(names)
     if name == POINT:
@@ -61,7 +61,7 @@ def draw_body(rng: Dice, names: tuple[str, ...]) -> tuple[Robot, str]:
     return _standing_body(name), name
 
 
-def turned(rng: Dice, tilt: float) -> Array:
+def turned(rng: Draws, tilt: float) -> Array:
     """Return a quaternion x y z w (4,): roll and pitch within `tilt` [rad], any heading."""
     import pinocchio as pin
 
@@ -94,7 +94,7 @@ def passive_scene(robot: Robot, contact: Contact, terrain: AnyTerrain) -> Scene:
 
 
 def _thrown(
-    rng: Dice, kind: str, names: tuple[str, ...], duration: float, tilt: float, speed: float,
+    rng: Draws, kind: str, names: tuple[str, ...], duration: float, tilt: float, speed: float,
     rate: float, gap: float,
 ) -> PromiseScene:  # fmt: skip
     robot, name = draw_body(rng, names)
@@ -109,18 +109,18 @@ def _thrown(
     return PromiseScene(labels, scene, HoldPosture(), start, duration, SAMPLE)
 
 
-def thrown(rng: Dice) -> PromiseScene:
+def thrown(rng: Draws) -> PromiseScene:
     """A body of three feet, six or the eight corners of a box is thrown and tumbles."""
     names = (THREE_FEET, THREE_FEET, ALL_FEET, BOX)
     return _thrown(rng, "thrown", names, rng.pick((0.3, 0.5)), 0.4, 0.4, 2.0, 0.04)
 
 
-def bouncing(rng: Dice) -> PromiseScene:
+def bouncing(rng: Draws) -> PromiseScene:
     """A point or a ball bounces and rolls."""
     return _thrown(rng, "bouncing", (POINT, BALL), rng.pick((0.5, 1.0)), 0.2, 0.3, 5.0, 0.1)
 
 
-def sliding(rng: Dice) -> PromiseScene:
+def sliding(rng: Draws) -> PromiseScene:
     """A body is let go of on a slope, near what its friction holds: sticks, creeps or slides."""
     robot, name = draw_body(rng, (POINT, BALL, THREE_FEET))
     contact, normal, friction = draw_contact(rng)
@@ -135,7 +135,7 @@ def sliding(rng: Dice) -> PromiseScene:
     return PromiseScene(labels, scene, HoldPosture(), start, 0.5, SAMPLE)
 
 
-def spinning(rng: Dice) -> PromiseScene:
+def spinning(rng: Draws) -> PromiseScene:
     """A body of three different moments of inertia spins without contact for 10 s."""
     moments = sorted(0.01 * rng.between(0.5, 1.0) for _ in range(3))
     robot = body({"foot": (0.0, 0.0, 0.0)}, inertia=(moments[0], moments[1], moments[2]))

@@ -26,12 +26,12 @@ from hexapod_pin.ground.contact import (
 from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.ground.contact.restitution import DAMPING_RATIO
 from hexapod_pin.ground.contact.soil import SOILS, soil_named
-from random_scenes.dice import Dice
+from random_scenes.draws import Draws
 
 DEFAULT_SHARE, PRESET_SHARE = 0.35, 0.2
 
 
-def _hunt_crossley(rng: Dice) -> NormalLaw:
+def _hunt_crossley(rng: Draws) -> NormalLaw:
     exponent = rng.pick((1.0, 1.5, 2.2))
     stiffness = rng.log_between(3e4, 3e6) * 1e3 ** (exponent - 1.5)
     return HuntCrossley(
@@ -39,28 +39,28 @@ def _hunt_crossley(rng: Dice) -> NormalLaw:
     )
 
 
-def _restitution(rng: Dice) -> NormalLaw:
+def _restitution(rng: Draws) -> NormalLaw:
     model: Any = rng.pick(tuple(DAMPING_RATIO))
     e = rng.between(0.1, 0.95)
     return Restitution(stiffness=rng.log_between(1e5, 3e6), restitution=e, model=model)
 
 
-def _kelvin_voigt(rng: Dice) -> NormalLaw:
+def _kelvin_voigt(rng: Draws) -> NormalLaw:
     return KelvinVoigt(stiffness=rng.log_between(3e3, 1e5), damping=rng.log_between(3.0, 100.0))
 
 
-def _adams_impact(rng: Dice) -> NormalLaw:
+def _adams_impact(rng: Draws) -> NormalLaw:
     return AdamsImpact.from_mm(
         stiffness=rng.log_between(1e4, 1e5), exponent=rng.pick((1.5, 2.2)),
         damping=rng.log_between(0.1, 10.0), damping_depth=rng.log_between(0.03, 0.3),
     )  # fmt: skip
 
 
-def _soil(rng: Dice) -> NormalLaw:
+def _soil(rng: Draws) -> NormalLaw:
     return HuntCrossley.soil(soil_named(rng.pick(tuple(SOILS))), radius=0.02, load=10.0)
 
 
-NORMAL_LAWS: Mapping[str, Callable[[Dice], NormalLaw]] = {
+NORMAL_LAWS: Mapping[str, Callable[[Draws], NormalLaw]] = {
     "hunt-crossley": _hunt_crossley,
     "restitution": _restitution,
     "kelvin-voigt": _kelvin_voigt,
@@ -69,14 +69,14 @@ NORMAL_LAWS: Mapping[str, Callable[[Dice], NormalLaw]] = {
 }
 
 
-def _stick_slip(rng: Dice) -> FrictionLaw:
+def _stick_slip(rng: Draws) -> FrictionLaw:
     return StickSlip(
         mu=rng.between(0.2, 1.0), stiffness=rng.log_between(3e3, 5e4),
         damping=rng.log_between(10.0, 100.0),
     )  # fmt: skip
 
 
-def _falling_stick_slip(rng: Dice) -> FrictionLaw:
+def _falling_stick_slip(rng: Draws) -> FrictionLaw:
     mu = rng.between(0.3, 1.0)
     return StickSlip(
         mu=mu, mu_dynamic=mu * rng.between(0.4, 0.95), stiffness=rng.log_between(3e3, 5e4),
@@ -84,31 +84,31 @@ def _falling_stick_slip(rng: Dice) -> FrictionLaw:
     )  # fmt: skip
 
 
-def _tanh(rng: Dice) -> FrictionLaw:
+def _tanh(rng: Draws) -> FrictionLaw:
     return TanhCoulomb(mu=rng.between(0.2, 1.0), slope=rng.log_between(50.0, 3e3))
 
 
-def _coefficients(rng: Dice) -> dict[str, Any]:
+def _coefficients(rng: Draws) -> dict[str, Any]:
     mu = rng.between(0.2, 1.0)
     return {"mu_static": mu, "mu_dynamic": mu * rng.between(0.4, 1.0)}
 
 
-def _smooth_step(rng: Dice) -> FrictionLaw:
+def _smooth_step(rng: Draws) -> FrictionLaw:
     return SmoothStep(**_coefficients(rng), speed=rng.log_between(1e-3, 5e-2))
 
 
-def _brown_mcphee(rng: Dice) -> FrictionLaw:
+def _brown_mcphee(rng: Draws) -> FrictionLaw:
     return BrownMcPhee(**_coefficients(rng), speed=rng.log_between(1e-3, 5e-2))
 
 
-def _adams_coulomb(rng: Dice) -> FrictionLaw:
+def _adams_coulomb(rng: Draws) -> FrictionLaw:
     stiction = rng.log_between(2e-3, 0.1)
     transition = stiction * rng.between(1.5, 10.0)
     return AdamsCoulomb(**_coefficients(rng), stiction_speed=stiction, transition_speed=transition)
 
 
 FALLING_STICK_SLIP = "stick-slip, mu_dynamic below mu"
-FRICTION_LAWS: Mapping[str, Callable[[Dice], FrictionLaw]] = {
+FRICTION_LAWS: Mapping[str, Callable[[Draws], FrictionLaw]] = {
     "stick-slip": _stick_slip,
     FALLING_STICK_SLIP: _falling_stick_slip,
     "tanh-coulomb": _tanh,
@@ -118,7 +118,7 @@ FRICTION_LAWS: Mapping[str, Callable[[Dice], FrictionLaw]] = {
 }
 
 
-def draw_contact(rng: Dice) -> tuple[Contact, str, str]:
+def draw_contact(rng: Draws) -> tuple[Contact, str, str]:
     """Return a contact with the labels of its normal and friction law."""
     share = rng.between(0.0, 1.0)
     if share < DEFAULT_SHARE:

@@ -14,7 +14,7 @@ from hexapod_pin.drive.servo import Servo
 from hexapod_pin.ground.terrain import Flat
 from hexapod_pin.simulation.plant import standing_on
 from random_scenes.bodies import SAMPLE
-from random_scenes.dice import Dice
+from random_scenes.draws import Draws
 from random_scenes.robots import (
     WALKERS,
     draw_gait,
@@ -41,7 +41,7 @@ def leg_torque(robot: Robot) -> float:
     return 9.81 * robot.total_mass * LEG_ARM / 3.0
 
 
-def draw_motor(rng: Dice, robot: Robot, strength: float, dry_share: float) -> Servo:
+def draw_motor(rng: Draws, robot: Robot, strength: float, dry_share: float) -> Servo:
     """Return servos with motors of `strength` [N m] and dry friction of that share of it."""
     kp = rng.log_between(5.0, 200.0) * strength
     motor = Motor(
@@ -52,7 +52,7 @@ def draw_motor(rng: Dice, robot: Robot, strength: float, dry_share: float) -> Se
     return Servo(kp=kp, kd=kp * rng.log_between(0.005, 0.05), motor=motor)
 
 
-def jumping(rng: Dice, robot: Robot, reach: float, duration: float) -> SampledTrajectory:
+def jumping(rng: Draws, robot: Robot, reach: float, duration: float) -> SampledTrajectory:
     """Return set-points within the range that jump by up to `reach` [rad] every 20 ms."""
     times = JUMP_PERIOD * np.arange(round(duration / JUMP_PERIOD))
     q = robot.posture + rng.vector(reach, len(times), len(robot.joint_names))
@@ -60,7 +60,7 @@ def jumping(rng: Dice, robot: Robot, reach: float, duration: float) -> SampledTr
     return SampledTrajectory(times, np.clip(q, robot.lower, robot.upper), limited=False)
 
 
-def _floating(rng: Dice, name: str, **parts: Any) -> tuple[Scene, dict[str, str], State]:
+def _floating(rng: Draws, name: str, **parts: Any) -> tuple[Scene, dict[str, str], State]:
     """Return a robot without weight or ground, drifting."""
     scene, _ = draw_scene_parts(rng, name, **parts)
     scene = replace(scene, terrain=Flat(height=-100.0), gravity=(0.0, 0.0, 0.0))
@@ -70,7 +70,7 @@ def _floating(rng: Dice, name: str, **parts: Any) -> tuple[Scene, dict[str, str]
     return scene, labels, scene.robot.check_state(q, v)
 
 
-def saturated(rng: Dice) -> PromiseScene:
+def saturated(rng: Draws) -> PromiseScene:
     """Set-points jump every 20 ms into the torque limits, of weak motors or the URDF's."""
     name, weak, floats = rng.pick(WALKERS), rng.chance(0.7), rng.chance(0.3)
     robot = robot_named(name)
@@ -83,7 +83,7 @@ def saturated(rng: Dice) -> PromiseScene:
 
 
 def _place(
-    rng: Dice, name: str, floats: bool, parts: dict[str, Any]
+    rng: Draws, name: str, floats: bool, parts: dict[str, Any]
 ) -> tuple[Scene, dict[str, str], State | None]:
     if floats:
         return _floating(rng, name, **parts)
@@ -91,7 +91,7 @@ def _place(
     return scene, labels, None
 
 
-def stopped(rng: Dice) -> PromiseScene:
+def stopped(rng: Draws) -> PromiseScene:
     """Two set-points or more lie beyond the range: default stops, stiffer or softer ones."""
     name, floats = rng.pick(WALKERS), rng.chance(0.6)
     robot = robot_named(name)
@@ -112,7 +112,7 @@ def stopped(rng: Dice) -> PromiseScene:
 
 
 def beyond_the_range(
-    rng: Dice, robot: Robot, count: int, *, over: float = 0.05
+    rng: Draws, robot: Robot, count: int, *, over: float = 0.05
 ) -> SampledTrajectory:
     """Return a posture of which `count` set-points lie `over` [rad] beyond an end after 20 ms."""
     after: Array = robot.posture.copy()
@@ -125,7 +125,7 @@ def beyond_the_range(
     return SampledTrajectory([0.0, 0.02], np.stack([robot.posture, after]), limited=False)
 
 
-def dry_friction(rng: Dice) -> PromiseScene:
+def dry_friction(rng: Draws) -> PromiseScene:
     """Joints with dry friction: walking, or set-points that jump; robots stand or float."""
     name, floats = rng.pick(WALKERS), rng.chance(0.3)
     robot = robot_named(name)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from random_scenes import bodies, drives, robots
-from random_scenes.dice import Dice
+from random_scenes.draws import Draws
 from random_scenes.scene import PromiseScene
 
 
@@ -15,7 +15,7 @@ class Kind:
     """A way to move: how often it is drawn (in proportion) and what draws it."""
 
     weight: float
-    draw: Callable[[Dice], PromiseScene]
+    draw: Callable[[Draws], PromiseScene]
 
 
 KINDS: Mapping[str, Kind] = {
@@ -42,5 +42,5 @@ def draw_scene(seed: int, index: int, kinds: Mapping[str, Kind] = KINDS) -> Prom
         index: not negative; scenes do not depend on each other.
         kinds: what to draw from.
     """
-    rng = Dice(seed, index)
+    rng = Draws(seed, index)
     return kinds[rng.weighted({name: kind.weight for name, kind in kinds.items()})].draw(rng)

@@ -16,7 +16,7 @@ from hexapod_pin.ground.terrain import Flat, ShakingGround
 from hexapod_pin.validation.cases.bodies import ball, body, on_ground, state
 from random_scenes import drives
 from random_scenes.bodies import SAMPLE, passive_scene
-from random_scenes.dice import Dice
+from random_scenes.draws import Draws
 from random_scenes.generator import KINDS, draw_scene
 from random_scenes.robots import robot_named
 from random_scenes.scene import PromiseScene, SceneLabels
@@ -82,7 +82,7 @@ def _beyond(stiffer: float) -> Callable[[], Scenes]:
     def scenes() -> Scenes:
         found = []
         for index, name in enumerate(("kharagpur", "athena") * 3):
-            robot, rng = robot_named(name), Dice(SEED, index)
+            robot, rng = robot_named(name), Draws(SEED, index)
             stops = JointStops.for_robot(robot)
             stops = stops.model_copy(update={"stiffness": stiffer * stops.stiffness})
             control = drives.beyond_the_range(rng, robot, 2, over=0.3)
@@ -99,7 +99,7 @@ def _beyond_without_damping() -> Scenes:
         kp = 0.03 * float(np.max(one.scene.servos.gains(one.scene.robot)[0]))
         scene = replace(one.scene, servo=Servo(kp=kp, kd=0.0))
         assert one.initial is not None
-        v = Dice(SEED, index).vector(2.0, len(one.initial.v))
+        v = Draws(SEED, index).vector(2.0, len(one.initial.v))
         start = one.scene.robot.check_state(one.initial.q, v)
         found.append(replace(one, scene=scene, initial=start))
     return found
@@ -108,7 +108,7 @@ def _beyond_without_damping() -> Scenes:
 def _jumping_into_saturation() -> Scenes:
     found = []
     for index, name in enumerate(("kharagpur", "athena") * 2):
-        control = drives.jumping(Dice(SEED, index), robot_named(name), 0.4, 0.5)
+        control = drives.jumping(Draws(SEED, index), robot_named(name), 0.4, 0.5)
         found.append(floating(name, control, 0.5, kind="saturated"))
         standing = replace(found[-1].scene, terrain=Flat(), gravity=(0.0, 0.0, -9.81))
         found.append(replace(found[-1], scene=standing, initial=None))

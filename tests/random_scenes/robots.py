@@ -22,7 +22,7 @@ from hexapod_pin.simulation.plant import standing_on
 from hexapod_pin.validation.cases.drop import drop
 from random_scenes.bodies import SAMPLE, above_ground, turned
 from random_scenes.contacts import draw_contact
-from random_scenes.dice import Dice
+from random_scenes.draws import Draws
 from random_scenes.grounds import draw_terrain
 from random_scenes.scene import PromiseScene, SceneLabels
 
@@ -47,7 +47,7 @@ def robot_named(name: str) -> Robot:
     return drop("soft").scene.robot if name == REFERENCE else load_robot(name)
 
 
-def draw_scene_parts(rng: Dice, name: str, **parts: Any) -> tuple[Scene, dict[str, str]]:
+def draw_scene_parts(rng: Draws, name: str, **parts: Any) -> tuple[Scene, dict[str, str]]:
     """Return a robot on its ground, default drives unless given, and labels but kind and drive."""
     contact, normal, friction = draw_contact(rng)
     terrain, ground = draw_terrain(rng)
@@ -56,7 +56,7 @@ def draw_scene_parts(rng: Dice, name: str, **parts: Any) -> tuple[Scene, dict[st
     return scene, labels
 
 
-def dropped(rng: Dice) -> PromiseScene:
+def dropped(rng: Draws) -> PromiseScene:
     """A hexapod is thrown down somehow from up to 40 mm, holding its posture."""
     name = rng.pick((REFERENCE, *WALKERS))
     soft = name == REFERENCE and rng.chance(0.5)
@@ -73,7 +73,7 @@ def dropped(rng: Dice) -> PromiseScene:
     return PromiseScene(about, scene, HoldPosture(posture), start, rng.pick((0.3, 0.5)), SAMPLE)
 
 
-def draw_gait(rng: Dice, name: str) -> KinematicControl:
+def draw_gait(rng: Draws, name: str) -> KinematicControl:
     """Return a walk of any named gait that the robot of this name can do for a second."""
     gait = rng.pick(tuple(GAITS))
     stroke = LARGEST_STROKE[name] * rng.between(0.2, 1.0)
@@ -101,24 +101,24 @@ def can_walk(robot: Robot, control: KinematicControl) -> bool:
     return True
 
 
-def _walk(rng: Dice, kind: str, duration: float, sample: float) -> PromiseScene:
+def _walk(rng: Draws, kind: str, duration: float, sample: float) -> PromiseScene:
     name = rng.pick(WALKERS)
     scene, labels = draw_scene_parts(rng, name)
     about = SceneLabels(kind=kind, drive="default", **labels)
     return PromiseScene(about, scene, draw_gait(rng, name), None, duration, sample)
 
 
-def walking(rng: Dice) -> PromiseScene:
+def walking(rng: Draws) -> PromiseScene:
     """A walk of 1 s."""
     return _walk(rng, "walking 1 s", 1.0, SAMPLE)
 
 
-def walking_long(rng: Dice) -> PromiseScene:
+def walking_long(rng: Draws) -> PromiseScene:
     """A walk of 10 s."""
     return _walk(rng, "walking 10 s", 10.0, 0.05)
 
 
-def pushed(rng: Dice) -> PromiseScene:
+def pushed(rng: Draws) -> PromiseScene:
     """A robot that stands or walks is pushed once or twice for 20 to 150 ms."""
     name = rng.pick(WALKERS)
     scene, labels = draw_scene_parts(rng, name)
@@ -136,7 +136,7 @@ def pushed(rng: Dice) -> PromiseScene:
     return PromiseScene(about, replace(scene, loads=loads), control, None, 0.5, SAMPLE)
 
 
-def limp_flight(rng: Dice) -> PromiseScene:
+def limp_flight(rng: Draws) -> PromiseScene:
     """A robot flies 1 s with its drives off, or holding its posture, its joints moving."""
     name = rng.pick((REFERENCE, *WALKERS))
     robot, limp = robot_named(name), rng.chance(0.7)

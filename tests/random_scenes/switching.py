@@ -22,7 +22,7 @@ from hexapod_pin.ground.terrain import (
 )
 from hexapod_pin.validation.cases.bodies import ball, particle, state
 from random_scenes.bodies import SAMPLE, passive_scene
-from random_scenes.dice import Dice
+from random_scenes.draws import Draws
 from random_scenes.drives import beyond_the_range, jumping, leg_torque
 from random_scenes.named import floating, point_on_a_slope
 from random_scenes.robots import robot_named
@@ -70,19 +70,19 @@ def _hard_stop() -> PromiseScene:
     robot = robot_named("athena")
     stops = JointStops.for_robot(robot)
     stiff = stops.model_copy(update={"stiffness": 100.0 * stops.stiffness, "assumed": False})
-    control = beyond_the_range(Dice(SEED), robot, 2, over=0.3)
+    control = beyond_the_range(Draws(SEED), robot, 2, over=0.3)
     return floating("athena", control, 0.5, stiff)
 
 
 def _saturating() -> PromiseScene:
-    return floating("athena", jumping(Dice(SEED), robot_named("athena"), 0.4, 0.3), 0.3)
+    return floating("athena", jumping(Draws(SEED), robot_named("athena"), 0.4, 0.3), 0.3)
 
 
 def _dry_friction() -> PromiseScene:
     robot = robot_named("kharagpur")
     strength = 4.0 * leg_torque(robot)
     motor = Motor(stall_torque=strength, no_load_speed=8.0, dry_friction=0.1 * strength)
-    one = floating("kharagpur", jumping(Dice(SEED), robot, 0.1, 0.3), 0.3)
+    one = floating("kharagpur", jumping(Draws(SEED), robot, 0.1, 0.3), 0.3)
     servo = Servo(kp=20.0 * strength, kd=0.4 * strength, motor=motor)
     return replace(one, scene=replace(one.scene, servo=servo))
 

@@ -91,26 +91,26 @@ class Difference:
         return not self.failure and close
 
 
-def reference_walk(robot: str, mend: bool = False) -> Walk:
+def reference_walk(robot: str, repair: bool = False) -> Walk:
     """Return the walk of a built-in robot of which its file states nothing but the parts.
 
     Raises:
         HexapodError: it cannot be loaded or does not walk.
     """
     text = stripped(urdf_path(robot).read_text(encoding="utf-8"))
-    loaded = _loaded(text, {}, mend=mend)
+    loaded = _loaded(text, {}, repair=repair)
     return _walk(loaded, feasible_gait(loaded, GAIT, None)[0], {})
 
 
-def difference(robot: str, seed: int, reference: Walk, *, mend: bool = False) -> Difference:
+def difference(robot: str, seed: int, reference: Walk, *, repair: bool = False) -> Difference:
     """Rewrite a built-in robot in conventions drawn from a seed, let it walk, and compare."""
     rng = np.random.default_rng(seed)
-    conventions = ConventionSet.draw(rng, mend=mend)
+    conventions = ConventionSet.draw(rng, repair=repair)
     text = urdf_path(robot).read_text(encoding="utf-8")
     rewritten = rewrite(text, conventions, rng)
     signs = {change.name: change.sign for change in rewritten.joints.values()}
     try:
-        loaded = _loaded(rewritten.text, rewritten.files, mend=mend)
+        loaded = _loaded(rewritten.text, rewritten.files, repair=repair)
         walk = _walk(loaded, reference.gait, signs)
     except Exception as error:  # whatever ends a walk is a finding
         return Difference(
@@ -128,7 +128,7 @@ def difference(robot: str, seed: int, reference: Walk, *, mend: bool = False) ->
     return Difference(seed, robot, conventions, torque / reference.peak, foot, "")
 
 
-def _loaded(text: str, files: Mapping[str, bytes], *, mend: bool) -> Robot:
+def _loaded(text: str, files: Mapping[str, bytes], *, repair: bool) -> Robot:
     """Load a robot from its text and the files beside it."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "robot.urdf"
@@ -136,7 +136,7 @@ def _loaded(text: str, files: Mapping[str, bytes], *, mend: bool) -> Robot:
         for name, content in files.items():
             (path.parent / name).parent.mkdir(exist_ok=True)
             (path.parent / name).write_bytes(content)
-        robot = load_robot(path, mend=mend)
+        robot = load_robot(path, repair=repair)
         leg_bodies(robot)  # reads the files
     return robot
 

@@ -27,7 +27,7 @@ class ConventionSet:
         feet: where the foot links' frames are; one of `FEET`.
         shapes: one of `SHAPES`.
         shuffled: links and joints in random order.
-        units: one of `UNITS`; only SI can be walked without mending.
+        units: one of `UNITS`; only SI can be walked without repairing.
     """
 
     yaw: float = 0.0
@@ -43,8 +43,8 @@ class ConventionSet:
     units: str = UNITS[0]
 
     @staticmethod
-    def draw(rng: np.random.Generator, *, mend: bool = False) -> ConventionSet:
-        """Return a random combination; with `mend` also in units that want mending."""
+    def draw(rng: np.random.Generator, *, repair: bool = False) -> ConventionSet:
+        """Return a random combination; with `repair` also in units that want repairing."""
         quarter = float(rng.integers(4)) * np.pi / 2.0
         coin = [bool(flip) for flip in rng.random(6) < 0.5]
         return ConventionSet(
@@ -58,7 +58,7 @@ class ConventionSet:
             feet=str(rng.choice(FEET)),
             shapes=str(rng.choice(SHAPES)),
             shuffled=coin[5],
-            units=str(rng.choice(UNITS)) if mend else UNITS[0],
+            units=str(rng.choice(UNITS)) if repair else UNITS[0],
         )
 
     @property

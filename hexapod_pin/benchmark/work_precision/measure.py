@@ -195,7 +195,7 @@ class BenchmarkRow:
         if self.uncertainty > self.value:
             return f"not judged: reference known to {self.uncertainty:.0e}"
         size = f"{self.error / self.value:.2g} times"
-        return f"said so: {size}" if self.estimate > self.value else f"FAIL: {size}"
+        return f"error reported: {size}" if self.estimate > self.value else f"FAIL: {size}"
 
 
 @dataclass(frozen=True)

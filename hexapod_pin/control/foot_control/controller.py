@@ -28,8 +28,8 @@ from hexapod_pin.control.foot_control.parameters import (
 from hexapod_pin.control.foot_control.stability import refuse_unstable
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.control.leg_group import LegGroup, leg_group, require_six_of_three
 from hexapod_pin.control.sensors import Sensors
-from hexapod_pin.control.six_legs import SixLegs, require_six_of_three, six_legs
 from hexapod_pin.errors import ParameterError, ReachError, SensorError, UnknownNameError
 from hexapod_pin.immutable import Immutable
 
@@ -62,7 +62,7 @@ class ReadyLaw:
 
     law: FootControlLaw
     walk: PlannedWalk
-    six: SixLegs
+    six: LegGroup
     lead: float
     joint_names: tuple[str, ...]
     foot_names: tuple[str, ...]
@@ -138,7 +138,7 @@ def ready_law(control: FootControl, scene: Any, *, refuse: bool = True) -> Ready
         ParameterError: a leg without servo stiffness, or gains that make the loop unstable.
         GaitError, ReachError: the robot cannot walk the plan.
     """
-    robot, six = scene.robot, six_legs(scene.robot)
+    robot, six = scene.robot, leg_group(scene.robot)
     stiffness = scene.servos.gains(robot)[0][six.joint_index]
     if not (stiffness > 0.0).all():
         raise ParameterError(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.control.foot_control.leg_model import foot_stiffness, standing_centre
-from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.control.leg_group import leg_group
 
 if TYPE_CHECKING:
     from hexapod_pin.control.foot_control.parameters import ControlParts
@@ -53,7 +53,7 @@ def native_law(scene: Any, settings: FootControlSettings, chains: list[LegChain]
     """Return the law of the core for the robot of a scene."""
     from hexapod_pin.native import FootControlLaw
 
-    robot, six = scene.robot, six_legs(scene.robot)
+    robot, six = scene.robot, leg_group(scene.robot)
     feet = [[foot.name for foot in robot.feet].index(robot.leg(leg.name).foot) for leg in six.legs]
     return FootControlLaw(settings, chains, six.joint_index.tolist(), feet)
 
@@ -68,7 +68,7 @@ def law_settings(control: ControlParts, scene: Any) -> FootControlSettings:
     out.period, out.lead = control.period, control.period + control.delay
     out.source = getattr(native.ForceSource, force.source)
     out.filter_time = force.filter_time
-    out.radius = six_legs(robot).radius.tolist()
+    out.radius = leg_group(robot).radius.tolist()
     out.threshold = (
         TOUCH_SHARE[force.source] * weight if force.threshold is None else force.threshold
     )
@@ -82,7 +82,7 @@ def law_settings(control: ControlParts, scene: Any) -> FootControlSettings:
     out.weight, out.centre = weight, standing_centre(robot)
     out.load_time = control.load_time
     kp = scene.servos.gains(robot)[0]
-    out.give = list(1.0 / kp[six_legs(robot).joint_index])
+    out.give = list(1.0 / kp[leg_group(robot).joint_index])
     out.anticipates = control.slip is not None and control.slip.anticipates
     if control.suspension is not None:
         _suspend(out, control)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.arrays import Array, read_only
-from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.drive.drive_law import armature
 from hexapod_pin.robot.robot import once_per_robot
 
@@ -40,7 +40,7 @@ def leg_chains(scene: Any, *, dry_friction: bool = True) -> list[LegChain]:
             ),
             leg.foot,
         )
-        for leg, row in zip(six_legs(robot).legs, six_legs(robot).joint_index, strict=True)
+        for leg, row in zip(leg_group(robot).legs, leg_group(robot).joint_index, strict=True)
     ]
 
 
@@ -73,7 +73,7 @@ def foot_stiffness(scene: Any) -> Array:
     Returns:
         Shape (6, 3, 3).
     """
-    six = six_legs(scene.robot)
+    six = leg_group(scene.robot)
     jacobian = six.kinematics.jacobian(six.kinematics.posture[:, None])[:, 0]
     kp = scene.servos.gains(scene.robot)[0][six.joint_index]
     compliance = jacobian @ (np.swapaxes(jacobian, 1, 2) / kp[..., None])
@@ -157,7 +157,7 @@ def first_posture(robot: Robot, control: Any) -> Array:
     known = _postures(robot)
     if control not in known:
         feet = control.path(robot).positions(np.zeros(1))
-        known[control] = read_only(six_legs(robot).joint_angles(feet)[0])
+        known[control] = read_only(leg_group(robot).joint_angles(feet)[0])
         while len(known) > KEPT_POSTURES:
             known.popitem(last=False)
     return known[control]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.robot.rotations import skew
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class LinearLaw:
             scene: whose robot stands.
             stance: its static forces; feet without load are planned to swing.
         """
-        six = six_legs(scene.robot)
+        six = leg_group(scene.robot)
         table = _standing_plan(six.neutral_feet, _loads_by_leg(scene, stance) > 0.0)
         point = _readings(scene, stance)
         settled = law.first_memory()[None]
@@ -88,7 +88,7 @@ class LinearLaw:
 
 def _loads_by_leg(scene: Any, stance: StanceModel) -> Array:
     names = [foot.name for foot in scene.robot.feet]
-    legs = six_legs(scene.robot).legs
+    legs = leg_group(scene.robot).legs
     return np.array([stance.load[names.index(scene.robot.leg(leg.name).foot)] for leg in legs])
 
 
@@ -144,7 +144,7 @@ def _nudged(
 
 def _to_joints(scene: Any, feet: Array) -> Array:
     """Return the joint angles (K, n) of small motions of the feet (K, 6, 3)."""
-    six = six_legs(scene.robot)
+    six = leg_group(scene.robot)
     jacobian = six.kinematics.jacobian(six.kinematics.posture[:, None])[:, 0]
     angles = np.einsum("lij,klj->kli", np.linalg.inv(jacobian), feet)
     joints = np.zeros((len(feet), len(scene.robot.joint_names)))

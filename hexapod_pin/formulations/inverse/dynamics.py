@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.six_legs import neutral_feet, walking_legs
+from hexapod_pin.control.leg_group import neutral_feet, walking_legs
 from hexapod_pin.formulations.inverse.force_split import ForceSplit, MinimumNorm
 from hexapod_pin.formulations.inverse.stance import stance_load
 from hexapod_pin.formulations.rigid.derivative import (

@@ -20,7 +20,7 @@ from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
 from hexapod_pin.spec import read_toml
 from hexapod_pin.user_file import read_text, user_path
 
-# How a robot's file is read: hints about the robot, where its meshes are, whether it is mended.
+# How a robot's file is read: hints about the robot, where its meshes are, whether it is repaired.
 
 HINTS_SUFFIX = ".hints.toml"
 """robot.urdf (or robot.urdf.xacro) takes hints from robot.hints.toml beside it."""
@@ -32,16 +32,16 @@ class LoadOptions(RobotHints):
     Attributes:
         package_path: folders in which packages and meshes are looked for, before anywhere else.
         xacro_args: arguments of a xacro file.
-        mend: whether the file's faults are mended before anything else.
-        mass: of the whole robot, for a mend [kg], 1e-6 to 1e6.
-        density: of its parts, for a mend [kg/m^3], 1e-3 to 1e5.
-        effort: of all joints, for a mend [N m], 1e-9 to 1e6.
-        velocity: of all joints, for a mend [rad/s], 1e-9 to 1e4.
+        repair: whether the file's faults are repaired before anything else.
+        mass: of the whole robot, for a repair [kg], 1e-6 to 1e6.
+        density: of its parts, for a repair [kg/m^3], 1e-3 to 1e5.
+        effort: of all joints, for a repair [N m], 1e-9 to 1e6.
+        velocity: of all joints, for a repair [rad/s], 1e-9 to 1e4.
     """
 
     package_path: tuple[str, ...] = ()
     xacro_args: dict[str, str] = Field(default_factory=dict)
-    mend: bool = False
+    repair: bool = False
     mass: float | None = Field(default=None, ge=1e-6, le=1e6)
     density: float | None = Field(default=None, ge=1e-3, le=1e5)
     effort: float | None = Field(default=None, ge=1e-9, le=1e6)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 from hexapod_pin.errors import HexapodError, UrdfError
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
 from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
-from hexapod_pin.robot.mending.find_all import check_urdf
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.reading.robot_text import read_robot_text
 from hexapod_pin.robot.recognition.layout import (
@@ -19,9 +18,10 @@ from hexapod_pin.robot.recognition.layout import (
     layout_stated,
 )
 from hexapod_pin.robot.recognition.recognise import recognise
+from hexapod_pin.robot.repair.find_all import check_urdf
 
 if TYPE_CHECKING:
-    from hexapod_pin.robot.mending.finding import MendOptions
+    from hexapod_pin.robot.repair.finding import RepairOptions
 
 
 class LoadedUrdf(NamedTuple):
@@ -62,10 +62,10 @@ def loaded(read: SourceFile, options: LoadOptions, layout: RobotLayout | None = 
     """Return a robot's file, as read, as it is used; `layout` if it is known; as `load_urdf`."""
     file, finder, _, notes = read
     repaired: tuple[str, ...] = ()
-    if options.mend:
-        from hexapod_pin.robot.mending.mend_urdf import mend_urdf
+    if options.repair:
+        from hexapod_pin.robot.repair.repair_urdf import repair_urdf
 
-        done = mend_urdf(file, finder, _mend_options(options))
+        done = repair_urdf(file, finder, _repair_options(options))
         file, repaired = done.file, done.changes
         notes = (*notes, *done.notes)
     findings, suspicious = check_urdf(file)
@@ -126,10 +126,10 @@ def read_file(path: Path, options: LoadOptions) -> SourceFile:
     return SourceFile(file, finder, read.expanded, read.notes)
 
 
-def _mend_options(options: LoadOptions) -> MendOptions:
-    from hexapod_pin.robot.mending.finding import MendOptions
+def _repair_options(options: LoadOptions) -> RepairOptions:
+    from hexapod_pin.robot.repair.finding import RepairOptions
 
-    return MendOptions(
+    return RepairOptions(
         mass=options.mass, density=options.density,
         effort=options.effort, velocity=options.velocity,
     )  # fmt: skip

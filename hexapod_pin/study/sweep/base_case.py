@@ -60,7 +60,7 @@ class BaseWalk(Spec):
 
     Attributes:
         robot: name of a robot in the package, or the path of a file.
-        mend: whether the file's faults are mended first.
+        repair: whether the file's faults are repaired first.
         options: further options of loading, as in a hints file.
         gait: a name, or a table of a gait's fields; fields left out of a named one are fitted.
         contact: name of a contact.
@@ -81,7 +81,7 @@ class BaseWalk(Spec):
     """
 
     robot: str = Field(min_length=1)
-    mend: bool = False
+    repair: bool = False
     options: dict[str, Any] = Field(default_factory=dict)
     gait: str | dict[str, Any] | None = None
     contact: str = "accurate"
@@ -197,8 +197,8 @@ def _adapts(base: BaseWalk) -> bool:
 
 def _robot(base: BaseWalk, folder: Path) -> Robot:
     options = read_spec(LoadOptions, base.options, "base.options")
-    if base.mend:
-        options = LoadOptions(mend=True).over(options)
+    if base.repair:
+        options = LoadOptions(repair=True).over(options)
     source = base.robot
     if source not in PACKAGED and os.path.isfile(folder / source):
         source = str(folder / source)

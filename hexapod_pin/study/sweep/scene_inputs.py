@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.control.six_legs import six_legs
+from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.drive.catalog import Catalog, MotorRecord, load_catalog
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import GaitError, ParameterError
@@ -78,7 +78,7 @@ def terrain_with(base: Case, values: Values, options: Options) -> AnyTerrain:
         [int(values.get("bumps_seed", 0))],
         amplitude=height,
         wavelength=given["wavelength"],
-        length=walked_length(base) if given["length"] is None else given["length"],
+        length=travelled_length(base) if given["length"] is None else given["length"],
         flat_radius=standing_radius(base) if flat is None else flat,
     )[0]
     return scene.terrain
@@ -87,7 +87,7 @@ def terrain_with(base: Case, values: Values, options: Options) -> AnyTerrain:
 def standing_radius(base: Case) -> float:
     """Return how far the feet stand from the middle of the trunk, at most [m]; 0 without legs."""
     try:
-        feet = six_legs(base.scene.robot).neutral_feet
+        feet = leg_group(base.scene.robot).neutral_feet
     except GaitError:
         return 0.0
     return max(math.hypot(x, y) for x, y, _ in feet.tolist())
@@ -110,7 +110,7 @@ def refused_scene_input(base: Case, name: str) -> str:
     return ""
 
 
-def walked_length(base: Case) -> float:
+def travelled_length(base: Case) -> float:
     """Return the way of the base's gait in its duration [m]; 0.5 where that is less."""
     gait = gait_of(base.controller)
     speed = 0.0 if gait is None else gait.speed

@@ -1,7 +1,7 @@
 """Run every hard case and bring the registry of expected failures up to date.
 
 Errors that have changed are written anew, entries that pass or have no row are taken out. A miss
-without an entry is printed and stays a FAIL: it gets one by hand, with its reason, or is mended.
+without an entry is printed and stays a FAIL: it gets one by hand, with its reason, or is repaired.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.control import FootPath, SixLegs, six_legs
+from hexapod_pin.control import FootPath, LegGroup, leg_group
 from hexapod_pin.simulation.session import lock_step_runs
 from hexapod_pin.text_table import Table
 from studies.cost.timing import Quartiles, interleaved
@@ -64,9 +64,9 @@ class YieldingWalk:
     period: float = PERIOD
 
     @cached_property
-    def legs(self) -> SixLegs:
+    def legs(self) -> LegGroup:
         """The legs."""
-        return six_legs(self.robot)
+        return leg_group(self.robot)
 
     @cached_property
     def targets(self) -> Array:

@@ -34,9 +34,9 @@ class CaseRow:
         case, method, accuracy: what was run.
         runs: how many.
         unjudged: of which the truth is not sure enough.
-        said_so: that said they could not.
-        median, worst: error over accuracy, of judged runs that did not say so, or if all said so,
-            of those.
+        error_reported: that reported a larger error.
+        median, worst: error over accuracy, of judged runs that reported no larger error, or of all
+            where none is left.
         error: the largest of those errors [m, rad].
         least_estimate: least estimate over error.
         below: estimates below the error.
@@ -48,7 +48,7 @@ class CaseRow:
     accuracy: float
     runs: int
     unjudged: int
-    said_so: int
+    error_reported: int
     median: float
     worst: float
     error: float
@@ -59,14 +59,14 @@ class CaseRow:
     @property
     def missed(self) -> bool:
         """Whether a run missed the accuracy and did not say so."""
-        return self.worst > 1.0 and self.said_so < self.runs
+        return self.worst > 1.0 and self.error_reported < self.runs
 
     @property
     def verdict(self) -> str:
         """The verdict in plain words."""
         if self.missed:
             return "FAIL"
-        if self.said_so == self.runs:
+        if self.error_reported == self.runs:
             return "said that it could not"
         return "not known" if self.unjudged == self.runs else "kept"
 
@@ -75,7 +75,9 @@ class CaseRow:
         """Error over accuracy and estimate over error, in a cell."""
         if self.unjudged == self.runs:
             return f"no truth ({self.uncertainty:.0e})"
-        said = f", {self.said_so} of {self.runs} said so" if self.said_so else ""
+        said = (
+            f", {self.error_reported} of {self.runs} error reported" if self.error_reported else ""
+        )
         partly = f", {self.unjudged} not judged" if self.unjudged else ""
         return f"x{self.worst:.3g} ({self.least_estimate:.2g}){said}{partly}"
 
@@ -87,7 +89,7 @@ def case_row(case: str, runs: Sequence[PromiseRun]) -> CaseRow:
     ratios = sorted(run.ratio for run in own)
     return CaseRow(
         case, runs[0].method, runs[0].accuracy, len(runs), sum(not run.judged for run in runs),
-        sum(run.said_so for run in runs), ratios[len(ratios) // 2] if own else math.nan,
+        sum(run.error_reported for run in runs), ratios[len(ratios) // 2] if own else math.nan,
         ratios[-1] if own else math.nan, max((run.error for run in own), default=math.nan),
         min((run.overestimate for run in own), default=math.nan),
         sum(not run.covered for run in own), max(run.uncertainty for run in runs),

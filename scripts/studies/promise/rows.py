@@ -38,7 +38,7 @@ class PromiseRun:
         error: largest difference of any position at any sample from the truth [m, rad]; nan
             where the run did not end or there is no truth.
         estimate: what the run says of its own error [m, rad]; nan where it did not end.
-        said_so: whether the run itself said that it could not: a typed error, or
+        error_reported: whether the run itself said that it could not: a typed error, or
             `Trace.accuracy_kept` False.
         refusal: the typed error; "" where it ended.
         uncertainty: of the truth [m, rad].
@@ -50,7 +50,7 @@ class PromiseRun:
     accuracy: float
     error: float
     estimate: float
-    said_so: bool
+    error_reported: bool
     refusal: str
     uncertainty: float
     evaluations: int
@@ -72,7 +72,7 @@ class PromiseRun:
     @property
     def counted(self) -> bool:
         """Whether the promise applies: the truth is sure, and the run did not say it could not."""
-        return self.judged and not self.said_so
+        return self.judged and not self.error_reported
 
     @property
     def covered(self) -> bool:
@@ -160,7 +160,7 @@ def judge_run(scene: PromiseScene, truth: Truth, setting: SolverSetting) -> Prom
     """Run a scene at a setting and hold it against the truth."""
     begin = time.perf_counter()
     error = estimate = math.nan
-    refusal, said_so, evaluations = "", True, 0
+    refusal, error_reported, evaluations = "", True, 0
     try:
         trace = scene.run(**setting.arguments)
     except SimulationInterrupted:
@@ -168,13 +168,13 @@ def judge_run(scene: PromiseScene, truth: Truth, setting: SolverSetting) -> Prom
     except HexapodError as fault:
         refusal = f"{type(fault).__name__}: {fault}"[:160]
     else:
-        estimate, said_so = trace.error_estimate, setting.kept and not trace.accuracy_kept
+        estimate, error_reported = trace.error_estimate, setting.kept and not trace.accuracy_kept
         counters = trace.counters
         own = counters["evaluations"]
         evaluations = int(counters.get("evaluations_of_all_runs", own))
         if truth.q is not None:
             error = PositionError.between(trace.q, truth.q).q
     return PromiseRun(
-        setting.method, setting.value, error, estimate, said_so, refusal, truth.uncertainty,
+        setting.method, setting.value, error, estimate, error_reported, refusal, truth.uncertainty,
         evaluations, time.perf_counter() - begin,
     )  # fmt: skip

@@ -16,7 +16,7 @@ estimate over error."""
 
 HEAD = (
     "", "runs", "within", f"within {BEYOND:g}x", "error over accuracy, median", "most",
-    "estimate >= error", "estimate over error, median", "said so", "not judged",
+    "estimate >= error", "estimate over error, median", "error reported", "not judged",
 )  # fmt: skip
 
 
@@ -32,14 +32,14 @@ class Shares:
         return [run for run in self.runs if run.counted]
 
     @property
-    def said_so(self) -> list[PromiseRun]:
+    def error_reported(self) -> list[PromiseRun]:
         """The runs that said they could not, of those that can be judged."""
-        return [run for run in self.runs if run.judged and run.said_so]
+        return [run for run in self.runs if run.judged and run.error_reported]
 
     @property
     def needless(self) -> int:
         """How many of those were within the accuracy all the same."""
-        return sum(run.ratio <= 1.0 for run in self.said_so)
+        return sum(run.ratio <= 1.0 for run in self.error_reported)
 
     @property
     def estimated(self) -> list[PromiseRun]:
@@ -83,7 +83,7 @@ class Shares:
         return (
             name, str(len(ratios)), _percent(self.within), _percent(self.within_beyond),
             f"{_median(ratios):.2g}", f"{max(ratios, default=math.nan):.3g}",
-            _percent(self.covered), f"{self.overestimate:.2g}", str(len(self.said_so)),
+            _percent(self.covered), f"{self.overestimate:.2g}", str(len(self.error_reported)),
             str(sum(not run.judged for run in self.runs)),
         )  # fmt: skip
 
@@ -155,7 +155,7 @@ def verdict(results: Sequence[SceneResult]) -> tuple[str, bool]:
     checks = (
         (f"within the accuracy in {_percent(LEAST_SHARE)}", _percent(shares.within),
          shares.within >= LEAST_SHARE),
-        (f"never beyond {BEYOND:g} times it unless the run said so",
+        (f"never beyond {BEYOND:g} times it unless the run reported it",
          f"{_percent(shares.within_beyond)} within", shares.within_beyond == 1.0),
         (f"estimate at least the error in {_percent(LEAST_SHARE)}", _percent(shares.covered),
          shares.covered >= LEAST_SHARE),
@@ -163,7 +163,7 @@ def verdict(results: Sequence[SceneResult]) -> tuple[str, bool]:
          f"{shares.overestimate:.2g}", shares.overestimate <= MOST_OVERESTIMATE),
     )  # fmt: skip
     lines = [f"- {'PASS' if good else 'FAIL'}: {what}: {found}." for what, found, good in checks]
-    said, judged = len(shares.said_so), len(shares.said_so) + len(shares.counted)
+    said, judged = len(shares.error_reported), len(shares.error_reported) + len(shares.counted)
     unjudged = len(shares.runs) - judged
     lines.append(
         f"- {said} of {judged} runs said that they could not keep the accuracy, {shares.needless} "

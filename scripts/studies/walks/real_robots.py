@@ -1,4 +1,4 @@
-"""Robots from the world: does `hexapod-pin walk FILE` walk them, as they are and mended?"""
+"""Robots from the world: does `hexapod-pin walk FILE` walk them, as they are and repaired?"""
 
 from __future__ import annotations
 
@@ -38,29 +38,29 @@ class CommandResult:
 
 @dataclass(frozen=True)
 class RealRobot:
-    """One file: the walk as downloaded and mended, and what was found in it."""
+    """One file: the walk as downloaded and repaired, and what was found in it."""
 
     file: str
     as_it_is: CommandResult
-    mended: CommandResult
+    repaired: CommandResult
     mass: float | None
     inferred: tuple[str, ...]
-    mends: tuple[str, ...]
+    repairs: tuple[str, ...]
 
 
 def real_robots(folder: Path = Path("urdfs"), duration: float = 10.0) -> StudyReport:
-    """Walk every URDF and xacro file of a folder by the command line, with and without --mend."""
+    """Walk every URDF and xacro file of a folder by the command line, with and without --repair."""
     if not folder.is_dir():
         raise ParameterError("folder", str(folder), "a folder with URDF files")
     files = sorted(p for p in folder.iterdir() if p.suffix in (".urdf", ".xacro"))
     rows = [walked(path, duration) for path in files]
-    plain, mended = (sum(run.walks for run in runs) for runs in
-                     ([r.as_it_is for r in rows], [r.mended for r in rows]))  # fmt: skip
+    plain, repaired = (sum(run.walks for run in runs) for runs in
+                     ([r.as_it_is for r in rows], [r.repaired for r in rows]))  # fmt: skip
     counts = (
-        f"{plain} of {len(rows)} files walk as downloaded, {mended} with `--mend`; default gait, "
-        f"{duration:g} s, no other option. A robot walks that keeps 80 % of its nominal speed, "
-        "does not fall and keeps its trunk off the ground ([verdict.md](../verdict.md)). Not "
-        "walked: refused, with the reason in the last column. FAIL (3): does not walk. "
+        f"{plain} of {len(rows)} files walk as downloaded, {repaired} with `--repair`; default "
+        f"gait, {duration:g} s, no other option. A robot walks that keeps 80 % of its nominal "
+        "speed, does not fall and keeps its trunk off the ground ([verdict.md](../verdict.md)). "
+        "Not walked: refused, with the reason in the last column. FAIL (3): does not walk. "
         "Sources: [robots' sources](robot_sources.md)."
     )
     return StudyReport(
@@ -72,14 +72,14 @@ def real_robots(folder: Path = Path("urdfs"), duration: float = 10.0) -> StudyRe
 def walked(path: Path, duration: float) -> RealRobot:
     """Walk one file both ways and load it for what is found in it."""
     as_it_is = walk_command(path, duration)
-    mended = walk_command(path, duration, "--mend")
-    print(f"{path.name}: {as_it_is.status} {mended.status} {mended.words}", file=sys.stderr)
+    repaired = walk_command(path, duration, "--repair")
+    print(f"{path.name}: {as_it_is.status} {repaired.status} {repaired.words}", file=sys.stderr)
     try:
-        robot = load_robot(path, mend=True)
+        robot = load_robot(path, repair=True)
     except HexapodError:
-        return RealRobot(path.name, as_it_is, mended, None, (), ())
+        return RealRobot(path.name, as_it_is, repaired, None, (), ())
     return RealRobot(
-        path.name, as_it_is, mended, robot.total_mass, robot.inferred, robot.mended
+        path.name, as_it_is, repaired, robot.total_mass, robot.inferred, robot.repaired
     )  # fmt: skip
 
 
@@ -99,20 +99,21 @@ def _verdicts(rows: Iterable[RealRobot]) -> Table:
     """Return the table of verdicts."""
     cells = [
         (
-            row.file, _word(row.as_it_is), _word(row.mended),
-            "-" if row.mass is None else f"{row.mass:.4g}", row.mended.words,
+            row.file, _word(row.as_it_is), _word(row.repaired),
+            "-" if row.mass is None else f"{row.mass:.4g}", row.repaired.words,
         )
         for row in rows
     ]  # fmt: skip
-    return Table("Verdicts", ("file", "as downloaded", "--mend", "mass [kg]", "verdict"), cells)
+    return Table("Verdicts", ("file", "as downloaded", "--repair", "mass [kg]", "verdict"), cells)
 
 
 def _findings(rows: Iterable[RealRobot]) -> Table:
-    """Return the table of what was inferred and mended."""
+    """Return the table of what was inferred and repaired."""
     cells = [
-        (row.file, "<br>".join(row.inferred) or "-", "<br>".join(row.mends) or "-") for row in rows
+        (row.file, "<br>".join(row.inferred) or "-", "<br>".join(row.repairs) or "-")
+        for row in rows
     ]
-    return Table("What was found", ("file", "inferred", "mended"), cells)
+    return Table("What was found", ("file", "inferred", "repaired"), cells)
 
 
 def _word(result: CommandResult) -> str:

@@ -1,6 +1,6 @@
 """Walk the built-in robots rewritten in random conventions, and compare their torques.
 
-    python scripts/studies rewritten_robots [--count 200] [--seed BASE] [--mend] [--out FILE]
+    python scripts/studies rewritten_robots [--count 200] [--seed BASE] [--repair] [--out FILE]
 
 Without a base seed one is drawn and printed. Every failure is a line with FAIL and its seed.
 """
@@ -37,23 +37,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=None)
-    parser.add_argument("--mend", action="store_true")
+    parser.add_argument("--repair", action="store_true")
     parser.add_argument("--out", type=Path, default=OUT)
     options = parser.parse_args(arguments)
     base = secrets.randbits(32) if options.seed is None else options.seed
     print(f"base seed {base}")
-    walks = {robot: reference_walk(robot, options.mend) for robot in ROBOTS}
+    walks = {robot: reference_walk(robot, options.repair) for robot in ROBOTS}
     rows = []
     for k in range(options.count):
         robot = ROBOTS[k % len(ROBOTS)]
-        row = difference(robot, base + k, walks[robot], mend=options.mend)
+        row = difference(robot, base + k, walks[robot], repair=options.repair)
         rows.append(row)
         if not row.passed:
             print(f"\nFAIL seed {row.seed} {robot}: {reason(row)} [{row.conventions.text}]")
         failed = sum(not row.passed for row in rows)
         print(f"\r{k + 1} of {options.count}, {failed} failed", end="", flush=True, file=sys.stderr)
     print(file=sys.stderr)
-    write_atomically(options.out, report(rows, base, options.mend))
+    write_atomically(options.out, report(rows, base, options.repair))
     print(f"{sum(row.passed for row in rows)} of {len(rows)} walk like the original; {options.out}")
     return 0 if all(row.passed for row in rows) else 1
 
@@ -63,14 +63,14 @@ def reason(row: Difference) -> str:
     return row.failure or f"torque differs by {row.torque:.2e}, feet by {1e3 * row.foot:.3g} mm"
 
 
-def report(rows: Sequence[Difference], base: int, mend: bool) -> str:
+def report(rows: Sequence[Difference], base: int, repair: bool) -> str:
     """Return the results as a page of Markdown."""
     lines = [
         "# Robots rewritten in other conventions",
         "",
         "`python scripts/studies rewritten_robots`",
         "",
-        f"{len(rows)} random combinations, base seed {base}{', mended' if mend else ''}: "
+        f"{len(rows)} random combinations, base seed {base}{', repaired' if repair else ''}: "
         "root frame, names, axis signs, zero postures, link frames, fixed joints, foot frames, "
         "meshes, order. "
         f"Reference: the same robot without its `<hexapod_pin>` element. {CYCLES} cycles of the "

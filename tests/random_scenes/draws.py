@@ -13,7 +13,7 @@ from hexapod_pin.arrays import Array
 T = TypeVar("T")
 
 
-class Dice:
+class Draws:
     """Draws from one generator; the same seeds give the same numbers."""
 
     def __init__(self, *seeds: int) -> None:

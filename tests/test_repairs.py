@@ -1,4 +1,4 @@
-"""Mends: each against a file that needs exactly it; values against closed forms."""
+"""Repairs: each against a file that needs exactly it; values against closed forms."""
 
 from __future__ import annotations
 
@@ -19,46 +19,46 @@ from broken_urdfs import (
     every,
     limit,
     masses,
-    mended,
     part,
     put,
     remove,
+    repaired,
     unset,
 )
 from test_findings import ALONE, MESH, TOGETHER
 
 from hexapod_pin.robot.description.urdf_file import parse_urdf
-from hexapod_pin.robot.mending import find_all, mend_urdf
-from hexapod_pin.robot.mending.rules import DENSITY, JOINT_RANGE, SPEED
+from hexapod_pin.robot.repair import find_all, repair_urdf
+from hexapod_pin.robot.repair.rules import DENSITY, JOINT_RANGE, SPEED
 
-NO_MEND = {"too dense", "mesh not found", "unreadable origin", "loop", "absurd size"}
-"""Kinds that only the user can mend."""
+NO_REPAIR = {"too dense", "mesh not found", "unreadable origin", "loop", "absurd size"}
+"""Kinds that only the user can repair."""
 
 
 @pytest.mark.parametrize("name", [*TOGETHER, *ALONE])
 def test_each_trouble_is_gone(name: str) -> None:
-    """Found before, not after, said, and nothing else came up; a second mend changes nothing."""
+    """Found before, not after, said, and nothing else came up; a second repair changes nothing."""
     change, kind, _ = {**TOGETHER, **ALONE}[name]
-    done = mended(change)
+    done = repaired(change)
     left = {x.what for x in find_all(done.file, NoMeshes())}
-    assert left >= {kind} & NO_MEND
+    assert left >= {kind} & NO_REPAIR
     if kind != "absurd size":  # of which nothing else can be judged
-        assert left - {"mesh not found"} == ({kind} & NO_MEND) - {"mesh not found"}
-    assert done.changes or kind in NO_MEND
-    assert mend_urdf(done.file, NoMeshes()).file is done.file
+        assert left - {"mesh not found"} == ({kind} & NO_REPAIR) - {"mesh not found"}
+    assert done.changes or kind in NO_REPAIR
+    assert repair_urdf(done.file, NoMeshes()).file is done.file
 
 
 def test_a_sound_file_is_returned_as_it_is() -> None:
-    done = mend_urdf(WHOLE, NoMeshes())
+    done = repair_urdf(WHOLE, NoMeshes())
     assert done.file is WHOLE
     assert (done.changes, done.assumed) == ((), ())
 
 
 def test_everything_at_once() -> None:
-    """What is left is what has no mend."""
-    done = mended(*(change for change, _, _ in TOGETHER.values()))
+    """What is left is what has no repair."""
+    done = repaired(*(change for change, _, _ in TOGETHER.values()))
     left = {x.what for x in find_all(done.file, NoMeshes()) if x.severity == "refused"}
-    assert left <= NO_MEND
+    assert left <= NO_REPAIR
 
 
 @pytest.mark.parametrize("breaks", [
@@ -70,12 +70,12 @@ def test_everything_at_once() -> None:
     [ALONE["millimetres"][0]],
 ], ids=["no inertial", "dummies", "negative", "names", "materials", "millimetres"])  # fmt: skip
 def test_other_parsers_open_it(breaks: list[Break]) -> None:
-    """yourdfpy, Pinocchio and MuJoCo read the mended text with one total mass."""
+    """yourdfpy, Pinocchio and MuJoCo read the repaired text with one total mass."""
     import mujoco
     import pinocchio as pin
     import yourdfpy
 
-    file = mended(*breaks).file
+    file = repaired(*breaks).file
     total = masses(file).sum()
     model = pin.buildModelFromXML(file.text, pin.JointModelFreeFlyer())
     assert sum(body.mass for body in model.inertias) == pytest.approx(total, rel=1e-12)
@@ -91,14 +91,14 @@ def test_other_parsers_open_it(breaks: list[Break]) -> None:
 
 def test_limits() -> None:
     """Swapped where reversed; assumed where none, zero or many turns."""
-    file = mended(put("joint lm_coxa_joint/limit", lower="1", upper="-0.5")).file
+    file = repaired(put("joint lm_coxa_joint/limit", lower="1", upper="-0.5")).file
     assert (limit(file, "lm_coxa_joint", "lower"), limit(file, "lm_coxa_joint", "upper")) == (
         -0.5,
         1,
     )
     for name in ("no limit", "limit nan", "zero limits", "many turns", "continuous"):
         change, _, joint = TOGETHER[name]
-        done = mended(change)
+        done = repaired(change)
         assert limit(done.file, joint, "lower") == -JOINT_RANGE
         assert limit(done.file, joint, "upper") == JOINT_RANGE
         assert any("-2.618 to 2.618 rad" in text for text in done.assumed)
@@ -106,7 +106,7 @@ def test_limits() -> None:
 
 def test_effort_and_speed() -> None:
     """Three times a third of the weight at half a leg; asked for: on every joint."""
-    file = mended(every("joint", "limit", effort="0", velocity="0")).file
+    file = repaired(every("joint", "limit", effort="0", velocity="0")).file
     leg = 0.0835 + 0.11934 + 0.09879
     chain = leg + 0.01  # to the end of the foot sphere, fixed to the tibia
     holding = masses(WHOLE).sum() * 9.81 / 3 * leg / 2
@@ -115,7 +115,7 @@ def test_effort_and_speed() -> None:
             effort = limit(file, joint.name, "effort")
             assert 3 * holding * 0.95 <= effort <= 3 * holding * chain / leg * 1.05  # two digits
             assert limit(file, joint.name, "velocity") == SPEED
-    asked = mended(effort=2.5, velocity=5.0)
+    asked = repaired(effort=2.5, velocity=5.0)
     assert {limit(asked.file, j.name, "effort") for j in WHOLE.joints if j.moves} == {2.5}
     assert {limit(asked.file, j.name, "velocity") for j in WHOLE.joints if j.moves} == {5.0}
     assert asked.assumed == ()
@@ -127,7 +127,7 @@ def test_effort_and_speed() -> None:
 def test_a_copied_leg_is_renamed_with_its_joints() -> None:
     """All names of the leg lm are those of lf: two legs again, each a chain of its own."""
     file = parse_urdf(SOUND.replace("lm_", "lf_").encode(), "copied")
-    done = mend_urdf(file, NoMeshes())
+    done = repair_urdf(file, NoMeshes())
     assert [x.what for x in find_all(done.file, NoMeshes())] == []
     assert [j.xyz for j in done.file.joints] == [j.xyz for j in WHOLE.joints]
     assert {j.child for j in done.file.joints if j.parent == "lf_coxa_2"} == {"lf_femur_2"}
@@ -135,7 +135,7 @@ def test_a_copied_leg_is_renamed_with_its_joints() -> None:
 
 
 def test_world_and_helpers_are_dropped() -> None:
-    done = mended(ALONE["world"][0], TOGETHER["two roots"][0])
+    done = repaired(ALONE["world"][0], TOGETHER["two roots"][0])
     assert done.file.base == "base_link"
     assert {x.name for x in done.file.links} == {x.name for x in WHOLE.links}
     assert any("world" in text for text in done.changes)
@@ -145,12 +145,12 @@ def test_a_wheel_leg_stays_continuous() -> None:
     """One joint a leg: no range is invented."""
     text = '<robot name="w"><link name="b"/><link name="l"/><joint name="j" type="continuous">' \
            '<parent link="b"/><child link="l"/><axis xyz="0 1 0"/></joint></robot>'  # fmt: skip
-    file = mend_urdf(parse_urdf(text.encode(), "w"), None).file
+    file = repair_urdf(parse_urdf(text.encode(), "w"), None).file
     assert file.joints[0].kind == "continuous"
 
 
 def test_colours_and_materials() -> None:
-    file = mended(TOGETHER["rgba 255"][0], TOGETHER["material twice"][0]).file
+    file = repaired(TOGETHER["rgba 255"][0], TOGETHER["material twice"][0]).file
     colour = part(file.root, "link lf_foot/visual/material/color").get("rgba")
     assert colour == "1 0 0 1"
     assert len(file.root.findall("material[@name='steel']")) == 1
@@ -160,7 +160,7 @@ def test_comments_and_foreign_elements_stay() -> None:
     text = SOUND.replace(
         "</robot>", "<!-- kept --><gazebo:plugin/><transmission name='t'/></robot>"
     )
-    done = mend_urdf(parse_urdf(text.encode(), "x"), NoMeshes())
+    done = repair_urdf(parse_urdf(text.encode(), "x"), NoMeshes())
     assert "<!-- kept -->" in done.file.text
     assert ET.fromstring(done.file.text).find("transmission") is not None
 
@@ -175,7 +175,7 @@ def test_a_mesh_in_millimetres(tmp_path: Path) -> None:
                   add("link base_link", shape))  # fmt: skip
     finder = FolderFinder(tmp_path)
     assert "meshes in mm" in {x.what for x in find_all(file, finder)}
-    done = mend_urdf(file, finder)
+    done = repair_urdf(file, finder)
     assert find_all(done.file, finder) == []
     mesh = part(done.file.root, "link base_link/visual/geometry/mesh")
     assert [float(x) for x in mesh.get("scale", "").split()] == [0.001] * 3
@@ -196,6 +196,6 @@ class FolderFinder(NoMeshes):
 
 
 def test_unset_speed_is_said_with_before_and_after() -> None:
-    done = mended(unset("joint rm_femur_joint/limit", "velocity"))
+    done = repaired(unset("joint rm_femur_joint/limit", "velocity"))
     assert done.changes == ("joint 'rm_femur_joint': velocity None -> 6 rad/s",)
     assert len(done.masses) == len(WHOLE.links)

@@ -13,15 +13,15 @@ from typing import NamedTuple
 
 from hexapod_pin.robot.description.urdf_annotation import ANNOTATION, PLACES, stated_leg_faults
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, attribute
-from hexapod_pin.robot.mending.appearance import appearance_findings
-from hexapod_pin.robot.mending.finding import Draft, Finding, Severity
-from hexapod_pin.robot.mending.inertias import inertia_findings
-from hexapod_pin.robot.mending.joints import joint_findings
-from hexapod_pin.robot.mending.limits import limit_findings
-from hexapod_pin.robot.mending.masses import SCALE_FIRST, whole_findings
-from hexapod_pin.robot.mending.measures import LinkSolids, Measures, MeshFinder
-from hexapod_pin.robot.mending.structure import structure_findings
-from hexapod_pin.robot.mending.units import joint_length_slip
+from hexapod_pin.robot.repair.appearance import appearance_findings
+from hexapod_pin.robot.repair.finding import Draft, Finding, Severity
+from hexapod_pin.robot.repair.inertias import inertia_findings
+from hexapod_pin.robot.repair.joints import joint_findings
+from hexapod_pin.robot.repair.limits import limit_findings
+from hexapod_pin.robot.repair.masses import SCALE_FIRST, whole_findings
+from hexapod_pin.robot.repair.measures import LinkSolids, Measures, MeshFinder
+from hexapod_pin.robot.repair.structure import structure_findings
+from hexapod_pin.robot.repair.units import joint_length_slip
 
 
 def find_all(file: UrdfFile, finder: MeshFinder | None) -> list[Finding]:
@@ -34,7 +34,7 @@ def find_all(file: UrdfFile, finder: MeshFinder | None) -> list[Finding]:
     measures = Measures(file, LinkSolids(finder))
     sized = [*limit_findings(measures), *inertia_findings(measures)]
     if not (measures.plausible_size or joint_length_slip(measures)):
-        sized = [replace(x, mend=SCALE_FIRST, repairable=False) for x in sized]
+        sized = [replace(x, repair=SCALE_FIRST, repairable=False) for x in sized]
     return [
         *structure_findings(file),
         *joint_findings(measures),
@@ -97,7 +97,7 @@ def bad_statements(file: UrdfFile) -> list[BadStatement]:
     return found
 
 
-def mend_statement(draft: Draft) -> None:
+def repair_statement(draft: Draft) -> None:
     """Drop statements that do not fit the file as it is now."""
     own = draft.root.find(ANNOTATION)
     for finding, elements in bad_statements(draft.file):

@@ -1,4 +1,4 @@
-"""The numbers by which a URDF is judged and mended, each with its reason."""
+"""The numbers by which a URDF is judged and repaired, each with its reason."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ SLENDERNESS = 0.2
 height over the smaller side of the box around a trunk's joints, *assumed*."""
 
 FLATNESS = 1e-6
-"""Least thickness of a mended inertia: each second moment of mass over their sum."""
+"""Least thickness of a repaired inertia: each second moment of mass over their sum."""
 
 GRAVITY = 9.81
 """[m/s^2]"""

@@ -7,9 +7,9 @@ import xml.etree.ElementTree as ET
 from collections.abc import Container, Iterator
 
 from hexapod_pin.robot.description.urdf_file import JOINT_TYPES, LARGEST_LENGTH, Joint, attribute
-from hexapod_pin.robot.mending import rules
-from hexapod_pin.robot.mending.finding import Draft, Finding
-from hexapod_pin.robot.mending.measures import Measures
+from hexapod_pin.robot.repair import rules
+from hexapod_pin.robot.repair.finding import Draft, Finding
+from hexapod_pin.robot.repair.measures import Measures
 
 AXIS_NORM_TOLERANCE = 1e-6
 """An axis shorter than this is zero; one off unit length by more is normalised with a note."""
@@ -51,7 +51,7 @@ MADE_FIXED = ("planar", "floating")
 FEWEST_JOINTS = 2
 """A chain of fewer moved joints is a wheel, not a leg."""
 
-MEND_OF_TYPE = {
+REPAIR_OF_TYPE = {
     "continuous": "revolute with assumed limits",
     "planar": "made fixed where it is at zero",
     "floating": "dropped with the link above it if that is an empty root, else made fixed",
@@ -105,7 +105,7 @@ def _of_moved(joint: Joint, where: str, legs: Container[str]) -> Iterator[Findin
             where,
             f"type {joint.kind}",
             JOINT_TYPE_REMEDY[joint.kind],
-            ALONE if wheel else MEND_OF_TYPE[joint.kind],
+            ALONE if wheel else REPAIR_OF_TYPE[joint.kind],
             repairable=not wheel,
         )
     if joint.name in KEPT_NAMES:
@@ -197,23 +197,23 @@ def _written(joint: Joint) -> str:
     return ", ".join(f"{x} {found.get(x)!r}" for x in names if found is not None and found.get(x))
 
 
-# Mends of joint types, axes and couplings.
+# Repairs of joint types, axes and couplings.
 
 
-def mend_joints(draft: Draft) -> None:
+def repair_joints(draft: Draft) -> None:
     """Give every joint a type that is simulated, a unit axis, and no coupling."""
     for joint in draft.file.joints:
-        _mend_type(draft, joint)
-    _mend_continuous(draft)
+        _repair_type(draft, joint)
+    _repair_continuous(draft)
     for joint in draft.file.joints:
         if joint.moves:
             _drop_coupling(draft, joint)
-            _mend_axis(draft, joint)
+            _repair_axis(draft, joint)
     for joint in draft.file.joints:
-        _mend_numbers(draft, joint)
+        _repair_numbers(draft, joint)
 
 
-def _mend_type(draft: Draft, joint: Joint) -> None:
+def _repair_type(draft: Draft, joint: Joint) -> None:
     kind, where = joint.kind, f"joint {joint.name!r}"
     if kind not in JOINT_TYPES:
         known = kind.strip().lower()
@@ -226,7 +226,7 @@ def _mend_type(draft: Draft, joint: Joint) -> None:
         draft.change(where, "its limits, axis and friction no longer count")
 
 
-def _mend_continuous(draft: Draft) -> None:
+def _repair_continuous(draft: Draft) -> None:
     """Make continuous joints of legs revolute; their range is assumed with other limits."""
     if "continuous" not in JOINT_TYPE_REMEDY:
         return
@@ -241,7 +241,7 @@ def _mend_continuous(draft: Draft) -> None:
             _retype(draft, joint, "revolute", text)
 
 
-def _mend_numbers(draft: Draft, joint: Joint) -> None:
+def _repair_numbers(draft: Draft, joint: Joint) -> None:
     where = f"joint {joint.name!r}"
     for name, unit in bad_friction(joint):
         dynamics = joint.element.find("dynamics")
@@ -267,7 +267,7 @@ def _drop_coupling(draft: Draft, joint: Joint) -> None:
         draft.change(f"joint {joint.name!r}", text, "moves by itself, not coupled to another")
 
 
-def _mend_axis(draft: Draft, joint: Joint) -> None:
+def _repair_axis(draft: Draft, joint: Joint) -> None:
     norm = math.hypot(*joint.axis)
     if not norm >= AXIS_NORM_TOLERANCE or not math.isfinite(norm):
         joint.element.set("type", "fixed")

@@ -15,9 +15,9 @@ import numpy as np
 
 from hexapod_pin.robot.description.solids import finite, inertia_matrix
 from hexapod_pin.robot.description.urdf_file import Link, length, lengths, origin
-from hexapod_pin.robot.mending import rules
-from hexapod_pin.robot.mending.finding import Draft, scaled
-from hexapod_pin.robot.mending.measures import Measures
+from hexapod_pin.robot.repair import rules
+from hexapod_pin.robot.repair.finding import Draft, scaled
+from hexapod_pin.robot.repair.measures import Measures
 
 INERTIA_UNITS = {
     3: "g m^2", 4: "kg cm^2", 6: "kg mm^2", 7: "g cm^2", 9: "g mm^2",
@@ -164,13 +164,13 @@ def _shape_lengths(measures: Measures) -> Iterable[float]:
                         yield abs(value) if math.isfinite(value) else 0.0
 
 
-# Mends of lengths in millimetres: multiplied by 1e-3, exactly as written.
+# Repairs of lengths in millimetres: multiplied by 1e-3, exactly as written.
 
 MILLI = -3
 """Power of ten from mm to m."""
 
 
-def mend_lengths(draft: Draft) -> None:
+def repair_lengths(draft: Draft) -> None:
     """Bring the joints to metres, then what is compared with them."""
     slip = joint_length_slip(draft.measures)
     if slip is not None:
@@ -182,10 +182,10 @@ def mend_lengths(draft: Draft) -> None:
             (_scale_inertial if slip.kind == "inertials" else _scale_shapes)(link)
         what = "centres of mass" if slip.kind == "inertials" else "sizes and origins of all shapes"
         _say(draft, slip, what)
-    _mend_meshes(draft)
+    _repair_meshes(draft)
 
 
-def _mend_meshes(draft: Draft) -> None:
+def _repair_meshes(draft: Draft) -> None:
     for written, slip in mesh_slips(draft.measures).items():
         for mesh in list(draft.root.iter("mesh")):
             if (mesh.get("scale") or "") == written:

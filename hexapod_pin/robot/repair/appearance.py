@@ -20,9 +20,9 @@ from hexapod_pin.robot.description.urdf_file import (
     parse_urdf,
     triple,
 )
-from hexapod_pin.robot.mending.finding import Draft, Finding
-from hexapod_pin.robot.mending.measures import Measures
 from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.robot.repair.finding import Draft, Finding
+from hexapod_pin.robot.repair.measures import Measures
 
 GEOMETRIES = ("box", "cylinder", "sphere", "mesh", "capsule")
 
@@ -182,23 +182,23 @@ def _colours(file: UrdfFile) -> Iterator[Finding]:
             )
 
 
-# Mends of shapes, mesh scales, colours and materials.
+# Repairs of shapes, mesh scales, colours and materials.
 
 
-def mend_appearance(draft: Draft) -> None:
+def repair_appearance(draft: Draft) -> None:
     """Drop shapes, colours and materials that cannot be read; bring colours into their range."""
     for link in draft.file.links:
         for tag in ("visual", "collision"):
             for shape in link.element.findall(tag):
-                _mend_shape(draft, link.element, shape)
+                _repair_shape(draft, link.element, shape)
     repeated = repeated_materials(draft.file)
     draft.drop(repeated)
     for material in repeated:
         draft.change(f"material {material.get('name')!r}", "a second definition dropped")
-    _mend_colours(draft)
+    _repair_colours(draft)
 
 
-def _mend_shape(draft: Draft, link: ET.Element, shape: ET.Element) -> None:
+def _repair_shape(draft: Draft, link: ET.Element, shape: ET.Element) -> None:
     where = f"link {link.get('name')!r}"
     if text := bad_shape(shape):
         link.remove(shape)
@@ -214,7 +214,7 @@ def _mend_shape(draft: Draft, link: ET.Element, shape: ET.Element) -> None:
             mesh.set("scale", "1 1 1")
 
 
-def _mend_colours(draft: Draft) -> None:
+def _repair_colours(draft: Draft) -> None:
     for material in list(draft.root.iter("material")):
         for element in material.findall("color"):
             colour = colour_of(element)

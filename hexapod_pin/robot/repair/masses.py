@@ -12,11 +12,11 @@ import numpy as np
 
 from hexapod_pin.robot.description.solids import bodies
 from hexapod_pin.robot.description.urdf_file import Link
-from hexapod_pin.robot.mending import rules
-from hexapod_pin.robot.mending.finding import Draft, Finding, scaled
-from hexapod_pin.robot.mending.inertias import dummy, write_inertial
-from hexapod_pin.robot.mending.measures import Measures, Solid
-from hexapod_pin.robot.mending.units import (
+from hexapod_pin.robot.repair import rules
+from hexapod_pin.robot.repair.finding import Draft, Finding, scaled
+from hexapod_pin.robot.repair.inertias import dummy, write_inertial
+from hexapod_pin.robot.repair.measures import Measures, Solid
+from hexapod_pin.robot.repair.units import (
     UnitSlip,
     inertia_slip,
     joint_length_slip,
@@ -43,7 +43,7 @@ class Shares:
     bare_mass: float
 
 
-def mend_masses(draft: Draft) -> None:
+def repair_masses(draft: Draft) -> None:
     """Bring masses to kilograms, drop dummies, and give every moved body a mass."""
     slip = mass_slip(draft.measures)
     if slip is not None:
@@ -247,7 +247,7 @@ def _mass(measures: Measures) -> Iterator[Finding]:
     if span <= 0.0 or total <= 0.0 or low <= total / span**3 <= high:
         return
     light = total < low * span**3
-    mend = (
+    repair = (
         "from the links' solids and --density, or --mass"
         if light
         else "give --mass, which scales all masses and inertias"
@@ -257,7 +257,7 @@ def _mass(measures: Measures) -> Iterator[Finding]:
         "robot",
         f"{grams(total)} on a span of {span:.3g} m",
         f"{grams(low * span**3)} to {grams(high * span**3)} is plausible",
-        mend,
+        repair,
         "suspicious",
         repairable=light,
     )

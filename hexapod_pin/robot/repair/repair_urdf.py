@@ -12,28 +12,28 @@ from dataclasses import dataclass
 
 from hexapod_pin.robot.description.solids import inertia_matrix, principal_moments
 from hexapod_pin.robot.description.urdf_file import Link, UrdfFile, parse_urdf
-from hexapod_pin.robot.mending.appearance import mend_appearance
-from hexapod_pin.robot.mending.find_all import mend_statement
-from hexapod_pin.robot.mending.finding import Draft, MendOptions, places_text
-from hexapod_pin.robot.mending.inertias import mend_inertias
-from hexapod_pin.robot.mending.joints import mend_joints
-from hexapod_pin.robot.mending.limits import mend_limits
-from hexapod_pin.robot.mending.masses import grams, mend_masses
-from hexapod_pin.robot.mending.measures import MeshFinder
-from hexapod_pin.robot.mending.structure import mend_names, mend_structure
-from hexapod_pin.robot.mending.units import mend_lengths
+from hexapod_pin.robot.repair.appearance import repair_appearance
+from hexapod_pin.robot.repair.find_all import repair_statement
+from hexapod_pin.robot.repair.finding import Draft, RepairOptions, places_text
+from hexapod_pin.robot.repair.inertias import repair_inertias
+from hexapod_pin.robot.repair.joints import repair_joints
+from hexapod_pin.robot.repair.limits import repair_limits
+from hexapod_pin.robot.repair.masses import grams, repair_masses
+from hexapod_pin.robot.repair.measures import MeshFinder
+from hexapod_pin.robot.repair.structure import repair_names, repair_structure
+from hexapod_pin.robot.repair.units import repair_lengths
 
 Step = Callable[[Draft], None]
 STEPS: tuple[Step, ...] = (
-    mend_names,
-    mend_structure,
-    mend_joints,
-    mend_appearance,
-    mend_lengths,
+    repair_names,
+    repair_structure,
+    repair_joints,
+    repair_appearance,
+    repair_lengths,
 )
 """Each starts from what the ones before have left."""
 
-STEPS_OF_A_SIZE: tuple[Step, ...] = (mend_masses, mend_inertias, mend_limits)
+STEPS_OF_A_SIZE: tuple[Step, ...] = (repair_masses, repair_inertias, repair_limits)
 """What needs a robot of a possible size: masses need lengths, limits need masses."""
 
 MOST_ROUNDS = 5
@@ -49,9 +49,9 @@ class MassRow:
     Attributes:
         link: its name.
         before: mass [kg]; None without one, or without the link.
-        after: the same, mended.
+        after: the same, repaired.
         moments_before: principal moments [kg m^2], ascending; None without a mass.
-        moments_after: the same, mended.
+        moments_after: the same, repaired.
     """
 
     link: str
@@ -62,11 +62,11 @@ class MassRow:
 
 
 @dataclass(frozen=True)
-class Mended:
-    """A mended URDF.
+class Repaired:
+    """A repaired URDF.
 
     Attributes:
-        file: the mended file; the one given, to the byte, where nothing had to be mended.
+        file: the repaired file; the one given, to the byte, where nothing had to be repaired.
         changes: what was changed, with before and after, a sentence each.
         assumed: what is now assumed; the file carries these sentences too.
         masses: of every link, before and after.
@@ -80,17 +80,17 @@ class Mended:
     notes: tuple[str, ...] = ()
 
 
-def mend_urdf(
-    file: UrdfFile, finder: MeshFinder | None = None, options: MendOptions | None = None
-) -> Mended:
-    """Mend what can be mended; `find_all` on the result tells what could not.
+def repair_urdf(
+    file: UrdfFile, finder: MeshFinder | None = None, options: RepairOptions | None = None
+) -> Repaired:
+    """Repair what can be repaired; `find_all` on the result tells what could not.
 
     Args:
         file: as read.
         finder: finds meshes, whose hulls give volumes and inertias; None leaves them out.
         options: numbers of the user; None assumes what is missing.
     """
-    draft = Draft(file, finder, options or MendOptions())
+    draft = Draft(file, finder, options or RepairOptions())
     for _ in range(MOST_ROUNDS):
         before = draft.changes
         for step in STEPS:
@@ -100,13 +100,15 @@ def mend_urdf(
     if draft.measures.plausible_size:
         for step in STEPS_OF_A_SIZE:
             step(draft)
-    mend_statement(draft)
+    repair_statement(draft)
     if not draft.changes:
-        return Mended(file, (), (), masses(file, file), tuple(draft.notes))
+        return Repaired(file, (), (), masses(file, file), tuple(draft.notes))
     _write_assumed(draft.root, draft.assumed)
     text = '<?xml version="1.0"?>\n' + ET.tostring(draft.root, encoding="unicode") + "\n"
-    mended = parse_urdf(text.encode(), file.source)
-    return Mended(mended, draft.changes, draft.assumed, masses(file, mended), tuple(draft.notes))
+    repaired = parse_urdf(text.encode(), file.source)
+    return Repaired(
+        repaired, draft.changes, draft.assumed, masses(file, repaired), tuple(draft.notes)
+    )
 
 
 def masses(before: UrdfFile, after: UrdfFile) -> tuple[MassRow, ...]:
@@ -134,15 +136,15 @@ def _write_assumed(root: ET.Element, assumed: tuple[str, ...]) -> None:
     if own is None:
         own = ET.SubElement(root, "hexapod_pin")
         name = root.get("name") or "unnamed"
-        own.attrib.update(title=name, source="Mended: see what is assumed")
+        own.attrib.update(title=name, source="Repaired: see what is assumed")
     for text in assumed:
         ET.SubElement(own, "assumed").text = text
     ET.indent(own)
 
 
-# Masses and principal moments before and after a mend, as lines of a table.
+# Masses and principal moments before and after a repair, as lines of a table.
 
-HEADER = ("mass", "mended", "principal moments [kg m^2]", "mended", "link")
+HEADER = ("mass", "repaired", "principal moments [kg m^2]", "repaired", "link")
 
 
 def mass_lines(rows: Sequence[MassRow]) -> list[str]:

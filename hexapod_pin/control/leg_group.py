@@ -45,7 +45,7 @@ KEPT_DIRECTIONS = 64
 
 
 @dataclass(frozen=True, eq=False)
-class SixLegs(Immutable):
+class LegGroup(Immutable):
     """Legs in gait order; one instance per robot and direction of travel, compared by identity.
 
     Attributes:
@@ -98,7 +98,7 @@ class SixLegs(Immutable):
             None,
         )
 
-    def along(self, gait: Gait, command: VelocityCommand | None = None) -> SixLegs:
+    def along(self, gait: Gait, command: VelocityCommand | None = None) -> LegGroup:
         """Return the legs with the feet of two-joint legs travelling as a gait, or a command, asks.
 
         Legs of three joints follow any path: they are returned as they are.
@@ -178,7 +178,7 @@ class SixLegs(Immutable):
 
 @checked
 @once_per_robot
-def six_legs(robot: Robot) -> SixLegs:
+def leg_group(robot: Robot) -> LegGroup:
     """Return the legs of a robot in gait order.
 
     Raises:
@@ -203,7 +203,7 @@ def six_legs(robot: Robot) -> SixLegs:
     index = np.array([[robot.joint_index(joint) for joint in leg.joints] for leg in legs])
     radius = np.array([robot.foot(robot.leg(leg.name).foot).radius for leg in legs])
     kinematics = LegSet.of(legs)
-    return SixLegs(
+    return LegGroup(
         robot_name=robot.name,
         kinematics=kinematics,
         radius=read_only(radius),
@@ -220,7 +220,7 @@ def walking_legs(robot: Robot) -> list[LegKinematics]:
     Raises:
         GaitError: the robot has no legs that a gait can move.
     """
-    return list(six_legs(robot).legs)
+    return list(leg_group(robot).legs)
 
 
 @checked
@@ -233,10 +233,10 @@ def leg_order(robot: Robot) -> tuple[str, ...]:
     Raises:
         GaitError: the robot has no legs that a gait can move.
     """
-    return tuple(leg.name for leg in six_legs(robot).legs)
+    return tuple(leg.name for leg in leg_group(robot).legs)
 
 
-def require_six_of_three(robot: Robot, what: str, *, held: bool = True) -> SixLegs:
+def require_six_of_three(robot: Robot, what: str, *, held: bool = True) -> LegGroup:
     """Return the legs of a robot with the six three-joint legs that something needs.
 
     Args:
@@ -247,7 +247,7 @@ def require_six_of_three(robot: Robot, what: str, *, held: bool = True) -> SixLe
     Raises:
         GaitError: the robot has other legs, or held joints; it names what needs them.
     """
-    legs = six_legs(robot)
+    legs = leg_group(robot)
     if legs.joint_index.shape != (6, 3):
         count, joints = legs.joint_index.shape
         raise GaitError(
@@ -278,7 +278,7 @@ def _in_gait_order(legs: list[LegKinematics]) -> list[LegKinematics]:
     return around[:left] + around[left:][::-1]
 
 
-def _directions(legs: SixLegs, twists: Array) -> Array:
+def _directions(legs: LegGroup, twists: Array) -> Array:
     """Return the direction in which each foot travels under a body's twists (S, 3). (L, 3).
 
     Raises:
@@ -304,7 +304,7 @@ def _directions(legs: SixLegs, twists: Array) -> Array:
 
 
 @lru_cache(maxsize=KEPT_DIRECTIONS)
-def _along(legs: SixLegs, directions: tuple[tuple[float, ...], ...]) -> SixLegs:
+def _along(legs: LegGroup, directions: tuple[tuple[float, ...], ...]) -> LegGroup:
     """Return legs whose feet travel in these directions, one per leg; always the same instance."""
     turned = [leg.along(way) for leg, way in zip(legs.legs, directions, strict=True)]
     same = all(

@@ -1,4 +1,4 @@
-"""`hexapod-pin mend` and `check`: files written, references kept, the input left alone."""
+"""`hexapod-pin repair` and `check`: files written, references kept, the input left alone."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from broken_urdfs import SOUND, add, broken, every, put, remove
 from conftest import Run
 
 from hexapod_pin.robot.description.urdf_file import read_urdf
-from hexapod_pin.robot.mending import find_all
 from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.robot.repair import find_all
 from hexapod_pin.robot.urdf_report import inspect
 
 
-def test_a_mended_file_is_accepted(run: Run, tmp_path: Path) -> None:
-    """Refused, mended, accepted; changes, assumptions and masses are printed."""
+def test_a_repaired_file_is_accepted(run: Run, tmp_path: Path) -> None:
+    """Refused, repaired, accepted; changes, assumptions and masses are printed."""
     file = broken(remove("link rr_coxa/inertial"), every("joint", "limit", velocity="0"))
     (tmp_path / "bad.urdf").write_text(file.text)
     assert run("check", "bad.urdf").status == 2
-    done = run("mend", "bad.urdf", "-o", "good.urdf", "--velocity", "5")
+    done = run("repair", "bad.urdf", "-o", "good.urdf", "--velocity", "5")
     assert (done.status, done.err) == (0, "")
     for text in ("18 joints", "velocity 0 -> 5 rad/s", "assumed: link 'rr_coxa'", "total mass"):
         assert text in done.out
@@ -34,17 +34,17 @@ def test_a_mended_file_is_accepted(run: Run, tmp_path: Path) -> None:
 def test_a_sound_file_is_copied_to_the_byte(run: Run, tmp_path: Path) -> None:
     data = b"\xef\xbb\xbf" + SOUND.replace("\n", "\r\n").encode()
     (tmp_path / "sound.urdf").write_bytes(data)
-    assert "nothing to mend" in run("mend", "sound.urdf", "-o", "copy.urdf").out
+    assert "nothing to repair" in run("repair", "sound.urdf", "-o", "copy.urdf").out
     assert (tmp_path / "copy.urdf").read_bytes() == data
 
 
 def test_refusals(run: Run, tmp_path: Path) -> None:
-    """The input is not overwritten; nothing is written where no mend exists."""
+    """The input is not overwritten; nothing is written where no repair exists."""
     (tmp_path / "a.urdf").write_text(SOUND)
-    assert "another file" in run("mend", "a.urdf", "-o", "a.urdf").err
+    assert "another file" in run("repair", "a.urdf", "-o", "a.urdf").err
     bad = broken(put("joint lf_foot_joint/origin", xyz="1 2 z"))
     (tmp_path / "b.urdf").write_text(bad.text)
-    done = run("mend", "b.urdf", "-o", "c.urdf")
+    done = run("repair", "b.urdf", "-o", "c.urdf")
     assert done.status == 2
     assert "nothing is written" in done.err
     assert "lf_foot_joint" in done.err
@@ -62,7 +62,7 @@ def test_meshes_are_found_from_another_folder(run: Run, tmp_path: Path) -> None:
     shape = '<visual><geometry><mesh filename="meshes/trunk.stl"/></geometry></visual>'
     file = broken(remove("link base_link/visual"), add("link base_link", shape))
     (tmp_path / "in" / "a.urdf").write_text(file.text)
-    assert run("mend", "in/a.urdf", "-o", "out/a.urdf").status == 0
+    assert run("repair", "in/a.urdf", "-o", "out/a.urdf").status == 0
     written = read_urdf(tmp_path / "out" / "a.urdf")
     mesh = next(written.root.iter("mesh"))
     assert mesh.get("filename") == "../in/meshes/trunk.stl"
@@ -90,6 +90,6 @@ def test_chains_are_counted_by_their_joints(tmp_path: Path) -> None:
 @pytest.mark.parametrize("option", ["--mass", "--density", "--effort", "--velocity"])
 def test_options_are_above_zero(run: Run, tmp_path: Path, option: str) -> None:
     (tmp_path / "a.urdf").write_text(SOUND)
-    done = run("mend", "a.urdf", "-o", "b.urdf", option, "-1")
+    done = run("repair", "a.urdf", "-o", "b.urdf", option, "-1")
     assert done.status == 2
     assert option.removeprefix("--") in done.err

@@ -32,8 +32,8 @@ from hexapod_pin.robot.description.urdf_file import (
     origin,
     triple,
 )
-from hexapod_pin.robot.mending.rules import GRAVITY, MASS_PER_SPAN, SLENDERNESS, SPAN, TORQUE_FACTOR
 from hexapod_pin.robot.reading.mesh_file import read_mesh
+from hexapod_pin.robot.repair.rules import GRAVITY, MASS_PER_SPAN, SLENDERNESS, SPAN, TORQUE_FACTOR
 from hexapod_pin.robot.rotations import rotation
 
 SUPPORT_SHARE = 1.0 / 3.0

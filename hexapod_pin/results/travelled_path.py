@@ -26,7 +26,7 @@ LEAST_TURN = math.radians(2.0)
 
 
 @dataclass(frozen=True)
-class WalkedWay:
+class TravelledPath:
     """Way and yaw of a run, planned and made, between two times.
 
     Attributes:
@@ -76,7 +76,7 @@ class WalkedWay:
         return self.turn - self.planned_turn
 
 
-def walked_way(trace: Trace) -> WalkedWay:
+def travelled_path(trace: Trace) -> TravelledPath:
     """Return the way of a run over its whole cycles of steady walking, else over all of it."""
     if trace.run.walk.cycle_time is not None:
         try:
@@ -86,7 +86,7 @@ def walked_way(trace: Trace) -> WalkedWay:
     return _over_all(trace)
 
 
-def _over_cycles(trace: Trace) -> WalkedWay:
+def _over_cycles(trace: Trace) -> TravelledPath:
     """Return the way over whole cycles: distance and speed are those of the torque budget."""
     window = (
         summary_window(trace.summary, trace.time) if trace.has_summary else steady_window(trace)
@@ -94,7 +94,7 @@ def _over_cycles(trace: Trace) -> WalkedWay:
     budget, cycles = torque_budget(trace), window.cycles or 1
     time = window.end - window.start
     yaw = np.unwrap(trunk_yaw(trace.q[window.samples]))
-    return WalkedWay(
+    return TravelledPath(
         window.start, window.end, window.cycles,
         planned_distance=trace.run.walk.speed * time,
         travelled_distance=(budget.distance or 0.0) * cycles,
@@ -102,7 +102,7 @@ def _over_cycles(trace: Trace) -> WalkedWay:
     )  # fmt: skip
 
 
-def _over_all(trace: Trace) -> WalkedWay:
+def _over_all(trace: Trace) -> TravelledPath:
     """Return the way of a whole run against the planned motion of the body, ramps included."""
     time = trace.time
     try:
@@ -112,7 +112,7 @@ def _over_all(trace: Trace) -> WalkedWay:
     yaw = np.unwrap(trunk_yaw(trace.q))
     turn = float(yaw[-1] - yaw[0])
     if body is None or len(time) < 2:
-        return WalkedWay(float(time[0]), float(time[-1]), None, 0.0, 0.0, 0.0, turn)
+        return TravelledPath(float(time[0]), float(time[-1]), None, 0.0, 0.0, 0.0, turn)
     pose, twist = body.pose_and_twist(time)
     size = np.linalg.norm(twist[:, :2], axis=1)
     pace = 0.5 * (twist[1:, :2] + twist[:-1, :2])
@@ -123,7 +123,7 @@ def _over_all(trace: Trace) -> WalkedWay:
     place = trace.com if "com" in trace.recorded else trace.q
     ways = np.diff(place[:, :2], axis=0) * yawed(along, middle)
     planned = float(np.sum(0.5 * (size[1:] + size[:-1]) * np.diff(time)))
-    return WalkedWay(
+    return TravelledPath(
         float(time[0]), float(time[-1]), None, planned_distance=planned,
         travelled_distance=float(ways.sum()),
         planned_turn=float(pose[-1, 2] - pose[0, 2]), turn=turn,

@@ -20,21 +20,21 @@ from hexapod_pin.robot.description.solids import (
     principal_moments,
 )
 from hexapod_pin.robot.description.urdf_file import Link
-from hexapod_pin.robot.mending import rules
-from hexapod_pin.robot.mending.finding import Draft, Finding, number, scaled
-from hexapod_pin.robot.mending.measures import Measures
-from hexapod_pin.robot.mending.rules import FLATNESS
-from hexapod_pin.robot.mending.structure import tree_of, trunk_root
-from hexapod_pin.robot.mending.units import gyration, inertia_slip, readable
+from hexapod_pin.robot.repair import rules
+from hexapod_pin.robot.repair.finding import Draft, Finding, number, scaled
+from hexapod_pin.robot.repair.measures import Measures
+from hexapod_pin.robot.repair.rules import FLATNESS
+from hexapod_pin.robot.repair.structure import tree_of, trunk_root
+from hexapod_pin.robot.repair.units import gyration, inertia_slip, readable
 from hexapod_pin.robot.rotations import rotation
 
 NEGLIGIBLE_INERTIA_SHARE = 1e-3
 """Share of its body's largest moment below which one fixed link's impossible inertia is a note."""
 
-MEND_MASS = "that of other legs' part; else from the solid and --density, or its share of --mass"
-MEND_NEAREST = "the nearest possible moments; those of the link's solid where they do not fit it"
+REPAIR_MASS = "that of other legs' part; else from the solid and --density, or its share of --mass"
+REPAIR_NEAREST = "the nearest possible moments; those of the link's solid where they do not fit it"
 CORRECT_SIZE = "correct it by hand: what is drawn of the link fits its size no better"
-MEND_SOLID = "that of the link's solid, or of a rod to its next joint, with the link's mass"
+REPAIR_SOLID = "that of the link's solid, or of a rod to its next joint, with the link's mass"
 
 
 def inertia_findings(measures: Measures) -> list[Finding]:
@@ -124,7 +124,7 @@ def _unreadable(link: Link) -> Finding | None:
             where,
             f"mass {value!r} kg",
             "must be a finite number, not negative",
-            MEND_MASS,
+            REPAIR_MASS,
         )
     if not all(map(math.isfinite, link.com + link.inertia_rpy + link.moments)):
         return Finding(
@@ -132,7 +132,7 @@ def _unreadable(link: Link) -> Finding | None:
             where,
             "its inertial has missing or non-finite numbers",
             "origin, ixx, iyy, izz, ixy, ixz, iyz are numbers",
-            MEND_SOLID,
+            REPAIR_SOLID,
         )
     return None
 
@@ -156,11 +156,11 @@ def _of_body(measures: Measures, group: list[str]) -> Iterator[Finding]:
     rule = "positive, and the two smaller ones add up to the largest at least"
     found = [(link, text) for link in heavy if (text := broken(link, slack, scale))]
     for link, text in found:
-        yield Finding("impossible inertia", f"link {link.name!r}", text, rule, MEND_NEAREST)
+        yield Finding("impossible inertia", f"link {link.name!r}", text, rule, REPAIR_NEAREST)
     if not found and not smallest > INERTIA_RELATIVE_TOLERANCE * largest:
         kind = "zero inertia" if largest == 0.0 else "impossible inertia"
         value = f"inertia is not positive definite: smallest principal moment {smallest:.6g} kg m^2"
-        yield Finding(kind, where, value, f"{mover} moves it: all moments above 0", MEND_SOLID)
+        yield Finding(kind, where, value, f"{mover} moves it: all moments above 0", REPAIR_SOLID)
 
 
 def _massless(measures: Measures, where: str, head: Link, mover: str) -> Finding:
@@ -172,8 +172,8 @@ def _massless(measures: Measures, where: str, head: Link, mover: str) -> Finding
     links = [file.link_by_name[name] for name in ([] if root is None else tree_of(file, root))
              if name in file.link_by_name]  # fmt: skip
     known = any((link.mass or 0.0) > 0.0 or measures.body(link) for link in links)
-    mend = MEND_MASS if known else "write masses: nothing in the file tells of any"
-    return Finding(kind, where, value, "its mass must be above 0", mend, repairable=known)
+    repair = REPAIR_MASS if known else "write masses: nothing in the file tells of any"
+    return Finding(kind, where, value, "its mass must be above 0", repair, repairable=known)
 
 
 def _of_size(measures: Measures, link: Link, judged: bool) -> Iterator[Finding]:
@@ -187,7 +187,7 @@ def _of_size(measures: Measures, link: Link, judged: bool) -> Iterator[Finding]:
             where,
             f"mass {link.mass:g} kg for {solid.volume * 1e3:.3g} litres",
             f"denser than air ({rules.LIGHTEST:g} kg/m^3)",
-            MEND_MASS,
+            REPAIR_MASS,
             "suspicious",
         )
     if solid is not None and (link.mass or 0.0) > rules.DENSEST_LINK * solid.volume:
@@ -206,7 +206,7 @@ def _of_size(measures: Measures, link: Link, judged: bool) -> Iterator[Finding]:
             where,
             f"{text}; negligible within its body",
             "positive, and the two smaller ones add up to the largest at least",
-            MEND_NEAREST,
+            REPAIR_NEAREST,
             "suspicious",
         )
     if text := misfit(measures, link):
@@ -216,7 +216,7 @@ def _of_size(measures: Measures, link: Link, judged: bool) -> Iterator[Finding]:
             where,
             text,
             "check the unit of its inertia (kg m^2): no body is so large or small",
-            MEND_SOLID if fits else CORRECT_SIZE,
+            REPAIR_SOLID if fits else CORRECT_SIZE,
             "suspicious",
             repairable=fits,
         )
@@ -231,11 +231,11 @@ def _of_size(measures: Measures, link: Link, judged: bool) -> Iterator[Finding]:
         )
 
 
-# Mends of inertias: units, impossible ones, and those that do not fit their link.
+# Repairs of inertias: units, impossible ones, and those that do not fit their link.
 
 
-def mend_inertias(draft: Draft) -> None:
-    """Bring inertias to kg m^2, then mend link by link; masses stay."""
+def repair_inertias(draft: Draft) -> None:
+    """Bring inertias to kg m^2, then repair link by link; masses stay."""
     slip = inertia_slip(draft.measures)
     if slip is not None:
         power = round(math.log10(slip.factor))
@@ -248,15 +248,15 @@ def mend_inertias(draft: Draft) -> None:
     measures = draft.measures
     for link in measures.file.links:
         if link.mass:
-            _mend_link(draft, measures, link)
+            _repair_link(draft, measures, link)
         elif link.mass is not None and not _is_readable(link):
             link.element.remove(link.element.find("inertial"))  # type: ignore[arg-type]
             why = "it has no mass, and missing or non-finite numbers"
             draft.change(f"link {link.name!r}", f"inertial dropped: {why}")
 
 
-def _mend_link(draft: Draft, measures: Measures, link: Link) -> None:
-    """Mend one link with mass: first the moments alone, then, if they do not fit, all of it."""
+def _repair_link(draft: Draft, measures: Measures, link: Link) -> None:
+    """Repair one link with mass: first the moments alone, then, if they do not fit, all of it."""
     if not _is_readable(link):
         _replace(draft, measures, link, "its inertial has missing or non-finite numbers")
         return

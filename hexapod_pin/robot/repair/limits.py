@@ -7,19 +7,19 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 
 from hexapod_pin.robot.description.urdf_file import Joint
-from hexapod_pin.robot.mending import rules
-from hexapod_pin.robot.mending.finding import Draft, Finding, Severity
-from hexapod_pin.robot.mending.joints import JOINT_TYPE_REMEDY
-from hexapod_pin.robot.mending.measures import Measures
+from hexapod_pin.robot.repair import rules
+from hexapod_pin.robot.repair.finding import Draft, Finding, Severity
+from hexapod_pin.robot.repair.joints import JOINT_TYPE_REMEDY
+from hexapod_pin.robot.repair.measures import Measures
 
-MEND_RANGE = {
+REPAIR_RANGE = {
     "revolute": f"assumed: {-rules.JOINT_RANGE:g} to {rules.JOINT_RANGE:g} rad",
     "prismatic": "assumed: 0 to 0 m, so that it is held",
 }
 GIVE_RANGE = "give the range of its travel: nothing tells of it"
 GIVE_EFFORT = "give effort: nothing tells of the length of the legs; --effort"
-MEND_EFFORT = "assumed from weight and leg length; --effort"
-MEND_SPEED = f"assumed: {rules.SPEED:g} rad/s; --velocity"
+REPAIR_EFFORT = "assumed from weight and leg length; --effort"
+REPAIR_SPEED = f"assumed: {rules.SPEED:g} rad/s; --velocity"
 UNITS = {"revolute": ("rad", "N m", "rad/s"), "prismatic": ("m", "N", "m/s")}
 
 
@@ -100,27 +100,27 @@ def _of_joint(measures: Measures, joint: Joint) -> Iterator[Finding]:
             where,
             "no <limit>",
             "give lower, upper, effort and velocity",
-            f"{MEND_RANGE[joint.kind]}; effort and velocity {MEND_EFFORT}, --velocity",
+            f"{REPAIR_RANGE[joint.kind]}; effort and velocity {REPAIR_EFFORT}, --velocity",
         )
         return
     if trouble := range_trouble(joint):
         rule = "must be finite, lower below upper" + (
             ", at most one turn apart" if unit == "rad" else ""
         )
-        mend = "swapped" if trouble[0] == "reversed limits" else MEND_RANGE[joint.kind]
+        repair = "swapped" if trouble[0] == "reversed limits" else REPAIR_RANGE[joint.kind]
         held = is_held(joint)
-        mend, severity = GIVE_RANGE if held else mend, _severity(trouble[2])
-        yield Finding(trouble[0], where, trouble[1], rule, mend, severity, repairable=not held)
+        repair, severity = GIVE_RANGE if held else repair, _severity(trouble[2])
+        yield Finding(trouble[0], where, trouble[1], rule, repair, severity, repairable=not held)
     if bad := effort_trouble(measures, joint):
         value, rule = f"effort {joint.limit('effort'):g} {torque_unit}", _effort_rule(measures)
         told = joint.kind == "prismatic" or measures.leg_length > 0.0
-        mend, severity = MEND_EFFORT if told else GIVE_EFFORT, _severity(bad[1])
-        yield Finding(bad[0], where, value, rule, mend, severity, repairable=told)
+        repair, severity = REPAIR_EFFORT if told else GIVE_EFFORT, _severity(bad[1])
+        yield Finding(bad[0], where, value, rule, repair, severity, repairable=told)
     if bad := velocity_trouble(joint):
         value = f"velocity {joint.limit('velocity'):g} {speed_unit}"
         low, high = rules.SPEEDS
         rule = f"must be above 0; {low:g} to {high:g} rad/s is usual"
-        yield Finding(bad[0], where, value, rule, MEND_SPEED, _severity(bad[1]))
+        yield Finding(bad[0], where, value, rule, REPAIR_SPEED, _severity(bad[1]))
 
 
 def _effort_rule(measures: Measures) -> str:
@@ -141,7 +141,7 @@ def _severity(refused: bool) -> Severity:
 # Repairs of ranges, torque limits and speed limits.
 
 
-def mend_limits(draft: Draft) -> None:
+def repair_limits(draft: Draft) -> None:
     """Give every joint a range, a torque limit and a speed limit that a servo can have."""
     measures = draft.measures
     for joint in measures.file.joints:
@@ -149,13 +149,13 @@ def mend_limits(draft: Draft) -> None:
             limit = joint.element.find("limit")
             if limit is None:
                 limit = ET.SubElement(joint.element, "limit")
-            _mend_range(draft, joint, limit)  # once swapped, it may be above a turn
-            _mend_range(draft, joint, limit)
-            _mend_effort(draft, measures, joint, limit)
-            _mend_velocity(draft, joint, limit)
+            _repair_range(draft, joint, limit)  # once swapped, it may be above a turn
+            _repair_range(draft, joint, limit)
+            _repair_effort(draft, measures, joint, limit)
+            _repair_velocity(draft, joint, limit)
 
 
-def _mend_range(draft: Draft, joint: Joint, limit: ET.Element) -> None:
+def _repair_range(draft: Draft, joint: Joint, limit: ET.Element) -> None:
     trouble = range_trouble(joint)
     if trouble is None or is_held(joint):
         return
@@ -174,7 +174,7 @@ def _mend_range(draft: Draft, joint: Joint, limit: ET.Element) -> None:
     draft.change(f"joint {joint.name!r}", text, assumed)
 
 
-def _mend_effort(draft: Draft, measures: Measures, joint: Joint, limit: ET.Element) -> None:
+def _repair_effort(draft: Draft, measures: Measures, joint: Joint, limit: ET.Element) -> None:
     given, unit = draft.options.effort, UNITS[joint.kind][1]
     before = limit.get("effort")
     if given is not None and joint.kind == "revolute":
@@ -200,7 +200,7 @@ def two_weights(measures: Measures) -> float:
     return float(f"{2.0 * rules.GRAVITY * measures.total_mass:.2g}")
 
 
-def _mend_velocity(draft: Draft, joint: Joint, limit: ET.Element) -> None:
+def _repair_velocity(draft: Draft, joint: Joint, limit: ET.Element) -> None:
     given, unit = draft.options.velocity, UNITS[joint.kind][2]
     if given is not None and joint.kind == "revolute":
         new, assumed = given, ""

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from hexapod_pin.file_schema import LONGEST_NAME, is_name
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
-from hexapod_pin.robot.mending.finding import Draft, Finding
-from hexapod_pin.robot.mending.joints import KEPT_NAMES
+from hexapod_pin.robot.repair.finding import Draft, Finding
+from hexapod_pin.robot.repair.joints import KEPT_NAMES
 
 MAX_MOVED_JOINTS = 300
 """Larger models are refused: the mass matrix and its workspace grow with the square."""
@@ -251,10 +251,10 @@ GROUND = "universe"
 SHAPES = ("visual", "collision")
 
 
-# Mends of the tree: joints without links, second parents and roots, what is above the trunk.
+# Repairs of the tree: joints without links, second parents and roots, what is above the trunk.
 
 
-def mend_structure(draft: Draft) -> None:
+def repair_structure(draft: Draft) -> None:
     """Leave one tree: each step starts from what the one before left, until nothing is dropped."""
     before = None
     while before != len(draft.root):
@@ -332,13 +332,13 @@ def _drop_above_trunk(draft: Draft) -> None:
         draft.change(f"link {link.name!r}", text)
 
 
-# Mends of names: every link and joint gets its own, and joints follow their links.
+# Repairs of names: every link and joint gets its own, and joints follow their links.
 
 NAMESPACE = "http://www.ros.org/wiki/"
 """Address of a prefix that no element declares."""
 
 
-def mend_names(draft: Draft) -> None:
+def repair_names(draft: Draft) -> None:
     """Declare prefixes, name what has no name, and make names unique."""
     for text in draft.repairs:
         draft.change("file", f"{text} dropped")

@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_tree
-from hexapod_pin.robot.mending.measures import LinkSolids, Measures, MeshFinder
+from hexapod_pin.robot.repair.measures import LinkSolids, Measures, MeshFinder
 from hexapod_pin.spec import Spec
 
 Severity = Literal["refused", "suspicious"]
@@ -29,18 +29,18 @@ class Finding:
         where: such as "link 'tibia_1'".
         value: as found, with its unit.
         rule: what is allowed.
-        mend: what the repair does, with the option that changes it; without a repair, what the
+        repair: what the repair does, with the option that changes it; without a repair, what the
             user must do.
         severity: "refused" (the file cannot be used) or "suspicious" (it is used, but this is
             reported).
-        repairable: whether `mend_urdf` removes it.
+        repairable: whether `repair_urdf` removes it.
     """
 
     what: str
     where: str
     value: str
     rule: str
-    mend: str
+    repair: str
     severity: Severity = "refused"
     repairable: bool = True
 
@@ -68,7 +68,7 @@ def folded(findings: Iterable[Finding]) -> list[FoldedFinding]:
     """Fold findings of one kind, rule and repair; those that refuse come first."""
     groups: dict[tuple[object, ...], list[Finding]] = {}
     for found in findings:
-        key = (found.severity, found.what, found.rule, found.mend, found.repairable)
+        key = (found.severity, found.what, found.rule, found.repair, found.repairable)
         groups.setdefault(key, []).append(found)
     ordered = sorted(groups.values(), key=lambda group: group[0].severity == "suspicious")
     return [
@@ -112,20 +112,20 @@ def _block(block: FoldedFinding) -> list[str]:
         f"  where  {places_text(block.places)}",
         f"  value  {text}",
         f"  rule   {found.rule}",
-        f"  mend   {'' if found.repairable else 'none: '}{found.mend}",
+        f"  repair   {'' if found.repairable else 'none: '}{found.repair}",
     ]
 
 
-# A URDF while it is mended: its tree, and what is said of every change.
+# A URDF while it is repaired: its tree, and what is said of every change.
 
 MOST_NAMED = 6
 """Places that a sentence names; more are counted."""
 
 
 class Draft:
-    """The tree of a file; mends change it and say so."""
+    """The tree of a file; repairs change it and say so."""
 
-    def __init__(self, file: UrdfFile, finder: MeshFinder | None, options: MendOptions) -> None:
+    def __init__(self, file: UrdfFile, finder: MeshFinder | None, options: RepairOptions) -> None:
         """Copy the tree of the file, comments included."""
         self.source, self.options, self.repairs = file.source, options, file.repairs
         self.root = parse_tree(file.text, file.source, comments=True)
@@ -195,7 +195,7 @@ def _folded(places: list[str], text: str) -> str:
 # What a user says of a robot whose file does not.
 
 
-class MendOptions(Spec):
+class RepairOptions(Spec):
     """Numbers that go before assumed ones; None leaves them to be assumed.
 
     Attributes:
