@@ -179,8 +179,8 @@ HOW_TO_READ = """This page is written by the command above with `--out`.
   evaluations are those of all runs. Without these words: one run, whose steps keep the accuracy.
 - **result**: whether the error is within the accuracy asked for. "FAIL": it is not, and the exit
   status of `hexapod-pin bench` is 1. "error reported": it is
-  not, and the run's own estimate reports that. A single run and a fixed step promise nothing. "not run" says why; a run that diverged is a row that
-  says so.
+  not, and the run's own estimate reports that. A single run and a fixed step promise nothing. "not
+  run" says why; a run that diverged is a row that says so.
 - `hexapod-pin bench SCENE --advise 1e-4` measures a scene of your own and names the cheapest method
   and setting for it."""
 
