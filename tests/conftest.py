@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import os
-import shutil
 import signal
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -22,15 +21,24 @@ def pytest_configure(config: pytest.Config) -> None:
     """Prepare what processes that tests start inherit.
 
     Ctrl-C is KeyboardInterrupt, also where tests run in the background, as under `nohup`: there
-    SIGINT is ignored. Byte code is kept, in a folder of its own, also where Python is told to write
+    SIGINT is ignored. Byte code is kept, with pytest's cache, also where Python is told to write
     none: each of a thousand processes would compile all that it imports.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
-        folder = tempfile.mkdtemp(prefix="hexapod-pin-bytecode-")
-        os.environ["PYTHONPYCACHEPREFIX"] = folder
-        config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
+        os.environ["PYTHONPYCACHEPREFIX"] = str(config.rootpath / ".pytest_cache" / "bytecode")
+
+
+def pytest_collection_finish() -> None:
+    """Exempt what is there from garbage collections: they would walk all tests over and over."""
+    gc.collect()
+    gc.freeze()
+
+
+def pytest_unconfigure() -> None:
+    """Let the interpreter clear what was exempt, before libraries look for what is left."""
+    gc.unfreeze()
 
 
 @pytest.fixture

@@ -95,6 +95,7 @@ def closed_loop_cost(
     accuracy: float = 1e-4,
     steps: str = "0.001,0.0025",
     controls: str = "yielding,both,all",
+    robots: str = ",".join(GAITS),
 ) -> StudyReport:
     """Times real time of one run and of 64 in lock-step, beside the open-loop walk; errors too."""
     rows, met = [], True
@@ -105,7 +106,7 @@ def closed_loop_cost(
             for step in steps.split(",")
         },
     }
-    for name in GAITS:
+    for name in robots.split(","):
         exact = {control: _angles(name, control, REFERENCE) for control in controls.split(",")}
         for method, how in methods.items():
             subjects = _subjects(name, duration, how, list(exact))

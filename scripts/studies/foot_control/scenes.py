@@ -68,7 +68,7 @@ class Size:
         """Return the size of the study, or the smallest that runs all of it."""
         if not quick:
             return cls()
-        return cls(("kharagpur",), seeds=2, way=0.62, far=0.3, candidates=10, quick=True)
+        return cls(("kharagpur",), seeds=2, way=0.62, far=0.15, candidates=10, quick=True)
 
     def some(self, values: Iterable[Any]) -> list[Any]:
         """Return all values, or the one in the middle in a quick study."""
