@@ -108,12 +108,16 @@ def test_a_string_that_names_a_module_is_seen(tmp_path: Path) -> None:
     assert circles(graph) == [["hexapod_pin.high.above", "hexapod_pin.low.below"]]
 
 
-def calls(module: str) -> set[str]:
-    """Return the names that a module calls, as written."""
+def nodes(module: str) -> list[ast.AST]:
+    """Return the syntax tree of a module, node by node."""
     path = ROOT.joinpath(*module.split("."))
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    return {ast.unparse(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    return list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+
+
+def calls(module: str) -> set[str]:
+    """Return the names that a module calls, as written."""
+    return {ast.unparse(node.func) for node in nodes(module) if isinstance(node, ast.Call)}
 
 
 def test_modules_of_the_package_are_imported_by_name_in_few_places(modules: dict) -> None:
@@ -129,3 +133,42 @@ def test_modules_of_the_package_are_imported_by_name_in_few_places(modules: dict
 
 def test_texts_are_parsed_where_they_enter(modules: dict) -> None:
     assert {name for name in modules if calls(name) & PARSERS} == set(READERS)
+
+
+RUNS_CASES = {
+    "sqlite3": "hexapod_pin.study.runs.",
+    "BatchRuns": "hexapod_pin.simulation.batch hexapod_pin.study.runs.",
+    "ProcessPoolExecutor": "hexapod_pin.study.runs.",
+    "ThreadPoolExecutor": "hexapod_pin.study.runs. hexapod_pin.simulation.accuracy_control",
+}
+"""What only the runner of studies may use, by the modules (or packages, with a dot) that may."""
+
+
+def names(module: str) -> set[str]:
+    """Return the names that a module imports or reads."""
+    found = {node.id for node in nodes(module) if isinstance(node, ast.Name)}
+    return found | {node.name for node in nodes(module) if isinstance(node, ast.alias)}
+
+
+def test_many_cases_are_run_in_one_way(modules: dict) -> None:
+    """A study is a function of the runner: it opens no pool and no store of its own."""
+    used = {module: names(module) & RUNS_CASES.keys() for module in modules}
+    for name, allowed in RUNS_CASES.items():
+        users = [module for module, found in used.items() if name in found]
+        assert users and all(user.startswith(tuple(allowed.split())) for user in users), name
+
+
+def test_data_without_a_type_crosses_few_borders(modules: dict) -> None:
+    """Public fields of classes that are tables of names and anything: the count may only fall."""
+    found = []
+    for module in modules:
+        for kind in nodes(module):
+            if isinstance(kind, ast.ClassDef) and not kind.name.startswith("_"):
+                found += [
+                    f"{module}: {kind.name}.{field.target.id}"
+                    for field in kind.body
+                    if isinstance(field, ast.AnnAssign)
+                    and isinstance(field.target, ast.Name)
+                    and "[str, Any]" in ast.unparse(field.annotation)
+                ]
+    assert len(found) <= 36, "\n".join(found)
