@@ -135,7 +135,7 @@ void bind_plant(nb::module_& m) {
   nb::class_<PlantSettings>(m, "PlantSettings")
       .def_prop_ro("arrow", &PlantSettings::arrow, "true: block-arrow LU; false: dense LU")
       .def_prop_ro("dynamics", [](const PlantSettings& s) { return s.dynamics.path(); },
-                   "who computes: fused avx2, fused or pinocchio");
+                   "dynamics backend: fused avx2, fused or pinocchio");
   m.def("plant_settings", &make_settings, "model"_a, "gravity"_a, "feet"_a, "normal"_a, "friction"_a,
         "terrain"_a, "drive"_a, "pushes"_a, "lost"_a, "dense"_a = false,
         "fused"_a = true, "baseline"_a = false, "prescribed"_a = false);

@@ -303,7 +303,7 @@ void bind_runs(nb::module_& m) {
       }, "Of a run that has ended early: the last step tried [s], the coordinate of v whose error kept it "
          "small, the most loaded foot; -1: none.")
       .def_prop_ro("time", &Rollout::time)
-      .def("set_points", &Rollout::set_points, "Joint angles the drives are told now [rad].")
+      .def("set_points", &Rollout::set_points, "Set-points of the joint angles now [rad].")
       .def("extend_plan", &extend_plan, "time"_a, "position"_a, "rate"_a,
            "More knots of planned cubics; the first is the last that the run knows.")
       .def_prop_ro("plan_end", [](Rollout& run) { return run.reference().end(); },

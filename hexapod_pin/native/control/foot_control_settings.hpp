@@ -1,4 +1,4 @@
-// Numbers of foot control; what they stand for is told in Python, where they come from.
+// Numbers of foot control; the Python classes that set them document them.
 #pragma once
 
 #include <array>

@@ -103,7 +103,7 @@ class FootSense {
   }
 
   // Force on the sole from the torques of the joints: J^-T (own torque - torque). A stretched leg, from
-  // which it cannot be told, keeps the last one.
+  // which it is not known, keeps the last one.
   Vec3 estimated(int l, const Readings& in, const LegPose& pose, const LegMemory& leg, bool begun,
                  const Vec3& up) const {
     const Vec3 v = of_leg(in.v, l);

@@ -1,7 +1,7 @@
 // Switches of the joints' drives within a step: a torque limit reached or left, a stop run into, left or
 // released, a joint that dry friction stops or that breaks loose. Modes are frozen within a step; the
 // step ends shortly after the first switch, where the law itself says what the modes are then. Those of
-// the contacts (contact_events.hpp) are asked for along with them.
+// the contacts (contact_events.hpp) are located along with them.
 #pragma once
 
 #include <algorithm>

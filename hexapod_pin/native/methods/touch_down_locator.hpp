@@ -1,4 +1,4 @@
-// Locates touch-downs within a step, and lift-offs where asked for, so that no step passes over first
+// Locates touch-downs within a step, and lift-offs on request, so that no step passes over first
 // contact.
 #pragma once
 

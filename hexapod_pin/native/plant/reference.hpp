@@ -101,7 +101,7 @@ class Reference {
     k_ = 0;
   }
 
-  // For a sample at t, the end of a step: what is held from there on; of a way, what it has led to.
+  // For a sample at t, the end of a step: the value from there on; of a ramp, the value it has reached.
   void begin_sample(double t) {
     if (kind_ == Interpolation::held) row_ = row_at(t);
   }

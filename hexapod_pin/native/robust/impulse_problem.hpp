@@ -70,7 +70,7 @@ struct ImpulseProblem {
     }
   }
 
-  // Speed of a fall from the body's size, m/s: what changes of velocity are held against.
+  // Speed of a fall from the body's size, m/s: the scale of changes of velocity.
   double speed() const { return std::sqrt(kGravity * length); }
 
   // Change of v below which the solve has converged, m/s. Without leg compliance the linear update of the

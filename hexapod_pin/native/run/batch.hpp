@@ -23,7 +23,7 @@ class Batch {
   struct Done {
     long number;
     bool good = true;     // has not diverged
-    std::string failure;  // of an exception: what it said
+    std::string failure;  // message of an exception
   };
 
   // So many threads at a time, the caller of `next_done` being one of them. Throws where the system

@@ -1,4 +1,4 @@
-// Ends a run that has used up what it may, whose steps have shrunk to nothing, or that is told to stop.
+// Ends a run that has used up what it may, whose steps have shrunk to nothing, or that is to stop.
 #pragma once
 
 #include <algorithm>
