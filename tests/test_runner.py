@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import multiprocessing
 import signal
 from collections import Counter
@@ -145,6 +146,29 @@ def test_a_measure_with_other_settings_is_another_row(tmp_path: Path, written: l
         with refused(ParameterError, "factor", -1.0):  # a fault of the study: raised, not kept
             run_study(ends, -1.0, **how)
     assert len(written) == 2 or written[2:] == [0]
+
+
+OWN = """
+import hexapod_pin as hp
+class Own(hp.HoldPosture):
+    def to_dict(self):
+        return {"kind": "hold"}
+    def gain(self):
+        return 1.0
+"""
+
+
+@pytest.mark.usefixtures("own_modules")
+def test_a_row_belongs_to_the_source_of_the_users_controller(tmp_path: Path, monkeypatch) -> None:
+    """Another method, another row; the file's name and what else it holds do not matter."""
+    monkeypatch.syspath_prepend(tmp_path)
+    texts = {"a": OWN, "b": OWN + "\nx = 1\n", "c": OWN.replace("1.0", "2.0")}
+    keys = {}
+    for name, text in texts.items():
+        (tmp_path / f"own_{name}.py").write_text(text)
+        control = importlib.import_module(f"own_{name}").Own()
+        keys[name] = SUMMARY.key(replace(walks(0.0)[0], controller=control))
+    assert keys["a"] == keys["b"] != keys["c"]
 
 
 def test_failures_are_rows_and_are_tried_again_when_asked(

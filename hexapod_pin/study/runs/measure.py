@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import builtins
 import hashlib
+import inspect
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property, lru_cache
 from importlib import import_module
@@ -65,13 +67,17 @@ class Measure(Generic[Row]):
         return self.of(case, result, **self.settings)
 
     def key(self, case: Case) -> str:
-        """Return the SHA-256 that identifies the row of a case: its limits of work count, too.
+        """Return the SHA-256 that identifies the row of a case.
+
+        Its limits of work count, and the source of a controller or measure of the user's own.
 
         Raises:
             ParameterError: the controller cannot be written as data.
         """
         limits = "" if case.limits is None else str(case.limits.model_dump())
-        return hashlib.sha256(f"{case.digest} {limits} {self._identity}".encode()).hexdigest()
+        source = own_source(type(case.controller)) + own_source(self.of)
+        text = f"{case.digest} {limits} {self._identity} {source}"
+        return hashlib.sha256(text.encode()).hexdigest()
 
     @cached_property
     def _identity(self) -> str:
@@ -142,6 +148,21 @@ SUMMARY = Measure("hexapod_pin.study.runs.measure:SUMMARY", 1, "summary", Summar
 
 EXACT = 2**53
 """Whole numbers up to this one are doubles."""
+
+
+@lru_cache(maxsize=256)
+def own_source(made: Callable[..., Any]) -> str:
+    """Return the source of a function, or of a class and its bases, that is not this package's.
+
+    It is empty for what this package defines and for what was typed at a prompt. What the code
+    calls elsewhere is not followed.
+    """
+    texts = []
+    for part in made.__mro__[:-1] if isinstance(made, type) else (made,):
+        if not part.__module__.startswith("hexapod_pin."):
+            with suppress(OSError, TypeError):
+                texts.append(inspect.getsource(part))
+    return "\n".join(texts)
 
 
 def _taken_apart(value: Any, numbers: list[Any]) -> Any:
