@@ -122,7 +122,7 @@ $(VENV)/.modules: $(VENV)/.build FORCE
 	@echo "$(MODULES)" | cmp --quiet - $@ || echo "$(MODULES)" > $@
 
 $(VENV)/.installed: $(VENV)/.build $(VENV)/.modules pyproject.toml $(NATIVE) | compiler
-	@echo "installing hexapod_pin; the first time the native core is compiled, one to two minutes"
+	@echo "installing hexapod_pin; the first time the native core is compiled, two to four minutes"
 	@PATH="$(CURDIR)/$(BIN):$$PATH" $(INSTALL) --no-build-isolation --check-build-dependencies -e ".[plot]"
 	@touch $@
 

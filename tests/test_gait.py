@@ -96,8 +96,7 @@ def test_by_name_is_the_constructor_of_that_name(name: str) -> None:
 
 
 def test_unknown_gait_lists_the_known() -> None:
-    known = ["tripod", "ripple", "tetrapod", "wave"]
-    with refused(UnknownNameError, kind="gait", name="gallop", known=known):
+    with refused(UnknownNameError, kind="gait", name="gallop", known=list(GAITS)):
         Gait.by_name("gallop")
 
 

@@ -223,7 +223,8 @@ class Gait(Spec):
     def wave(cls, duty: float | None = None, *, legs: int = 6, **fields: Any) -> Gait:
         """Symmetric wave gait of Song and Waldron: rear-to-front waves, sides 1/2 apart.
 
-        With an odd number of legs one after the other around the robot.
+        With an odd number of legs one after the other around the robot. With six legs duty 5/6 has
+        six beats, 3/4 four (two feet placed at once), 1/2 two (the tripod).
 
         Args:
             duty: 3 / legs (1/2 with six, the tripod) or more, below 1; None: 5/6, and above six

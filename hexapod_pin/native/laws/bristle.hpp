@@ -1,6 +1,7 @@
-// A bristle: a spring and a damper side by side in the ground plane, in series with a slider that
-// slips at mu N. z' = (F - k P z)/c with the stretch z, its part P z in the plane and the force F through
-// them; where the plane turns, what is left across it waits unused. Pure functions.
+// A bristle, `StickSlip` in Python (Cundall & Strack 1979; of neither paper): a spring and a damper side
+// by side in the ground plane, in series with a slider that slips at mu N. z' = (F - k P z)/c with the
+// stretch z, its part P z in the plane and the force F through them; where the plane turns, what is left
+// across it waits unused. Pure functions.
 #pragma once
 
 #include <algorithm>

@@ -25,6 +25,8 @@ struct ContactForce {
   Mat3 slope(bool secant) const { return secant ? Mat3(minus_du + secant_correction) : minus_du; }
 };
 
+// Friction here is that of a known slip speed; `robust` solves for it (friction_response.hpp).
+
 // A law of the slip speed alone, with the secant correction of `contact`.
 inline TangentialForce sliding_force(const FrictionLaw& law, double scale, double normal_force,
                                      const Vec3& ut, const Mat3& plane, ContactForce& contact) {

@@ -19,7 +19,7 @@ enum class FrictionKind { none, tanh_coulomb, adams_coulomb, smooth_step, brown_
 // adams_coulomb: m = STEP(s, -vs, -mu, vs, mu) below vs, STEP(s, vs, mu, vd, mud) above   (S2)
 // smooth_step:   m = mu S5(x), x = s/vs < 1; then down to mud over 1 <= x < 3     (Drake)
 // brown_mcphee:  m = mud tanh(4x) + (mu - mud) x/(0.25 x^2 + 0.75)^2, x = s/vs    (Brown & McPhee)
-// bristle:       `StickSlip` in Python: a spring and damper in the ground plane (bristle.hpp)
+// bristle:       `StickSlip` in Python: a spring and damper in the ground plane (bristle.hpp; Cundall & Strack)
 struct FrictionLaw {
   FrictionKind kind = FrictionKind::none;
   double mu = 0.0;                 // -, static where there are two

@@ -1,4 +1,5 @@
-// Size m of a friction force (or impulse) as a function of slip speed s and normal force (or impulse).
+// Size m of a friction force (or impulse) as a function of slip speed s and normal force (or impulse): what
+// the method `robust` solves for. All other methods take `contact_force` (contact.hpp), of the same laws.
 #pragma once
 
 #include "laws/friction.hpp"

@@ -17,7 +17,7 @@
 #include "methods/ndf_newton.hpp"
 #include "methods/resolution.hpp"
 #include "methods/touch_down_locator.hpp"
-#include "run/accepted_step.hpp"
+#include "run/step_observer.hpp"
 #include "run/rollout.hpp"
 
 namespace hexapod {
@@ -26,7 +26,7 @@ template <class PlantT>
 class NdfDriver {
  public:
   NdfDriver(PlantT& plant, Reference& reference, const Resolution& resolution,
-            const std::vector<double>& /*memory*/, AcceptedStep& observer)
+            const std::vector<double>& /*memory*/, StepObserver& observer)
       : flow_(plant, reference), observer_(observer), 
         tolerance_(scene_share(plant, reference) * kToleranceShare * resolution.tolerance),
         norm_{tolerance_, kLeastVelocityWeight, resolution.refinement * plant.law.friction.steepness()},
@@ -268,7 +268,7 @@ class NdfDriver {
   }
 
   ChartFlow<PlantT> flow_;
-  AcceptedStep& observer_;
+  StepObserver& observer_;
   double tolerance_;  // of one step, m and rad
   ErrorNorm norm_;
   Newton newton_;

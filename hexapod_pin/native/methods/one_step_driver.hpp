@@ -16,7 +16,7 @@
 #include "methods/resolution.hpp"
 #include "methods/step_control.hpp"
 #include "methods/touch_down_locator.hpp"
-#include "run/accepted_step.hpp"
+#include "run/step_observer.hpp"
 #include "run/rollout.hpp"
 
 namespace hexapod {
@@ -28,7 +28,7 @@ class OneStepDriver {
  public:
   // `memory` of an earlier driver's controller, or empty
   OneStepDriver(PlantT& plant, Reference& reference, const Resolution& resolution,
-                const std::vector<double>& memory, AcceptedStep& observer)
+                const std::vector<double>& memory, StepObserver& observer)
       : flow_(plant, reference), method_(plant), observer_(observer), resolution_(resolution),
         norm_{local_tolerance(plant, reference, resolution.tolerance),
               Method::kLeastVelocityWeight,
@@ -126,8 +126,9 @@ class OneStepDriver {
     return law.steepness() * in_plane(foot.ground.normal, foot.velocity).norm() > kSlideSpeed;
   }
 
-  // Accepts a step of h, shorter where the error or a touch-down requires it, and leaves the plant
-  // evaluated at its end; returns its length, or -1.
+  // Accepts a step of h, shorter where its error, a touch-down, a switch of a drive or the change of a
+  // torque requires it, and leaves the plant evaluated at its end; returns its length, or -1. `size` is
+  // the error over the tolerance: a step is rejected above 1, or where the error is not a number.
   double step_from(double t, double h) {
     const bool cut = h < control_.step();  // by the grid: it must not shrink the remembered step
     int located = 0, switched = 0;
@@ -138,7 +139,7 @@ class OneStepDriver {
       const double size = y1_.allFinite() ? found : std::numeric_limits<double>::infinity();
       if (!(size <= 1.0)) {
         ++rejected_;
-        h = control_.reject(h, size, method_.order());
+        h = control_.after_rejection(h, size, method_.order());
       } else {
         flow_.evaluate(t + h, y1_);
         const double touch = located < kMaxEventTries && h > least ? touch_.share(flow_.plant, h) : 1.0;
@@ -176,7 +177,7 @@ class OneStepDriver {
   }
 
   void accept(double h, double size, bool cut, bool located) {
-    control_.accept(h, size, method_.order(), cut, located);
+    control_.after_acceptance(h, size, method_.order(), cut, located);
     events_ += located;
     const double local = flow_.xi(error_).cwiseAbs().maxCoeff();
     error_most_ = std::max(error_most_, local);
@@ -185,7 +186,7 @@ class OneStepDriver {
 
   ChartFlow<PlantT> flow_;
   Method method_;
-  AcceptedStep& observer_;
+  StepObserver& observer_;
   Resolution resolution_;
   ErrorNorm norm_;
   TouchDownLocator touch_;

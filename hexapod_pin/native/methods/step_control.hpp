@@ -1,4 +1,5 @@
-// The length of the next step of a one-step method, from the errors of the last ones: the predictive
+// The length of the next step of a one-step method. The driver decides whether a step is accepted
+// (OneStepDriver::step_from); the length follows from the errors of the last ones: the predictive
 // controller of Gustafsson (1994), and after a jump of the set-points the length that served after the
 // jump before.
 #pragma once
@@ -25,7 +26,9 @@ class StepControl {
   }
 
   // A step of h was given up for an error of `size` tolerances; returns the length of the next try.
-  double reject(double h, double size, int order) { return step_ = next_step(h, size, order, false); }
+  double after_rejection(double h, double size, int order) {
+    return step_ = next_step(h, size, order, false);
+  }
 
   // A step was given up for another reason; so is the length of the next try.
   void shorten(double h) { step_ = h; }
@@ -34,7 +37,7 @@ class StepControl {
   void bound(double h) { step_ = std::min(step_, h); }
 
   // A step of h was accepted. `cut`: it was shorter than it could have been; `located`: it ended at an event.
-  void accept(double h, double size, int order, bool cut, bool located) {
+  void after_acceptance(double h, double size, int order, bool cut, bool located) {
     if (!located) {
       const double next = std::min(kMostGrowth * h, trend(h, size, order) * next_step(h, size, order, true));
       step_ = cut ? std::max(step_, next) : next;

@@ -45,7 +45,7 @@ class JointTotals {
       const auto k = Eigen::Index(j);
       block_[j][waiting_] = {s.torque[k], s.rate[k], s.angle[k], s.limit[k]};
     }
-    if (++waiting_ == kBlock) settle();
+    if (++waiting_ == kBlock) flush();
   }
 
   // What lies between two states: the change of rate, at the mean torque.
@@ -55,7 +55,7 @@ class JointTotals {
   }
 
   void take(JointTotals& other) {  // and empties it
-    settle(), other.settle();
+    flush(), other.flush();
     acceleration_square += other.acceleration_square;
     torque_acceleration += other.torque_acceleration;
     other.acceleration_square.setZero(), other.torque_acceleration.setZero();
@@ -66,14 +66,14 @@ class JointTotals {
     }
   }
 
-  const std::vector<JointSums>& sums() { return settle(), sums_; }
+  const std::vector<JointSums>& sums() { return flush(), sums_; }
   Peaks peaks(Peak JointSums::*which) {
-    settle();
+    flush();
     Peaks found{Eigen::Index(sums_.size())};
     for (std::size_t j = 0; j < sums_.size(); ++j) found.set(Eigen::Index(j), sums_[j].*which);
     return found;
   }
-  const std::vector<MagnitudeHistogram>& histogram() { return settle(), histogram_; }  // of |torque|
+  const std::vector<MagnitudeHistogram>& histogram() { return flush(), histogram_; }  // of |torque|
 
   // Integrals over time of rate'^2, rad^2/s^3, and of torque rate', N m rad/s.
   ArrayXd acceleration_square, torque_acceleration;
@@ -85,12 +85,13 @@ class JointTotals {
     double torque, rate, angle, limit;
   };
 
-  void settle() {
-    for (std::size_t j = 0; j < block_.size(); ++j) settle(j);
+  void flush() {
+    for (std::size_t j = 0; j < block_.size(); ++j) flush_joint(j);
     waiting_ = 0;
   }
 
-  void settle(std::size_t j) {
+  // Adds the block to the sums of a joint; the torques of a budget begin here.
+  void flush_joint(std::size_t j) {
     JointSums sums = sums_[j];
     MagnitudeHistogram& histogram = histogram_[j];
     for (std::size_t i = 0; i < waiting_; ++i) {

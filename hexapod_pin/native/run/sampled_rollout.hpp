@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "plant/reaction.hpp"
-#include "run/accepted_step.hpp"
+#include "run/step_observer.hpp"
 #include "run/rollout.hpp"
 #include "run/summary.hpp"
 
@@ -20,7 +20,7 @@ inline bool same_time(double a, double b) {
 }
 
 template <class PlantT>
-class SampledRollout : public Rollout, protected AcceptedStep {
+class SampledRollout : public Rollout, protected StepObserver {
  public:
   SampleTables& samples() override { return recorder_.tables(); }
   const DriveCounters& drive_counters() const override { return plant_.drive_counters; }

@@ -75,7 +75,7 @@ class RunSummary {
 
   // Everything below may be asked at any time.
   SummaryTotals& totals() {
-    if (period_ == 0.0 && inside_) settle(0.0), window_.take(cycle_);
+    if (period_ == 0.0 && inside_) add_last_state(0.0), window_.take(cycle_);
     return window_;
   }
   long cycles() const { return cycles_; }  // whole ones; 0 where nothing repeats
@@ -135,7 +135,7 @@ class RunSummary {
   }
 
   // The last state's share of time is known when the next one is.
-  void settle(double half_step) {
+  void add_last_state(double half_step) {
     if (inside_) {
       cycle_.add(last(), weight_ + half_step);
     } else {
@@ -147,7 +147,7 @@ class RunSummary {
 
   void advance_to(std::size_t& state) {
     const double step = kept_[state].time - last().time;
-    settle(0.5 * step);
+    add_last_state(0.5 * step);
     if (inside_) cycle_.add_interval(last(), kept_[state]);
     weight_ = inside_ ? 0.5 * step : 0.0;
     std::swap(last_, state);
@@ -159,7 +159,7 @@ class RunSummary {
       kept_[edge_].interpolate(last(), next(), (edge - last().time) / step);
       advance_to(edge_);
     }
-    settle(0.0);
+    add_last_state(0.0);
     cross_edge();
   }
 
