@@ -66,8 +66,11 @@ def test_a_robot_that_says_all_is_taken_at_its_word(name: str) -> None:
     assert not layout.held
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-@pytest.mark.parametrize("degrees", [0.0, 37.0, 45.0, 90.0, 180.0, 270.0, 359.0])
+@pytest.mark.parametrize(
+    ("name", "degrees"),
+    [*(("kharagpur", x) for x in (0.0, 37.0, 180.0, 359.0)),
+     *(("athena", x) for x in (45.0, 90.0, 270.0))],
+)  # fmt: skip
 def test_forward_is_found_at_any_angle_with_the_front_by_names(name: str, degrees: float) -> None:
     robot = Rewritten.packaged(name).turned(about_z(degrees)).shifted({"tibia": 0.7})
     layout = found(robot)
