@@ -91,7 +91,7 @@ def refusal(tmp_path: Path, text: str) -> list[str]:
         (GOOD.replace("</robot>", '<link name="lf_coxa"/></robot>'), "lf_coxa", "unique"),
         (joint("rf_tibia_joint", 'joint name="rf_tibia_joint"', 'joint name="lf_tibia_joint"'),
          "lf_tibia_joint", "unique"),
-        (GOOD.replace("lf_coxa_joint", "root_joint"), "root_joint", "kept for the floating base"),
+        (GOOD.replace("lf_coxa_joint", "root_joint"), "root_joint", "reserved for the floating"),
         (GOOD.replace('posture joint="lf_coxa_joint"', 'posture joint="nope"'), "nope", "posture"),
         (link("lf_foot", 'collision>.*?radius="0.01"',
               'collision><origin xyz="0 0 0"/><geometry><sphere radius="-0.01"'),

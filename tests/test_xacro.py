@@ -91,7 +91,7 @@ def test_a_missing_argument_is_named(robot: Path) -> None:
 
 def test_an_argument_that_is_not_asked_for_is_refused(robot: Path, tmp_path: Path) -> None:
     text = findings(robot, xacro_args={"lenght": "2"})
-    assert "'lenght'" in text and "asks for: length" in text
+    assert "'lenght'" in text and "file uses: length" in text
     urdf = write(tmp_path / "plain.urdf", LINK)
     assert "takes no xacro argument (length)" in findings(urdf, xacro_args={"length": "2"})
 

@@ -130,7 +130,7 @@ class LegKinematics(LegGeometry):
 
         Raises:
             ReachError: if a target is outside the reach or on the yaw axis, or needs a joint
-                outside its limits; it says by how much.
+                outside its limits; with the excess.
         """
         p = np.asarray(p_BF, dtype=float)
         targets = p.reshape(-1, 3)

@@ -1,6 +1,6 @@
 """The shapes of links are reduced to primitives.
 
-The outermost points of the trunk tell whether a robot has fallen or sat down.
+By the outermost points of the trunk a robot is found to have fallen or sat down.
 
 Boxes, cylinders and spheres are taken as written; a mesh becomes its bounding box.
 """
@@ -100,7 +100,7 @@ def link_shapes(
 
 
 def _shape(robot: Robot, link: str, element: ElementTree.Element, *, meshes: bool) -> LinkShape:
-    """Return one shape; ValueError says why it cannot be used."""
+    """Return one shape; a ValueError has the reason why it cannot be used."""
     xyz, rpy = origin(element)
     kind, size, centre, is_mesh = _geometry(robot, element, meshes=meshes)
     if not (all(map(math.isfinite, (*xyz, *rpy, *size))) and min(size) > 0.0):
@@ -189,7 +189,7 @@ def trunk_points(robot: Robot) -> TrunkPoints:
 
     From their collision shapes, else from their drawn shapes, else of a box around the hips:
     corners of boxes (of meshes: of their bounding boxes), eight points on each rim of a cylinder,
-    spheres as they are. Of more than 16 those are kept that reach farthest in 16 directions.
+    spheres as they are. Of more than 16 those that reach farthest in 16 directions are used.
 
     Returns:
         No points where the base has no shapes, and fewer than three hips or hips on one line.

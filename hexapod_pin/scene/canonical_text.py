@@ -40,7 +40,7 @@ def _canonical(value: Any) -> Any:
 
 
 class _Texts:
-    """Texts of the parts used last, by identity: the part is kept, so that its id stays its own."""
+    """Texts of the parts used last, by identity: a stored part prevents reuse of its id."""
 
     def __init__(self) -> None:
         self.kept: OrderedDict[int, tuple[object, str]] = OrderedDict()

@@ -102,7 +102,7 @@ def _six_numbers(inertia: GivenInertia) -> list[float]:
 
 
 class MassFactor(Spec):
-    """Mass and inertia of links times a factor: a robot heavier or lighter than its file says.
+    """Mass and inertia of links times a factor: a robot heavier or lighter than in its file.
 
     Attributes:
         factor: on mass and inertia [-]; centres of mass stay.

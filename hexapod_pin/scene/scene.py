@@ -54,10 +54,10 @@ class Scene(Immutable):
             *assumed* numbers.
         loads: payloads, pushes and lost legs.
         body_contact: whether the ground pushes the trunk's corners (`trunk_points`) as it pushes
-            the feet; without it the trunk passes through, which is noticed and told.
+            the feet; without it the trunk passes through, which is reported.
         prescribed: whether the joints follow their set-points exactly, as ADAMS motions do ([S2]):
             only the base's six equations are integrated, and the joint torques are what inverse
-            dynamics with the foot forces says. No servo, torque limit or joint stop acts.
+            dynamics with the foot forces gives. No servo, torque limit or joint stop acts.
     """
 
     robot: Robot
@@ -157,7 +157,7 @@ class Scene(Immutable):
         """Refuse loads, body contact and prescribed motion where they cannot be done.
 
         Raises:
-            ParameterError: the scene has some; `where` says what cannot do them.
+            ParameterError: the scene has some; `where` names what does not support them.
         """
         if self.loads:
             kinds = ", ".join(sorted({load.kind for load in self.loads}))

@@ -331,7 +331,7 @@ class StickSlip(FrictionLaw):
     back to mu_dynamic N and z follows (Cundall & Strack 1979; Gonthier 2004). It sticks again where
     |k z + c u_t| falls to mu_dynamic N: its slip, (|k z + c u_t| - mu_dynamic N)/c, is zero. Below
     the limit the foot moves by its load over k once, and then stands: its creep speed is exactly
-    zero. The core keeps z per foot.
+    zero. The core stores z per foot.
 
     Attributes:
         mu: coefficient while it sticks [-].

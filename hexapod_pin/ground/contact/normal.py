@@ -146,7 +146,7 @@ class HuntCrossley(NormalLaw):
     ) -> HuntCrossley:
         """Build what a sphere feels on soil: Bekker's force as K d^n, and next to no rebound.
 
-        Soil keeps its footprint; here it comes back slowly, with a force that is next to nothing
+        Soil does not spring back; here it comes back slowly, with a force that is next to nothing
         while the foot leaves faster than 1/(1.5 a), 7 mm/s.
 
         Args:

@@ -1,4 +1,4 @@
-"""Load options say where meshes are, whether a URDF is repaired, and give hints about the robot.
+"""Load options: folders of meshes, repair of a URDF, and hints about the robot.
 
 Hints can be written to a file and edited.
 """
@@ -57,7 +57,7 @@ class LoadOptions(RobotHints):
 
 
 def hints_path(urdf: Path) -> Path:
-    """Return where the hints of a URDF are kept: its name up to the first dot, and HINTS_SUFFIX."""
+    """Return the hints file of a URDF: its name up to the first dot, and HINTS_SUFFIX."""
     return urdf.with_name(urdf.name.split(".")[0] + HINTS_SUFFIX)
 
 

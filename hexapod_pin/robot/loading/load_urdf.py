@@ -1,4 +1,4 @@
-"""A robot's file is read, repaired if asked, checked, recognised and annotated, each once."""
+"""A robot's file is read, repaired on request, checked, recognised and annotated, each once."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class LoadedUrdf(NamedTuple):
 
 
 def load_urdf(path: Path, options: LoadOptions) -> LoadedUrdf:
-    """Read a robot's file, repair it if asked, check it, recognise the robot and annotate the file.
+    """Read a robot's file, repair it on request, check it, recognise the robot, annotate the file.
 
     Args:
         path: of a URDF or xacro file; its hints file adds to the options.

@@ -54,7 +54,7 @@ class FolderListing:
 
 @dataclass(frozen=True)
 class FolderIndex:
-    """The files below a folder, nearest first, read when first asked for."""
+    """The files below a folder, nearest first, read at the first use."""
 
     folder: Path
 

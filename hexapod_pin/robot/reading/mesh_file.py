@@ -50,7 +50,7 @@ class MeshCache(Generic[Value]):
         return self._bytes
 
     def get(self, key: Hashable, make: Callable[[], Value], size: Callable[[Value], int]) -> Value:
-        """Return the value of a key, made where it is not held; an exception is not kept."""
+        """Return the value of a key, made where it is not stored; an exception is not stored."""
         with self._lock:
             if key in self._held:
                 self._held.move_to_end(key)
@@ -301,7 +301,7 @@ _ENTITY = re.compile(rb"<!(?:DOCTYPE|ENTITY)", re.IGNORECASE)
 
 
 def parts_of(path: Path) -> tuple[list[MeshPart], float]:
-    """Return the parts of a file, placed as its nodes say, and its unit [m].
+    """Return the parts of a file, placed by its nodes, and its unit [m].
 
     Raises:
         MeshError: the file cannot be read.
@@ -398,7 +398,7 @@ _HEADER = 84
 
 
 def binary_stl(data: bytes) -> MeshPart | None:
-    """Return the triangles of a binary STL; None where the length says that it is none."""
+    """Return the triangles of a binary STL; None where the length is not that of one."""
     if len(data) < _HEADER:
         return None
     count = int.from_bytes(data[80:_HEADER], "little")

@@ -29,7 +29,7 @@ class LegFrame:
         lower: lower joint limits [rad]; -inf where there is none. Shape (k,).
         upper: upper joint limits [rad]; inf where there is none. Shape (k,).
         walking: which joints walk, from the trunk outwards. Two or three; the others are held.
-        joints: names of the joints, for what is said; empty: "joint 1" and so on. k or none.
+        joints: names of the joints, for messages; empty: "joint 1" and so on. k or none.
         ankle: where the link that carries the foot begins, when its joint is held already [m];
             None: at the last joint. Shape (3,).
     """
@@ -249,7 +249,7 @@ def _outward_first(angles: Array, outward: Array, axis: int) -> Array:
 UP = np.array([0.0, 0.0, 1.0])
 
 WIDE_RANGE = np.radians(250.0)
-"""The middle of limits wider than this says nothing of how a leg should point [rad]."""
+"""The middle of limits wider than this does not determine how a leg should point [rad]."""
 
 INWARD = np.radians(70.0)
 """A leg points inwards when it is further than this from outwards and from sideways [rad]."""

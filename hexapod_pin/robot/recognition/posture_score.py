@@ -234,9 +234,6 @@ SHARES = np.array([8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15, 0, 16]) / 
 COXA_SHARES = np.array([4, 3, 5, 2, 6, 1, 7]) / 8.0
 """The same for the first joint."""
 
-UPRIGHT = 0.95
-"""A joint whose axis is steeper than this cannot set a foot's height [sine]."""
-
 
 def leg_postures(
     leg: LegFrame, coxa: float, outward: Array, tip_height: Array, leans: Array = LEANS
@@ -318,7 +315,7 @@ def _places(leg: LegFrame, joint: int) -> Array:
     return np.asarray(lower + shares * (upper - lower))
 
 
-# What is said of a standing posture: how the feet stand, or which limit forbids one.
+# The description of a standing posture, or the limit that prevents one.
 
 WAY_OUT = "Widen the limits, or state the standing angles with posture=[...]."
 
@@ -326,7 +323,7 @@ WAY_OUT = "Widen the limits, or state the standing angles with posture=[...]."
 def sentence(legs: Sequence[LegFrame], angles: Sequence[Array], sole: float) -> str:
     """Return how a robot stands: height below the hips, lean of the tibiae, nearest limit.
 
-    Limits of joints that are held are not spoken of.
+    Limits of held joints are left out.
     """
     below, lean, margin = [], [], []
     for leg, q in zip(legs, angles, strict=True):

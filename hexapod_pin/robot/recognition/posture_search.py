@@ -63,7 +63,7 @@ def standing_posture(
         trunk_low: lowest point of the trunk's shapes in trunk axes [m]; None: the second axes.
 
     Raises:
-        ReachError: there is no such posture; it names the leg, the joint and the way out.
+        ReachError: there is no such posture; it names the leg, the joint and a remedy.
     """
     best: tuple[float, Found, Places] | None = None
     choices = held_choices(legs)
@@ -165,7 +165,7 @@ BRANCHES = 4
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """What is looked at.
+    """Postures to compare.
 
     Attributes:
         coxa: angles of the legs' first joints [rad]. Shape (L,).
@@ -200,7 +200,7 @@ def best_on_grid(legs: Sequence[LegFrame], grid: Grid, trunk_low: float) -> Foun
 
     Args:
         legs: with walking joints alone.
-        grid: what is looked at.
+        grid: the postures to compare.
         trunk_low: lowest point of the trunk in trunk axes [m].
     """
     soles = grid.soles[grid.soles < trunk_low]
@@ -377,7 +377,6 @@ def with_held(leg: LegFrame, places: Sequence[float]) -> LegFrame:
 
 
 def _held(leg: LegFrame) -> list[int]:
-    """Return which joints are held."""
     return [k for k in range(len(leg.axes)) if k not in leg.walking]
 
 

@@ -33,9 +33,8 @@ CHANNELS = 4
 def appearance_findings(measures: Measures) -> list[Finding]:
     """Return every trouble of meshes, shapes, colours and materials."""
     file = measures.file
-    found = [x for link in file.links for x in _of_link(measures, link)]
-    found += [*_materials(file), *_colours(file)]
-    return found
+    shapes = [x for link in file.links for x in _of_link(measures, link)]
+    return [*shapes, *_materials(file), *_colours(file)]
 
 
 def bad_scale(mesh: ET.Element) -> bool:
@@ -47,7 +46,7 @@ def bad_scale(mesh: ET.Element) -> bool:
 def colour_of(element: ET.Element) -> tuple[float, ...]:
     """Return the numbers of a <color>; empty where they are none."""
     try:
-        return tuple(float(word) for word in (element.get("rgba") or "").split())
+        return tuple(float(text) for text in (element.get("rgba") or "").split())
     except ValueError:
         return ()
 
@@ -64,7 +63,7 @@ def repeated_materials(file: UrdfFile) -> list[ET.Element]:
 
 
 def bad_size(geometry: ET.Element) -> str:
-    """Say which size of a primitive is none; "" where all are sizes, and for meshes."""
+    """Return the sizes of a primitive where one is impossible, else ""; "" for meshes."""
     if geometry.tag == "box":
         sizes = lengths(geometry.get("size")) if geometry.get("size") else (math.nan,)
     elif geometry.tag in ("sphere", "cylinder", "capsule"):
@@ -78,7 +77,7 @@ def bad_size(geometry: ET.Element) -> str:
 
 
 def bad_shape(shape: ET.Element) -> str:
-    """Say why a <visual> or <collision> is no shape; "" where it is one."""
+    """Return why a <visual> or <collision> is no shape; "" where it is one."""
     if not all(map(math.isfinite, (*origin(shape)[0], *origin(shape)[1]))):
         return "its origin is no place"
     geometries = [x for x in shape.findall("geometry/*") if x.tag in GEOMETRIES]
@@ -152,7 +151,7 @@ def _materials(file: UrdfFile) -> Iterator[Finding]:
             f"material {name!r}",
             f"{more + 1} times",
             "once; other parsers refuse this",
-            "the first one is kept",
+            "the others are dropped",
             "suspicious",
         )
 

@@ -22,7 +22,7 @@ JOINT_TYPE_REMEDY = {
     "planar": "not simulated; use revolute or fixed joints",
     "floating": "only the base floats, without a joint in the file; remove it or make it fixed",
 }
-"""Types that are not simulated. One that is not listed needs limits and gets no finding."""
+"""Remedies for the types that are not simulated."""
 
 ALONE = "make it revolute or fixed: one joint alone is a wheel"
 """Way out of an endless joint that is in no leg."""
@@ -66,8 +66,8 @@ def joint_findings(measures: Measures) -> list[Finding]:
 
 def joints_of_legs(measures: Measures) -> set[str]:
     """Return the names of the joints in chains of several that stay moved: others are wheels."""
-    kept = [[j.name for j in chain if j.kind not in MADE_FIXED] for chain in measures.chains]
-    return {name for names in kept if len(names) >= FEWEST_JOINTS for name in names}
+    moved = [[j.name for j in chain if j.kind not in MADE_FIXED] for chain in measures.chains]
+    return {name for names in moved if len(names) >= FEWEST_JOINTS for name in names}
 
 
 def _of_joint(joint: Joint, legs: Container[str]) -> Iterator[Finding]:
@@ -112,7 +112,7 @@ def _of_moved(joint: Joint, where: str, legs: Container[str]) -> Iterator[Findin
         yield Finding(
             "reserved name",
             where,
-            "this name is kept for the floating base or the ground",
+            "this name is reserved for the floating base or the ground",
             "another name",
             "renamed",
         )
@@ -228,8 +228,6 @@ def _repair_type(draft: Draft, joint: Joint) -> None:
 
 def _repair_continuous(draft: Draft) -> None:
     """Make continuous joints of legs revolute; their range is assumed with other limits."""
-    if "continuous" not in JOINT_TYPE_REMEDY:
-        return
     legs = joints_of_legs(draft.measures)
     for joint in draft.file.joints:
         if joint.kind == "continuous" and joint.name in legs:

@@ -158,7 +158,7 @@ def _without_mass(measures: Measures) -> tuple[list[tuple[Link, Solid]], list[Li
 def _shares(
     draft: Draft, measures: Measures, drawn: list[tuple[Link, Solid]], bare: list[Link]
 ) -> Shares:
-    """Return density and small mass so that the total is as asked, where it is."""
+    """Return density and small mass; they give the requested total, if any."""
     volume = math.fsum(body.volume for _, body in drawn)
     density, total = draft.options.density or rules.DENSITY, draft.options.mass
     small = rules.SMALL_SHARE * len(bare)
@@ -174,14 +174,14 @@ def _shares(
 
 
 def _reach_total(draft: Draft) -> None:
-    """Scale masses and inertias where a total is asked for that they do not have."""
-    total, asked = draft.measures.total_mass, draft.options.mass
-    if asked is None or total <= 0.0 or math.isclose(total, asked, rel_tol=1e-6):
+    """Scale masses and inertias to the total that the user gives."""
+    total, given = draft.measures.total_mass, draft.options.mass
+    if given is None or total <= 0.0 or math.isclose(total, given, rel_tol=1e-6):
         return
     for inertial in draft.root.findall("link/inertial"):
         for element in [*inertial.findall("mass"), *inertial.findall("inertia")]:
-            _scale(element, asked / total)
-    text = f"all masses and inertias multiplied by {asked / total:.6g}: {total:.6g} -> {asked:g} kg"
+            _scale(element, given / total)
+    text = f"all masses and inertias multiplied by {given / total:.6g}: {total:.6g} -> {given:g} kg"
     draft.change("robot", text)
 
 
@@ -195,8 +195,8 @@ def _scale(element: ET.Element, factor: float) -> None:
 
 # What is absurd about a robot as a whole: its mass, its size, the units of its numbers.
 
-SCALE_FIRST = "scale the lengths first: nothing tells what fits a robot of such a size"
-"""Way out for what needs a robot of a possible size to be repaired."""
+SCALE_FIRST = "scale the lengths first: no rule holds for a robot of such a size"
+"""Remedy for faults that are repaired only in a robot of a possible size."""
 
 
 def whole_findings(measures: Measures) -> list[Finding]:
@@ -268,7 +268,7 @@ def grams(mass: float) -> str:
     return f"{mass * 1e3:.3g} g" if mass < 0.01 else f"{mass:.4g} kg"
 
 
-# Masses of parts that are alike: the same link of the other legs tells what one weighs.
+# Masses of parts that are alike, from the same link of other legs.
 
 FEWEST_ALIKE = 2
 """Parts with a mass from which that of another is taken; and they are at least half of all."""

@@ -14,7 +14,7 @@ LIGHTEST, HEAVIEST = 1.2, 22_600.0
 """Densities between which a link is a body [kg/m^3]: air at 20 degrees C, osmium."""
 
 DENSEST_LINK = 10.0 * HEAVIEST
-"""One link alone may be drawn ten times too small before that is said [kg/m^3]."""
+"""One link alone may be drawn ten times too small before that is reported [kg/m^3]."""
 
 MASS_PER_SPAN = (0.2, 600.0)
 """Total mass over the cube of the span of the joints [kg/m^3]; walking robots have 2 to 50."""

@@ -108,7 +108,7 @@ def _names(file: UrdfFile) -> Iterator[Finding]:
                 yield Finding(
                     "reserved name",
                     f"link {name!r}",
-                    "this name is kept for the ground",
+                    "this name is reserved for the ground",
                     "another name",
                     "name it otherwise, in its joints too",
                     repairable=False,
@@ -162,13 +162,13 @@ def _parents(file: UrdfFile) -> Iterator[Finding]:
         if len(joints) > 1 and link in file.link_by_name:
             names = ", ".join(repr(joint.name) for joint in joints)
             on_tree = all(x.parent in reached or leads_nowhere(file, x) for x in joints)
-            kept = "the first joint from the root is kept, the others are dropped"
+            repair = "all joints but the first one from the root are dropped"
             yield Finding(
                 "two parents",
                 f"link {link!r}",
                 f"child of {len(joints)} joints ({names})",
                 "the links must form a tree",
-                kept if on_tree else "remove the joint that closes the loop",
+                repair if on_tree else "remove the joint that closes the loop",
                 repairable=on_tree,
             )
 
@@ -211,12 +211,7 @@ def trunk_root(file: UrdfFile) -> str | None:
 
 
 def _loops(file: UrdfFile) -> Iterator[Finding]:
-    reached, queue = set(file.roots), list(file.roots)
-    for name in queue:
-        for joint in file.joints_below.get(name, ()):
-            if joint.child in file.link_by_name and joint.child not in reached:
-                reached.add(joint.child)
-                queue.append(joint.child)
+    reached = {name for root in file.roots for name in tree_of(file, root)}
     lost = [name for name in file.link_by_name if name not in reached]
     if lost:
         yield Finding(
@@ -304,8 +299,8 @@ def _from_roots(file: UrdfFile) -> list[Joint]:
 def _keep_one_root(draft: Draft) -> None:
     """Drop trees without moved joints beside the one with most, then most links."""
     file = draft.file
-    kept = trunk_root(file)
-    trees = [tree_of(file, root) for root in file.roots if root != kept]
+    trunk = trunk_root(file)
+    trees = [tree_of(file, root) for root in file.roots if root != trunk]
     gone = {name for tree in trees if not moved_joints(file, tree) for name in tree}
     lost = [link for link in file.links if link.name in gone]
     draft.drop(j.element for j in file.joints if j.parent in gone)
