@@ -12,6 +12,9 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.description.urdf_file import UrdfFile, origin, parse_urdf
+from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
+from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.rotations import rotation
 
 
@@ -143,6 +146,12 @@ class Rewritten:
             limit.set(end, repr(float(limit.get(end)) - angle))
         name = joint.get("name")
         self.zero[name] = self.zero.get(name, 0.0) - angle
+
+
+def found(robot: str | Rewritten, folder: Path = Path("."), **hints: object) -> RobotLayout:
+    """Recognise a robot in a folder without what its text states itself."""
+    file = (Rewritten(robot) if isinstance(robot, str) else robot).file()
+    return recognise(file, ResourceFinder(folder / "rewritten.urdf"), RobotHints(**hints))  # type: ignore[arg-type]
 
 
 def ball_triangles(radius: float) -> Array:

@@ -80,7 +80,7 @@ def test_every_format_gives_the_same_body(tmp_path: Path, name: str) -> None:
     mesh = read_mesh(write(tmp_path, name))
     np.testing.assert_allclose(mesh.bounds, [[0, 0, 0], [1, 2, 3]], atol=1e-7)
     assert volume(mesh) == pytest.approx(1.0, abs=1e-6)
-    assert np.array_equal(np.unique(mesh.hull_vertices, axis=0), np.unique(CORNERS, axis=0))
+    assert np.array_equal(np.unique(mesh.vertices, axis=0), np.unique(CORNERS, axis=0))
     assert mesh.vertices.shape[1:] == mesh.faces.shape[1:] == (3,) and mesh.note == ""
 
 

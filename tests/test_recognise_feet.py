@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from leg_robots import TIBIA, legged
 from refusals import refused
-from rewritten_urdf import Rewritten, ball_triangles, stl_text
+from rewritten_urdf import Rewritten, ball_triangles, found, stl_text
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
@@ -20,13 +20,6 @@ from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.recognition.shape_points import Ball, fitted_ball, link_points, mesh_parts
 
 LEGS = ("lf", "lm", "lr", "rf", "rm", "rr")
-
-
-def found(text: str, folder: Path = Path("."), **hints: object) -> RobotLayout:
-    """Recognise a robot from its text, without what it states itself."""
-    file = Rewritten(text).file()
-    finder = ResourceFinder(folder / "robot.urdf")
-    return recognise(file, finder, RobotHints(**hints))  # type: ignore[arg-type]
 
 
 def with_shape(shape: str, place: str = "0 0 0", rpy: str = "0 0 0", tag: str = "collision") -> str:

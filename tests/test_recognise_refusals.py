@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from leg_robots import joint, legged, link
 from refusals import refused
-from rewritten_urdf import Rewritten
+from rewritten_urdf import found
 
 from hexapod_pin.errors import HexapodError, StateError, UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.reading.resources import ResourceFinder
-from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
+from hexapod_pin.robot.recognition.layout import RobotHints
 from hexapod_pin.robot.recognition.recognise import recognise
 
 FINDER = ResourceFinder("none.urdf")
@@ -22,11 +22,6 @@ WHEELS = "".join(
     + link(f"leg{k}", 0.1, 0.05, (0.0, 0.0, -0.1))
     for k in range(6)
 )
-
-
-def found(text: str, **hints: object) -> RobotLayout:
-    """Recognise a robot from its text, without what it states itself."""
-    return recognise(Rewritten(text).file(), FINDER, RobotHints(**hints))  # type: ignore[arg-type]
 
 
 def refusal(text: str, **hints: object) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from rewritten_urdf import Rewritten, about_z
+from rewritten_urdf import Rewritten, about_z, found
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
@@ -22,11 +22,6 @@ from hexapod_pin.robot.recognition.recognise import recognise
 ROBOTS = {"kharagpur": 0.01, "athena": 0.02}  # radius of the feet [m]
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 NO_HINTS = RobotHints()
-
-
-def found(robot: Rewritten, folder: Path = Path("."), hints: RobotHints = NO_HINTS) -> RobotLayout:
-    """Recognise a rewritten robot."""
-    return recognise(robot.file(), ResourceFinder(folder / "rewritten.urdf"), hints)
 
 
 def foot_points(robot: Rewritten, layout: RobotLayout) -> Array:
@@ -108,7 +103,7 @@ def test_a_turn_by_half_a_circle_without_names_is_told_apart_by_the_user(name: s
     assert any("assumed" in text for text in layout.inferred)
     robot = Rewritten.packaged(name).turned(about_z(180.0)).renamed()
     for forward in ("-x", 180.0, "180"):
-        layout = found(robot, hints=RobotHints(forward=forward))
+        layout = found(robot, forward=forward)
         assert np.array_equal(layout.turn, np.diag([-1.0, -1.0, 1.0]))
         assert foot_points(robot, layout) == pytest.approx(true_feet(name), abs=1e-12)
 

@@ -51,21 +51,14 @@ from hexapod_pin.errors import MeshError
 from hexapod_pin.robot.repair.measures import mesh_solid
 from hexapod_pin.robot.reading import read_mesh
 
-def hull(path, scale):
+for path, scale in json.load(sys.stdin):
+    solid = "flat" if mesh_solid(path, np.full(3, scale)) is None else "solid"
     try:
-        mesh = read_mesh(path, (scale,) * 3)
+        read_mesh(path, (scale,) * 3)
+        print("read", solid)
     except MeshError as error:
         assert error.file == path and error.reason
-        return "refused"
-    corners = mesh.hull_vertices
-    assert len(corners) and np.isfinite(corners).all()
-    assert {*map(tuple, corners)} <= {*map(tuple, mesh.vertices)}
-    return "hull"
-
-trials = json.load(sys.stdin)
-hulls = [hull(*trial) for trial in trials]
-solids = [mesh_solid(path, np.array([scale] * 3)) for path, scale in trials]
-print(*(f"{a} {'flat' if b is None else 'solid'}" for a, b in zip(hulls, solids)), sep="\\n")
+        print("refused", solid)
 """
 """Judge meshes in a process of its own: a crash of the hull is its exit status."""
 
@@ -83,23 +76,23 @@ def judged(trials: list[tuple[Path, float]]) -> list[str]:
 
 ODD_SETS = {
     "one point": (CORNERS[:1], "refused flat"),
-    "two points": (CORNERS[:2], "hull flat"),
-    "three points": (CORNERS[:3], "hull flat"),
-    "four points": (CORNERS[:4], "hull solid"),
+    "two points": (CORNERS[:2], "read flat"),
+    "three points": (CORNERS[:3], "read flat"),
+    "four points": (CORNERS[:4], "read solid"),
     "one point many times": (np.repeat(CORNERS[:1], 40, axis=0), "refused flat"),
-    "each point many times": (np.repeat(CORNERS, 40, axis=0), "hull solid"),
-    "on a line": (np.outer(np.arange(30.0), [1, 2, 3]), "hull flat"),
-    "in a plane": (np.c_[CORNERS[:, :2], np.zeros(5)], "hull flat"),
-    "nearly in a plane": (CORNERS * [1, 1, 1e-17], "hull flat"),
+    "each point many times": (np.repeat(CORNERS, 40, axis=0), "read solid"),
+    "on a line": (np.outer(np.arange(30.0), [1, 2, 3]), "read flat"),
+    "in a plane": (np.c_[CORNERS[:, :2], np.zeros(5)], "read flat"),
+    "nearly in a plane": (CORNERS * [1, 1, 1e-17], "read flat"),
     "denormal": (5e-324 * CORNERS, "refused flat"),
-    "denormal in one axis": (CORNERS * [1, 1, 5e-324], "hull flat"),
-    "smallest": (SMALLEST_MESH * CORNERS, "hull flat"),
-    "ten micrometres": (1e-5 * CORNERS, "hull solid"),
+    "denormal in one axis": (CORNERS * [1, 1, 5e-324], "read flat"),
+    "smallest": (SMALLEST_MESH * CORNERS, "read flat"),
+    "ten micrometres": (1e-5 * CORNERS, "read solid"),
     "below the smallest": (0.1 * SMALLEST_MESH * CORNERS, "refused flat"),
-    "largest": (LARGEST_MESH * CORNERS, "hull solid"),
+    "largest": (LARGEST_MESH * CORNERS, "read solid"),
     "above the largest": (1.01 * LARGEST_MESH * CORNERS, "refused flat"),
-    "small and far away": (1e-3 * CORNERS + LARGEST_MESH / 2, "hull solid"),
-    "smallest to largest": (10.0 ** np.linspace(-9, 6, 40)[:, None] * [1, -1, 1], "hull flat"),
+    "small and far away": (1e-3 * CORNERS + LARGEST_MESH / 2, "read solid"),
+    "smallest to largest": (10.0 ** np.linspace(-9, 6, 40)[:, None] * [1, -1, 1], "read flat"),
     "1e300": (1e300 * CORNERS, "refused flat"),
     "not a number": (CORNERS * [1, 1, np.nan], "refused flat"),
     "infinite": (np.where(CORNERS == 1, np.inf, 0.0), "refused flat"),
@@ -160,7 +153,6 @@ def test_many_points(tmp_path: Path) -> None:
     path.write_bytes(bytes(80) + len(rows).to_bytes(4, "little") + rows.tobytes())
     solid = mesh_solid(path, np.ones(3))
     assert solid is not None and solid.volume == pytest.approx(8.0, rel=1e-6)
-    assert len(read_mesh(path).hull_vertices) == 8
 
 
 # places and sizes -------------------------------------------------------------------------------
@@ -319,10 +311,12 @@ def load_check_repair(path: Path) -> None:
 def test_work_grows_with_the_number_of_links(tmp_path: Path, kind: str) -> None:
     """1000 links fixed in a row took 7.4 s: the work grew with the cube of their number."""
     work, path = [], tmp_path / "a.urdf"
-    for number in (10, 10, 20, 40):  # the first trial imports modules, and does not count
+    path.write_text(long_file(kind, 10))
+    load_check_repair(path)  # lines of imports do not count
+    for number in (10, 20, 40):
         path.write_text(long_file(kind, number))
-        work.append(lines_run(lambda: load_check_repair(path)) if number > 10 or work else 0)
-    assert work[3] - work[2] < 2.02 * (work[2] - work[1]), work
+        work.append(lines_run(lambda: load_check_repair(path)))
+    assert work[2] - work[1] < 2.02 * (work[1] - work[0]), work
 
 
 @pytest.mark.parametrize(
