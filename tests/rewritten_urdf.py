@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from rewriting.parts import about, roll_pitch_yaw
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
@@ -140,7 +141,7 @@ class Rewritten:
     def _shift(self, joint: ET.Element, angle: float) -> None:
         xyz, rpy = origin(joint)
         axis = np.array([float(x) for x in joint.find("axis").get("xyz").split()])
-        _place(joint, np.array(xyz), rotation(rpy) @ _about(axis, angle))
+        _place(joint, np.array(xyz), rotation(rpy) @ about(axis, angle))
         for end in ("lower", "upper"):
             limit = joint.find("limit")
             limit.set(end, repr(float(limit.get(end)) - angle))
@@ -185,21 +186,9 @@ def about_z(degrees: float) -> Array:
     return rotation((0.0, 0.0, math.radians(degrees)))
 
 
-def _about(axis: Array, angle: float) -> Array:
-    """Return the turn (3, 3) about a unit axis."""
-    x, y, z = axis
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
-
-
 def _place(element: ET.Element, xyz: Array, turn: Array) -> None:
     """Write an element's <origin>."""
     found = element.find("origin")
     found = ET.SubElement(element, "origin") if found is None else found
-    pitch = math.atan2(-turn[2, 0], math.hypot(turn[0, 0], turn[1, 0]))
-    if math.cos(pitch) > 1e-8:
-        roll, yaw = math.atan2(turn[2, 1], turn[2, 2]), math.atan2(turn[1, 0], turn[0, 0])
-    else:
-        roll, yaw = math.atan2(-turn[1, 2], turn[1, 1]), 0.0
-    found.set("xyz", " ".join(repr(float(x)) for x in xyz))
-    found.set("rpy", f"{roll!r} {pitch!r} {yaw!r}")
+    for name, values in (("xyz", xyz), ("rpy", roll_pitch_yaw(turn))):
+        found.set(name, " ".join(repr(float(x)) for x in values))

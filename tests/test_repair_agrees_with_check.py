@@ -9,7 +9,6 @@ import pytest
 from broken_urdfs import SOUND, NoMeshes, add, broken, every, part, put, remove
 from conftest import Run
 from mutated_urdfs import mutated
-from test_findings import ALONE, TOGETHER
 
 import hexapod_pin as hp
 from hexapod_pin.robot import inspect
@@ -55,16 +54,6 @@ def test_findings_know_whether_they_are_repaired(seed: int) -> None:
     left = find_all(repaired.file, NoMeshes())
     assert [str(x) for x in left if x.repairable] == []
     assert repair_urdf(repaired.file, NoMeshes()).changes == ()
-
-
-@pytest.mark.parametrize("name", [*TOGETHER, *ALONE])
-def test_each_kind_of_finding_knows_it(name: str) -> None:
-    change, kind, place = {**TOGETHER, **ALONE}[name]
-    file = broken(change)
-    found = [x for x in find_all(file, NoMeshes()) if x.what == kind and place in x.where + x.value]
-    left = {(x.what, x.where) for x in find_all(repair_urdf(file, NoMeshes()).file, NoMeshes())}
-    assert {(x.what, x.where) in left for x in found} == {not found[0].repairable}
-    assert {x.repairable for x in found} == {found[0].repairable}
 
 
 def test_sliding_joints(run: Run, tmp_path: Path) -> None:

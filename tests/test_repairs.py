@@ -36,12 +36,18 @@ NO_REPAIR = {"too dense", "mesh not found", "unreadable origin", "loop", "absurd
 
 
 @pytest.mark.parametrize("name", [*TOGETHER, *ALONE])
-def test_each_trouble_is_gone(name: str) -> None:
-    """Found before, not after, said, and nothing else came up; a second repair changes nothing."""
-    change, kind, _ = {**TOGETHER, **ALONE}[name]
-    done = repaired(change)
-    left = {x.what for x in find_all(done.file, NoMeshes())}
-    assert left >= {kind} & NO_REPAIR
+def test_each_trouble_is_found_and_gone(name: str) -> None:
+    """Kind and place; a repair removes it if it says so, adds nothing, and has no second effect."""
+    change, kind, place = {**TOGETHER, **ALONE}[name]
+    file = broken(change)
+    findings = find_all(file, NoMeshes())
+    found = [x for x in findings if x.what == kind and place in x.where + x.value]
+    assert found and all(x.value and x.rule and x.repair for x in findings), findings
+    assert {x.repairable for x in found} == {kind not in NO_REPAIR}
+    done = repair_urdf(file, NoMeshes())
+    after = find_all(done.file, NoMeshes())
+    left, places = {x.what for x in after}, {(x.what, x.where) for x in after}
+    assert {(x.what, x.where) in places for x in found} == {kind in NO_REPAIR}
     if kind != "absurd size":  # of which nothing else can be judged
         assert left - {"mesh not found"} == ({kind} & NO_REPAIR) - {"mesh not found"}
     assert done.changes or kind in NO_REPAIR
