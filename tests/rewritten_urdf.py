@@ -93,7 +93,7 @@ class Rewritten:
         return self
 
     def renamed(self) -> Rewritten:
-        """Give all links and joints names that say nothing."""
+        """Give all links and joints names without meaning."""
         links = [x.get("name") for x in self.root.findall("link")]
         new = {name: f"part{(7 * k) % 97}" for k, name in enumerate(links)}
         for k, joint in enumerate(self.root.findall("joint")):

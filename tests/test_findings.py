@@ -160,7 +160,7 @@ def test_more_than_forty_kinds() -> None:
 
 
 def test_all_at_once_in_one_pass() -> None:
-    """Trouble of one kind hides none of another."""
+    """A fault of one kind hides none of another."""
     findings = find_all(broken(*(change for change, _, _ in TOGETHER.values())), NoMeshes())
     missing = {
         name for name, (_, kind, place) in TOGETHER.items()
@@ -182,13 +182,13 @@ def test_equal_findings_are_one_block() -> None:
     assert "velocity 0 rad/s" in lines[2]
 
 
-def test_text_before_the_declaration_is_read_and_said() -> None:
+def test_text_before_the_declaration_is_read_and_reported() -> None:
     file = parse_urdf(("<!-- (c) -->\n" + SOUND).encode(), "x")
     assert [x.what for x in find_all(file, None)] == ["text before XML"]
     assert file.text == SOUND
 
 
-def test_unbound_prefixes_are_read_and_said() -> None:
+def test_unbound_prefixes_are_read_and_reported() -> None:
     """Left over from xacro or Gazebo: ElementTree alone would raise."""
     text = SOUND.replace("</robot>", "<gazebo:plugin xacro:if='1'/></robot>")
     file = parse_urdf(text.encode(), "x")

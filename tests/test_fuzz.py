@@ -1,4 +1,4 @@
-"""Odd inputs through every public door: used, or refused with an error of the package."""
+"""Odd inputs through every entry point: used, or refused with an error of the package."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from hexapod_pin.errors import HexapodError, ParameterError, UrdfError
 from hexapod_pin.robot.repair.finding import RepairOptions
 
 INPUTS = 6
-"""Of each door; `make fuzz` tries many more with seeds of the clock."""
+"""Of each entry point; `make fuzz` tries many more with seeds of the clock."""
 
 IN_PROCESS = [door for door in DOORS if door not in SELDOM]
 
@@ -197,7 +197,7 @@ def replaced(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("fault", "told"),
+    ("fault", "path"),
     [
         (lambda tree: (tree.foreign / "precious").write_text("lost"), "foreign/precious"),
         (lambda tree: (tree.work / "linked.nc").write_text("lost"), "foreign/precious.nc"),
@@ -208,14 +208,14 @@ def replaced(path: Path) -> None:
     ],
 )
 def test_a_changed_file_of_others_is_a_fault_once(
-    fault: Callable[[Any], Any], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    fault: Callable[[Any], Any], path: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     tree = WatchedFolder(tmp_path)
     monkeypatch.setattr(material, "watched", lambda: tree)
     doors = {"bad": lambda rng: fault(tree), "good": lambda rng: None}
     monkeypatch.setattr("fuzz.campaign.DOORS", doors)
     bad, good = attempt("bad", 1), attempt("good", 1)
-    assert bad.kind == "FAULT" and bad.changed >= 1 and told in bad.fault
+    assert bad.kind == "FAULT" and bad.changed >= 1 and path in bad.fault
     assert (good.kind, good.changed) == ("used", 0)
 
 

@@ -140,14 +140,14 @@ def test_a_mesh_names_no_file_outside_its_folder(tmp_path: Path) -> None:
             read_mesh(tmp_path / "in" / "a.gltf")
 
 
-def test_the_size_is_bounded_whatever_a_file_says_of_it(tmp_path: Path) -> None:
+def test_the_size_is_bounded_whatever_size_a_file_claims(tmp_path: Path) -> None:
     path = tmp_path / "a"
     path.write_bytes(b"x" * 100)
     assert read_bytes(path, 100) == b"x" * 100
     with refused(OSError, errno=errno.EFBIG, filename=str(path), about=("100", "99")):
         read_bytes(path, 99)
     with refused(OSError, errno=errno.EFBIG, filename="/proc/self/maps", about=("10",)):
-        read_bytes("/proc/self/maps", 10)  # says that it has none
+        read_bytes("/proc/self/maps", 10)  # its stated size is 0
     with refused(ParameterError, "case file", str(path)):
         read_text(path, "case file", 99)
 

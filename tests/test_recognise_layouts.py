@@ -66,15 +66,15 @@ def test_round_robots_walk_along_the_nearest_line_between_hips(
     assert [leg.radius for leg in layout.legs] == [RADIUS] * count
 
 
-def test_a_camera_tells_the_front_and_names_go_before_it() -> None:
+def test_a_camera_marks_the_front_and_names_go_before_it() -> None:
     text = round_robot(6, 0.0, front=True)
     assert found(text).turn == pytest.approx(about_z(90.0), abs=1e-12)
-    assert any("camera_link" in said for said in found(text).inferred)
+    assert any("camera_link" in line for line in found(text).inferred)
     for k, name in enumerate(("m_r", "fr", "fl", "ml", "bl", "br")):
         text = text.replace(f'"a{k}"', f'"hip_{name.replace("_", "")}"')
     layout = found(text.replace('xyz="0.0 0.11', 'xyz="0.0 -0.11'))
     assert layout.turn == pytest.approx(about_z(90.0), abs=1e-12)
-    assert any("names" in said for said in layout.inferred)
+    assert any("names" in text for text in layout.inferred)
     assert layout.legs[0].joints[0] == "hip_fl"
 
 
@@ -88,7 +88,7 @@ def test_four_to_eight_legs_are_found_and_named(count: int) -> None:
     assert layout.turn == pytest.approx(np.eye(3), abs=1e-12)
 
 
-def test_legs_that_start_in_a_row_are_told_apart_by_where_they_reach() -> None:
+def test_legs_that_start_in_a_row_are_ordered_by_where_they_reach() -> None:
     root = ET.fromstring(legged(6))
     for name in leg_names(3, 3):
         hip = next(x for x in root.findall("joint") if x.get("name") == f"{name}_coxa_joint")
@@ -99,7 +99,7 @@ def test_legs_that_start_in_a_row_are_told_apart_by_where_they_reach() -> None:
     assert layout.turn == pytest.approx(np.eye(3), abs=1e-12)
 
 
-def test_a_file_that_states_its_legs_is_taken_at_its_word() -> None:
+def test_a_file_that_states_its_legs_is_not_inferred() -> None:
     text = legged(6, tarsus=0.3, pan=True)
     layout = recognise(parse_urdf(text.encode(), "stated"), FINDER, RobotHints())
     assert layout.inferred == ()
@@ -116,7 +116,7 @@ def test_of_four_joints_the_yaw_and_the_two_with_the_longest_links_walk() -> Non
     assert leg.held == ("lf_tarsus_joint",)
     assert set(layout.held) == {f"{leg.name}_tarsus_joint" for leg in layout.legs} | {"pan_joint"}
     assert layout.held["pan_joint"] == 0.0
-    assert any("pan_joint" in said for said in layout.inferred)
+    assert any("pan_joint" in text for text in layout.inferred)
 
 
 def test_two_joints_walk_and_a_spring_is_held_with_the_foot_beyond_it() -> None:

@@ -45,7 +45,7 @@ def true_feet(name: str) -> Array:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_a_robot_that_says_all_is_taken_at_its_word(name: str) -> None:
+def test_a_robot_that_states_all_is_not_inferred(name: str) -> None:
     robot = hp.load_robot(name)
     layout = recognise(
         parse_urdf(robot.urdf.encode(), name), ResourceFinder(robot.source), NO_HINTS
@@ -97,7 +97,7 @@ def test_names_axes_zeros_and_nested_links_do_not_matter(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_a_turn_by_half_a_circle_without_names_is_told_apart_by_the_user(name: str) -> None:
+def test_a_turn_by_half_a_circle_without_names_is_resolved_by_the_user(name: str) -> None:
     layout = found(Rewritten.packaged(name).turned(about_z(180.0)).renamed())
     assert layout.turn[0, 0] == 1.0
     assert any("assumed" in text for text in layout.inferred)

@@ -106,7 +106,7 @@ def test_hints_are_those_of_check(run: Run, tmp_path: Path) -> None:
 BOX = '<visual><geometry><box size="0.2 0.2 0.05"/></geometry></visual>'
 
 
-def test_lines_say_where_there_is_no_repair() -> None:
+def test_lines_report_where_there_is_no_repair() -> None:
     file = broken(put("joint lf_foot_joint/origin", xyz="z"), every("joint", "limit", velocity="0"))
     repairs = [line for line in finding_lines(find_all(file, None)) if line.startswith("  repair ")]
     assert [line.split()[1] == "none:" for line in repairs] == [True, False]

@@ -126,7 +126,7 @@ def test_no_vertices_and_no_triangles(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("factor", [1e300, 1e9, -1e308, 1e-12, 1e-300, -1e-310])
 def test_a_scale_that_makes_a_mesh_absurd(tmp_path: Path, factor: float) -> None:
-    """The reason names the size, the allowed ones and the scale as the way out."""
+    """The reason names the size, the allowed ones and the scale as the remedy."""
     path = write_ply(tmp_path / "a.ply", CORNERS)
     with refused(MeshError, file=str(path)) as caught:
         read_mesh(path, (factor,) * 3)
@@ -171,7 +171,7 @@ GROUNDS = {
 @pytest.mark.parametrize("function", ["clearance", "lift"])
 @pytest.mark.parametrize("value", FAR)
 def test_clearance_of_places_beyond_any_ground(name: str, function: str, value: float) -> None:
-    """On stairs it said 1e9 m for a place at 1e12 m, or that an empty sequence has no minimum."""
+    """On stairs the result was 1e9 m for a place at 1e12 m, or the minimum of an empty sequence."""
     measure = getattr(GROUNDS[name], function)
     for axis in range(3):
         point = np.zeros((1, 3))
@@ -237,7 +237,7 @@ def test_shapes_of_absurd_size_are_dropped(
 
 @pytest.mark.parametrize("value", ["1e9", "1e12", "1e300", "nan"])
 def test_joints_at_absurd_places_are_refused_by_name(tmp_path: Path, value: str) -> None:
-    """At 1e12 m a foot was said to lie 6e-05 m outside the reach of its leg."""
+    """At 1e12 m a foot was reported to lie 6e-05 m outside the reach of its leg."""
     file = broken(put("joint lf_femur_joint/origin", xyz=f"0 0 {value}"))
     (found,) = [x for x in find_all(file, None) if x.severity == "refused"]
     assert (found.what, found.where) == ("unreadable origin", "joint 'lf_femur_joint'")

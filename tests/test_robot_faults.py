@@ -70,7 +70,7 @@ def test_a_few_links_more_than_legs_need_are_read(tmp_path: Path):
 
 
 @pytest.mark.parametrize("data", [b"\xff\xfe\x00", BASE.encode().replace(b"S2", b"S\xe9", 1)])
-def test_text_that_is_not_utf8_is_told_with_its_byte(data: bytes, tmp_path: Path):
+def test_text_that_is_not_utf8_is_refused_with_its_byte(data: bytes, tmp_path: Path):
     path = tmp_path / "robot.urdf"
     path.write_bytes(data)
     place = next(k for k, byte in enumerate(data) if byte >= 128)
@@ -130,7 +130,7 @@ def test_huge_limits_end_in_a_result_or_a_refusal(name: str, tmp_path: Path):
         ("${(lambda: 1)()}", "Lambda"), ("${python.vars(math)}", "'vars'"),
     ],
 )  # fmt: skip
-def test_expressions_that_take_for_ever_or_lead_out(expression: str, about: str, tmp_path: Path):
+def test_endless_and_unsafe_expressions_are_refused(expression: str, about: str, tmp_path: Path):
     path = tmp_path / "robot.xacro"
     path.write_text(XACRO.format(f'<link name="{expression}"/>'), encoding="utf-8")
     with refused(UrdfError, source=str(path), about=(about, html.unescape(expression[2:-1]))):

@@ -106,7 +106,7 @@ def test_a_patch_equals_ground_of_its_own_coefficients(
         np.testing.assert_allclose(patched, own, rtol=1e-12, atol=1e-12 * np.abs(own).max())
 
 
-def test_shaken_ground_moves_as_it_says() -> None:
+def test_shaken_ground_moves_by_its_formula() -> None:
     table = hp.terrain.ShakingGround(amplitude=2e-3, frequency=12.0)
     time = np.array([0.0, 1.0 / 48.0, 1.0 / 24.0])
     assert table.lift_at(time) == pytest.approx([0.0, 2e-3, 0.0], abs=1e-15)

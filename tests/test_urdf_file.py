@@ -105,7 +105,7 @@ def test_refused_by_name(tmp_path: Path, text: str, culprit: str, value: str) ->
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "about"),
     [
         ("", "not XML"),
         ("not xml at all", "line 1"),
@@ -116,9 +116,9 @@ def test_refused_by_name(tmp_path: Path, text: str, culprit: str, value: str) ->
         ('<!DOCTYPE r SYSTEM "file:///etc/hostname"><robot name="&x;"/>', "DOCTYPE"),
     ],
 )
-def test_no_urdf_at_all(tmp_path: Path, text: str, words: str) -> None:
+def test_no_urdf_at_all(tmp_path: Path, text: str, about: str) -> None:
     """Refused before any parser of a library sees the file, with the place where it breaks."""
-    assert words in refusal(tmp_path, text)[0]
+    assert about in refusal(tmp_path, text)[0]
 
 
 def test_all_findings_at_once(tmp_path: Path) -> None:
