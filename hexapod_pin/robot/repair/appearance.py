@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from hexapod_pin.robot.description.urdf_file import (
-    LARGEST_LENGTH,
     Link,
     UrdfFile,
     length,
@@ -92,15 +91,7 @@ def _of_link(measures: Measures, link: Link) -> Iterator[Finding]:
         for shape in link.element.findall(tag):
             if text := bad_shape(shape):
                 value = f"{tag}: {text}"
-                yield Finding(
-                    "unreadable shape",
-                    where,
-                    value,
-                    f"a geometry of a size above 0, at a place of three numbers, both at most"
-                    f" {LARGEST_LENGTH:g} m",
-                    "the shape is dropped",
-                    "suspicious",
-                )
+                yield Finding.of("unreadable shape", where, value)
             for geometry in shape.findall("geometry/*"):
                 uri = geometry.get("filename") or ""
                 if geometry.tag == "mesh" and (uri, geometry.get("scale")) not in seen:
@@ -110,50 +101,20 @@ def _of_link(measures: Measures, link: Link) -> Iterator[Finding]:
 
 def _of_mesh(measures: Measures, mesh: ET.Element, where: str, uri: str) -> Iterator[Finding]:
     if bad_scale(mesh):
-        yield Finding(
-            "mesh scale",
-            where,
-            f"scale {mesh.get('scale')!r}",
-            "three numbers other than 0",
-            "scale 1 1 1",
-            "suspicious",
-        )
+        yield Finding.of("mesh scale", where, f"scale {mesh.get('scale')!r}")
     finder = measures.solids.finder
     if finder is None:
         return
     if finder.find(uri) is None if uri else True:
-        yield Finding(
-            "mesh not found",
-            where,
-            f"mesh {uri!r}",
-            "a file that can be found",
-            "give its package's folder by package_path=[...]",
-            "suspicious",
-            repairable=False,
-        )
+        yield Finding.of("mesh not found", where, f"mesh {uri!r}")
     elif not bad_scale(mesh) and measures.solids.mesh(mesh) is None:
-        yield Finding(
-            "mesh without volume",
-            where,
-            f"mesh {uri!r}",
-            "a mesh of a solid in STL, DAE or OBJ",
-            "export it as a closed solid; the link counts as having no shape",
-            "suspicious",
-            repairable=False,
-        )
+        yield Finding.of("mesh without volume", where, f"mesh {uri!r}")
 
 
 def _materials(file: UrdfFile) -> Iterator[Finding]:
     count = Counter(material.get("name") or "" for material in repeated_materials(file))
     for name, more in count.items():
-        yield Finding(
-            "material defined twice",
-            f"material {name!r}",
-            f"{more + 1} times",
-            "once; other parsers refuse this",
-            "the others are dropped",
-            "suspicious",
-        )
+        yield Finding.of("material defined twice", f"material {name!r}", f"{more + 1} times")
 
 
 def _colours(file: UrdfFile) -> Iterator[Finding]:
@@ -162,23 +123,9 @@ def _colours(file: UrdfFile) -> Iterator[Finding]:
         colour = colour_of(element)
         where = f"colour {number}"
         if len(colour) != CHANNELS or not all(map(math.isfinite, colour)):
-            yield Finding(
-                "unreadable colour",
-                where,
-                f"rgba {element.get('rgba')!r}",
-                "four numbers from 0 to 1",
-                "the colour is dropped",
-                "suspicious",
-            )
+            yield Finding.of("unreadable colour", where, f"rgba {element.get('rgba')!r}")
         elif max(colour) > 1.0 or min(colour) < 0.0:
-            yield Finding(
-                "colour out of range",
-                where,
-                f"rgba {element.get('rgba')!r}",
-                "four numbers from 0 to 1",
-                "divided by 255 where one is above 1, else limited",
-                "suspicious",
-            )
+            yield Finding.of("colour out of range", where, f"rgba {element.get('rgba')!r}")
 
 
 # Repairs of shapes, mesh scales, colours and materials.

@@ -9,15 +9,14 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_tree
 from hexapod_pin.robot.repair.measures import LinkSolids, Measures, MeshFinder
+from hexapod_pin.robot.repair.rules import RULES, Severity
 from hexapod_pin.spec import Spec
-
-Severity = Literal["refused", "suspicious"]
 
 
 @dataclass(frozen=True)
@@ -43,6 +42,11 @@ class Finding:
     repair: str
     severity: Severity = "refused"
     repairable: bool = True
+
+    @staticmethod
+    def of(what: str, where: str, value: str) -> Finding:
+        """Return a finding of a kind that `RULES` has."""
+        return Finding(what, where, value, *RULES[what])
 
     def __str__(self) -> str:
         """Return the finding as a sentence."""

@@ -191,14 +191,8 @@ def _of_size(measures: Measures, link: Link, judged: bool) -> Iterator[Finding]:
             "suspicious",
         )
     if solid is not None and (link.mass or 0.0) > rules.DENSEST_LINK * solid.volume:
-        yield Finding(
-            "too dense",
-            where,
-            f"mass {link.mass:g} kg for {solid.volume * 1e3:.3g} litres",
-            f"at most ten times as dense as osmium ({rules.HEAVIEST:g} kg/m^3)",
-            "check its mass and shape: one link alone does not show a unit",
-            "suspicious",
-            repairable=False,
+        yield Finding.of(
+            "too dense", where, f"mass {link.mass:g} kg for {solid.volume * 1e3:.3g} litres"
         )
     if not judged and (text := broken(link)):
         yield Finding(
@@ -221,14 +215,7 @@ def _of_size(measures: Measures, link: Link, judged: bool) -> Iterator[Finding]:
             repairable=fits,
         )
     if text := off_centre(measures, link):
-        yield Finding(
-            "centre of mass outside",
-            where,
-            text,
-            "lies within the body",
-            "the centre of the link's solid",
-            "suspicious",
-        )
+        yield Finding.of("centre of mass outside", where, text)
 
 
 # Repairs of inertias: units, impossible ones, and those that do not fit their link.

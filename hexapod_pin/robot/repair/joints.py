@@ -6,7 +6,7 @@ import math
 import xml.etree.ElementTree as ET
 from collections.abc import Container, Iterator
 
-from hexapod_pin.robot.description.urdf_file import JOINT_TYPES, LARGEST_LENGTH, Joint, attribute
+from hexapod_pin.robot.description.urdf_file import JOINT_TYPES, Joint, attribute
 from hexapod_pin.robot.repair import rules
 from hexapod_pin.robot.repair.finding import Draft, Finding
 from hexapod_pin.robot.repair.measures import Measures
@@ -73,25 +73,10 @@ def joints_of_legs(measures: Measures) -> set[str]:
 def _of_joint(joint: Joint, legs: Container[str]) -> Iterator[Finding]:
     where = f"joint {joint.name!r}"
     if not all(map(math.isfinite, joint.xyz + joint.rpy)):
-        yield Finding(
-            "unreadable origin",
-            where,
-            f"origin {_written(joint)}",
-            f"xyz [m] and rpy [rad] are three numbers each, xyz at most {LARGEST_LENGTH:g} m",
-            "write the numbers",
-            repairable=False,
-        )
+        yield Finding.of("unreadable origin", where, f"origin {_written(joint)}")
     yield from _numbers(joint, where)
     if joint.kind not in JOINT_TYPES:
-        rule = f"known: {', '.join(JOINT_TYPES)}"
-        value = f"unknown type {joint.kind!r}"
-        yield Finding(
-            "unknown joint type",
-            where,
-            value,
-            rule,
-            "revolute where it has limits and an axis, else fixed",
-        )
+        yield Finding.of("unknown joint type", where, f"unknown type {joint.kind!r}")
         return
     if joint.moves:
         yield from _of_moved(joint, where, legs)
@@ -117,33 +102,14 @@ def _of_moved(joint: Joint, where: str, legs: Container[str]) -> Iterator[Findin
             "renamed",
         )
     if joint.element.find("mimic") is not None:
-        yield Finding(
-            "coupled joint",
-            where,
-            "<mimic>",
-            "coupled joints are not simulated",
-            "the coupling is dropped: the joint moves by itself",
-        )
+        yield Finding.of("coupled joint", where, "<mimic>")
     norm, axis = math.hypot(*joint.axis), " ".join(f"{value:g}" for value in joint.axis)
     if joint.kind == "floating":
         return
     if not norm >= AXIS_NORM_TOLERANCE or not math.isfinite(norm):
-        yield Finding(
-            "zero axis",
-            where,
-            f"axis {axis} has length {norm:g}",
-            "must be a unit vector",
-            "the joint is made fixed",
-        )
+        yield Finding.of("zero axis", where, f"axis {axis} has length {norm:g}")
     elif abs(norm - 1) > AXIS_NORM_TOLERANCE:
-        yield Finding(
-            "axis not of unit length",
-            where,
-            f"axis {axis}",
-            "made a unit vector",
-            "made a unit vector",
-            "suspicious",
-        )
+        yield Finding.of("axis not of unit length", where, f"axis {axis}")
 
 
 def _numbers(joint: Joint, where: str) -> Iterator[Finding]:
@@ -158,12 +124,8 @@ def _numbers(joint: Joint, where: str) -> Iterator[Finding]:
         )
     for element in unreadable_elements(joint):
         attributes = ", ".join(f"{name} {value!r}" for name, value in element.attrib.items())
-        yield Finding(
-            "unreadable element",
-            where,
-            f"<{element.tag}> with {attributes or 'no attribute'}",
-            "parsers refuse missing and non-finite numbers, of fixed joints too",
-            "the element is dropped",
+        yield Finding.of(
+            "unreadable element", where, f"<{element.tag}> with {attributes or 'no attribute'}"
         )
 
 

@@ -8,8 +8,9 @@ from collections.abc import Iterator
 
 from hexapod_pin.robot.description.urdf_file import Joint
 from hexapod_pin.robot.repair import rules
-from hexapod_pin.robot.repair.finding import Draft, Finding, Severity
+from hexapod_pin.robot.repair.finding import Draft, Finding
 from hexapod_pin.robot.repair.measures import Measures
+from hexapod_pin.robot.repair.rules import Severity
 
 REPAIR_RANGE = {
     "revolute": f"assumed: {-rules.JOINT_RANGE:g} to {rules.JOINT_RANGE:g} rad",

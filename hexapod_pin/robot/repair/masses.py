@@ -229,17 +229,8 @@ def _slip(slip: UnitSlip, sized: bool) -> Finding:
 
 
 def _size(measures: Measures) -> Iterator[Finding]:
-    span, (low, high) = measures.span, rules.SPAN
-    if span > 0.0 and not low <= span <= high:
-        yield Finding(
-            "absurd size",
-            "robot",
-            f"joints span {span:.3g} m",
-            f"{low:g} to {high:g} m is plausible",
-            "no unit explains it; scale the lengths",
-            "suspicious",
-            repairable=False,
-        )
+    if not measures.plausible_size:
+        yield Finding.of("absurd size", "robot", f"joints span {measures.span:.3g} m")
 
 
 def _mass(measures: Measures) -> Iterator[Finding]:

@@ -8,13 +8,11 @@ from bisect import bisect
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
-from hexapod_pin.file_schema import LONGEST_NAME, is_name
+from hexapod_pin.file_schema import is_name
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.repair.finding import Draft, Finding
 from hexapod_pin.robot.repair.joints import KEPT_NAMES
-
-MAX_MOVED_JOINTS = 300
-"""Larger models are refused: the mass matrix and its workspace grow with the square."""
+from hexapod_pin.robot.repair.rules import MAX_MOVED_JOINTS
 
 LONGEST_SHOWN = 40
 """Characters that a finding shows of a name."""
@@ -26,44 +24,20 @@ WORLD = "world"
 def structure_findings(file: UrdfFile) -> list[Finding]:
     """Return every trouble of names and of the tree."""
     if not file.links:
-        rule = "a robot needs at least one"
-        way_out = "give the whole file"
-        return [Finding("no link", "robot", "no <link>", rule, way_out, repairable=False)]
-    found = [
-        *_text(file),
-        *_odd_names(file),
-        *_names(file),
-        *_ends(file),
-        *_parents(file),
-        *_roots(file),
-    ]
-    found += [*_loops(file), *_world(file)]
+        return [Finding.of("no link", "robot", "no <link>")]
+    checks = (_text, _odd_names, _names, _ends, _parents, _roots, _loops, _world)
+    found = [finding for check in checks for finding in check(file)]
     moved = sum(joint.moves for joint in file.joints)
     if moved > MAX_MOVED_JOINTS:
-        rule = f"at most {MAX_MOVED_JOINTS} are simulated"
-        found.append(
-            Finding(
-                "too many joints",
-                "robot",
-                f"{moved} moved joints",
-                rule,
-                "make joints that do not matter fixed",
-                repairable=False,
-            )
-        )
+        found.append(Finding.of("too many joints", "robot", f"{moved} moved joints"))
     return found
 
 
 def _text(file: UrdfFile) -> Iterator[Finding]:
     for text in file.repairs:
-        rule = "an XML declaration stands first; other parsers refuse this"
-        yield Finding("text before XML", "file", text, rule, "dropped", "suspicious")
-
+        yield Finding.of("text before XML", "file", text)
     for prefix in unbound_prefixes(file):
-        rule = "prefixes are declared by xmlns; other parsers refuse this"
-        yield Finding(
-            "unbound prefix", "file", f"prefix {prefix!r}", rule, "declared", "suspicious"
-        )
+        yield Finding.of("unbound prefix", "file", f"prefix {prefix!r}")
 
 
 def unbound_prefixes(file: UrdfFile) -> list[str]:
@@ -88,13 +62,10 @@ def _odd_names(file: UrdfFile) -> Iterator[Finding]:
     ):
         for name in dict.fromkeys(names):
             if name and not is_name(name):
-                yield Finding(
+                yield Finding.of(
                     "name that cannot be printed",
                     f"{kind} {name[:LONGEST_SHOWN]!r}",
                     f"{len(name)} characters",
-                    f"at most {LONGEST_NAME}, without control and direction characters",
-                    "name it otherwise",
-                    repairable=False,
                 )
 
 
@@ -122,13 +93,7 @@ def _names(file: UrdfFile) -> Iterator[Finding]:
                     f"named {kind}_1, {kind}_2, ...",
                 )
             elif count > 1:
-                yield Finding(
-                    "duplicate name",
-                    f"{kind} {name!r}",
-                    f"{count} of that name",
-                    "names must be unique",
-                    "identical copies dropped, others numbered, joints follow",
-                )
+                yield Finding.of("duplicate name", f"{kind} {name!r}", f"{count} of that name")
 
 
 def _ends(file: UrdfFile) -> Iterator[Finding]:
@@ -214,14 +179,7 @@ def _loops(file: UrdfFile) -> Iterator[Finding]:
     reached = {name for root in file.roots for name in tree_of(file, root)}
     lost = [name for name in file.link_by_name if name not in reached]
     if lost:
-        yield Finding(
-            "loop",
-            f"links {', '.join(map(repr, lost))}",
-            "on a loop of joints",
-            "the links must form a tree",
-            "remove the joint that closes the loop",
-            repairable=False,
-        )
+        yield Finding.of("loop", f"links {', '.join(map(repr, lost))}", "on a loop of joints")
 
 
 def _world(file: UrdfFile) -> Iterator[Finding]:
@@ -230,13 +188,10 @@ def _world(file: UrdfFile) -> Iterator[Finding]:
     link, joints = file.link_by_name[WORLD], file.joints_below[WORLD]
     bare = link.mass is None and not any(link.element.find(x) is not None for x in SHAPES)
     if bare and len(joints) == 1 and not joints[0].moves:
-        yield Finding(
+        yield Finding.of(
             "fixed to the world",
             f"link {WORLD!r}",
             f"joint {joints[0].name!r} bolts {joints[0].child!r} to it",
-            "a walking robot's trunk is free: here it floats, elsewhere it does not",
-            "link and joint are dropped",
-            "suspicious",
         )
 
 
