@@ -99,7 +99,7 @@ class NormalLaw(Spec):
 
     def _changed(self, **fields: float) -> Self:
         """Return the same law with other numbers."""
-        return type(self)(**{**self.model_dump(), **fields})
+        return type(self)(**{**dict(self), **fields})
 
     def _impact_depth(self, factor: float) -> float:
         """Return the depth of a free impact with `factor` times the stiffness, over that with K."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from hexapod_pin.errors import HexapodError, UrdfError
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
@@ -19,9 +19,6 @@ from hexapod_pin.robot.recognition.layout import (
 )
 from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.repair.find_all import check_urdf
-
-if TYPE_CHECKING:
-    from hexapod_pin.robot.repair.finding import RepairOptions
 
 
 class LoadedUrdf(NamedTuple):
@@ -63,9 +60,11 @@ def loaded(read: SourceFile, options: LoadOptions, layout: RobotLayout | None = 
     file, finder, _, notes = read
     repaired: tuple[str, ...] = ()
     if options.repair:
+        from hexapod_pin.robot.repair.finding import RepairOptions
         from hexapod_pin.robot.repair.repair_urdf import repair_urdf
 
-        done = repair_urdf(file, finder, _repair_options(options))
+        numbers = {name: getattr(options, name) for name in RepairOptions.model_fields}
+        done = repair_urdf(file, finder, RepairOptions(**numbers))
         file, repaired = done.file, done.changes
         notes = (*notes, *done.notes)
     findings, suspicious = check_urdf(file)
@@ -124,12 +123,3 @@ def read_file(path: Path, options: LoadOptions) -> SourceFile:
     read = read_robot_text(path, xacro_args=options.xacro_args, package_path=folders)
     file, finder = parse_urdf(read.text.encode(), str(path)), ResourceFinder(path, folders)
     return SourceFile(file, finder, read.expanded, read.notes)
-
-
-def _repair_options(options: LoadOptions) -> RepairOptions:
-    from hexapod_pin.robot.repair.finding import RepairOptions
-
-    return RepairOptions(
-        mass=options.mass, density=options.density,
-        effort=options.effort, velocity=options.velocity,
-    )  # fmt: skip
