@@ -157,7 +157,7 @@ def test_many_points(tmp_path: Path) -> None:
 
 # places and sizes -------------------------------------------------------------------------------
 
-FAR = (1e12, -1e12, 1e300, 1.7e308)
+FAR = (1e12, -1e12, 1.7e308)
 GROUNDS = {
     "flat": hp.Flat(),
     "slope": hp.Slope(angle=0.2),
@@ -180,12 +180,6 @@ def test_clearance_of_places_beyond_any_ground(name: str, function: str, value: 
             measure(point, 0.1)
     with refused(ParameterError, "radii[1]", abs(value)):
         measure([[0, 0, 0], [0, 0, 1]], [0.1, abs(value)])
-
-
-@pytest.mark.parametrize("points", ["abc", [[0, 0, 0], [0, 0]], [[0, 0, "x"]]])
-def test_clearance_of_what_is_no_array_of_numbers(points: object) -> None:
-    with refused(ParameterError, "Ground.clearance.points"):
-        hp.Flat().clearance(points)  # type: ignore[arg-type]
 
 
 def test_clearance_as_far_as_a_ground_reaches() -> None:

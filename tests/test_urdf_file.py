@@ -107,13 +107,10 @@ def test_refused_by_name(tmp_path: Path, text: str, culprit: str, value: str) ->
 @pytest.mark.parametrize(
     ("text", "about"),
     [
-        ("", "not XML"),
         ("not xml at all", "line 1"),
         (GOOD[:2000], "not XML"),
         ("<sdf/>", "<sdf>"),
         ('<robot name="empty"/>', "no <link>"),
-        ('<!DOCTYPE robot [<!ENTITY a "b">]>' + GOOD.split("\n", 1)[1], "DOCTYPE"),
-        ('<!DOCTYPE r SYSTEM "file:///etc/hostname"><robot name="&x;"/>', "DOCTYPE"),
     ],
 )
 def test_no_urdf_at_all(tmp_path: Path, text: str, about: str) -> None:
@@ -133,18 +130,13 @@ def test_all_findings_at_once(tmp_path: Path) -> None:
 
 
 def test_unreadable_files(tmp_path: Path) -> None:
-    """Missing, a folder, not UTF-8, too large."""
+    """Missing, a folder, too large."""
     missing = tmp_path / "missing.urdf"
     for path, cause in ((missing, FileNotFoundError), (tmp_path, IsADirectoryError)):
-        with refused(UrdfError, source=str(path)) as caught:
+        about = ("folder", "URDF") if path is tmp_path else ()
+        with refused(UrdfError, source=str(path), about=about) as caught:
             load_robot(path)
         assert isinstance(caught.value.__cause__, cause)
-    latin = tmp_path / "latin.urdf"
-    data = GOOD.replace("kharagpur", "käfer").encode("latin-1")
-    latin.write_bytes(data)
-    place = data.index("ä".encode("latin-1"))
-    with refused(UrdfError, source=str(latin), about=("UTF-8", str(place))):
-        load_robot(latin)
     big = tmp_path / "big.urdf"
     big.write_text(GOOD)
     size = big.stat().st_size
