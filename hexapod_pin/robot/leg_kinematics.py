@@ -340,7 +340,7 @@ def follow_search(leg: LegGeometry, targets: Array, near: Array, *, limits: bool
 
 
 def _jumps(q: Array) -> NDArray[np.bool_]:
-    """Tell which angles (N, J) are far from those before. Shape (N - 1,)."""
+    """Return which angles (N, J) are far from those before. Shape (N - 1,)."""
     return np.asarray((np.abs(np.diff(q, axis=0)) >= MAX_ANGLE_CHANGE).any(axis=1))
 
 

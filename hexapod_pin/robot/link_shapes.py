@@ -145,7 +145,7 @@ def _mesh_bounds(robot: Robot, mesh: ElementTree.Element) -> Array:
         raise ValueError(f"mesh {name!r} {error.reason}") from error
 
 
-# The trunk's outermost points: what touches the ground where a robot falls or sits down.
+# The trunk's outermost points, which touch the ground where a robot falls or sits down.
 
 MAX_TRUNK_POINTS = 16
 """How many points stand for a trunk at most."""

@@ -103,7 +103,7 @@ class Scene(Immutable):
             )  # fmt: skip
 
     def __eq__(self, other: object) -> bool:
-        """Tell whether both mean the same."""
+        """Return whether both mean the same."""
         return isinstance(other, Scene) and (self is other or self._meaning == other._meaning)
 
     def __hash__(self) -> int:

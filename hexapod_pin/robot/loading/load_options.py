@@ -81,7 +81,7 @@ def read_hints(urdf: Path) -> LoadOptions:
         raise ParameterError(error.name, error.value, allowed, hint) from error
 
 
-# Writing what was inferred about a robot as a hints file: it is then said, and can be edited.
+# A hints file from what was inferred about a robot: it is then stated, and can be edited.
 
 HEAD = """\
 # Read with the URDF of the same name: what stands here goes before what would be inferred.

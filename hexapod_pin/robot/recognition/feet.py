@@ -97,7 +97,7 @@ def bare_foot(file: UrdfFile, frames: TreeFrames, body: LegBody, leg: str) -> Fo
     raise UrdfError(
         file.source,
         [
-            f"{text} that tells where its foot is{why}; give feet=[...], or package_path=[...] for"
+            f"{text} from which its foot follows{why}; give feet=[...], or package_path=[...] for"
             " its meshes"
         ],
     )

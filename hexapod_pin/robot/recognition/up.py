@@ -95,7 +95,7 @@ def _line(units: Array, hips: Array) -> tuple[Array, float, str]:
     if _flat(hips, across[:, 0]):
         scatter = float(np.sqrt(max(spread[0], 0.0) / max(float(spread[1]), 1e-300)))
         return across[:, 0], scatter, "across the plane of the hips"
-    return np.array([0.0, 0.0, 1.0]), 0.0, "the root link's z (assumed: nothing tells)"
+    return np.array([0.0, 0.0, 1.0]), 0.0, "the root link's z (assumed)"
 
 
 def _flat(hips: Array, line: Array) -> bool:
@@ -153,7 +153,7 @@ def _sign(
     if abs(now) > CLEAR:
         return float(-np.sign(now)), "feet below hips at zero angles"
     side = float(np.sign(line[np.abs(line).argmax()]))
-    return side, "its positive side (assumed: nothing tells)"
+    return side, "its positive side (assumed)"
 
 
 def mean_tip(chain: Chain, axes: Sequence[Axis], tip: Array) -> Array:
