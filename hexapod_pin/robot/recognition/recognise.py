@@ -125,40 +125,28 @@ def _forward(file: UrdfFile, legs: Legs, up: Up, hints: RobotHints) -> tuple[For
     habit = [leg_of_chain((x[0], x[1], x[2])) if len(x) == 3 else None for x in joints]
     off = float(np.abs(forward.turn - np.eye(3)).max())
     if off <= max(1e-6, 2 * (forward.miss + up.scatter)) and None not in habit:
-        by_place = _order(legs, np.eye(3))
-        if [habit[k] for k in by_place] == list(leg_names(*_sides(legs, np.eye(3)))):
+        by_place, names_by_place = _order(legs, np.eye(3))
+        if [habit[k] for k in by_place] == list(names_by_place):
             return Forward(np.eye(3), "", 0.0), []
     return forward, [up.reason] * bool(up.unit[2] < 1) + [forward.reason]
 
 
 def _named(legs: Legs, turn: Array) -> tuple[Legs, tuple[str, ...]]:
-    """Return the legs left ones first, front to rear, and their names."""
-    order = _order(legs, turn)
-    names = leg_names(*_sides(legs, turn))
+    """Return the legs, left ones first, front to rear, and their names."""
+    order, names = _order(legs, turn)
     if legs.given is not None:
         names = tuple(legs.given[k] for k in order)
     chains = tuple(legs.chains[k] for k in order)
     return replace(legs, chains=chains, bodies=tuple(legs.bodies[k] for k in order)), names
 
 
-def _order(legs: Legs, turn: Array) -> list[int]:
-    """Return the places of the legs: left ones first, front to rear."""
-    hips = _hips(legs, turn)
-    left = is_left(hips)
-    return sorted(range(len(hips)), key=lambda k: (not left[k], -hips[k, 0]))
-
-
-def _sides(legs: Legs, turn: Array) -> tuple[int, int]:
-    """Return how many legs are on the left and on the right."""
-    left = sum(is_left(_hips(legs, turn)))
-    return left, len(legs.chains) - left
-
-
-def _hips(legs: Legs, turn: Array) -> Array:
-    """Return the hips about their middle in trunk axes [m]. Shape (L, 3)."""
+def _order(legs: Legs, turn: Array) -> tuple[list[int], tuple[str, ...]]:
+    """Return the places of the legs, left ones first, front to rear, and their usual names."""
     hips = hip_points(legs.chains, legs.frames, legs.tips, turn[:, 2])
-    centred: Array = (hips - hips.mean(axis=0)) @ turn
-    return centred
+    hips = (hips - hips.mean(axis=0)) @ turn  # trunk axes
+    left = is_left(hips)
+    order = sorted(range(len(hips)), key=lambda k: (not left[k], -hips[k, 0]))
+    return order, leg_names(sum(left), len(left) - sum(left))
 
 
 def _trunk_low(file: UrdfFile, finder: ResourceFinder, legs: Legs, up: Up) -> float | None:

@@ -183,16 +183,22 @@ def _loops(file: UrdfFile) -> Iterator[Finding]:
 
 
 def _world(file: UrdfFile) -> Iterator[Finding]:
-    if len(file.roots) != 1 or file.base != WORLD:
-        return
-    link, joints = file.link_by_name[WORLD], file.joints_below[WORLD]
+    joint = _above_trunk(file)
+    if joint is not None and not joint.moves:
+        value = f"joint {joint.name!r} bolts {joint.child!r} to it"
+        yield Finding.of("fixed to the world", f"link {WORLD!r}", value)
+
+
+def _above_trunk(file: UrdfFile) -> Joint | None:
+    """Return the joint below an empty root link that floats, or bolts the robot to the world."""
+    if len(file.roots) != 1:
+        return None
+    link, joints = file.link_by_name[file.base], file.joints_below[file.base]
     bare = link.mass is None and not any(link.element.find(x) is not None for x in SHAPES)
-    if bare and len(joints) == 1 and not joints[0].moves:
-        yield Finding.of(
-            "fixed to the world",
-            f"link {WORLD!r}",
-            f"joint {joints[0].name!r} bolts {joints[0].child!r} to it",
-        )
+    if not bare or len(joints) != 1:
+        return None
+    bolted = link.name == WORLD and not joints[0].moves
+    return joints[0] if bolted or joints[0].kind in ("floating", "planar") else None
 
 
 GROUND = "universe"
@@ -267,19 +273,10 @@ def _keep_one_root(draft: Draft) -> None:
 
 def _drop_above_trunk(draft: Draft) -> None:
     """Drop empty root links with one joint that floats, or that bolts the robot to the world."""
-    while True:
-        file = draft.file
-        if len(file.roots) != 1:
-            return
-        link, joints = file.link_by_name[file.base], file.joints_below[file.base]
-        bare = link.mass is None and not any(link.element.find(x) is not None for x in SHAPES)
-        free = len(joints) == 1 and joints[0].kind in ("floating", "planar")
-        bolted = len(joints) == 1 and link.name == WORLD and not joints[0].moves
-        if not (bare and (free or bolted)):
-            return
-        draft.drop([link.element, joints[0].element])
-        text = f"dropped with joint {joints[0].name!r}: {joints[0].child!r} floats by itself"
-        draft.change(f"link {link.name!r}", text)
+    while (joint := _above_trunk(draft.file)) is not None:
+        draft.drop([draft.file.link_by_name[joint.parent].element, joint.element])
+        text = f"dropped with joint {joint.name!r}: {joint.child!r} floats by itself"
+        draft.change(f"link {joint.parent!r}", text)
 
 
 # Repairs of names: every link and joint gets its own, and joints follow their links.
