@@ -120,12 +120,14 @@ def _materials(file: UrdfFile) -> Iterator[Finding]:
 def _colours(file: UrdfFile) -> Iterator[Finding]:
     elements = (x for material in file.root.iter("material") for x in material.findall("color"))
     for number, element in enumerate(elements, 1):
-        colour = colour_of(element)
-        where = f"colour {number}"
-        if len(colour) != CHANNELS or not all(map(math.isfinite, colour)):
-            yield Finding.of("unreadable colour", where, f"rgba {element.get('rgba')!r}")
-        elif max(colour) > 1.0 or min(colour) < 0.0:
-            yield Finding.of("colour out of range", where, f"rgba {element.get('rgba')!r}")
+        if fault := _colour_fault(colour_of(element)):
+            yield Finding.of(fault, f"colour {number}", f"rgba {element.get('rgba')!r}")
+
+
+def _colour_fault(colour: tuple[float, ...]) -> str:
+    if len(colour) != CHANNELS or not all(map(math.isfinite, colour)):
+        return "unreadable colour"
+    return "colour out of range" if max(colour) > 1.0 or min(colour) < 0.0 else ""
 
 
 # Repairs of shapes, mesh scales, colours and materials.
@@ -165,11 +167,11 @@ def _repair_colours(draft: Draft) -> None:
         for element in material.findall("color"):
             colour = colour_of(element)
             where = f"material {material.get('name') or ''!r}"
-            if len(colour) != CHANNELS or not all(map(math.isfinite, colour)):
+            fault, before = _colour_fault(colour), element.get("rgba")
+            if fault == "unreadable colour":
                 material.remove(element)
-                draft.change(where, f"colour {element.get('rgba')!r} dropped")
-            elif max(colour) > 1.0 or min(colour) < 0.0:
-                before = element.get("rgba")
+                draft.change(where, f"colour {before!r} dropped")
+            elif fault:
                 element.set("rgba", " ".join(f"{value:.6g}" for value in _in_range(colour)))
                 draft.change(where, f"colour {before} -> {element.get('rgba')}")
 

@@ -111,21 +111,22 @@ def dummy(measures: Measures, link: Link) -> bool:
     return solid is not None and 0.0 < (link.mass or 0.0) < rules.LIGHTEST * solid.volume
 
 
+def impossible_mass(link: Link) -> str:
+    """Return the mass of a link as it is written where no body can have it; else ""."""
+    if link.mass is None or (math.isfinite(link.mass) and link.mass >= 0.0):
+        return ""
+    written = link.element.find("inertial/mass")
+    return repr(None if written is None else written.get("value"))
+
+
 def _unreadable(link: Link) -> Finding | None:
     """Return what no body can have: a mass or inertia that is negative, missing or no number."""
-    where, mass = f"link {link.name!r}", link.mass
-    if mass is None:
+    where = f"link {link.name!r}"
+    if link.mass is None:
         return None
-    if not math.isfinite(mass) or mass < 0:
-        written = link.element.find("inertial/mass")
-        value = None if written is None else written.get("value")
-        return Finding(
-            "unreadable mass",
-            where,
-            f"mass {value!r} kg",
-            "must be a finite number, not negative",
-            REPAIR_MASS,
-        )
+    if written := impossible_mass(link):
+        rule = "must be a finite number, not negative"
+        return Finding("unreadable mass", where, f"mass {written} kg", rule, REPAIR_MASS)
     if not _is_readable(link):
         return Finding(
             "unreadable inertial",

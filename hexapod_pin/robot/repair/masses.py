@@ -14,7 +14,7 @@ from hexapod_pin.robot.description.solids import bodies
 from hexapod_pin.robot.description.urdf_file import Link
 from hexapod_pin.robot.repair import rules
 from hexapod_pin.robot.repair.finding import Draft, Finding, scaled
-from hexapod_pin.robot.repair.inertias import dummy, write_inertial
+from hexapod_pin.robot.repair.inertias import dummy, impossible_mass, write_inertial
 from hexapod_pin.robot.repair.measures import Measures, Solid
 from hexapod_pin.robot.repair.units import (
     UnitSlip,
@@ -51,20 +51,14 @@ def repair_masses(draft: Draft) -> None:
             mass.set("value", scaled(mass.get("value") or "", -3))
         text = f"all masses multiplied by {slip.factor:g}: {slip.value}"
         draft.change("robot", text, f"masses were in {slip.unit}")
-    _drop_unreadable(draft)
+    for link in draft.file.links:
+        if written := impossible_mass(link):
+            _drop_inertial(draft, link, f"its mass {written} is none")
     _drop_dummies(draft)
     if draft.options.density is None and draft.options.mass is None:
         _give_masses_of_like_parts(draft)
     _give_masses(draft)
     _reach_total(draft)
-
-
-def _drop_unreadable(draft: Draft) -> None:
-    for link in draft.file.links:
-        if link.mass is not None and not (math.isfinite(link.mass) and link.mass >= 0.0):
-            written = link.element.find("inertial/mass")
-            value = None if written is None else written.get("value")
-            _drop_inertial(draft, link, f"its mass {value!r} is none")
 
 
 def _drop_dummies(draft: Draft) -> None:
