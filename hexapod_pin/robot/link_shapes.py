@@ -202,9 +202,9 @@ def trunk_points(robot: Robot) -> TrunkPoints:
         points, note = _around_hips(robot, file)
         notes = [*notes, note] if points else []
     if len(points) > MAX_TRUNK_POINTS:
-        kept = _outermost(points)
-        notes.append(f"{len(kept)} of {len(points)} points kept")
-        points = kept
+        outermost = _outermost(points)
+        notes.append(f"{len(outermost)} of {len(points)} points kept")
+        points = outermost
     return TrunkPoints(
         points=read_only(np.array([place for _, place, _ in points]).reshape(-1, 3)),
         radius=read_only([radius for _, _, radius in points]),
@@ -274,11 +274,11 @@ def _around_hips(robot: Robot, file: UrdfFile) -> tuple[list[Point], str]:
 
 def _distinct(points: list[Point]) -> list[Point]:
     """Return the points without those that repeat another."""
-    kept: list[Point] = []
+    distinct: list[Point] = []
     for name, place, radius in points:
-        if not any(np.allclose(place, p, atol=1e-9) and radius == r for _, p, r in kept):
-            kept.append((name, place, radius))
-    return kept
+        if not any(np.allclose(place, p, atol=1e-9) and radius == r for _, p, r in distinct):
+            distinct.append((name, place, radius))
+    return distinct
 
 
 def _outermost(points: list[Point]) -> list[Point]:

@@ -14,7 +14,7 @@ from hexapod_pin.robot.repair.measures import Measures
 AXIS_NORM_TOLERANCE = 1e-6
 """An axis shorter than this is zero; one off unit length by more is normalised with a note."""
 
-KEPT_NAMES = ("root_joint", "universe")
+RESERVED_NAMES = ("root_joint", "universe")
 """Names of the floating base's joint and of the ground in Pinocchio's models."""
 
 JOINT_TYPE_REMEDY = {
@@ -93,7 +93,7 @@ def _of_moved(joint: Joint, where: str, legs: Container[str]) -> Iterator[Findin
             ALONE if wheel else REPAIR_OF_TYPE[joint.kind],
             repairable=not wheel,
         )
-    if joint.name in KEPT_NAMES:
+    if joint.name in RESERVED_NAMES:
         yield Finding(
             "reserved name",
             where,

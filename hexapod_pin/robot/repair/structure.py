@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from hexapod_pin.file_schema import is_name
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.repair.finding import Draft, Finding
-from hexapod_pin.robot.repair.joints import KEPT_NAMES
+from hexapod_pin.robot.repair.joints import RESERVED_NAMES
 from hexapod_pin.robot.repair.rules import MAX_MOVED_JOINTS
 
 LONGEST_SHOWN = 40
@@ -319,7 +319,7 @@ def _separate_joints(draft: Draft) -> None:
     names: dict[str, Iterator[str]] = {}
     for element in draft.root.findall("joint"):
         name = element.get("name") or ""
-        if name in seen or name in KEPT_NAMES:
+        if name in seen or name in RESERVED_NAMES:
             if name not in names:
                 names[name] = _free_names(draft, "joint", name, 2)
             new = next(names[name])
